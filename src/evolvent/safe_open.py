@@ -17,8 +17,6 @@ import zlib
 from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO, Literal
 
-import numpy as np
-
 from evolvent.errors import InputError, counted
 
 #: Environment variable with the most bytes of values that one file may hold, and what it is if not set.
@@ -267,6 +265,7 @@ class _Hdf5:
     def _attributes(self, item: Any) -> None:
         """Count texts of attributes; refuse long lists of them: each may be as long as the file."""
         import h5py
+        import numpy as np
         from h5py import h5a
 
         for k in range(h5a.get_num_attrs(item)):
@@ -446,6 +445,8 @@ def _zarr_array(entry: Mapping[str, Any], name: str, folder: pathlib.Path) -> tu
         raise _damaged(
             folder, f"the array {_short(name)} has the codec {_short(str(unknown[0]))}, which is not allowed"
         )
+    import numpy as np
+
     try:
         type_ = np.dtype(entry["dtype"])
         shape, chunks = ([operator.index(n) for n in entry[key]] for key in ("shape", "chunks"))

@@ -22,10 +22,10 @@ import pytest
 import scipy.io
 import yaml
 
-from evolvent import cases, parts, results, signals, studies
+from evolvent import cases, parts, results, studies
 from evolvent.calibration import data as calibration_data
 from evolvent.errors import InputError
-from evolvent.massprops import description
+from evolvent.massprops import description, signals
 from evolvent.studies import store
 from evolvent.system import System
 from security import mutations

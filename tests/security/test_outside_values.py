@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 import scipy.io
 
-from evolvent import InputError, results, safe_open, signals, studies
+from evolvent import InputError, results, safe_open, studies
+from evolvent.massprops import signals
 
 SECRET = b"0123456789abcdef" * 64
 

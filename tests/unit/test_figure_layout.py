@@ -9,8 +9,9 @@ import pytest
 from matplotlib.text import Text
 
 import evolvent
-from evolvent import cases, identified, papers, plots
+from evolvent import cases, papers, plots
 from evolvent.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, plain, y_limits
+from evolvent.massprops import mode_figures
 from evolvent.massprops.identification import identify
 
 #: Built-in cases and keys that make their runs short.
@@ -96,7 +97,10 @@ def test_figures_of_signals_and_maps():
     )
     long = "a long title of a panel, which says what is drawn and goes over more than one line of the sheet " * 2
     panels = [Panel(x_label="offset $e_x$, m", y_label="offset $e_z$, m", lines=[], map=energy, title=long)] * 2
-    figures = [*identified.figures(modes, "mm"), Figure(name="map", title=long, panels=panels, columns=2, height=95.0)]
+    figures = [
+        *mode_figures.figures(modes, "mm"),
+        Figure(name="map", title=long, panels=panels, columns=2, height=95.0),
+    ]
     assert [fault for figure in figures for fault in faults(figure)] == []
 
 
