@@ -138,10 +138,11 @@ def files_that_are_not_code() -> list[str]:
     for folder in ("src/evolvent", "docs/images", "docs/_static", "examples", "paper", "recipe"):
         kept += (ROOT / folder).rglob("*")
     kept += [*(ROOT / "benchmarks").glob("history.jsonl"), ROOT / "docs" / "comparison.json"]
+    made = {"_kernels", "__pycache__"}
     return [
         path.relative_to(ROOT).as_posix()
         for path in kept
-        if path.is_file() and path.suffix not in (".py", ".pyc", ".md", ".rst") and "_kernels" not in path.parts
+        if path.is_file() and path.suffix not in (".py", ".pyc", ".md", ".rst") and not made & set(path.parts)
     ]
 
 

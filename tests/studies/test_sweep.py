@@ -171,7 +171,7 @@ def test_folders_that_cannot_be_opened(study, tmp_path):
         studies.open(tmp_path / "s")
     studies.sweep(study, output=tmp_path / "s")
     (tmp_path / "s" / "results.zarr" / ".zmetadata").write_text("{")
-    with pytest.raises(InputError, match="it is damaged"):
+    with pytest.raises(InputError, match="is missing or damaged"):
         studies.open(tmp_path / "s")
     (tmp_path / "s" / "study.json").write_text("{}")
     with pytest.raises(InputError, match="does not describe a study"):
@@ -271,7 +271,7 @@ def test_ctrl_c_stops_and_says_how_to_go_on(long_study, tmp_path, workers):
     out, err = process.communicate(timeout=30)
     assert process.returncode == 130, err
     assert err.startswith("evolvent: stopped; ")
-    assert "of 60 cases are kept in out, and the same command goes on from there" in err
+    assert "of 60 cases are kept in out, and the same command continues from there" in err
     assert len(err.splitlines()) == 1, err
     done = len(recorded(tmp_path / "out"))
     assert f"; {done} of 60" in err
@@ -380,13 +380,13 @@ def test_the_command(study, tmp_path, monkeypatch):
     done = CliRunner().invoke(command, ["s.yaml", "--figures", "f"], catch_exceptions=False)
     assert done.exit_code == 0
     assert done.stdout.splitlines() == [
-        "evolvent study short: 6 cases, 6 computed now",
+        "evolvent study short: 6 cases, 6 run now",
         "results: short/results.zarr",
         "figures: 3 in f",
     ]
     assert {p.name for p in (tmp_path / "f").iterdir()} == {"body_rate_last.png", "blade_1_lag_max.png", "steps.png"}
     done = CliRunner().invoke(command, ["s.yaml"], catch_exceptions=False)
-    assert "6 cases, 0 computed now, 6 of them before" in done.stdout
+    assert "6 cases, 0 run now, 6 of them before" in done.stdout
     done = CliRunner().invoke(command, ["s.yaml", "--quiet"], catch_exceptions=False)
     assert done.output == ""
     assert isinstance(CliRunner().invoke(command, ["s.yml"]).exception, InputError)

@@ -303,7 +303,7 @@ def test_signal_to_certificate(page, folder, shots):
     page.wait_for_timeout(600)
     page.click(part("measure"))
     page.wait_for_selector(part("measured"))
-    row = page.locator(f"{part('weighed')} tr", has_text="Ixx").inner_text().split("\t")
+    row = page.locator(f"{part('measured')} tr", has_text="Ixx").inner_text().split("\t")
     assert float(row[1]) == pytest.approx(3703.0, abs=3.0 * float(row[2]))
     certificate = page.frame_locator(part("certificate"))
     certificate.locator("text=Body on four springs").first.wait_for()

@@ -48,7 +48,8 @@ def changes_text(job: Job, most: int = 1000) -> str:
     texts = [f"{key} {text}" if text in (ADDED, REMOVED) else f"{key} = {text}" for key, text in changed]
     texts = [text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…" for text in texts]
     more = len(texts) - most
-    return ", ".join(texts[:most]) + (f" and {more} more" if more > 0 else "")
+    before = "" if of == job.title else f"{of}: "
+    return before + ", ".join(texts[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def duration(seconds: float) -> str:
