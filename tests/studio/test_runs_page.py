@@ -216,6 +216,7 @@ def test_two_tabs_keep_their_own_drafts_over_a_restart(context, browser, tmp_pat
             choose(tab, "case", "short.yaml")
             tab.locator(part("field-blade.length")).fill(length)
             tab.click(part("tab-measure"))
+            tab.wait_for_timeout(1000)
             leave = tab.locator(".ev-row:has(.ev-link) >> button:has(i:text('close')) >> visible=true")
             if leave.count():  # a new tab begins with what was open last
                 leave.first.click()

@@ -94,8 +94,10 @@ def test_a_study_is_written_estimated_saved_and_run(page, folder, shots):
     page.locator(part("axis-error-0"), has_text="parts").wait_for()  # a key of the other case
     assert page.locator(part("run-study")).is_disabled()
     page.click(part("axis-drop-0"))
+    page.locator(part("axis-0")).wait_for(state="detached")
     page.click(part("add-key"))
     typed(page, "axis-key-0", "spool.rate")
+    page.wait_for_timeout(700)
     page.keyboard.press("Enter")
     page.wait_for_timeout(500)
     assert page.locator(part("axis-0-values")).input_value() == "3.5 rad/s"
