@@ -2,9 +2,11 @@
 """Set up a virtual environment beside this file and run evolvent, its tests, benchmarks or documentation in it.
 
     python3 start.py run heliogyro     results, figures, animation and report in heliogyro-run/
-    python3 start.py test              lint, types, layers, tests, documentation
+    python3 start.py quick             the fast tests alone, under a minute
+    python3 start.py test              lint, types, layers, all tests, documentation
     python3 start.py docs              documentation as HTML in docs/_build/html/
     python3 start.py wheel             a wheel with compiled functions for this Python and platform, in dist/
+    python3 start.py lowest            a fast part of the tests, every dependency at its lower bound
     python3 start.py bench             the benchmarks, or those named; `compare` runs only by name
 
 Needs Python 3.11 or later with its venv module, and a way to download packages the first time.
@@ -29,10 +31,12 @@ STAMP = VENV / "evolvent-installed.json"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 USAGE = (
-    "usage: python3 start.py run CASE [options of evolvent run] | test [options of pytest] | docs | wheel | "
-    "bench [NAME [options]]"
+    "usage: python3 start.py run CASE [options of evolvent run] | quick [options of pytest] | "
+    "test [options of pytest] | docs | wheel | lowest [EXTRA ...] [-- options of pytest] | bench [NAME [options]]"
 )
-#: Pages, with everything in them run anew; a warning is an error.
+#: Folders of tests that `quick` runs unless others are named.
+QUICK = ("tests/unit", "tests/elements", "tests/loads", "tests/massprops/signals")
+#: Pages; a warning is an error.
 PAGES = ROOT / "docs" / "_build" / "html"
 #: Where tests write the rows of the validation book, which the documentation shows.
 BOOK = ROOT / "docs" / "_build" / "book"
@@ -91,6 +95,24 @@ def run(arguments: list[str]) -> int:
     return call([str(BIN / "evolvent"), "run", *arguments])
 
 
+def in_parallel() -> list[str]:
+    """Options of pytest that run tests on up to four processes."""
+    workers = min(4, os.cpu_count() or 1)
+    return ["-n", str(workers)] if workers > 1 else []
+
+
+def quick(arguments: list[str]) -> int:
+    """The fast tests alone: without lint, types, documentation, and tests with the marker `slow`."""
+    if code := set_up("test"):
+        return code
+    named = any((ROOT / word.partition("::")[0]).exists() for word in arguments)
+    began = time.perf_counter()
+    folders = [] if named else [str(ROOT / name) for name in QUICK]
+    code = call([str(BIN / "pytest"), "-q", "-m", "not slow", *in_parallel(), *folders, *arguments])
+    say(f"{'ok' if code == 0 else 'FAILED'} in {time.perf_counter() - began:.0f} s")
+    return code
+
+
 def test(arguments: list[str]) -> int:
     """Lint, format, types, layers, tests and documentation; all are run, and any failure counts."""
     if code := set_up("test"):
@@ -99,13 +121,12 @@ def test(arguments: list[str]) -> int:
         shutil.rmtree(BOOK, ignore_errors=True)
     os.environ.setdefault("EVOLVENT_BOOK", str(BOOK))
     find_browser()
-    workers = min(4, os.cpu_count() or 1)
     steps = {
         "lint": ["ruff", "check"],
         "format": ["ruff", "format", "--check"],
         "types": ["mypy"],
         "layers": ["lint-imports", "--no-logo"],
-        "tests": ["pytest", "-q", "-rs", *(["-n", str(workers)] if workers > 1 else []), *arguments],
+        "tests": ["pytest", "-q", "-rs", *in_parallel(), *arguments],
         "docs": SPHINX,
     }
     failed = []
@@ -137,11 +158,11 @@ def find_browser() -> None:
 
 
 def docs(arguments: list[str]) -> int:
-    """The documentation; its examples and notebooks run, which takes a minute or two."""
+    """The documentation; its examples and tutorials run, which takes a minute or two."""
     if code := set_up("docs"):
         return code
     program, *options = SPHINX
-    say("building the pages; their examples and notebooks run, which takes a minute or two ...")
+    say("building the pages; their examples and tutorials run, which takes a minute or two ...")
     code = call([str(BIN / program), *arguments, *options])
     if code == 0:
         say(f"open {PAGES / 'index.html'}")
@@ -188,9 +209,22 @@ def bench(arguments: list[str]) -> int:
     return max(codes)
 
 
+def lowest(arguments: list[str]) -> int:
+    """Tests with every dependency at its lower bound, in an environment of their own in build/lowest/."""
+    return call([sys.executable, str(ROOT / "tools" / "lowest.py"), *arguments])
+
+
 def main() -> int:
     """Choose by the first word."""
-    commands = {"run": run, "test": test, "docs": docs, "wheel": wheel, "bench": bench}
+    commands = {
+        "run": run,
+        "quick": quick,
+        "test": test,
+        "docs": docs,
+        "wheel": wheel,
+        "lowest": lowest,
+        "bench": bench,
+    }
     if len(sys.argv) < 2 or sys.argv[1] not in commands:
         say(USAGE)
         return 2

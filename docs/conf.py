@@ -15,13 +15,13 @@ from sphinx_gallery.sorting import ExplicitOrder
 import evolvent
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "_ext"))
-# notebooks run apart from the profile of whoever builds them, and their kernels say nothing of how they are reached
+# tutorials run without the IPython profile of whoever builds them, and their kernels log errors only
 _profile = pathlib.Path(__file__).resolve().parent / "_build" / "ipython" / "profile_default"
 _profile.mkdir(parents=True, exist_ok=True)
 (_profile / "ipython_kernel_config.py").write_text('c = get_config()\nc.IPKernelApp.log_level = "ERROR"\n')
 os.environ["IPYTHONDIR"] = str(_profile.parent)
 
-# what a reader of a gallery page cannot help, and need not read
+# of no use to a reader of an example
 warnings.filterwarnings("ignore", message="First-class function type")
 
 # the validation book, of what the last tests wrote
@@ -53,8 +53,8 @@ exclude_patterns = [
     "_build",
     "_ext",
     "images",
-    "gallery/*.ipynb",
-    "gallery/*.py",
+    "examples/*.ipynb",
+    "examples/*.py",
     "**.ipynb_checkpoints",
     "jupyter_execute",
 ]
@@ -83,6 +83,8 @@ html_css_files = ["evolvent.css"]
 html_show_sourcelink = False
 html_copy_source = False
 html_show_sphinx = False
+# without summaries the search needs no fetch, which browsers refuse for pages that are files
+html_show_search_summary = False
 html_theme_options = {
     "navbar_align": "left",
     "navbar_end": ["theme-switcher"],
@@ -93,7 +95,20 @@ html_theme_options = {
     "header_links_before_dropdown": 7,
     "navigation_with_keys": False,
 }
-html_sidebars = {"index": [], "quickstart": [], "changelog": [], "validation": [], "comparison": []}
+html_sidebars = {
+    page: []
+    for page in (
+        "index",
+        "quickstart",
+        "gallery",
+        "scope",
+        "accuracy",
+        "glossary",
+        "changelog",
+        "validation",
+        "comparison",
+    )
+}
 
 # ------------------------------------------------------------------------------------------------ text, docstrings
 
@@ -112,23 +127,21 @@ toc_object_entries_show_parents = "hide"
 
 # ------------------------------------------------------------------------------------------------ what runs
 
-# notebooks and examples run at every build: what they show is what the engine does now
+# tutorials and examples run at every build: their output is that of this version
 nb_execution_mode = "force"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
-nb_execution_excludepatterns = ["gallery/*"]
+nb_execution_excludepatterns = ["examples/*"]
 nb_merge_streams = True
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
-    "gallery_dirs": "gallery",
+    "gallery_dirs": "examples",
     "filename_pattern": r"\.py$",
     "run_stale_examples": True,
     "abort_on_example_error": True,
     "within_subsection_order": ExplicitOrder(
         [
             "heliogyro_python.py",
-            "stand_python.py",
-            "rib_python.py",
             "compose_by_hand.py",
             "hardening_spring.py",
             "payout_sweep.py",

@@ -2,11 +2,11 @@
 A system composed part by part
 ==============================
 
-A spinning body, a reel, a thread, and a law of drag of one's own on the thread: the heliogyro without its case file.
+A spinning body, a reel, a thread, and a user-defined law of drag on the thread: the heliogyro without its case file.
 """
 
 # %%
-# A load law returns a force per length from place, velocity and time. Helpers of a law belong into the same file.
+# A load law returns a force per length from position, velocity and time. Helpers of a law belong in the same file.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -24,8 +24,8 @@ def drag(x, v, t, parameters):
 
 
 # %%
-# Parts are added one after another; a part names those that it stands on. `assemble` turns all of them into flat
-# arrays and a state at the start, `solve` steps them, and `observe` turns states into what one wants to see.
+# Parts are added one by one and refer to one another by name. `assemble` turns them into flat arrays and an initial
+# state, `solve` integrates, and `observe` computes results from the states.
 
 
 def deployed(coefficient):

@@ -1,9 +1,9 @@
 """
-A spring by a law of one's own
-==============================
+A spring with a user-defined law
+================================
 
-A mass swings on a spring that hardens with the cube of its extension. The larger it swings the faster: the period has
-a closed form as an integral, against which the run is held.
+A mass oscillates on a spring that hardens with the cube of its extension. The period depends on the amplitude; it has
+a closed form as an integral, with which the run is compared.
 """
 
 # %%
@@ -26,7 +26,7 @@ def hardening(extension, rate, t, p):
 
 
 def period(amplitude):
-    """Period (s) by the run: the mean time between upward passages through the rest."""
+    """Period (s) of the run: the mean time between upward passages through the equilibrium."""
     system = System()
     mass = system.add(parts.Point(mass=MASS, position=(1.0 + amplitude, 0.0, 0.0)))
     ground, constants = (0.0, 0.0, 0.0), (LINEAR, CUBIC)
@@ -49,8 +49,8 @@ def closed_form(amplitude):
 
 
 # %%
-# With the energy m x'² / 2 + k x² / 2 + c x⁴ / 4 kept, a quarter of the period is the integral of dx / x' from 0 to the
-# amplitude A; x = A sin(s) takes the singularity at its end away.
+# The energy m x'² / 2 + k x² / 2 + c x⁴ / 4 is constant, so a quarter of the period is the integral of dx / x' from 0
+# to the amplitude A; the substitution x = A sin(s) removes the singularity at its end.
 
 amplitudes = np.linspace(0.01, 0.4, 9)
 computed = np.array([period(a) for a in amplitudes])

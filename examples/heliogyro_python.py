@@ -1,8 +1,8 @@
 """
-A built-in case with a law of one's own
+A built-in case with a user-defined law
 =======================================
 
-Run the heliogyro from Python with other values, give its spools a law, and compare how far the blades' tips lag.
+Run the heliogyro from Python with other values, define a law for its spools, and compare the lag of the blades' tips.
 """
 
 # %%
@@ -26,7 +26,7 @@ def half_then_full(t, parameters):
 
 
 # %%
-# Both runs take links of fixed length, which go with the adaptive method and are the quickest. The second argument
+# Both runs use links of fixed length and the adaptive method, which is the fastest combination. The second argument
 # changes keys of the case.
 
 quick = {"blade.segments": "inextensible", "solver.method": "dopri5", "solver.duration": "20 s"}
@@ -41,7 +41,7 @@ for name, run in runs.items():
     print(f"{name:16}  {length:.3f} m out, body rate {rate:.4f} rad/s, largest lag of the tip {lag:.4f} rad")
 
 # %%
-# A run is an :class:`xarray.DataTree` with a group a part and units on every variable, and xarray draws it.
+# A run is an :class:`xarray.DataTree` with one group for each part and units on every variable; xarray draws it.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.5), layout="constrained")
 for name, run in runs.items():

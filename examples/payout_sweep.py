@@ -7,8 +7,8 @@ their distance from the spin axis, and how far the blade's tip lags.
 """
 
 # %%
-# The same study could stand in a YAML file for ``evolvent sweep``, be kept in a folder, go on after it was stopped, and
-# run on many processes (``workers=8``) with the same bits.
+# The same study can be a YAML file for ``evolvent sweep``. Its results can be kept in a folder, from which a stopped
+# study continues, and computed on several processes (``workers=8``).
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -1,8 +1,8 @@
 """
-Statics, then modes: a rib on a hub that turns
-==============================================
+Statics and modes: a rib on a rotating hub
+==========================================
 
-How far a thin rib sags on a turning hub, how hard it pulls, and how fast it flaps about that equilibrium.
+The sag of a thin rib on a rotating hub, the forces at its root, and the frequencies about that equilibrium.
 """
 
 # %%
@@ -37,8 +37,8 @@ def turning(rate):
 
 
 # %%
-# `solve_static` finds the equilibrium in the frame that turns, with gravity and the centrifugal load; `modes` takes it
-# with its stresses, and with what the turn itself adds (Coriolis and centrifugal terms).
+# `solve_static` finds the equilibrium in the rotating frame, with gravity and the centrifugal load; `modes` uses its
+# stresses, and adds the Coriolis and centrifugal terms.
 
 rates, found = (1.0, 2.0, 4.0), []
 for rate in rates:
@@ -50,8 +50,8 @@ for rate in rates:
     tip = place[-1]
     along, across = -held.la[-1, 0], np.hypot(*held.la[-1, 1:3])
     print(f"{rate:g} rad/s: {held.message}")
-    print(f"  the tip stands at {tip[0]:.3f} m and {-tip[2]:.3f} m lower")
-    print(f"  the root pulls with {abs(along):.4f} N and bears {across:.4f} N")
+    print(f"  the tip is at a radius of {tip[0]:.3f} m, {-tip[2]:.3f} m below the root")
+    print(f"  force at the root: {abs(along):.4f} N along the rib, {across:.4f} N across")
     print(f"  modes at {', '.join(f'{w:.4f}' for w in found[-1].frequency)} rad/s")
     plt.plot(np.hypot(place[:, 0], place[:, 1]), place[:, 2], label=f"{rate:g} rad/s")
 plt.xlabel("distance from the axis, m")
@@ -60,8 +60,8 @@ plt.legend()
 plt.show()
 
 # %%
-# The faster the hub, the more the rib is held by its tension. For comparison: a spinning thread without a hub swings at
-# 0 and sqrt(5) times the rate in the plane of the turn, and at 1 and sqrt(6) times across it.
+# The faster the hub, the more the rib is stiffened by its tension. For comparison: a spinning thread without a hub
+# oscillates at 0 and sqrt(5) times the rate in the plane of rotation, and at 1 and sqrt(6) times out of it.
 
 plt.figure()
 for k in range(6):

@@ -17,35 +17,36 @@ HEAD = """# Comparison with other programs
 
 <!-- written by `python3 start.py bench compare` -->
 
-The same work given to evolvent and to programs that are made for parts of it, in one run, each in a process of its own
-that is kept (start, imports and compilation are not counted). Written by `python3 start.py bench compare`, which
-installs the others in an environment of their own; what is shown was measured, nothing is copied from elsewhere.
+The same work in evolvent and in other programs, measured in one session. Each program runs in a process of its own;
+start, imports and compilation are not counted. `python3 start.py bench compare` installs the other programs in an
+environment of their own, measures, and writes this page.
 """
 FIGURES = """![Bars: time of a step of each program, for the three works](images/comparison-time.png)
 
 ![Error over cost: each program at its steps, for the three works](images/comparison-error.png)
 
-Left and low is better in the second figure: little time, little error. Each line joins the steps of one method; steps
+In the second figure, left and low is better: less time, less error. Each line connects the steps of one method; steps
 that were refused or stopped are missing. The figures show the numbers of the tables below.
 """
 HOW = """How to read the tables:
 
-- **a step** is the stepping alone, median over interleaved repetitions (the least in brackets); **in all** also
-  builds the model and makes the checks beforehand.
-  evolvent compiles when it is first used, a minute or two for the implicit solver; that is not counted. Its checks
-  (highest frequency, laws, accounts) cost tens of milliseconds a run whatever its length, and these runs are short.
-- **error** is the largest distance of the place compared from the reference, over its samples.
-  Where it does not fall with the step it is that of the mesh, or of the reference, which is only as sure as it says.
-- SciPy has no methods of fixed step: its RK45 (fifth order) is held at the step, its control of the error switched off.
-  MuJoCo begins anew from its first state after a warning; Exudyn divides a step whose iteration fails.
-- **against evolvent** divides by the time a step of evolvent's first row of the same step: above 1, evolvent is faster.
+- **per step** is the time of the stepping, median over interleaved repetitions (the smallest in brackets); **total**
+  also includes building the model and the checks before the run.
+  evolvent compiles at its first use, a minute or two for the implicit solver; that is not counted. Its checks
+  (highest frequency, laws, balances) take tens of milliseconds per run, whatever its length, and these runs are short.
+- **error** is the largest distance of the compared point from the reference, over the samples.
+  Where it does not decrease with the step it is the error of the mesh, or of the reference, whose accuracy is stated.
+- SciPy has no methods of fixed step: its RK45 (fifth order) runs at the step without error control.
+  MuJoCo restarts from its first state after a warning; Exudyn divides a step whose iteration fails.
+- **against evolvent** is the time per step over that of evolvent's first row with the same step: above 1, evolvent is
+  faster.
 """
 
 
 def number(x: float, digits: int = 3) -> str:
     """A figure of so many digits, without an exponent where it reads well."""
     if not math.isfinite(x):
-        return "not a number"
+        return "NaN"
     return f"{x:.{digits}g}"
 
 
@@ -70,18 +71,18 @@ def outcome(found: dict[str, Any], size: float) -> str:
     if found.get("stopped"):
         return f"stopped: {words}"
     error = found["error"]
-    told = f"with the warning {words}" if words else "without a word"
+    ending = f"with the warning {words}" if words else "without a warning"
     if not math.isfinite(error):
-        return f"**ended with what is not a number, {told}**"
+        return f"**ended with NaN, {ending}**"
     if error > 0.1 * size:
-        return f"**ended {told}, wrong by {number(error)} m**"
-    return f"ended {told}, error {number(error)} m"
+        return f"**ended {ending}, wrong by {number(error)} m**"
+    return f"ended {ending}, error {number(error)} m"
 
 
 def table(work: dict[str, Any]) -> list[str]:
     """Times and errors of one work."""
     lines = [
-        row(["program", "method", "step, s", "a step, us", "in all, ms", "error, m", "against evolvent"]),
+        row(["program", "method", "step, s", "per step, us", "total, ms", "error, m", "against evolvent"]),
         row(["---"] * 2 + ["---:"] * 5),
     ]
     ours = {}
@@ -113,7 +114,7 @@ def carried(work: dict[str, Any], mine: dict[str, Any], theirs: dict[str, Any]) 
             if a["step"] == b["step"] and gave_up and outcome(b, work["size"]).startswith("ended without"):
                 lines.append(
                     f"- {work['title']}, step {number(a['step'])} s: {NAMES[theirs['program']]} ({theirs['label']}) "
-                    f"came to the end with an error of {number(b['error'], 2)} m, ours ({mine['label']}) gave none."
+                    f"completed the run with an error of {number(b['error'], 2)} m, ours ({mine['label']}) did not."
                 )
     return lines
 
@@ -143,15 +144,15 @@ def losses(works: list[dict[str, Any]]) -> list[str]:
                         fast, near = median(a["stepping"]) / median(b["stepping"]), b["error"] / a["error"]
                         if fast > 1.0:
                             lines.append(
-                                f"- {who} is {number(fast, 2)} times as fast a step as ours ({mine['label']}), with an "
-                                f"error of {number(b['error'], 2)} m against {number(a['error'], 2)} m."
+                                f"- {who} is {number(fast, 2)} times as fast per step as ours ({mine['label']}), "
+                                f"with an error of {number(b['error'], 2)} m against {number(a['error'], 2)} m."
                             )
                         whole = median(a["all"]) / median(b["all"])
                         if whole > 1.0:
-                            lines.append(f"- {who} takes 1/{number(whole, 2)} of our time in all ({mine['label']}).")
+                            lines.append(f"- {who} takes 1/{number(whole, 2)} of our total time ({mine['label']}).")
                         if near < 0.99 and mine["reference"] == theirs["reference"]:
                             lines.append(
-                                f"- {who} is nearer the reference: {number(b['error'], 2)} m, "
+                                f"- {who} is closer to the reference: {number(b['error'], 2)} m, "
                                 f"ours ({mine['label']}) {number(a['error'], 2)} m."
                             )
     return lines or ["- Nowhere in these works, at these steps."]
@@ -168,18 +169,16 @@ def page(result: dict[str, Any]) -> str:
     lines += [f"Programs: {versions}.", ""]
     lines += [f"- {NAMES[name]} did not take part: {why}" for name, why in result["missing"].items()]
     load = " and ".join(number(x) for x in machine["load"])
-    lines.append(
-        f"The machine's load was {load} at the start and the end, {result['repeat']} repetitions were taken in turn;"
-    )
-    lines += ["where it exceeds the cores by much, ratios tell more than times.", "", FIGURES, HOW]
+    lines.append(f"The machine's load was {load} at the start and the end, {result['repeat']} interleaved repetitions;")
+    lines += ["where it is far above the number of cores, ratios are more reliable than times.", "", FIGURES, HOW]
     for work in result["works"]:
         lines += [f"## {work['title']}", "", work["text"], ""]
         lines += [
-            f"Reference ({name}): {one['text']}, sure to {number(one['sure'], 1)} m."
+            f"Reference ({name}): {one['text']}, accurate to {number(one['sure'], 1)} m."
             for name, one in work["references"].items()
         ]
         lines += ["", *table(work), "", "A step that is too large:", ""]
-        lines += [row(["program", "method", "step, s", "what it did"]), row(["---", "---", "---:", "---"])]
+        lines += [row(["program", "method", "step, s", "outcome"]), row(["---", "---", "---:", "---"])]
         for way in work["rows"]:
             for run in way["large"]:
                 lines.append(

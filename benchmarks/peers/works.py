@@ -22,7 +22,7 @@ CABLE = {
     "elements": 40,
     "samples": [0.0, 0.5, 1.0],
 }
-#: A line of lumped masses on springs with a bob at its end, let go from its catenary; the place compared is the bob's.
+#: A line of lumped masses on springs with a bob at its end, released from its catenary; the bob's place is compared.
 LINE = {
     "length": 2.0,
     "segments": 20,
@@ -34,7 +34,7 @@ LINE = {
     "gravity": G,
     "samples": [0.0, 0.5, 1.0],
 }
-#: A rigid body hangs on four springs and is let go turning; the place compared is a corner's.
+#: A rigid body hangs on four springs and is released while rotating; the place compared is a corner's.
 BODY = {
     "mass": 2.0,
     "inertia": [0.02, 0.03, 0.04],
@@ -53,22 +53,23 @@ WORKS: dict[str, dict[str, Any]] = {
         "title": "A cable that swings down",
         "text": "A cable of 1 m, 0.02 m x 0.02 m, E = 20 MPa, 7200 kg/m3, 40 elements, pinned at one end, falls "
         "from the horizontal for 1 s; the tip is compared. Cables have neither shear nor rotary inertia, "
-        "the other rods have both, and each is held against its own theory. Explicit methods hold no "
+        "the other rods have both, and each is compared with its own theory. Explicit methods support no "
         "constraint in evolvent: its pin is then a spring of 1 MN/m.",
         "spec": CABLE,
         "size": 1.0,
     },
     "line": {
         "title": "A line of lumped masses with a bob",
-        "text": "20 segments of 0.1 m (EA 1000 N, damping 0.05 N s, 0.1 kg/m) with 1 kg at the end, let go from "
-        "their catenary, swing for 1 s; the end is compared. Masses at rest start at places of a closed "
-        "form, but for MoorDyn, which finds its own catenary to 1e-6 m. RK4's limit is about 1.4 ms.",
+        "text": "20 segments of 0.1 m (EA 1000 N, damping 0.05 N s, 0.1 kg/m) with 1 kg at the end, released "
+        "from their catenary, swing for 1 s; the end is compared. The masses start from a closed form, except in "
+        "MoorDyn, which finds its own catenary to 1e-6 m. RK4's limit is about 1.4 ms.",
         "spec": LINE,
         "size": 2.0,
     },
     "body": {
         "title": "A rigid body on four springs",
-        "text": "2 kg on four springs of 400 N/m, let go turning at about 1 rad/s; a corner is compared over 2 s.",
+        "text": "2 kg on four springs of 400 N/m, released while rotating at about 1 rad/s; a corner is compared "
+        "over 2 s.",
         "spec": BODY,
         "size": 0.36,
     },
@@ -124,7 +125,7 @@ WAYS: list[dict[str, Any]] = [
             ("moordyn", "line without water, RK4", {}),
             ("mujoco", "points and tendons, RK4", {"integrator": "RK4"}),
             ("mujoco", "points and tendons, Euler (its default)", {"integrator": "Euler"}),
-            ("scipy", "the same equations in NumPy, RK45 held at the step", {}),
+            ("scipy", "the same equations in NumPy, RK45 with a fixed step", {}),
         )
     ),
     *(
@@ -142,7 +143,7 @@ WAYS: list[dict[str, Any]] = [
             ("exudyn", "Lie group, RK44", {}),
             ("mujoco", "RK4", {"integrator": "RK4"}),
             ("mujoco", "Euler (its default)", {"integrator": "Euler"}),
-            ("scipy", "the same equations in NumPy, RK45 held at the step", {}),
+            ("scipy", "the same equations in NumPy, RK45 with a fixed step", {}),
         )
     ),
 ]
@@ -182,7 +183,7 @@ def complete() -> None:
 
 
 def discrete_rod(n: int) -> np.ndarray:
-    """Tip of the cable as n + 1 masses, springs between them and springs of turn at them, m : (samples, 2).
+    """Tip of the cable as n + 1 masses, springs between them and rotational springs at them, m : (samples, 2).
 
     No shear and no rotary inertia, as in a cable; strain and curvature by the undeformed length.
     """
@@ -240,7 +241,7 @@ def references() -> dict[str, dict[str, Any]]:
 
     known = {}
     for name, tips, text in (
-        ("cable", discrete_rod, "masses, springs and springs of turn under DOP853, extrapolated from 40 and 80"),
+        ("cable", discrete_rod, "masses, springs and rotational springs under DOP853, extrapolated from 40 and 80"),
         ("beam", reissner(), "finite volumes with shear and rotary inertia, DOP853, extrapolated from 40 and 80"),
     ):
         places, sure = extrapolated(tips)

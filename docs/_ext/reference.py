@@ -1,9 +1,31 @@
-"""How docstrings of this package are shown: parameters with shapes and units, fields of named tuples."""
+"""Docstrings of this package (parameters with shapes and units, fields of named tuples), and the gallery of cases."""
 
 from __future__ import annotations
 
 import re
 from typing import Any
+
+from docutils import nodes
+from sphinx.util.docutils import SphinxDirective
+
+from evolvent import cases
+
+
+class CaseGallery(SphinxDirective):
+    """``{case-gallery}``: a picture, the command and one line for every built-in case."""
+
+    def run(self) -> list[nodes.Node]:
+        """Write a card for each."""
+        return self.parse_text_to_nodes(gallery_text())
+
+
+def gallery_text() -> str:
+    """A list of cards in Markdown; pictures are files of the folder images/cases."""
+    cards = []
+    for name, what in cases.built_in().items():
+        image = [f"```{{image}} images/cases/{name}.png", f":alt: {what}", "```"]
+        cards += [":::{container} case", *image, "", f"**`evolvent run {name}`**", "", what, ":::", ""]
+    return "\n".join(["::::{container} cases", "", *cards, "::::"])
 
 
 def _skip(app: Any, what: str, name: str, item: Any, skip: bool, options: Any) -> bool | None:
@@ -33,7 +55,8 @@ def _plain_types(app: Any, what: str, name: str, item: Any, options: Any, lines:
 
 
 def setup(app: Any) -> dict[str, Any]:
-    """Connect them."""
+    """Register the directive and the hooks of autodoc."""
+    app.add_directive("case-gallery", CaseGallery)
     app.connect("autodoc-skip-member", _skip)
     app.connect("autodoc-process-docstring", _plain_types, priority=600)  # after napoleon
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

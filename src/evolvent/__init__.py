@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from evolvent.studies import sweep
     from evolvent.system import System
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "ALUMINIUM",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad
 from evolvent.parts.thread import Thread
 from evolvent.references import split_reference
-from evolvent.solvers import drive, energy_momentum, implicit, payout
+from evolvent.solvers import balance, drive, energy_momentum, implicit, implicit_setup, payout
 from evolvent.solvers.laws import refusing_laws
 from evolvent.solvers.solution import first_latch
 
@@ -40,6 +41,9 @@ MOST_VALUES = 200_000_000
 MOST_STEPS = 1e9
 #: Share of the energy that the method itself may take before a run warns.
 NUMERICAL_LOSS = 0.01
+#: Share of the largest energy or work of a run that it may gain from nothing, and share of the energies that its steps
+#: do not resolve below which a gain is round-off.
+LARGEST_GAIN, RESOLVED = 0.1, 1e-5
 #: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release.
 PUSH = 0.05
 _TIME = units.Quantity(what="a time", unit="s", example="20 s", above=0.0)
@@ -240,9 +244,63 @@ def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:
     return nothing.or_start(t)
 
 
+def judged(solution: Solution) -> Solution:
+    """The solution, failed where its energy balance gains too much.
+
+    Notes
+    -----
+    Implicit methods count a gain while they run beside energies that their steps are not meant to resolve
+    (`evolvent.solvers.implicit_setup.energy_floor`). This rule counts it beside the energies of the run alone: E, the
+    largest energy or sum of the magnitudes of all work. A run fails that gains more than `LARGEST_GAIN` of E, unless
+    the gain is below `RESOLVED` of those other energies: that is round-off of the elastic energies of its elements and
+    of the weights that it lifts. Explicit methods have no such floor and judge themselves.
+    """
+    if solution.kept is None or not solution.success or not solution.t.size:
+        return solution
+    defect, largest = solution.energy_defect, exchanged(solution)
+    gain = float(np.max(defect - np.fmin.accumulate(defect)))
+    if not gain > LARGEST_GAIN * largest or gain <= _resolved(solution):
+        return solution
+    message = (
+        f"the run has gained {gain:.2g} J from nothing, {100.0 * gain / max(largest, 1e-300):.2g} % of its largest "
+        f"energy or work; take a smaller tolerance or step"
+    )
+    return dataclasses.replace(solution, status="failed", message=message)
+
+
+def exchanged(solution: Solution) -> float:
+    """The largest energy of a run, or the largest sum of the magnitudes of all its work, J."""
+    found = solution.balance
+    works = np.sum([np.abs(found[name]) for name in balance.WORK], axis=0)
+    return float(np.nanmax(np.maximum(solution.energy, works), initial=0.0))
+
+
+def _resolved(solution: Solution) -> float:
+    """Energy below which a balance is round-off, J."""
+    weight, mass = implicit_setup.sizes(solution.assembly)
+    return RESOLVED * implicit_setup.energy_floor(solution.assembly, mass, weight)
+
+
+def unresolved(solution: Solution) -> str:
+    """A sentence on a run whose energies are round-off; '' of others."""
+    if solution.kept is None or solution.path is not None or not solution.t.size:
+        return ""
+    largest = exchanged(solution)
+    if not 0.0 < largest < _resolved(solution):
+        return ""
+    return (
+        f"the largest energy of the run, {largest:.2g} J, is round-off beside the energies of its elements and "
+        f"weights; its energy balance says nothing"
+    )
+
+
 def warning_of(solution: Solution) -> str:
     """Sentences on energy that the method has taken, on threads that push and on unloaded tip masses; '' of others."""
-    found = (_numerical_loss(solution), slack_threads(solution), unloaded_tips(solution.assembly))
+    found = (
+        unresolved(solution) or _numerical_loss(solution),
+        slack_threads(solution),
+        unloaded_tips(solution.assembly),
+    )
     return "; ".join(text for text in found if text)
 
 
@@ -355,6 +413,7 @@ def latches_of(solution: Solution) -> str:
 def _attributes(solution: Solution, *, case: str, system: str) -> dict[str, Any]:
     from evolvent import results
 
+    solution = judged(solution)
     laws = {str(k): getattr(law, "__name__", str(k)) for k, law in solution.assembly.laws.items()}
     return results.attributes(
         system=system,

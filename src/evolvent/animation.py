@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import base64
 import dataclasses
-import html
+import functools
 import json
 import os
 import pathlib
@@ -17,14 +17,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import cases, pages
 from evolvent.errors import InputError
 from evolvent.motion import Frame, Line, Motion, name_and_unit, turns_between
-from evolvent.results import unfinished, writing
+from evolvent.results import unfinished, write_file
 from evolvent.solids import SECTORS, Solid
+from evolvent.views import views
 
 if TYPE_CHECKING:
-    pass
+    from markupsafe import Markup
 
 #: Size that a page may reach, bytes; frames are left out until it fits.
 LARGEST = 2_000_000
@@ -38,10 +39,7 @@ MOST_POINTS, MOST_POINTS_PACKED = 1200, 4000
 SHOWN = 15.0
 #: The same of a period that repeats, s.
 SHOWN_PERIOD = 2.0
-#: Where a motion is seen from at first, rad.
-AZIMUTH, ELEVATION = -1.1, 0.6
 _HERE = pathlib.Path(__file__).parent
-_TEMPLATE = _HERE / "animation.html"
 #: The parts of the viewer, in the order in which they refer to those before.
 VIEWER = tuple(_HERE / "viewer" / f"{name}.js" for name in ("motion", "picture", "viewer"))
 #: Share of the reach below which a solid has fewer sectors, and number of solids above which it has still fewer.
@@ -72,13 +70,12 @@ def write(motion: Motion, path: str | os.PathLike[str]) -> str:
             f"cannot write {os.fspath(path)!r}: an animation is a page, whose file ends with .html; "
             f"`evolvent export RUN.NC --to gif` or mp4 writes films"
         )
-    with writing(path) as temporary:
-        pathlib.Path(temporary).write_bytes(page(motion, playing=motion.time.size > 1)[0])
+    write_file(path, page(motion)[0])
     return os.fspath(path)
 
 
 def page(
-    motion: Motion, *, frames: int = MOST_FRAMES, speed: float | None = None, playing: bool = True
+    motion: Motion, *, frames: int = MOST_FRAMES, speed: float | None = None, playing: bool = False
 ) -> tuple[bytes, int]:
     """The page, and the number of frames that it holds: at most `frames`, and no more than `LARGEST` bytes hold.
 
@@ -88,7 +85,8 @@ def page(
     frames : int
     speed : float, optional
         Time of the run over time of the clock at the start; left out, what shows the run in `SHOWN` seconds.
-    playing : bool, whether it plays when it is opened, once unless it repeats; else it shows the first frame
+    playing : bool, whether it plays when it is opened, once unless it repeats; else it shows the first frame until
+        the button or the space bar starts it
 
     Notes
     -----
@@ -190,7 +188,7 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
         "magnification": factor,
         "up": motion.up,
         "main": None if body is None else body.name,
-        "view": [AZIMUTH, ELEVATION],
+        "views": [view._asdict() for view in views(motion)],
         "speed": default_speed(motion),
         "repeats": motion.repeats,
         "grid": grid_step(motion.reach),
@@ -307,13 +305,16 @@ def _page(motion: Motion, frames: int, speed: float | None, playing: bool) -> by
     header, blocks = described(motion, frames, points=MOST_POINTS)
     header |= {"speed": speed or header["speed"], "playing": playing}
     header["blocks"] = [_encoded(name, values) for name, values in blocks.items()]
-    # "<" cannot close the script then
-    data = json.dumps(header, separators=(",", ":")).replace("<", "\\u003c")
-    text = _TEMPLATE.read_text(encoding="utf-8").replace("@TITLE@", html.escape(header["title"]))
+    return pages.render("animation.html", title=header["title"], data=header, viewer=_viewer()).encode()
+
+
+@functools.cache
+def _viewer() -> Markup:
+    """The viewer as one script, in which nothing is imported or exported."""
+    from markupsafe import Markup
+
     script = "".join(path.read_text(encoding="utf-8") for path in VIEWER)
-    # in one script nothing is imported or exported
-    text = text.replace("@VIEWER@", re.sub(r"^import .*\n|^export ", "", script, flags=re.MULTILINE))
-    return text.replace("@DATA@", data).encode()
+    return Markup(re.sub(r"^import .*\n|^export ", "", script, flags=re.MULTILINE))
 
 
 def _encoded(name: str, values: np.ndarray) -> dict[str, Any]:

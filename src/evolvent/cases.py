@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import yaml
 from pydantic import ValidationError
 
+from evolvent import safe_open
 from evolvent.errors import InputError, nearest
 from evolvent.schema import Section, by_name, dotted, keys, locate, sentence, shown
 from evolvent.units import UnitError, shared_unit, unit_of
@@ -320,39 +321,57 @@ def parse_yaml(source: str, name: str) -> Any:
         raise InputError(f"{name}: this is not YAML ({' '.join(str(error).split())})") from None
 
 
-#: Longest mapping, in letters, that is written on one line.
-_LONGEST_LINE = 90
+#: Longest list, in letters, that is written on one line.
+_LONGEST_LIST = 60
 #: The one of C, where the library has it, which is ten times faster.
 _PlainDumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 class _Dumper(_PlainDumper):  # type: ignore[misc]
-    """YAML whose mappings of plain values stand on one line where they fit, so that no line ends before a unit."""
+    """YAML in block style; only short lists of plain values, such as vectors, stand on one line."""
 
-    def represent_mapping(self, tag: str, mapping: Any, flow_style: bool | None = None) -> Any:
-        node = super().represent_mapping(tag, mapping, flow_style)
-        if node.flow_style and _letters(node) > _LONGEST_LINE:
-            node.flow_style = False
+    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
+        node = super().represent_sequence(tag, sequence, flow_style)
+        plain = all(isinstance(part, yaml.ScalarNode) for part in node.value)
+        node.flow_style = plain and _letters(node) <= _LONGEST_LIST
         return node
 
 
-def _letters(node: yaml.Node) -> int:
-    """About how many letters a node takes on one line."""
-    if isinstance(node, yaml.ScalarNode):
-        return len(node.value) + 2
-    inner = node.value if isinstance(node, yaml.SequenceNode) else [part for pair in node.value for part in pair]
-    return 2 + sum(map(_letters, inner))
+def _letters(node: yaml.SequenceNode) -> int:
+    """About how many letters a list takes on one line."""
+    return 2 + sum(len(part.value) + 2 for part in node.value)
 
 
-def to_yaml(case: Section) -> str:
-    """The whole case, defaults included, as YAML that can be run again and gives the same numbers."""
-    return dump(case.model_dump(mode="json", exclude_none=True))
+def to_yaml(case: Section, written: Any = None) -> str:
+    """The whole case, defaults included, as YAML that can be run again and gives the same numbers.
+
+    Parameters
+    ----------
+    case : Section
+    written : mapping, optional
+        The content that the case was read from; its values are kept with their units, such as "5 mm".
+    """
+    content = case.model_dump(mode="json", exclude_none=True)
+    if isinstance(written, Mapping):
+        kept = _with_written(content, written)
+        with contextlib.suppress(InputError):
+            if load(kept) == case:
+                content = kept
+    return dump(content)
+
+
+def _with_written(full: Any, written: Any) -> Any:
+    """Full content with the values of another in place that mean the same; plain numbers take the unit of the full."""
+    if isinstance(full, Mapping) and isinstance(written, Mapping):
+        return {key: _with_written(value, written[key]) if key in written else value for key, value in full.items()}
+    number = isinstance(written, (int, float)) and not isinstance(written, bool)
+    return full if written is None or (number and isinstance(full, str)) else written
 
 
 def dump(content: Mapping[str, Any]) -> str:
-    """Plain content of a case as YAML."""
+    """Plain content of a case as YAML: block style, lines of at most 99 letters where the values allow it."""
     return str(
-        yaml.dump(content, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
+        yaml.dump(content, Dumper=_Dumper, sort_keys=False, default_flow_style=False, width=99, allow_unicode=True)
     )
 
 
@@ -539,14 +558,7 @@ def _read(case: Any) -> dict[str, Any]:
     is_word = not re.search(r"[./\\]", name)
     if name in _files() or (is_word and not os.path.exists(name)):
         return dict(copied(_built_in_content(name)))
-    try:
-        source = pathlib.Path(name).read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise InputError(f"cannot read {name!r}: it is not a text file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot read {name!r}: {reason.lower()}") from None
-    content = parse_yaml(source, name)
+    content = parse_yaml(safe_open.text(name), name)
     if not isinstance(content, dict):
         what = "it is empty" if content is None else f"it holds {shown(content)}"
         raise InputError(f"{name}: {what}; a case is a mapping of keys to values, as 'evolvent show' prints one")

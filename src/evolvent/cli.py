@@ -22,9 +22,10 @@ import click
 from evolvent import __version__, progress, startup
 from evolvent.analysis_command import equilibrium, modes
 from evolvent.calibration.command import calibrate
-from evolvent.console import note, once, watch
-from evolvent.errors import EvolventError, InputError, RunFailed, nearest
+from evolvent.console import figure_format, note, once, watch
+from evolvent.errors import EvolventError, InputError, RunFailed, abbreviated, nearest
 from evolvent.exports.command import export, report
+from evolvent.exports.fmu.command import fmu
 from evolvent.massprops.command import identify
 from evolvent.papers.claims_command import claims
 from evolvent.papers.command import figure
@@ -89,7 +90,7 @@ def _complain(error: click.ClickException | EvolventError) -> int:
         message = message[:1].lower() + message[1:]  # click begins with a capital, and names stay as they are
         if isinstance(error, click.UsageError) and error.ctx is not None and error.ctx.command is not commands:
             message = f"{message.rstrip('.')}; {' '.join(error.ctx.get_usage().split()).replace('Usage', 'usage')}"
-    message = " ".join(message.split()).rstrip(".")
+    message = abbreviated(" ".join(message.split()).rstrip("."))
     click.echo(f"evolvent: {message}", err=True)
     return FAILED if isinstance(error, RunFailed) else BAD_INPUT
 
@@ -141,7 +142,7 @@ def show(case: str) -> None:
     if case in studies.built_in():
         click.echo(studies.text(case), nl=False)
     elif case not in cases.built_in() and re.search(r"[./\\]", case):
-        click.echo(cases.to_yaml(cases.load(case)), nl=False)
+        click.echo(cases.to_yaml(cases.load(case), cases.content_of(case)), nl=False)
     else:
         click.echo(cases.text(case), nl=False)
 
@@ -250,9 +251,16 @@ def schema(system: str) -> None:
     help="Folder for figures and animation.  [default: RUN-figures, or CASE-run]",
 )
 @click.option("--no-figures", is_flag=True, help="Write the results only: no figures, animation or report.")
+@figure_format
 @click.option("--quiet", is_flag=True, help="Print no table and no progress.")
 def run(
-    case: str, assignments: tuple[str, ...], output: str | None, figures: str | None, no_figures: bool, quiet: bool
+    case: str,
+    assignments: tuple[str, ...],
+    output: str | None,
+    figures: str | None,
+    no_figures: bool,
+    kind: str,
+    quiet: bool,
 ) -> None:
     """Run a built-in CASE or a case FILE, print its results and draw figures.
 
@@ -270,7 +278,7 @@ def run(
         note(plan.note)
     with watch(quiet=quiet or not plan.solver):
         found = plan.run(lambda reached: progress.report("running", reached, plan.duration, "s"))
-    _keep(found, targets, quiet)
+    _keep(found, targets, kind, quiet)
     status, message = found.attrs["status"], found.attrs["message"]
     if status == "failed":
         raise RunFailed(message, found)
@@ -352,7 +360,7 @@ def _with_parents(path: str) -> list[str]:
     return [path] if above == path else [path, *_with_parents(above)]
 
 
-def _keep(found: xr.Dataset, targets: _Targets, quiet: bool) -> None:
+def _keep(found: xr.Dataset, targets: _Targets, kind: str, quiet: bool) -> None:
     """Table, results file, figures and report of a run: what is wanted first and is quick comes first."""
     from evolvent import results
 
@@ -363,7 +371,7 @@ def _keep(found: xr.Dataset, targets: _Targets, quiet: bool) -> None:
         if targets.folder is not None:
             results.make_folder(targets.folder)
         results.save(found, targets.results)
-    written = [] if targets.figures is None else _draw(found, targets.figures, quiet)
+    written = [] if targets.figures is None else _draw(found, targets.figures, kind, quiet)
     if targets.report is not None:
         from evolvent.exports import report
 
@@ -389,7 +397,7 @@ def _list(written: Sequence[str], folder: str | None) -> None:
         _say(f"figures: {', '.join(map(os.path.basename, written))} in {folder}")
 
 
-def _draw(found: xr.Dataset, folder: str, quiet: bool) -> list[str]:
+def _draw(found: xr.Dataset, folder: str, kind: str, quiet: bool) -> list[str]:
     """Figures and animation of a run; returns the files' paths."""
     from evolvent import animation, cases
 
@@ -401,7 +409,7 @@ def _draw(found: xr.Dataset, folder: str, quiet: bool) -> list[str]:
             return []
         from evolvent.exports import drawings  # what draws takes longer to load than most runs take
 
-        return drawings.write(found, figures, motion, folder)
+        return drawings.write(found, figures, motion, folder, kind=kind)
 
 
 def _table(found: xr.Dataset) -> None:
@@ -465,7 +473,8 @@ def _variables(title: str, variables: Mapping[Any, Any]) -> None:
 @click.option(
     "--variables", multiple=True, callback=once, metavar="NAME,NAME", help="Draw these variables alone, over time."
 )
-def plot(path: str, figures: str | None, variables: str | None) -> None:
+@figure_format
+def plot(path: str, figures: str | None, variables: str | None, kind: str) -> None:
     """Draw figures and an animation of a results file, or the variables that are named.
 
     \b
@@ -482,11 +491,11 @@ def plot(path: str, figures: str | None, variables: str | None) -> None:
         drawn = show.figure(found, [name.strip() for name in variables.split(",") if name.strip()])
     folder = results.check_writable_folder(_beside(path) if figures is None else figures)
     if drawn is None:
-        _list(_draw(found, folder, quiet=False), folder)
+        _list(_draw(found, folder, kind, quiet=False), folder)
         return
     from evolvent import plots
 
-    _say(f"figures: {os.path.basename(plots.draw([drawn], folder)[0])} in {folder}")
+    _say(f"figures: {os.path.basename(plots.draw([drawn], folder, kind=kind)[0])} in {folder}")
 
 
 commands.add_command(modes)
@@ -498,4 +507,5 @@ commands.add_command(calibrate)
 commands.add_command(identify)
 commands.add_command(export)
 commands.add_command(report)
+commands.add_command(fmu)
 commands.add_command(studio)

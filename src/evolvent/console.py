@@ -26,6 +26,13 @@ def once(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]
     return values[0] if values else None
 
 
+#: The option of every command that draws figures.
+figure_format = click.option(
+    "--format", "kind", type=click.Choice(("png", "pdf", "svg")), default="png", show_default=True,
+    help="Format of the figures; 174 mm wide, with embedded fonts.",
+)  # fmt: skip
+
+
 def note(sentence: str) -> None:
     """Print one sentence to stderr."""
     click.echo(f"evolvent: {sentence}", err=True)

@@ -7,9 +7,15 @@ import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 
+#: Longest word of a message, and longest message, in characters; what is cut from them.
+_LONGEST_WORD, _LONGEST_MESSAGE = 300, 1200
+
 
 class EvolventError(Exception):
     """Base of all errors that this package raises on purpose; the message is one clear sentence."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(abbreviated(message))
 
 
 class InputError(EvolventError):
@@ -22,6 +28,17 @@ class RunFailed(EvolventError):
     def __init__(self, message: str, run: object = None) -> None:
         super().__init__(message)
         self.run = run
+
+
+def abbreviated(message: str) -> str:
+    """A message in which very long values are cut."""
+    if len(message) <= _LONGEST_WORD:
+        return message
+    message = re.sub(rf"\S{{{_LONGEST_WORD},}}", lambda word: f"{word[0][:77]}...{word[0][-1]}", message)
+    if len(message) <= _LONGEST_MESSAGE:
+        return message
+    half = _LONGEST_MESSAGE // 2
+    return f"{message[:half]} ... {message[-half:]}"
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 Array = np.ndarray
+#: Width of every figure, mm: that of a page of a journal, two columns.
+WIDTH = 174.0
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -76,18 +81,19 @@ class Note:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Panel:
-    """One pair of axes; axis labels carry their units.
+    """One pair of axes.
 
     Attributes
     ----------
+    x_label, y_label : str, a quantity, and after the last ", " its unit
     equal : bool, whether both axes have the same scale
     log, log_x : bool, whether y, and whether x, is logarithmic
     y_zero : bool, whether the y axis starts at zero where no value is below it
+    y_span : float, least length of the y axis, so that differences that do not matter look small
     x_names, y_names : mapping, place on the axis -> name, for an axis of things rather than numbers
     map : Map, drawn below the lines; None for none
     notes : text over the lines
     axes : bool, False hides axes and grid, as of a schematic
-    legend_outside : bool, whether the legend stands to the right of the axes, as it does with more than 6 labels
     """
 
     x_label: str
@@ -98,22 +104,22 @@ class Panel:
     log: bool = False
     log_x: bool = False
     y_zero: bool = False
+    y_span: float = 0.0
     x_names: Mapping[float, str] | None = None
     y_names: Mapping[float, str] | None = None
     map: Map | None = None
     notes: Sequence[Note] = ()
     axes: bool = True
-    legend_outside: bool = False
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Figure:
-    """Panels on a sheet, `columns` beside one another.
+    """Panels on a sheet that is `WIDTH` wide, `columns` beside one another.
 
     Attributes
     ----------
     name : str, of the file
-    size : (2,) float, inches
+    height : float, mm; a sheet of schematics alone is as high as they are
     heights : sequence of float, relative heights of the rows
     """
 
@@ -121,7 +127,7 @@ class Figure:
     title: str
     panels: Sequence[Panel]
     columns: int = 1
-    size: tuple[float, float] = (8.0, 6.0)
+    height: float = 120.0
     heights: Sequence[float] | None = None
 
 
@@ -131,6 +137,68 @@ class Number:
 
     label: str
     value: str
+
+
+def stacked(rows: int) -> float:
+    """Height of a figure with so many panels over one another, mm."""
+    return 12.0 + 47.0 * rows
+
+
+def axis_label(text: str) -> str:
+    """Label of an axis with its unit in brackets: "area, m2" -> "area [m²]"."""
+    quantity, comma, unit = text.rpartition(", ")
+    if not comma:
+        return text
+    unit = re.sub(r"\b1e(-?\d+)\b", lambda m: "10" + m[1].translate(_SUPERSCRIPTS), unit)
+    unit = re.sub(r"(?<=[a-zA-Z])\^?(-?\d+)\b", lambda m: m[1].translate(_SUPERSCRIPTS), unit)
+    unit = re.sub(r"\bu(?=[mNsJg]\b)", "µ", unit)
+    return f"{quantity} [{unit}]".lstrip()
+
+
+def plain(text: str) -> str:
+    """Text of a figure without mathtext, as of a page: "$I_{xx}$" -> "Ixx"."""
+
+    def letters(found: re.Match[str]) -> str:
+        inside = re.sub(r"\\(?:mathrm|mathit|mathbf)", "", found[1])
+        inside = re.sub(r"\\([A-Za-z]+) ?", lambda m: _letter(m[1]), inside)
+        return re.sub(r"[{}_\\]", "", inside)
+
+    return re.sub(r"\$([^$]*)\$", letters, text)
+
+
+def _letter(name: str) -> str:
+    """The letter or sign that mathtext calls so."""
+    size = "CAPITAL" if name[0].isupper() else "SMALL"
+    known = {"times": "MULTIPLICATION SIGN"}.get(name, f"GREEK {size} LETTER {name.upper()}")
+    try:
+        return unicodedata.lookup(known)
+    except KeyError:
+        return name
+
+
+def y_limits(panel: Panel) -> tuple[float, float] | None:
+    """Ends of a panel's y axis where its values alone do not decide them.
+
+    An axis starts at zero where `y_zero` asks for it, is `y_span` long or longer, and is wide where all values are the
+    same but for round-off.
+    """
+    if panel.log or panel.equal or panel.map is not None:
+        return None
+    values = np.concatenate([np.ravel(np.asarray(line.y, dtype=float)) for line in panel.lines] or [np.zeros(0)])
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return None
+    low, high = float(values.min()), float(values.max())
+    if panel.y_zero and low >= 0.0 and high > 0.0:
+        return 0.0, 1.05 * max(high, panel.y_span)
+    size = max(abs(low), abs(high))
+    span = max(panel.y_span, 0.2 * size if high - low <= 1e-5 * size else 0.0)
+    if high - low >= span:
+        return None
+    if low <= 0.0 <= high:  # about zero
+        return min(-0.5 * span, 1.05 * low), max(0.5 * span, 1.05 * high)
+    middle = 0.5 * (low + high)
+    return middle - 0.5 * span, middle + 0.5 * span
 
 
 def spline(x: Array, y: Array, at: Array) -> Array:

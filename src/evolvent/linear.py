@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from evolvent.errors import InputError
-from evolvent.figures import Figure, Line, Panel
+from evolvent.figures import Figure, Line, Panel, stacked
 from evolvent.solvers.linear import FrequencyResponse, StateSpace
 from evolvent.solvers.reduction import MODAL
 
@@ -37,8 +37,8 @@ class Response(FrequencyResponse):
             for unit, lines in panels.items()
         ]
         drawn.append(Panel(x_label="frequency, Hz", y_label="phase, deg", lines=phases, log_x=True))
-        size = (8.0, 1.2 + 2.4 * len(drawn))
-        return Figure(name="frequency-response", title="Frequency response", panels=drawn, size=size)
+        height = stacked(len(drawn))
+        return Figure(name="frequency-response", title="Frequency response", panels=drawn, height=height)
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Any:
         """Draw magnitude and phase over the frequency.

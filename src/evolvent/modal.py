@@ -93,9 +93,8 @@ class ModalResults(Modes):
         InputError
             If the file cannot be written.
         """
-        from evolvent import results
+        from evolvent import netcdf, results
 
         found = self.to_dataset()
         found.attrs = {"title": "modes by evolvent", "holds": results.MODES, "made_with": results.made_with()}
-        with results.writing(path) as temporary:
-            found.to_netcdf(temporary, engine="h5netcdf")
+        results.write_file(path, netcdf.image(found))

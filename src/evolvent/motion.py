@@ -365,11 +365,17 @@ def name_and_unit(label: str) -> tuple[str, str]:
 
 def quantity(x: float, unit: str, digits: int = 3) -> str:
     """A value with its unit, with a prefix where that is shorter: 0.0021, "N" -> "2.1 mN"."""
-    factor, prefix = 1.0, ""
-    if unit in ("m", "N", "N m", "J", "W", "Pa") and x != 0.0:
-        steps = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-        factor, prefix = next((step for step in steps if abs(x) >= 0.9999 * step[0]), (1.0, ""))
-    return f"{x / factor:.{digits}g} {prefix}{unit}".strip()
+    factor, prefixed = prefixed_unit(x, unit)
+    return f"{x / factor:.{digits}g} {prefixed}".strip()
+
+
+def prefixed_unit(x: float, unit: str) -> tuple[float, str]:
+    """The unit with the prefix that suits a value, and how large it is: 0.0021, "N" -> (0.001, "mN")."""
+    if unit not in ("m", "N", "N m", "J", "W", "Pa") or x == 0.0:
+        return 1.0, unit
+    steps = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+    factor, prefix = next((step for step in steps if abs(x) >= 0.9999 * step[0]), (1.0, ""))
+    return factor, f"{prefix}{unit}"
 
 
 # ------------------------------------------------------------------------------------------------ rotations

@@ -7,7 +7,8 @@ Source: NetCDF-4 file format specification, Unidata.
 
 from __future__ import annotations
 
-from typing import Any
+import io
+from typing import Any, BinaryIO
 
 import numpy as np
 import xarray as xr
@@ -24,7 +25,7 @@ def is_plain(run: xr.DataTree | xr.Dataset) -> bool:
     if isinstance(run, xr.DataTree):
         if any(node.children for node in run.children.values()):
             return False
-        return all(map(is_plain, _datasets(run).values()))
+        return all(map(is_plain, datasets(run).values()))
     if run.encoding.get("unlimited_dims") or any(size == 0 for size in run.sizes.values()):
         return False
     for name, variable in run.variables.items():
@@ -35,25 +36,39 @@ def is_plain(run: xr.DataTree | xr.Dataset) -> bool:
     return True
 
 
-def _datasets(run: xr.DataTree | xr.Dataset) -> dict[str, xr.Dataset]:
+def datasets(run: xr.DataTree | xr.Dataset) -> dict[str, xr.Dataset]:
     """Data sets of the root ('') and of all groups, without what they inherit."""
     if not isinstance(run, xr.DataTree):
         return {"": run}
     return {"": run.to_dataset()} | {name: node.to_dataset(inherit=False) for name, node in run.children.items()}
 
 
-def write(run: xr.DataTree | xr.Dataset, path: str) -> None:
-    """Write a run for which `is_plain` holds."""
+def image(run: xr.DataTree | xr.Dataset) -> memoryview:
+    """A run or data set as the bytes of a NetCDF file.
+
+    It is made in memory, where no write fails: HDF5 keeps a file open that it could not write, and ends the process
+    with a fault as it tries again.
+    """
+    file = io.BytesIO()
+    if is_plain(run):
+        write(run, file)
+    else:
+        run.to_netcdf(file, engine="h5netcdf")
+    return file.getbuffer()
+
+
+def write(run: xr.DataTree | xr.Dataset, file: BinaryIO) -> None:
+    """Write a run that `is_plain`."""
     import h5py
 
-    with h5py.File(path, "w", track_order=True) as file:
+    with h5py.File(file, "w", track_order=True) as opened:
         scales: dict[str, Any] = {}
         count = 0
-        for name, dataset in _datasets(run).items():
-            group = file.create_group(name, track_order=True) if name else file
+        for name, dataset in datasets(run).items():
+            group = opened.create_group(name, track_order=True) if name else opened
             count = _write(group, dataset, scales, first=count)
         made_with = f"version=2,h5py={h5py.__version__},hdf5={h5py.version.hdf5_version}".encode("ascii")
-        file.attrs["_NCProperties"] = np.array(made_with, dtype=h5py.string_dtype("ascii", len(made_with)))
+        opened.attrs["_NCProperties"] = np.array(made_with, dtype=h5py.string_dtype("ascii", len(made_with)))
 
 
 def _write(file: Any, dataset: xr.Dataset, inherited: dict[str, Any], *, first: int) -> int:

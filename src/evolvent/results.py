@@ -6,22 +6,25 @@ import contextlib
 import datetime
 import errno
 import functools
+import hashlib
 import importlib.metadata
 import json
+import math
 import numbers
 import os
 import pathlib
 import platform
 import re
 import tempfile
+import time
 import uuid
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal
+from typing import Any, BinaryIO, Literal
 
 import numpy as np
 import xarray as xr
 
-from evolvent import __version__, cases, netcdf
+from evolvent import __version__, cases, netcdf, safe_open
 from evolvent.errors import InputError
 from evolvent.figures import Number
 from evolvent.fine_samples import MARK
@@ -33,15 +36,36 @@ STATUSES = ("success", "stopped by event", "interrupted", "failed")
 #: Those of runs that did what they were asked to.
 WELL = STATUSES[:2]
 #: Attributes of a run, as `label` writes them; those of `_JSON` hold a mapping.
-_TEXTS = ("title", "system", "case", "version", "solver", "status", "message", "statistics", "laws")
+_TEXTS = (
+    "title",
+    "system",
+    "case",
+    "version",
+    "solver",
+    "status",
+    "message",
+    "statistics",
+    "laws",
+    "date",
+    "made_with",
+)
 _NUMBERS = ("wall_time_s", "compile_time_s")
 _JSON = ("statistics", "laws")
 #: Attribute of the root and of every group: its numeric variables, name -> {dimension: size, null of time}, JSON.
 _VARIABLES = "variables"
+#: Attribute of a file with the `digest` of what evolvent wrote.
+DIGEST = "digest"
+#: Name of a temporary file: computer and process that write it.
+_PART = re.compile(r"\..*\.([0-9a-f]{8})-(\d{1,9})-[0-9a-f]{12}\.part")
+#: Folders and when they were last searched for temporary files that were left, s; after how long they are again.
+_LOOKED: dict[str, float] = {}
+_EVERY = 60.0
 #: Longest name of a file, bytes, on all common file systems.
 _LONGEST = 255
 
 
+#: Warning of a run whose digest is not that of its values.
+_ALTERED = "the file was altered after evolvent wrote it; its numbers may not be those of its case"
 #: Attribute ``holds`` of files of modes.
 MODES = "modes"
 
@@ -160,20 +184,18 @@ def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is 
         If the file cannot be read, or holds something else.
     """
     name = _named(path, "read")
-    if os.path.isdir(name):
-        raise InputError(f"cannot read {name!r}: it is a folder")
-    if os.path.exists(name) and not os.path.isfile(name):
-        raise InputError(f"cannot read {name!r}: it is not a regular file")
-    try:
-        with pathlib.Path(name).open("rb") as file:
-            file.read(1)
-    except OSError as error:
-        raise InputError(f"cannot read {name!r}: {_reason(error)}") from None
-    try:
-        dataset = _load(name)
-    except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged file)
-        hint = "; `evolvent show` prints a case" if name.endswith((".yaml", ".yml")) else ""
-        raise InputError(f"cannot read {name!r}: it is not a NetCDF file, or it is damaged{hint}") from None
+    with safe_open.binary(name) as file:
+        if file.read(1):
+            hint = "; `evolvent show` prints a case" if name.endswith((".yaml", ".yml")) else ""
+            try:
+                safe_open.check_hdf5(file, name)
+                dataset = _load(file)
+            except InputError as error:
+                raise InputError(f"{error}{hint}") from None
+            except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged file)
+                raise InputError(f"cannot read {name!r}: it is not a NetCDF file, or it is damaged{hint}") from None
+        else:
+            raise InputError(f"cannot read {name!r}: it is empty")
     if dataset.attrs.get("holds") == MODES:
         raise InputError(f"cannot read {name!r}: it holds modes, not a run; xarray.open_dataset reads them")
     if not {"system", "case", "version", "status"} <= set(dataset.attrs):
@@ -182,15 +204,17 @@ def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is 
         _check(dataset)
     except InputError as error:
         raise InputError(f"cannot read {name!r}: it is no whole run of evolvent: {error}") from None
+    if dataset.attrs.pop(DIGEST, known := digest(dataset)) != known:
+        told = dataset.attrs.get("warning", "")
+        dataset.attrs["warning"] = f"{told}; {_ALTERED}" if told else _ALTERED
     return dataset
 
 
-def _load(name: str) -> Any:
+def _load(file: BinaryIO) -> Any:
     """The content of a file."""
-    with xr.open_datatree(name, engine=_ENGINE, decode_times=False) as tree:
-        if tree.children:
-            return tree.load()
-    return xr.load_dataset(name, engine=_ENGINE, decode_times=False)
+    with xr.open_datatree(file, engine=_ENGINE, decode_times=False) as tree:
+        found = tree.load()
+        return found if found.children else found.to_dataset()
 
 
 def _check(run: Any) -> None:
@@ -288,10 +312,12 @@ def _check_groups(run: Any) -> None:
                 listed = False
             if not listed:
                 raise InputError(f"the attribute {key!r} of its part {name!r} is not a list in JSON")
+        if not isinstance(group.attrs.get("kind"), str):
+            raise InputError(f"the attribute 'kind' of its part {name!r} is missing")
 
 
 def save(dataset: Any, path: str | os.PathLike[str]) -> None:
-    """Write a run as NetCDF, whole or not at all.
+    """Write a run as NetCDF, whole or not at all; it takes as much memory again.
 
     Parameters
     ----------
@@ -304,29 +330,71 @@ def save(dataset: Any, path: str | os.PathLike[str]) -> None:
         If the file cannot be written.
     """
     dataset = _listed(dataset)
-    with writing(path) as temporary:
-        try:
-            if netcdf.is_plain(dataset):
-                netcdf.write(dataset, temporary)
-            else:
-                dataset.to_netcdf(temporary, engine=_ENGINE)
-        except RuntimeError as error:  # how HDF5 reports a full disk
-            number = re.search(r"errno = (\d+)", str(error))
-            if number is None:
-                raise
-            raise OSError(int(number[1]), os.strerror(int(number[1]))) from None
+    dataset = dataset.copy()
+    dataset.attrs = dataset.attrs | {DIGEST: digest(dataset)}
+    write_file(path, netcdf.image(dataset))
+
+
+def digest(run: Any) -> str:
+    """SHA-256 of the names, dimensions, values and attributes of a run or data set, the same after it was read."""
+    found = hashlib.sha256()
+    for group, held in sorted(netcdf.datasets(run).items()):
+        found.update(repr((group, _plain_attributes(held.attrs))).encode("utf-8", "replace"))
+        for name, values in sorted(held.variables.items(), key=lambda item: str(item[0])):
+            about = str(name), values.dims, values.shape, _plain_attributes(values.attrs)
+            found.update(repr(about).encode("utf-8", "replace"))
+            found.update(_plain_bytes(values.values))
+    return found.hexdigest()
+
+
+def _plain_attributes(attributes: Mapping[Any, Any]) -> list[tuple[str, list[Any]]]:
+    """Attributes as they are read back, in order."""
+    known = {str(name): value for name, value in attributes.items() if name not in (DIGEST, "_FillValue")}
+    return [(name, np.ravel(np.asarray(value)).tolist()) for name, value in sorted(known.items())]
+
+
+def _plain_bytes(values: np.ndarray) -> bytes:
+    """Values in their widest type; all that are not a number are alike."""
+    kind = values.dtype.kind
+    if kind == "f":
+        wide = values.astype("<f8")
+        wide[np.isnan(wide)] = np.nan
+        return wide.tobytes()
+    if kind in "biuc":
+        return values.astype("<c16" if kind == "c" else "<i8").tobytes()
+    return json.dumps([str(value) for value in values.ravel()]).encode()
+
+
+def write_file(path: str | os.PathLike[str], content: bytes | memoryview | str) -> None:
+    """Write a file, whole or not at all: see `writing`. A text is written in UTF-8.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    with writing(path) as temporary, pathlib.Path(temporary).open("wb") as file:
+        file.write(content.encode("utf-8") if isinstance(content, str) else content)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 @contextlib.contextmanager
 def writing(path: str | os.PathLike[str]) -> Iterator[str]:
     """A temporary name beside `path`; what was written there takes its place if all went well, else it is removed.
 
-    A link is followed: the file that it points to is replaced.
+    A link is followed: the file that it points to is replaced. What killed processes have left in the folder goes.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, by an error of the operating system.
     """
     name = check_writable(path)
     real = os.path.realpath(name)
-    short = os.path.basename(real)[:40]
-    temporary = os.path.join(os.path.dirname(real), f".{short}.{uuid.uuid4().hex[:12]}.part")
+    folder, short = os.path.dirname(real), os.path.basename(real)[:40]
+    _remove_left(folder)
+    temporary = os.path.join(folder, f".{short}.{_host()}-{os.getpid()}-{uuid.uuid4().hex[:12]}.part")
     try:
         yield temporary
         os.replace(temporary, real)
@@ -335,6 +403,37 @@ def writing(path: str | os.PathLike[str]) -> Iterator[str]:
     finally:
         with contextlib.suppress(OSError):
             os.unlink(temporary)
+
+
+@functools.cache
+def _host() -> str:
+    """A short name of this computer."""
+    return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+
+
+def _remove_left(folder: str) -> None:
+    """Remove temporary files of this computer's processes that are no more; looks at a folder once a minute."""
+    now = time.monotonic()
+    if now - _LOOKED.get(folder, -math.inf) < _EVERY or os.name != "posix":
+        return
+    _LOOKED[folder] = now
+    with contextlib.suppress(OSError):
+        for name in os.listdir(folder):
+            found = _PART.fullmatch(name)
+            if found and found[1] == _host() and not _lives(int(found[2])):
+                with contextlib.suppress(OSError):
+                    os.unlink(os.path.join(folder, name))
+
+
+def _lives(process: int) -> bool:
+    """Whether there is a process of this number."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True
 
 
 def check_writable(path: str | os.PathLike[str]) -> str:

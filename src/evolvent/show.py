@@ -12,7 +12,8 @@ import xarray as xr
 
 from evolvent import results, variables
 from evolvent.errors import InputError
-from evolvent.figures import Figure, Line, Number, Panel
+from evolvent.figures import Figure, Line, Number, Panel, stacked
+from evolvent.motion import prefixed_unit, quantity
 from evolvent.units import unit_text
 
 if TYPE_CHECKING:
@@ -28,8 +29,12 @@ _NOISE = 1e-12
 _ENERGY_UNITS = ((0.1, 1.0, "J"), (1e-4, 1e3, "mJ"), (0.0, 1e6, "µJ"))
 #: Smallest stored energy that is drawn, of the largest energy: less is round-off.
 _STORED_SHOWN = 1e-10
+#: Least length of the axis of the balance's defect, of the largest energy: it is drawn over ±0.1 % or more.
+_DEFECT_SCALE = 2e-3
 #: Most rows of the table that parts take.
 _ROWS = 14
+#: Share of the largest value below which another is shown as 0.
+_ROUND_OFF = 1e-7
 
 
 def plots_of(run: xr.DataTree, part: str) -> list[str]:
@@ -102,7 +107,7 @@ def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "
     for group in panels.values():
         lines: list[Line] = []
         for full, _ in group:
-            lines += lines_of(run, full, first=len(lines))
+            lines += lines_of(run, full, label=_short(full, [other for other, _ in group]), first=len(lines))
         one = group[0][1]
         label = (
             _panel_label(one, str(one.name).rpartition(".")[2])
@@ -112,8 +117,20 @@ def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "
         drawn.append(Panel(x_label="", y_label=label, lines=lines))
     last = drawn[-1]
     drawn[-1] = Panel(x_label="time, s", y_label=last.y_label, lines=last.lines)
-    size = (8.0, 1.2 + 2.4 * len(drawn))
-    return Figure(name=name, title=title or ", ".join(names[:4]), panels=drawn, size=size)
+    return Figure(name=name, title=title or ", ".join(names[:4]), panels=drawn, height=stacked(len(drawn)))
+
+
+def _short(full: str, names: Sequence[str]) -> str:
+    """What tells a variable from the others of its panel: its part, its own name or both; nothing of a single one."""
+    if len(names) == 1:
+        return full.partition(".")[0] if "." in full else ""
+    part, _, own = full.partition(".")
+    if not own:
+        return full.replace("_", " ")
+    parts, owns = ({name.partition(".")[k] for name in names} for k in (0, 2))
+    if len(owns) == 1:
+        return part
+    return own.replace("_", " ") if len(parts) == 1 else f"{part} {own.replace('_', ' ')}"
 
 
 def spectrum(lines: Sequence[Line], *, unit: str, marks: Sequence[float] = (), title: str = "Spectra") -> Figure:
@@ -146,7 +163,7 @@ def spectrum(lines: Sequence[Line], *, unit: str, marks: Sequence[float] = (), t
         label = "identified" if k == 0 else ""
         drawn.append(Line(x=np.array([w, w]), y=np.array([low, 2.0 * top]), color="gray", style=":", label=label))
     panel = Panel(x_label="angular frequency, rad/s", y_label=f"amplitude, {unit}", lines=drawn, log=True)
-    return Figure(name="spectrum", title=f"{title} (Hann window)", panels=[panel], size=(8.0, 4.5))
+    return Figure(name="spectrum", title=f"{title} (Hann window)", panels=[panel], height=90.0)
 
 
 def figures(run: xr.DataTree) -> list[Figure]:
@@ -178,8 +195,8 @@ def figures_along(run: xr.DataTree) -> list[Figure]:
                 panels.append(_panel_along(group, name))
         if panels:
             panels[-1] = dataclasses.replace(panels[-1], x_label="length from the root, m")
-            title, size = f"Along {part}", (8.0, 1.2 + 2.4 * len(panels))
-            found.append(Figure(name=f"along-{part.replace(' ', '-')}", title=title, panels=panels, size=size))
+            name, height = f"along-{part.replace(' ', '-')}", stacked(len(panels))
+            found.append(Figure(name=name, title=f"Along {part}", panels=panels, height=height))
     return found
 
 
@@ -229,7 +246,7 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
     if panels:
         panels[-1] = dataclasses.replace(panels[-1], x_label="time, s")
     title = kind.replace("-", " ").capitalize()
-    return Figure(name=kind, title=title, panels=panels, size=(8.0, 1.2 + 2.4 * len(panels)))
+    return Figure(name=kind, title=title, panels=panels, height=stacked(len(panels)))
 
 
 def _panel_label(found: xr.DataArray, variable: str, *, short: bool = False) -> str:
@@ -310,11 +327,11 @@ def balance_figure(run: xr.DataTree, rows: Mapping[str, str] | None = None) -> F
     losses = lines_of_all([(name, root["energy_losses"].values[:, k]) for k, name in enumerate(causes)], 1e-9)
     if len(losses) > 1:
         panels.append(Panel(x_label="", y_label=f"dissipated, {unit}", lines=losses))
-    defect = Line(x=time, y=factor * root["energy_defect"].values, color=0)
-    panels.append(Panel(x_label="time, s", y_label=f"defect, {unit}", lines=[defect]))
+    defect, span = Line(x=time, y=factor * root["energy_defect"].values, color=0), _DEFECT_SCALE * factor * peak
+    panels.append(Panel(x_label="time, s", y_label=f"defect, {unit}", lines=[defect], y_span=span))
     heights = (*[3.0] * (len(panels) - 1), 1.5)
-    size = (8.0, 2.0 + 2.0 * len(panels))
-    return Figure(name="energy-balance", title="Energy balance", panels=panels, size=size, heights=heights)
+    height = stacked(len(panels))
+    return Figure(name="energy-balance", title="Energy balance", panels=panels, height=height, heights=heights)
 
 
 def stored_energies(run: xr.DataTree | xr.Dataset) -> dict[str, np.ndarray]:
@@ -336,17 +353,19 @@ def balance_numbers(run: xr.DataTree) -> list[Number]:
     root = variables.root_dataset(run)
     kinds = {"kinetic": root["energy_kinetic"].values}
     kinds |= stored_energies(run) or {"elastic": root["energy_elastic"].values}
-    found = [("energy at the end", ", ".join(f"{kind} {float(y[-1]):.3g}" for kind, y in kinds.items()) + " J")]
+    found = [("energy at the end", ", ".join(f"{kind} {quantity(float(y[-1]), 'J')}" for kind, y in kinds.items()))]
     if "energy_losses" in root:
         taken = dict(zip(root["cause"].values, root["energy_losses"].values[-1], strict=True))
         taken["numerical damping"] = -root["energy_defect"].values[-1]
         largest = max(abs(value) for value in taken.values())
-        causes = [f"{name} {value:.3g}" for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0]
-        found += [("energy dissipated by", f"{', '.join(causes)} J")] if causes else []
+        causes = [
+            f"{name} {quantity(value, 'J')}" for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0
+        ]
+        found += [("energy dissipated by", ", ".join(causes))] if causes else []
     worst = float(np.nanmax(np.abs(root["energy_defect"].values), initial=0.0))
     work = root["work_loads"].values + root["work_drives"].values + root["work_spools"].values
     most = max(1e-300, *(float(np.nanmax(np.abs(values), initial=0.0)) for values in (root["energy"].values, work)))
-    found.append(("energy balance", f"closes to {worst:.2g} J, {worst / most:.2g} of the largest energy"))
+    found.append(("energy balance", f"closes to {quantity(worst, 'J', 2)}, {worst / most:.2g} of the largest energy"))
     return [Number(label=label, value=value) for label, value in found]
 
 
@@ -373,15 +392,18 @@ def numbers(run: xr.DataTree) -> list[Number]:
 def _reached(found: xr.DataArray) -> str:
     """Last and largest value of a variable, with its unit; of a vector, its components at the end."""
     unit = unit_text(str(found.attrs.get("units", "")))
-    unit = "" if unit == "1" else f" {unit}"
     columns = variables.values(found)
     finite = columns[np.isfinite(columns)]
     if not finite.size:
         return "none"
+    size = float(np.abs(finite).max())
+    factor, unit = prefixed_unit(size, "" if unit == "1" else unit)
+    columns = np.where(np.abs(columns) < _ROUND_OFF * size, 0.0, columns) / factor
+    finite, unit = columns[np.isfinite(columns)], f" {unit}" if unit else ""
     if found.ndim == 1:
         largest = float(finite[np.argmax(np.abs(finite))])
         return (
-            f"{columns[-1, 0]:.5g}{unit} at the end, {largest:.5g}{unit} at most"
+            f"{columns[-1, 0]:.5g}{unit} at the end, largest {largest:.5g}{unit}"
             if len(columns) > 1
             else f"{columns[-1, 0]:.5g}{unit}"
         )
@@ -391,7 +413,7 @@ def _reached(found: xr.DataArray) -> str:
     if len(columns) == 1:
         return f"({end}){unit}"
     size = float(np.nanmax(np.linalg.norm(columns, axis=1)))
-    return f"({end}){unit} at the end, size {size:.5g}{unit} at most"
+    return f"({end}){unit} at the end, largest magnitude {size:.5g}{unit}"
 
 
 def motion(run: xr.DataTree) -> Motion | None:

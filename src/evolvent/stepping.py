@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -14,15 +15,21 @@ from evolvent.flow.needs import load_explicit
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import rigid
 from evolvent.motion import quaternions
+from evolvent.observe import Observed, View, of_family
 from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
 from evolvent.solvers import alpha_loop, alpha_state, drive, implicit
+from evolvent.solvers import balance as eb
 from evolvent.solvers.drive import METHODS, STEP_ALLOWED
 from evolvent.solvers.laws import law_failure, refusing_laws
 from evolvent.solvers.releases import write_accounts
+from evolvent.solvers.sampled import Sampled
+from evolvent.solvers.solution import Solution
 from evolvent.system import System
 
 IMPLICIT = implicit.NAME
+#: Families whose angle, and variables that, add up over all samples of a run; a stepper keeps the first and the last.
+_COUNTS_TURNS, _ADDS_UP = "joints", ("work",)
 
 
 class BodyState(NamedTuple):
@@ -39,6 +46,20 @@ class BodyState(NamedTuple):
     velocity: np.ndarray
     quaternion: np.ndarray
     rate: np.ndarray
+
+
+class Place(NamedTuple):
+    """Where a result is found.
+
+    Attributes
+    ----------
+    part, variable : str
+    at : int, or array of them, the numbers of its entries in the variable at one time
+    """
+
+    part: str
+    variable: str
+    at: int | np.ndarray
 
 
 class Stepper:
@@ -102,6 +123,10 @@ class Stepper:
         self._held: dict[str, np.ndarray] = {}
         self._failed = ""
         self._keys: Mapping[str, str] = {}
+        self._observed: dict[str, Observed] = {}
+        self._found: dict[str, Place] = {}
+        self._now: View | None = None
+        self._events: list[tuple[np.ndarray, np.ndarray]] = []
         assembly, times = _with_inputs(system, self.inputs), np.array([start, until])
         if method == IMPLICIT:
             self._run = implicit.Run(
@@ -115,6 +140,7 @@ class Stepper:
             )
             self.assembly = self._plan.assembly
             self._y, self._s = assembly.y.copy(), assembly.s.copy()
+        self._first = self._sample()
         with refusing_laws(self.assembly):
             self._look()
 
@@ -125,6 +151,7 @@ class Stepper:
         overrides: Mapping[str, Any] | None = None,
         *,
         inputs: str | Sequence[str] = (),
+        start: float = 0.0,
         until: float | None = None,
     ) -> Stepper:
         """A case, stepped by the method of its section ``solver``.
@@ -133,6 +160,7 @@ class Stepper:
         ----------
         case, overrides : as of `evolvent.run`
         inputs : names of bodies on which forces and torques will be set
+        start : float, s
         until : float, s, the end of the time that may be stepped through; None: that of the case's run
 
         Raises
@@ -144,7 +172,7 @@ class Stepper:
         system, options, end = of_case(loaded, until)
         keys = cases.solver_keys(loaded)
         with naming_keys(keys):
-            stepper = cls(system, inputs=inputs, until=end, **options)
+            stepper = cls(system, inputs=inputs, start=start, until=end, **options)
         stepper._keys = keys
         return stepper
 
@@ -187,6 +215,143 @@ class Stepper:
             if self.method != IMPLICIT:
                 found[:3] -= row["mass"] * self.assembly.model.info.gravity
         return found[:3], found[3:]
+
+    def result(self, name: str) -> float | np.ndarray:
+        """A result of a part now, by the name that it has in a run.
+
+        Parameters
+        ----------
+        name : str, such as 'hub.rate.z', 'boom.tip.velocity', 'boom[5].position', 'hinge.angle'
+
+        Raises
+        ------
+        InputError
+            If there is none, or it adds up over all samples of a run, such as the work of a load.
+
+        Notes
+        -----
+        Forces of joints are the multipliers of the last step. With steps by tolerance they oscillate from step to step.
+        """
+        return self.value(self.place(name))
+
+    def value(self, place: Place) -> float | np.ndarray:
+        """A result now, by the place that `place` has found for its name."""
+        variable = self._part(place.part).variables[place.variable]
+        now = variable.values[-1] if variable.dims[:1] == ("time",) else variable.values
+        found = np.asarray(now).reshape(-1)[place.at]
+        return float(found) if np.ndim(place.at) == 0 else found
+
+    def results(self) -> dict[str, tuple[tuple[str, ...], str]]:
+        """Names of all that `result` gives, without components and places: name -> (dimensions, unit)."""
+        return {
+            f"{part}.{name}": (tuple(d for d in v.dims if d != "time"), v.units)
+            for part in self.assembly.parts
+            for name, v in self._part(part).variables.items()
+            if not self._adds_up(part, name)
+        }
+
+    def describe(self, name: str) -> tuple[str, str]:
+        """Unit and meaning of a result."""
+        place = self.place(name)
+        variable = self._part(place.part).variables[place.variable]
+        return variable.units, variable.long_name
+
+    def _adds_up(self, part: str, variable: str) -> bool:
+        """Whether a variable of a run follows from all of its samples, not from the first and the last."""
+        turns = variable == "angle" and self.assembly.names[part][0] == _COUNTS_TURNS
+        return variable in _ADDS_UP or turns
+
+    def place(self, name: Any) -> Place:
+        """Where a result is found; of the same system it stays the same.
+
+        Raises
+        ------
+        InputError
+            As of `result`.
+        """
+        if name not in self._found:
+            self._found[name] = self._looked_up(name)
+        return self._found[name]
+
+    def _looked_up(self, name: Any) -> Place:
+        from evolvent import variables  # whose xarray takes long to load
+
+        part = variables.owner(name) if isinstance(name, str) else ""
+        if part not in self.assembly.parts or self.assembly.names[part][0] == "events":
+            raise InputError(f"no result is called {name!r}; {nearest(str(name), self.results())}")
+        if name == part:
+            own = ", ".join(key for key in self._part(part).variables if not self._adds_up(part, key))
+            raise InputError(f"{name!r} is a part; give one of its results: {own}")
+        numbered = {
+            f"{part}.{key}": (tuple(d if d in variables.SHARED else f"{part}.{d}" for d in v.dims), v)
+            for key, v in self._part(part).variables.items()
+        }
+        dataset = variables.numbered(
+            {key: (dims, v.values.shape) for key, (dims, v) in numbered.items()},
+            {f"{part}.{key}": c.long_name for key, c in self._part(part).coordinates.items()},
+        )
+        found = variables.get(dataset, name)
+        own = str(found.name).partition(".")[2]
+        if self._adds_up(part, own):
+            raise InputError(
+                f"{name!r} adds up over all samples of a run, of which a stepper keeps the first and the last"
+            )
+        at = found.values[0] if "time" in found.dims else found.values
+        return Place(part, own, int(at) if np.ndim(at) == 0 else np.asarray(at))
+
+    def _part(self, part: str) -> Observed:
+        """Results of a part at the start and now."""
+        if self._now is None:
+            self._now = View.of(self._solution())
+        if part not in self._observed:
+            found = self.assembly.parts[part].observe(self._now, part) or of_family(self._now, part)
+            self._observed[part] = Observed() if found is None else found
+        return self._observed[part]
+
+    def _sample(self) -> _Sample:
+        """State and what the method has kept of it, at the last sample."""
+        if self.method != IMPLICIT:
+            return _Sample(self.time, self._y.copy(), self._s.copy(), None)
+        work, n = self._run.work, int(self._run.work.loop.sample) - 1
+        one = slice(n, n + 1)
+        balance = work.out_balance[one].copy().view(eb.BALANCE).reshape(1).view(np.recarray)
+        y = work.out_y[one].copy()
+        write_accounts(self.assembly.model, y, balance)
+        arrays = (work.out_cylinders, work.out_bodies, work.out_touches, work.out_friction)
+        kept = Sampled(
+            work.out_a[one].copy(), work.out_la[one].copy(), balance, *(array[one].copy() for array in arrays)
+        )
+        return _Sample(self.time, y[0], work.out_s[n].copy(), kept)
+
+    def _solution(self) -> Solution:
+        """The state at the start and now, as a run of two samples."""
+        one, two = self._first, self._sample()
+        kept = None
+        if one.kept is not None and two.kept is not None:
+            pairs: Any = zip(one.kept, two.kept, strict=True)
+            both: list[Any] = [None if a is None else np.concatenate([a, b]) for a, b in pairs]
+            kept = Sampled(*both)
+            kept = kept._replace(balance=kept.balance.view(np.recarray))
+        if self.method == IMPLICIT:
+            times, kinds = self._run._events()
+        else:
+            times = np.concatenate([np.zeros(0), *(times for times, _ in self._events)])
+            kinds = np.concatenate([np.zeros(0, dtype=np.int64), *(kinds for _, kinds in self._events)])
+        return Solution(
+            assembly=dataclasses.replace(self.assembly, model=self.assembly.model.copy()),
+            method=self.method,
+            t=np.array([one.time, two.time]),
+            y=np.stack([one.y, two.y]),
+            s=np.stack([one.s, two.s]),
+            status="success",
+            message="",
+            statistics={},
+            event_times=times,
+            event_kinds=kinds,
+            wall_time=0.0,
+            compile_time=0.0,
+            kept=kept,
+        )
 
     @property
     def state(self) -> np.ndarray:
@@ -293,14 +458,26 @@ class Stepper:
         kept = self._y[accounts:]
         self._y, self._s = found.y[-1].copy(), found.s[-1].copy()
         self._y[accounts:] += kept
+        if found.event_times.size:
+            self._events.append((found.event_times, found.event_kinds))
 
     def _look(self) -> None:
         """Fill the bodies' records with the state now, as generalized-alpha leaves them after every step."""
         self._held = {body: self._input(body) for body in self.inputs}
+        self._now, self._observed = None, {}
         if self.method != IMPLICIT:
             model, dy = self.assembly.model, np.zeros_like(self._y)
             load_explicit(model)
             rhs(self.time, self._y, self._s, model, dy)
+
+
+class _Sample(NamedTuple):
+    """A state, and what generalized-alpha has kept of it."""
+
+    time: float
+    y: np.ndarray
+    s: np.ndarray
+    kept: Sampled | None
 
 
 def _time(name: str, value: Any) -> float:

@@ -110,6 +110,15 @@ def parse(text: str, unit: str) -> float:
         raise UnitError(f"{given!r} is not a known unit") from None
 
 
+def base_exponents(unit: str) -> dict[str, float] | None:
+    """Exponents of base units, by their full names, in a coherent unit of SI; None of what is no such unit."""
+    try:
+        found = _registry().Quantity(1.0, _registry().parse_units(unit)).to_base_units()
+    except Exception:  # noqa: BLE001  (see `parse`)
+        return None
+    return dict(found.units._units) if found.magnitude == 1.0 else None
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Quantity:
     """A pydantic annotation: a float in `unit`, read from a number or from a text with a unit.

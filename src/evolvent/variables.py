@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Mapping
 
 import numpy as np
 import xarray as xr
@@ -159,6 +160,30 @@ def values(found: xr.DataArray) -> np.ndarray:
     """Values over time: (nt, k), components and places in columns."""
     array = found.transpose("time", ...).values
     return np.asarray(array.reshape(array.shape[0], -1), dtype=float)
+
+
+def numbered(
+    shapes: Mapping[str, tuple[tuple[str, ...], tuple[int, ...]]], coordinates: Mapping[str, str]
+) -> xr.Dataset:
+    """A data set like that of `flat` whose values count the entries at a sample, so that `get` finds places by name.
+
+    Parameters
+    ----------
+    shapes : mapping, full name -> (dimensions, shape)
+    coordinates : mapping, full name of a dimension -> long name
+    """
+    data = {}
+    for name, (dims, shape) in shapes.items():
+        inner = shape[1:] if dims[:1] == ("time",) else shape
+        count = np.arange(math.prod(inner)).reshape(inner)
+        data[name] = xr.Variable(dims, np.broadcast_to(count, shape))
+    sizes = {dim: size for dims, shape in shapes.values() for dim, size in zip(dims, shape, strict=True)}
+    own = {
+        dim: xr.Variable((dim,), np.arange(sizes[dim]), {"long_name": text})
+        for dim, text in coordinates.items()
+        if dim in sizes
+    }
+    return xr.Dataset(data, own)
 
 
 def flat(run: xr.DataTree | xr.Dataset) -> xr.Dataset:

@@ -238,7 +238,7 @@ BAD = {
     "unknown command": (["rn", "heliogyro"], "no command is called 'rn'; did you mean 'run'?"),
     "no command": (
         [],
-        "no command is given; known: calibrate, claims, equilibrium, export, figure, identify, info, list",
+        "no command is given; known: calibrate, claims, equilibrium, export, figure, fmu, identify, info, list",
     ),
     "no case": (["run"], "missing argument 'CASE|FILE'; usage: "),
     "one word too many": (["show", "heliogyro", "more"], "got unexpected extra argument (more); usage: "),
@@ -269,8 +269,8 @@ BAD = {
     "unknown shown": (["show", "heliogiro"], "did you mean 'heliogyro'?"),
     "unknown schema": (["schema", "helio"], "did you mean 'heliogyro'?"),
     "missing results": (["info", "none.nc"], "cannot read 'none.nc': no such file or directory"),
-    "damaged results": (["info", "bad.yaml"], "not a NetCDF file, or it is damaged"),
-    "damaged results drawn": (["plot", "bad.yaml"], "not a NetCDF file, or it is damaged"),
+    "damaged results": (["info", "bad.yaml"], "it is not an HDF5 file, or it is damaged"),
+    "damaged results drawn": (["plot", "bad.yaml"], "it is not an HDF5 file, or it is damaged"),
 }
 
 

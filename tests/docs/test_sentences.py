@@ -1,4 +1,4 @@
-"""Sentences of README and documentation that state numbers: each stands in its files, and its numbers are right.
+"""Sentences of the documentation that state numbers: each stands in its files, and its numbers are right.
 
 In the table braces mark the numbers. ``{4.3}`` must be the computed number rounded to as many digits, ``{<1e-4}`` is
 ``1e-4`` in the file, below which the computed number must be in size. What takes long names the test file that holds
@@ -231,48 +231,50 @@ def slit_tube() -> list[float]:
 
 # ------------------------------------------------------------------------------------------------ the table
 
-README, PAGE, ENERGY = ("README.md",), ("docs/systems/wrapped-rib.md",), ("docs/guide/energy-momentum.md",)
+ACCURACY, PAGE, ENERGY = ("docs/accuracy.md",), ("docs/systems/wrapped-rib.md",), ("docs/guide/energy-momentum.md",)
 SENTENCES = (
-    Sentence("off by up to {4.3} % (20 nodes) or {4.0} % (40 nodes)", README, lambda: gaps("body_rate_paper")),
+    Sentence("off by up to {4.3} % (20 nodes) or {4.0} % (40 nodes)", ACCURACY, lambda: gaps("body_rate_paper")),
     Sentence(
-        "the gap is up to {0.32} % (20 nodes) or {0.19} % (40 nodes)", README, lambda: gaps("body_rate_corrected")
+        "the gap is up to {0.32} % (20 nodes) or {0.19} % (40 nodes)", ACCURACY, lambda: gaps("body_rate_corrected")
     ),
-    Sentence("the body ends at 5.04 rad/s in place of {0.26}.", README, end_rate),
+    Sentence("the body ends at 5.04 rad/s in place of {0.26}.", ACCURACY, end_rate),
     Sentence(
         "gains about {0.15} % over the whole deployment from nodes that had not been counted before, loses about "
         "{0.01} % by turning their velocity along the thread (eq. 12), and neglects {0.4} % that wound thread would",
-        README,
+        ACCURACY,
         momenta,
     ),
-    Sentence("differs from that of an inextensible thread by {0.0015}° at 1e4 N/m", README, off_by_springs),
+    Sentence("differs from that of an inextensible thread by {0.0015}° at 1e4 N/m", ACCURACY, off_by_springs),
     Sentence("as with 1e4 N/m, whose lag differs by {0.0015}°", ("docs/guide/speed.md",), off_by_springs),
-    Sentence("by up to {0.31}° with 20 nodes, {0.05}° with 40 and {0.01}° with 80", README, off_by_nodes),
-    Sentence("The largest mean at the spool is {0.0168} N; the largest sample, {0.024} N,", README, tensions),
-    Sentence("between 1e-6 and 1 N s/m changes the lag by less than {<0.001}°", README, off_by_damping),
-    Sentence("at {1.01} times the limit RK4 can run to the end", README, held="tests/regression/test_unstable_step.py"),
+    Sentence("by up to {0.31}° with 20 nodes, {0.05}° with 40 and {0.01}° with 80", ACCURACY, off_by_nodes),
+    Sentence("The largest mean at the spool is {0.0168} N; the largest sample, {0.024} N,", ACCURACY, tensions),
+    Sentence("between 1e-6 and 1 N s/m changes the lag by less than {<0.001}°", ACCURACY, off_by_damping),
+    Sentence(
+        "at {1.01} times the limit RK4 can run to the end", ACCURACY, held="tests/regression/test_unstable_step.py"
+    ),
     Sentence(
         "{13} % of its area lies below 1 % of the energy at its middle. Loading the best of the four springs in place "
         "of always the same one lifts the least energy in the box, next to nothing on these curves and {3e-4} J at a "
         "corner, to {0.17} J",
-        README,
+        ACCURACY,
         least_energies,
     ),
-    Sentence("and {0.07} % at the corners", README, held="tests/stand/test_map.py"),
+    Sentence("and {0.07} % at the corners", ACCURACY, held="tests/stand/test_map.py"),
     Sentence(
         "its ten elements are {2.35} million times as stiff as the rib. Every run measures that ratio and warns; "
         "40 elements of the default `cable` are right to {<1e-4}",
-        README,
+        ACCURACY,
         stiffness_of_meshes,
     ),
-    Sentence("the tip is fastest at {28.37}, {66.79} and {146.05} s for", README, peak_times),
+    Sentence("the tip is fastest at {28.37}, {66.79} and {146.05} s for", ACCURACY, peak_times),
     Sentence(
         "Numerical damping takes {1} % of the energy, nearly all of it in the whip",
-        README,
+        ACCURACY,
         lambda: [taken_by_method(rib(solver__duration=80.0))],
     ),
     Sentence(
         "the forces sum to {3.341} N (T L / 2 R² = {3.333} N), curvature times R is {1.0037} ± {0.0017} as",
-        README,
+        ACCURACY,
         at_rest,
     ),
     Sentence(
@@ -282,12 +284,12 @@ SENTENCES = (
     ),
     Sentence(
         "the tip is {0.88}, {0.68} and {0.57} % farther out than the closed form at 1000, 4000 and 8000 s",
-        (*README, *PAGE),
+        (*ACCURACY, *PAGE),
         beyond_closed_form,
     ),
-    Sentence("the method takes {0.36} % of the energy", (*README, *PAGE), lambda: deployment()[:1]),
-    Sentence("near it the tail is bent, by {48} degrees", README, lambda: [math.degrees(math.acos(2.0 / 3.0))]),
-    Sentence("ribs that mirror one another do so to {1e-8} m", (*README, *PAGE), held="tests/rib/test_simulate.py"),
+    Sentence("the method takes {0.36} % of the energy", (*ACCURACY, *PAGE), lambda: deployment()[:1]),
+    Sentence("near it the tail is bent, by {48} degrees", ACCURACY, lambda: [math.degrees(math.acos(2.0 / 3.0))]),
+    Sentence("ribs that mirror one another do so to {1e-8} m", (*ACCURACY, *PAGE), held="tests/rib/test_simulate.py"),
     Sentence(
         "It takes {13} J to lay the locked mesh on the hub, {2.35} million times as much as the rib; {0.2} N m over "
         "the {20} rad of the winding give {4} J",
@@ -334,6 +336,7 @@ def text_of(file: str) -> str:
     return " ".join((ROOT / file).read_text(encoding="utf-8").split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("one", SENTENCES, ids=lambda one: one.plain[:60])
 def test_a_sentence_stands_in_its_files_and_its_numbers_are_right(one):
     for file in one.files:

@@ -131,6 +131,7 @@ def rolled_up(formulation: str, count: int, turns: float = 1.0) -> Chain:
     return c
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("formulation", "order"), [("assumed_strain", 2.0), ("cable", 4.0)])
 def test_an_end_moment_rolls_a_strip_up_to_a_circle(formulation, order, book):
     counts = (10, 20)
@@ -169,6 +170,7 @@ def elastica(load: float) -> tuple[float, float]:
     return tuple(integrate(curvature)[2:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("formulation", "count", "tolerance"), [("assumed_strain", 32, 1e-3), ("cable", 40, 3e-5)])
 def test_a_cantilever_under_a_large_tip_load_is_an_elastica(formulation, count, tolerance):
     load = 10.0

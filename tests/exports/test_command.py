@@ -26,7 +26,7 @@ def test_writes_every_format_beside_the_run(call, files, tmp_path):
 def test_a_failed_run_is_written_and_told(call, files):
     code, out, err = call("export", files["failed"], "--to", "mat", "-o", "a.mat")
     assert (code, err) == (0, "")
-    assert out.splitlines()[-1].startswith("the run is labelled: FAILED: the energy balance is off")
+    assert out.splitlines()[-1].startswith("label on the files: FAILED: the energy balance is off")
 
 
 BAD = {

@@ -285,7 +285,7 @@ def test_ffmpeg_that_fails_is_told_in_a_sentence(runs, tmp_path, monkeypatch):
     bad = tmp_path / "ffmpeg"
     bad.write_text("#!/bin/sh\necho 'no such encoder' >&2\nexit 3\n")
     bad.chmod(0o755)
-    monkeypatch.setattr(moving, "_ffmpeg", lambda: str(bad))
+    monkeypatch.setattr(moving, "ffmpeg", lambda: str(bad))
     with pytest.raises(InputError, match="ffmpeg says: no such encoder"):
         moving.mp4(runs["stand"], str(tmp_path / "a.mp4"), Request(frames=5))
     assert [p.name for p in tmp_path.iterdir()] == ["ffmpeg"]

@@ -117,6 +117,7 @@ def snap(t: np.ndarray) -> np.ndarray:
 RADII = {"energy-momentum": 1.0, "generalized-alpha": 0.9}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", sorted(RADII))
 def test_sudden_heating_makes_a_boom_swing_twice_as_far(method: str, book: Any) -> None:
     """Thermal snap (Boley 1956), the heating far faster than the boom; its energy is the work of the free strain."""

@@ -57,8 +57,8 @@ def test_figure_4_1_eq_18_lies_above_and_the_corrected_formula_on_the_computed_r
     made = thread.figure_4_1(QUICK)
     gaps = {line.label: line.y for line in made.figure.panels[1].lines}
     for n in (20, 40):
-        assert 2.3 < gaps[f"eq. (18), n = {n}"][-1] < 2.7
-        assert np.abs(gaps[f"corrected, n = {n}"]).max() < 0.15
+        assert 2.3 < gaps[f"eq. (18), $n$ = {n}"][-1] < 2.7
+        assert np.abs(gaps[f"corrected, $n$ = {n}"]).max() < 0.15
     assert [row[0] for row in cells(made.text)] == ["20", "40"]
 
 
@@ -68,7 +68,7 @@ def test_figure_4_2_starts_with_a_swing_about_the_steady_lag():
     start = {line.label: line for line in made.figure.panels[1].lines}
     assert start["steady lag"].y[0] == pytest.approx(np.degrees(np.arcsin(2.0 * 0.035 / 0.3)))
     for n in (20, 40):
-        line = start[f"n = {n}"]
+        line = start[f"$n$ = {n}"]
         assert np.nanmax(line.y) == pytest.approx(15.26, abs=0.05)
         assert line.x[np.nanargmax(line.y)] == pytest.approx(0.13, abs=0.02)
     assert [float(row[1]) for row in cells(made.text)] == pytest.approx([13.46, 13.46], abs=0.005)

@@ -106,7 +106,7 @@ def test_a_study_of_the_system(command, tmp_path):
     shutil.copy(EXAMPLE / "stiffness.study.yaml", tmp_path)
     code, out, err = command("sweep", "./stiffness.study.yaml", "-o", "out", "--workers", "1", "--figures", "figures")
     assert code == 0, err
-    assert "4 cases, 4 computed now" in out
+    assert "4 cases, 4 run now" in out
     found = studies.open(tmp_path / "out")
     assert json.loads(found.attrs["versions"])["evolvent-pantograph"] == "0.1.0"
     assert (found.status == "success").all()

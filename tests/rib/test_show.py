@@ -128,7 +128,7 @@ def test_several_ribs_and_a_turning_hub_are_drawn(tmp_path):
     found = {figure.name: figure for figure in system.figures(run)}
     assert "hub" in found
     labels = [line.label for line in found["contact"].panels[2].lines]
-    assert labels == ["contact-1.points", "contact-2.points", "contact-3.points"]
+    assert labels == ["contact-1", "contact-2", "contact-3"]
     assert plots.draw(list(found.values()), tmp_path)
 
 
@@ -151,7 +151,7 @@ def test_the_mean_rate_of_a_line_and_of_a_parabola():
 def test_the_held_force_is_drawn_beside_the_closed_form():
     run = synthetic(HOLD)
     (panel,) = (p for f in system.figures(run) for p in f.panels if p.y_label == "contact force, N")
-    assert [line.label for line in panel.lines][:2] == ["contact-1.normal_force", "contact-1.mean_force"]
+    assert [line.label for line in panel.lines][:2] == ["normal force", "mean force"]
     assert panel.lines[1].y == pytest.approx(10.0 / 3.0, rel=1e-6)
     assert panel.lines[2].y == pytest.approx(10.0 / 3.0, rel=1e-12)
 

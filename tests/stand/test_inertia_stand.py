@@ -5,7 +5,7 @@ import pytest
 
 import evolvent
 from evolvent import cases, variables
-from evolvent.batch import batch_cases
+from evolvent.batch import cases as batch_cases
 from evolvent.systems.inertia_stand import SYSTEM, identify
 
 QUICK = {"sensors.duration": "4 s", "identification.order": 3}

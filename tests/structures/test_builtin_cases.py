@@ -308,7 +308,7 @@ def test_a_run_comes_back_from_its_file(name: str, tmp_path: Any) -> None:
     title = cases.content_of(name)["title"]
     page = pathlib.Path(back.ev.animate(tmp_path / "motion.html")).read_text(encoding="utf-8")
     assert found.attrs["title"] == title == found.ev.motion().title
-    assert f"<title>{html.escape(title)}</title>" in page or title in page
+    assert f"<title>{title}</title>" in html.unescape(page)
 
 
 @pytest.mark.parametrize("name", NAMES)

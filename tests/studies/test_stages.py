@@ -218,7 +218,7 @@ def test_the_command_draws_what_varies(tmp_path, monkeypatch):
     pathlib.Path("s.yaml").write_text(yaml.safe_dump(STUDY, sort_keys=False))
     done = CliRunner().invoke(command, ["s.yaml", "--workers", "1", "--figures", "f"], catch_exceptions=False)
     assert done.stdout.splitlines() == [
-        "evolvent study chain: 2 cases, 2 computed now",
+        "evolvent study chain: 2 cases, 2 run now",
         "results: chain/results.zarr",
         "runs of the stages: chain/stages, each a file for evolvent plot",
         "figures: 2 in f",

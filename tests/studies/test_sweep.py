@@ -171,7 +171,7 @@ def test_folders_that_cannot_be_opened(study, tmp_path):
         studies.open(tmp_path / "s")
     studies.sweep(study, output=tmp_path / "s")
     (tmp_path / "s" / "results.zarr" / ".zmetadata").write_text("{")
-    with pytest.raises(InputError, match="it is damaged"):
+    with pytest.raises(InputError, match="is missing or damaged"):
         studies.open(tmp_path / "s")
     (tmp_path / "s" / "study.json").write_text("{}")
     with pytest.raises(InputError, match="does not describe a study"):
@@ -271,7 +271,7 @@ def test_ctrl_c_stops_and_says_how_to_go_on(long_study, tmp_path, workers):
     out, err = process.communicate(timeout=30)
     assert process.returncode == 130, err
     assert err.startswith("evolvent: stopped; ")
-    assert "of 60 cases are kept in out, and the same command goes on from there" in err
+    assert "of 60 cases are kept in out, and the same command continues from there" in err
     assert len(err.splitlines()) == 1, err
     done = len(recorded(tmp_path / "out"))
     assert f"; {done} of 60" in err
@@ -380,13 +380,13 @@ def test_the_command(study, tmp_path, monkeypatch):
     done = CliRunner().invoke(command, ["s.yaml", "--figures", "f"], catch_exceptions=False)
     assert done.exit_code == 0
     assert done.stdout.splitlines() == [
-        "evolvent study short: 6 cases, 6 computed now",
+        "evolvent study short: 6 cases, 6 run now",
         "results: short/results.zarr",
         "figures: 3 in f",
     ]
     assert {p.name for p in (tmp_path / "f").iterdir()} == {"body_rate_last.png", "blade_1_lag_max.png", "steps.png"}
     done = CliRunner().invoke(command, ["s.yaml"], catch_exceptions=False)
-    assert "6 cases, 0 computed now, 6 of them before" in done.stdout
+    assert "6 cases, 0 run now, 6 of them before" in done.stdout
     done = CliRunner().invoke(command, ["s.yaml", "--quiet"], catch_exceptions=False)
     assert done.output == ""
     assert isinstance(CliRunner().invoke(command, ["s.yml"]).exception, InputError)
@@ -407,16 +407,16 @@ def test_figures(study, reference, tmp_path, monkeypatch):
     assert set(found) == {"body_rate_last", "blade_1_lag_max", "steps"}
     assert found["blade_1_lag_max"].axes[0].get_title(loc="left") == "at blade_1_node = 0"
     axes = found["body_rate_last"].axes
-    assert (axes[0].get_xlabel(), axes[0].get_ylabel()) == ("spool.rate, rad/s", "blade.nodes")
-    assert axes[1].get_ylabel() == "body_rate_last, rad/s"
+    assert (axes[0].get_xlabel(), axes[0].get_ylabel()) == ("spool.rate [rad/s]", "blade.nodes")
+    assert axes[1].get_ylabel() == "body_rate_last [rad/s]"
     line = draw.figures(reference.isel({"blade.nodes": [0]}))["steps"].axes[0]
-    assert line.get_xlabel() == "spool.rate, rad/s"
+    assert line.get_xlabel() == "spool.rate [rad/s]"
     np.testing.assert_array_equal(line.lines[0].get_ydata(), reference.steps.values[:, 0])
     study["over"] = {"solver.method": ["dopri5"], "blade.velocity_turn": [True, False], **study["over"]}
     assert "steps" in draw.figures(studies.sweep(study))
     study["over"] = {"spool.rate": {"from": 3, "to": 4}, "blade.nodes": {"from": 3, "to": 5}}
     marks = draw.figures(studies.sweep(study | {"sample": "monte-carlo", "samples": 5}))["steps"]
-    assert [axis.get_xlabel() for axis in marks.axes] == ["spool.rate, rad/s", "blade.nodes"]
+    assert [axis.get_xlabel() for axis in marks.axes] == ["spool.rate [rad/s]", "blade.nodes"]
     from matplotlib.figure import Figure
 
     monkeypatch.setattr(heliogyro.SYSTEM, "study_figures", lambda dataset: {"own": Figure()}, raising=False)

@@ -28,6 +28,14 @@ def chromium() -> str | None:
     return os.environ.get("EVOLVENT_CHROMIUM") or next((p for n in names if (p := shutil.which(n))), None)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def state_of_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A state folder for the secret of the user, so that tests leave nothing in the home folder."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+        yield
+
+
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     """A headless Chromium; where there is none the test is skipped, with the reason."""

@@ -148,7 +148,7 @@ def test_folder_opens_nothing_outside(tmp_path):
     with pytest.raises(InputError, match="outside"):
         folder.check_case({"start": "../secret.nc"})
     with pytest.raises(InputError, match="outside"):
-        folder.check_case({"case": "../other.yaml"}, root)
+        folder.check_case({"case": "../other.yaml"})
     folder.check_case({"start": "sub/a.nc", "rate": "3 rad/s"})
 
 
@@ -434,9 +434,9 @@ def test_runs_over_one_another_stand_in_the_same_unit_and_quantity():
         for chart in charts.compared([("one", one), ("two", two)])
     }
     assert found == {
-        "energy, J": {"one": 2.0, "two": 0.004},
-        "taken, J": {"one": 3.0, "two": 0.006},
-        "energy stored, mJ": {"two": 5.0},
+        "energy [J]": {"one": 2.0, "two": 0.004},
+        "taken [J]": {"one": 3.0, "two": 0.006},
+        "energy stored [mJ]": {"two": 5.0},
     }
     assert charts.factor("speed, m/s", "rate, m/s") is None
     assert charts.factor("energy, J", "energy, s") is None

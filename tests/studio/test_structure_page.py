@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import urllib.request
-import zipfile
 
 import pytest
 
@@ -122,7 +120,8 @@ def test_a_structure_is_built_up_renamed_and_taken_apart(page, shots):
     choose(page, "case", "new structure")
     page.wait_for_function(f"{DRAWN} && {TIP} === null")
     add(page, "beam")
-    page.locator(f"{part('error-parts.beam.length')} >> text=length above 0").wait_for()
+    page.locator(f"{part('start-error')} >> text=parts.beam.").wait_for()
+    assert page.locator(".ev-wrong").count() == 0, "fields that nobody has touched are no errors"
     fill(page, "beam", length="3 m", section="{circle: 1 cm}", material="aluminium", elements="4")
     reaches(page, 3.0)
     add(page, "joint", "clamp")
@@ -172,12 +171,9 @@ def test_a_structure_is_run_and_its_variables_are_drawn(page, server, folder, sh
     page.wait_for_timeout(500)
     page.screenshot(path=shots / "structure-variables.png")
     ref = "job:" + next(p.name for p in (folder / ".evolvent-studio").iterdir() if p.name.endswith("slew"))
-    for what, begins in (("run", b"\x89HDF"), ("case", b"system: structure"), ("figures", b"PK")):
+    for what, begins in (("run", b"\x89HDF"), ("case", b"system: structure")):
         with urllib.request.urlopen(f"{server.url}studio/{what}?ref={ref}") as answer:
-            content = answer.read()
-        assert content.startswith(begins)
-    with zipfile.ZipFile(io.BytesIO(content)) as drawn:
-        assert {"beam.png", "animation.html"} <= set(drawn.namelist())
+            assert answer.read().startswith(begins)
     page.click(part("tab-case"))
     page.wait_for_selector(part("start"))
     page.click(part("tab-runs"))

@@ -68,6 +68,7 @@ def test_it_plays_once_in_15_seconds(browser, path, tmp_path):
     playing.write_bytes(animation.page(many_bodies())[0])
     opened = browser.new_page()
     opened.goto(playing.as_uri())
+    opened.keyboard.press("Space")
     opened.wait_for_timeout(700)
     assert get(opened, "playing")
     assert get(opened, "speed") == pytest.approx(12.0 / 15.0)
@@ -84,6 +85,7 @@ def test_a_period_is_played_again_and_again(browser, tmp_path):
     page.write_bytes(animation.page(dataclasses.replace(many_bodies(), repeats=True))[0])
     opened = browser.new_page()
     opened.goto(page.as_uri())
+    opened.keyboard.press("Space")
     opened.wait_for_timeout(300)
     opened.evaluate(f"{VIEWER}.go({VIEWER}.end - 0.01)")
     opened.wait_for_timeout(300)
@@ -229,3 +231,19 @@ def test_bodies_hide_what_is_behind_them(page):
     )
     assert max(colour[:3]) - min(colour[:3]) < 40
     assert colour[3] == 255
+
+
+def test_pieces_of_a_line_with_one_colour_are_one_path(page):
+    """A frame of many nodes is mostly pieces of lines; neighbours of one colour and width are drawn together."""
+    strokes = page.evaluate(
+        f"""(() => {{ const v = {VIEWER}, seen = []; let points = 0;
+        v.pen.stroke = function () {{ seen.push([this.strokeStyle, this.lineWidth, points]); points = 0; }};
+        v.pen.moveTo = function (x, y) {{ points++; }};
+        const piece = (line, width = 2) => ({{ at: [0, 0, 5, 5], line, width }});
+        v.parts = [piece("#ff0000"), piece("#ff0000"), piece("#ff0000", 3),
+          {{ at: [0, 0, 1, 0, 1, 1], fill: "#00ff00" }}, piece("#0000ff"), piece("#0000ff"), piece("#0000ff")];
+        v.paintParts();
+        delete v.pen.stroke, delete v.pen.moveTo;
+        return seen; }})()"""
+    )
+    assert strokes == [["#ff0000", 2, 2], ["#ff0000", 3, 1], ["#0000ff", 2, 4]]  # one point of the four is the face's

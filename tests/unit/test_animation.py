@@ -2,8 +2,11 @@
 
 import base64
 import dataclasses
+import itertools
 import json
+import pathlib
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -84,6 +87,7 @@ def test_page_and_pack_hold_the_motion(tmp_path):
     assert len(animation.pack(wanted, most=3)) < len(animation.pack(wanted))
 
 
+@pytest.mark.slow
 def test_one_scale_of_colours_for_page_pack_and_pictures(monkeypatch):
     """Of all samples, also those that a page leaves out."""
     motion = many_bodies(1001)
@@ -100,6 +104,7 @@ def test_one_scale_of_colours_for_page_pack_and_pictures(monkeypatch):
     assert used == [("moment [N m]", wanted[0])]
 
 
+@pytest.mark.slow
 def test_leaves_out_frames_to_stay_small(tmp_path):
     path = tmp_path / "page.html"
     animation.write(long_line(2000, 2000), path)
@@ -160,6 +165,7 @@ def test_all_of_a_motion_is_in_the_picture(drift):
             assert (at < [400, 300]).all()
 
 
+@pytest.mark.slow
 def test_films_show_bodies_strips_springs_forces_and_marks():
     motion = many_bodies()
     (picture,) = films.pictures(motion, [6.0], size=(800, 600), inertial=True)
@@ -227,3 +233,77 @@ def test_a_motion_without_bodies():
 def test_steps_of_the_floor_are_round_and_few(reach, step):
     assert animation.grid_step(reach) == pytest.approx(step)
     assert 3 <= reach / step <= 7.0
+
+
+@pytest.fixture(scope="module")
+def browser():
+    sync_api = pytest.importorskip("playwright.sync_api")
+    path = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if path is None:
+        pytest.skip("there is no Chromium here to open the page with")
+    with sync_api.sync_playwright() as driver:
+        opened = driver.chromium.launch(executable_path=path, args=["--no-sandbox", "--disable-gpu"])
+        yield opened
+        opened.close()
+
+
+def test_the_page_opens_at_the_first_frame_and_obeys_keys(browser, tmp_path):
+    """Without a network; inertial axes first."""
+    path = animation.write(many_bodies(), tmp_path / "page.html")
+    page = browser.new_context(offline=True).new_page()
+    errors, asked = [], []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(pathlib.Path(path).as_uri())
+
+    def state(name):
+        return page.evaluate(f"document.getElementById('viewer').viewer.{name}")
+
+    assert (state("now"), state("playing"), state("inertial")) == (state("begin"), False, True)
+    speed = state("speed")
+    page.keyboard.press("+")
+    assert state("speed") > speed
+    page.keyboard.press("-")
+    assert state("speed") == speed
+    page.keyboard.press("ArrowRight")
+    assert state("now") > state("begin")
+    page.keyboard.press("Home")
+    page.keyboard.press(" ")
+    page.wait_for_function("document.getElementById('viewer').viewer.now > 0.2")
+    page.keyboard.press(" ")
+    assert not state("playing")
+    for key, name in (("b", "inertial"), ("m", "symbols"), ("a", "arrows"), ("g", "grid")):
+        before = state(name)
+        page.keyboard.press(key)
+        assert state(name) != before, key
+    before = state("camera.elevation")
+    page.keyboard.press("2")
+    assert state("camera.elevation") != before
+    page.keyboard.press("?")
+    assert page.get_by_test_id("panel").inner_text().startswith("space")
+    assert errors == []
+    assert all(url.startswith("file:") for url in asked)
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (390, 844)])
+def test_texts_beside_the_picture_do_not_cover_one_another(browser, tmp_path, size):
+    motion = dataclasses.replace(
+        many_bodies(), numbers={"angle of the first hinge [rad]": np.zeros(many_bodies().time.size)}
+    )
+    path = animation.write(motion, tmp_path / "page.html")
+    page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+    page.goto(pathlib.Path(path).as_uri())
+    boxes = [
+        page.locator(place).bounding_box()
+        for place in ("header", ".ev3-numbers", ".ev3-bar", ".ev3-views", ".ev3-foot")
+    ]
+    found = [box for box in boxes if box is not None]
+    assert len(found) >= 4
+    for box in found:
+        assert box["x"] >= 0.0
+        assert box["x"] + box["width"] <= size[0] + 0.5
+        assert box["y"] + box["height"] <= size[1] + 0.5
+    for a, b in itertools.combinations(found, 2):
+        wide = min(a["x"] + a["width"], b["x"] + b["width"]) - max(a["x"], b["x"])
+        high = min(a["y"] + a["height"], b["y"] + b["height"]) - max(a["y"], b["y"])
+        assert wide <= 1.0 or high <= 1.0, (a, b)

@@ -57,6 +57,7 @@ def test_standard_errors_cover_the_noise(tmp_path: pathlib.Path) -> None:
     assert found.correlation[0, 1] < -0.5
 
 
+@pytest.mark.slow
 def test_a_stopped_calibration_goes_on(tmp_path: pathlib.Path) -> None:
     source = made_log(tmp_path / "log.csv", tip_mass=0.12, density=0.003, hidden=11.0)
     options: Any = {"fit": FIT, "observe": ["spin_rate"], "folder": tmp_path / "kept"}
@@ -77,6 +78,7 @@ def test_a_stopped_calibration_goes_on(tmp_path: pathlib.Path) -> None:
     assert third.evaluations == 0
 
 
+@pytest.mark.slow
 def test_a_history_of_a_users_structure(tmp_path: pathlib.Path) -> None:
     """Mass and stiffness of an oscillator: the data hold their ratio, and refuse both."""
     case = {
@@ -100,6 +102,7 @@ def test_a_history_of_a_users_structure(tmp_path: pathlib.Path) -> None:
         calibration.calibrate(case, str(path), fit=["parts.load.mass,parts.spring.stiffness"], observe=observe)
 
 
+@pytest.mark.slow
 def test_moments_of_the_inertia_stand_from_one_sensor(tmp_path: pathlib.Path) -> None:
     """Entries of a list with units are fitted, to the reading of one of four sensors."""
     known = {"body.inertia": ["3600 kg m^2", "43920 kg m^2", "43000 kg m^2"], "sensors.duration": "3 s"}
@@ -154,6 +157,7 @@ def test_what_cannot_be_fitted_is_refused(tmp_path: pathlib.Path) -> None:
         data.read(str(broken), "wire-booms", ["spin_rate"])
 
 
+@pytest.mark.slow
 def test_the_report_of_the_flight_log(tmp_path: pathlib.Path) -> None:
     """The log of Van Allen Probe A: `docs/guide/calibrate.md` shows these numbers."""
     source = pathlib.Path(log.__file__).with_name("rbsp-a.csv")

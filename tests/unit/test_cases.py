@@ -73,6 +73,26 @@ def test_a_case_written_as_yaml_is_the_same_case(overrides):
     assert cases.load(cases.parse_yaml(text, "text")) == case
 
 
+@pytest.mark.parametrize("name", sorted(cases.built_in()))
+def test_yaml_is_in_block_style_and_below_100_letters_wide(name):
+    case, content = cases.load(name), cases.content_of(name)
+    for text in (cases.to_yaml(case), cases.to_yaml(case, content)):
+        assert cases.load(cases.parse_yaml(text, "text")) == case
+        assert max(map(len, text.splitlines())) < 100
+        assert "{" not in text.replace("{}", ""), "mappings stand in block style"
+    shipped = [line for line in cases.text(name).splitlines() if not line.lstrip().startswith("#")]
+    assert max(len(line.partition(" #")[0]) for line in shipped) < 100
+
+
+def test_yaml_keeps_units_as_they_were_written():
+    content = cases.content_of(PAPER, {"blade.length": "80 cm", "blade.tip_mass": 0.001, "spool.rate": "30 rpm"})
+    text = cases.to_yaml(cases.load(content), content)
+    assert "length: 80 cm\n" in text
+    assert "tip_mass: 0.001 kg\n" in text, "a plain number takes the unit of its key"
+    assert "rate: 30 rpm\n" in text
+    assert "nodes: 20\n" in text, "defaults are written out"
+
+
 def test_yaml_reads_numbers_and_words_as_meant():
     content = cases.parse_yaml("{a: 1e4, b: 1.5e-3, c: -3, d: on, e: true, f: .nan, g: 010, h: 1:30, i: , j: +.5}", "x")
     assert content["a"] == 1e4
@@ -188,7 +208,7 @@ def test_files_that_are_no_cases(tmp_path, name, content, words):
 def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         cases.load(tmp_path / "none.yaml")
-    with pytest.raises(InputError, match="is a directory"):
+    with pytest.raises(InputError, match="it is a folder"):
         cases.load(tmp_path)
     with pytest.raises(InputError, match="no case is called 'heliogiro'; did you mean 'heliogyro'"):
         cases.load("heliogiro")

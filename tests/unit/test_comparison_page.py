@@ -58,11 +58,11 @@ def test_page(module: ModuleType) -> None:
     assert "| evolvent | RK4 | 0.001 | 3 (2) | 0.003 | 1e-06 |  |" in text
     assert "| MuJoCo | RK4 | 0.001 | 6 (6) | 0.006 | 1e-06 | 2 |" in text
     assert "refused or stopped: InputError: too large" in text
-    assert "**ended without a word, wrong by 0.7 m**" in text
-    assert "**ended with what is not a number, with the warning careful**" in text
+    assert "**ended without a warning, wrong by 0.7 m**" in text
+    assert "**ended with NaN, with the warning careful**" in text
     assert "MoorDyn did not take part: it could not be installed" in text
     losses = text.partition("## Where evolvent loses")[2]
-    assert "Exudyn (RK4) is 2 times as fast a step as ours (RK4)" in losses
+    assert "Exudyn (RK4) is 2 times as fast per step as ours (RK4)" in losses
     assert "MuJoCo" not in losses
     for name in ("comparison-time.png", "comparison-error.png"):
         assert f"(images/{name})" in text

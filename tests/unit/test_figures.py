@@ -32,6 +32,7 @@ def test_few_or_uneven_samples_have_no_spectrum(time):
         show.spectrum([Line(x=time, y=time)], unit="m")
 
 
+@pytest.mark.slow
 def test_a_run_draws_the_spectrum_of_its_variables(tmp_path):
     """A mass on a spring: sqrt(k/m) = 5 rad/s."""
     system = System()
@@ -64,10 +65,11 @@ def test_a_map_is_drawn_with_its_contours_and_lines():
     assert mesh.get_clim() == (0.1, 10.0)
     assert len(axis.collections) == 2
     assert [label.get_text() for label in axis.get_yticklabels()] == ["near", "far"]
-    assert bar.get_ylabel() == "energy, J"
+    assert bar.get_ylabel() == "energy [J]"
     assert len(axis.lines) == 1
 
 
+@pytest.mark.slow
 def test_figures_of_identified_modes():
     t = np.arange(500) / 50.0
     read = np.stack([np.cos(9.0 * t) + 0.2 * np.cos(21.0 * t), np.cos(9.0 * t) - 0.2 * np.cos(21.0 * t)], axis=1)

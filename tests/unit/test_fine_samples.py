@@ -126,6 +126,7 @@ def test_regular_samples_are_bit_for_bit_those_of_a_run_without_fine_ones():
     assert results.regular(coarse) is coarse
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes"),
     [
@@ -147,6 +148,7 @@ def test_states_at_regular_samples_do_not_depend_on_fine_ones(name, changes):
     assert run.sizes["time"] <= 2 * coarse.sizes["time"]
 
 
+@pytest.mark.slow
 def test_the_whip_of_a_rib_is_among_its_samples():
     """The largest tip speed, sought at 2000 times about the end of winding, is that of the samples."""
     run = evolvent.run("wrapped-rib", {"rib.elements": 12})
@@ -161,6 +163,7 @@ def test_the_whip_of_a_rib_is_among_its_samples():
 # ------------------------------------------------------------------------------------------------ who reads them
 
 
+@pytest.mark.slow
 def test_fine_samples_are_marked_in_files_and_left_out_of_spectra_studies_and_signals(tmp_path):
     from evolvent.massprops.signals import formats
 

@@ -24,6 +24,7 @@ from evolvent.errors import InputError
 from evolvent.solvers import solve
 from evolvent.system import System
 
+pytestmark = pytest.mark.slow
 compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")
 
 

@@ -1,11 +1,15 @@
 """NetCDF files that are written by h5py alone: the same to read as those of h5netcdf, in every attribute."""
 
+import importlib.metadata
+
 import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
 from evolvent import netcdf, results
+
+VERSION = tuple(int(n) for n in importlib.metadata.version("h5netcdf").split(".")[:2])
 
 
 @pytest.fixture
@@ -46,21 +50,25 @@ def content(path) -> dict:
     return found
 
 
+@pytest.mark.slow
 def test_file_is_that_of_h5netcdf(sample, tmp_path):
     assert netcdf.is_plain(sample)
     netcdf.write(sample, str(tmp_path / "ours.nc"))
     sample.to_netcdf(tmp_path / "theirs.nc", engine="h5netcdf")
-    ours, theirs = content(tmp_path / "ours.nc"), content(tmp_path / "theirs.nc")
-    assert set(ours) == set(theirs)
-    for name in theirs:
-        assert ours[name] == theirs[name], name
+    if VERSION >= (1, 8):  # older ones write numbers as arrays of one, and fewer attributes of their own
+        ours, theirs = content(tmp_path / "ours.nc"), content(tmp_path / "theirs.nc")
+        assert set(ours) == set(theirs)
+        for name in theirs:
+            assert ours[name] == theirs[name], name
     read = [xr.load_dataset(tmp_path / name, engine="h5netcdf") for name in ("ours.nc", "theirs.nc")]
     xr.testing.assert_identical(*read)
     xr.testing.assert_identical(read[0], sample)
     assert list(read[0].variables) == list(read[1].variables)
     # what was read, whose texts are objects, can be written again
     results.save(read[0], tmp_path / "again.nc")
-    xr.testing.assert_identical(xr.load_dataset(tmp_path / "again.nc", engine="h5netcdf"), sample)
+    again = xr.load_dataset(tmp_path / "again.nc", engine="h5netcdf")
+    assert again.attrs.pop(results.DIGEST) == results.digest(sample)
+    xr.testing.assert_identical(again, sample)
 
 
 def test_what_is_not_plain_is_left_to_xarray(sample, tmp_path):

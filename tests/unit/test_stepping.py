@@ -7,9 +7,10 @@ import re
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import evolvent
-from evolvent import InputError, RunFailed, Stepper, System, elements, parts
+from evolvent import InputError, RunFailed, Stepper, System, elements, parts, variables
 from evolvent.solvers.implicit import solve_implicit
 
 
@@ -243,3 +244,79 @@ def test_a_stepper_that_has_failed_goes_no_further() -> None:
         stepper.step(10.0)
     with pytest.raises(RunFailed, match="the stepper has failed at t = "):
         stepper.step(0.5)
+
+
+_FIXED = {"simulate.method": "generalized-alpha", "simulate.step": "5 ms", "simulate.spectral_radius": 0.9}
+_HALF_A_SECOND = {"simulate.until": "0.5 s", "simulate.every": "0.05 s"}
+
+
+@pytest.mark.parametrize(
+    ("case", "changes"),
+    [
+        ("boom-slew", _FIXED | {"simulate.tolerance": 1e-4}),
+        ("solar-array", _FIXED),
+        ("wire-boom-satellite", _FIXED),
+        ("yo-yo-despin", {}),
+    ],
+)
+def test_results_are_those_of_a_run(case: str, changes: dict) -> None:
+    """All that a run has of its parts, but what adds up over its samples."""
+    run = evolvent.run(case, _HALF_A_SECOND | changes)
+    stepper = Stepper.of_case(case, _HALF_A_SECOND | changes)
+    for _ in range(10):
+        stepper.step(0.05)
+    names = stepper.results()
+    assert {"hub.position", "boom.strain"} <= set(names) or case != "boom-slew"
+    listed = {name for name in variables.names(run) if variables.owner(name) in run.children}
+    left_out = {name for name in listed - set(names) if not name.endswith((".work", ".angle"))}
+    assert not left_out
+    for name in names:
+        of_run = variables.get(run, name)
+        now = of_run.isel(time=-1).values if "time" in of_run.dims else of_run.values
+        scale = float(np.nanmax(np.abs(of_run.values), initial=1e-6))
+        np.testing.assert_allclose(
+            np.ravel(stepper.result(name)), np.ravel(now), rtol=0.0, atol=1e-6 * scale + 1e-8, err_msg=name
+        )
+
+
+def test_a_result_knows_of_a_latch() -> None:
+    stepper = Stepper.of_case("solar-array", {"simulate.tolerance": 1e-5, "simulate.spectral_radius": 0.3})
+    assert np.all(np.isnan(stepper.result("hinge 1.latch_time")))
+    while np.all(np.isnan(stepper.result("hinge 1.latch_time"))):
+        stepper.step(1.0)
+    run = evolvent.run("solar-array")
+    np.testing.assert_allclose(stepper.result("hinge 1.latch_time"), run["hinge 1"].latch_time, rtol=1e-3)
+
+
+def test_results_do_not_change_the_motion() -> None:
+    one, other = (Stepper.of_case("boom-slew", until=2.0) for _ in range(2))
+    for _ in range(10):
+        one.step(0.1)
+        other.step(0.1)
+        for name in one.results():
+            one.result(name)
+    assert np.array_equal(one.state, other.state)
+    assert all(np.array_equal(a, b) for a, b in zip(one.wrench("hub"), other.wrench("hub"), strict=True))
+
+
+def test_results_by_name() -> None:
+    stepper = Stepper.of_case("boom-slew", inputs="hub", until=2.0)
+    stepper.set_wrench("hub", torque=(0.3, 0.2, 0.1))
+    stepper.step(0.5)
+    hub = stepper.body("hub")
+    turn = Rotation.from_quat(hub.quaternion, scalar_first=True)
+    np.testing.assert_allclose(stepper.result("hub.position"), hub.position, atol=1e-12)
+    np.testing.assert_allclose(turn.apply(stepper.result("hub.rate")), hub.rate, atol=1e-12)
+    assert stepper.result("boom.tip.position.y") == stepper.result("boom.position").reshape(-1, 3)[-1, 1]
+    assert stepper.describe("hub.rate.z") == ("rad s-1", "angular velocity, body axes")
+    for name, text in {
+        "hub.rte": "did you mean 'hub.rate'",
+        "hup.rate": "no result is called 'hup.rate'; did you mean 'hub.rate'",
+        "hub": "'hub' is a part; give one of its results: position, attitude",
+        "wheel.work": "adds up over all samples of a run",
+        "hub.rate.w": "the variable has no component 'w'",
+        "boom[99].position": "boom.position has no 99",
+        3: "no result is called 3",
+    }.items():
+        with pytest.raises(InputError, match=re.escape(text)):
+            stepper.result(name)

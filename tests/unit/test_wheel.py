@@ -20,6 +20,7 @@ from numba import config
 from evolvent import codecache, jit
 
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT"),
     pytest.mark.skipif(codecache.BASELINE is None, reason="wheels are made on processors that have the baseline"),
     pytest.mark.skipif(importlib.util.find_spec("hatchling") is None, reason="hatchling builds the wheel"),

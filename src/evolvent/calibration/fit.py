@@ -317,8 +317,12 @@ class _Model:
         self.evaluations += 1
         self._known[key] = [v.tolist() for v in found]
         if self._file is not None:
-            with self._file.open("a", encoding="utf-8") as file:
-                file.write(json.dumps([key, self._known[key]]) + "\n")
+            try:
+                with self._file.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps([key, self._known[key]]) + "\n")
+            except OSError as error:
+                reason = (error.strerror or str(error)).lower()
+                raise InputError(f"cannot write {str(self._file)!r}: {reason}") from None
         return found
 
     def _evaluated(self, given: Mapping[str, Any]) -> tuple[Array, ...]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import cases, pages
 from evolvent.calibration.fit import Calibration
 from evolvent.figures import Figure, Line, Panel
 
@@ -76,11 +76,11 @@ def figure(found: Calibration) -> Figure:
     """Measured and modelled values, and residuals, one panel each for every observed variable."""
     panels = []
     for k, (one, modelled) in enumerate(zip(found.series, found.modelled, strict=True)):
-        unit = f" [{one.unit}]" if one.unit else ""
+        unit = f", {one.unit}" if one.unit else ""
         if one.times is None:
-            x, x_label = np.arange(1.0, one.values.size + 1.0), "run, in the order of the data"
+            x, x_label = np.arange(1.0, one.values.size + 1.0), "number of the run in the data"
         else:
-            x, x_label = np.asarray(one.times(found.case)), "time of the run [s]"
+            x, x_label = np.asarray(one.times(found.case)), "time of the run, s"
         points: Any = {"x": x, "style": ""}
         values = [
             Line(y=one.values, label="measured", color=0, marker="o", **points),
@@ -93,7 +93,7 @@ def figure(found: Calibration) -> Figure:
         residuals.append(Line(x=x[[0, -1]], y=np.zeros(2), color="grey", width=0.8))
         panels.append(Panel(x_label=x_label, y_label=f"{one.name}{unit}", lines=values))
         panels.append(Panel(x_label=x_label, y_label=f"model less measured{unit}", lines=residuals))
-    return Figure(name="calibration", title="Measured values, model and residuals", panels=panels, size=(8.0, 7.0))
+    return Figure(name="calibration", title="Measured values, model and residuals", panels=panels, height=140.0)
 
 
 def write(found: Calibration, folder: pathlib.Path) -> list[str]:
@@ -127,33 +127,30 @@ def write(found: Calibration, folder: pathlib.Path) -> list[str]:
         "report.html": page(found),
     }
     for name, body in texts.items():
-        with results.writing(str(folder / name)) as temporary:
-            pathlib.Path(temporary).write_text(body, encoding="utf-8")
+        results.write_file(str(folder / name), body)
     plots.save(figure(found), str(folder / "calibration.png"))
     return ["report.html", "calibration.png", "calibration.json", "case.yaml"]
 
 
 def page(found: Calibration) -> str:
     """The report as one HTML page that needs nothing else."""
-    from evolvent.exports import report as parts
+    from evolvent.exports.report import figure_picture
 
     names = [p.key for p in found.parameters]
-    correlations = [
-        (name, *(f"{c:.3f}" for c in row)) for name, row in zip(names, found.correlation.tolist(), strict=True)
-    ]
-    values = [
-        (label, f"{measured:.6g} {one.unit}", f"{model:.6g} {one.unit}", f"{model - measured:.3g} {one.unit}")
-        for one, modelled in zip(found.series, found.modelled, strict=True)
-        for label, measured, model in zip(one.labels, one.values, modelled, strict=True)
-    ]
-    sections = {
-        "Parameters": parts.table(rows(found), ("key", "fitted", "standard error", "start")),
-        "Residuals": "".join(f"<p>{parts.escaped(line)}</p>" for line in summary(found))
-        + parts.figure_html(figure(found)),
-        "Correlation": parts.table(correlations, ("", *names)),
-        "Values": parts.table(values, ("", "measured", "model", "difference")),
-        "Case with the fitted values": f"<pre>{parts.escaped(cases.to_yaml(cases.load(dict(found.case))))}</pre>",
-    }
-    title = f"Calibration: {found.case['system'].replace('-', ' ')}"
-    body = "".join(f"<section><h2>{name}</h2>{content}</section>\n" for name, content in sections.items())
-    return parts.plain_page(title, f"<h1>{parts.escaped(title)}</h1>\n{body}")
+    return pages.render(
+        "calibration.html",
+        title=f"Calibration: {found.case['system'].replace('-', ' ')}",
+        parameters=rows(found),
+        summary=summary(found),
+        residuals=figure_picture(figure(found)),
+        names=names,
+        correlation=[
+            (name, *(f"{c:.3f}" for c in row)) for name, row in zip(names, found.correlation.tolist(), strict=True)
+        ],
+        values=[
+            (label, f"{measured:.6g} {one.unit}", f"{model:.6g} {one.unit}", f"{model - measured:.3g} {one.unit}")
+            for one, modelled in zip(found.series, found.modelled, strict=True)
+            for label, measured, model in zip(one.labels, one.values, modelled, strict=True)
+        ],
+        case=cases.to_yaml(cases.load(dict(found.case))),
+    )

@@ -115,11 +115,10 @@ def strains(x: Array, R: Array, length: Array | float) -> Array:
 
 def rotation(vector: Array) -> Array:
     """Rotation matrix of a rotation vector (3,), rad."""
-    angle = float(np.linalg.norm(vector))
-    K = skew(vector)
-    if angle < 1e-8:
-        return np.eye(3) + K
-    return np.asarray(np.eye(3) + math.sin(angle) / angle * K + (1.0 - math.cos(angle)) / angle**2 * K @ K)
+    from scipy.spatial.transform import Rotation
+
+    found: Array = Rotation.from_rotvec(np.array(vector, dtype=float)).as_matrix()
+    return found
 
 
 def advanced(curvature: Array, length: float) -> tuple[Array, Array]:
@@ -138,22 +137,15 @@ def skew(a: Array) -> Array:
 
 def from_quaternions(q: Array) -> Array:
     """Rotation matrices (n, 3, 3) of unit quaternions (n, 4), scalar part first."""
-    a, v = q[:, 0, None, None], q[:, 1:]
-    K = np.zeros((len(q), 3, 3))
-    K[:, 2, 1], K[:, 0, 2], K[:, 1, 0] = v.T
-    K -= np.swapaxes(K, 1, 2)
-    return np.asarray(np.eye(3) + 2.0 * a * K + 2.0 * K @ K)
+    from scipy.spatial.transform import Rotation
+
+    found: Array = Rotation.from_quat(np.array(q), scalar_first=True).as_matrix()
+    return found
 
 
 def quaternion(R: Array) -> Array:
-    """Quaternion (4,), scalar part first, of a rotation matrix."""
-    K = np.array(
-        [
-            [np.trace(R), R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]],
-            [0.0, 2.0 * R[0, 0] - np.trace(R), R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]],
-            [0.0, 0.0, 2.0 * R[1, 1] - np.trace(R), R[1, 2] + R[2, 1]],
-            [0.0, 0.0, 0.0, 2.0 * R[2, 2] - np.trace(R)],
-        ]
-    )
-    found: Array = np.linalg.eigh(K + np.triu(K, 1).T)[1][:, -1]
-    return found if found[0] >= 0.0 else -found
+    """Quaternion (4,), scalar part first and not below zero, of a rotation matrix."""
+    from scipy.spatial.transform import Rotation
+
+    found: Array = Rotation.from_matrix(np.array(R)).as_quat(canonical=True, scalar_first=True)
+    return found

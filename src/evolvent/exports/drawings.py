@@ -14,15 +14,25 @@ if TYPE_CHECKING:
     from evolvent.motion import Motion
 
 
-def write(run: Any, figures: Sequence[Figure], motion: Motion | None, folder: str | os.PathLike[str]) -> list[str]:
+def write(
+    run: Any, figures: Sequence[Figure], motion: Motion | None, folder: str | os.PathLike[str], *, kind: str = "png"
+) -> list[str]:
     """Write figures and animation (`animation.of_run`) of a run into a folder; returns the files' paths.
+
+    Parameters
+    ----------
+    run : xarray.DataTree
+    figures : sequence of Figure
+    motion : Motion, None for no animation
+    folder : str
+    kind : str, format of the figures, one of `evolvent.plots.FORMATS`
 
     Raises
     ------
     InputError
         If the folder cannot be written into.
     """
-    paths = plots.draw(figures, folder, label=unfinished(run))
+    paths = plots.draw(figures, folder, kind=kind, label=unfinished(run))
     if motion is not None:
         paths.append(animation.write(motion, os.path.join(folder, "animation.html")))
     return paths

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.animation import AZIMUTH, ELEVATION
 from evolvent.motion import Forces, Frame, Line, Motion, turned
 from evolvent.solids import Mesh
+from evolvent.views import OBLIQUE
 
 Array = np.ndarray
 
@@ -78,7 +78,8 @@ class Camera:
     @classmethod
     def of(cls, motion: Motion, size: tuple[int, int]) -> Camera:
         """A camera that sees all of a motion, or all around its main frame where that travels far."""
-        ca, sa, ce, se = math.cos(AZIMUTH), math.sin(AZIMUTH), math.cos(ELEVATION), math.sin(ELEVATION)
+        azimuth, elevation = OBLIQUE
+        ca, sa, ce, se = math.cos(azimuth), math.sin(azimuth), math.cos(elevation), math.sin(elevation)
         up = {"x": np.eye(3)[[1, 2, 0]], "y": np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]), "z": np.eye(3)}[motion.up]
         axes = np.array([[ca, sa, 0.0], [-sa * se, ca * se, ce], [-sa * ce, ca * ce, -se]]) @ up
         some = motion.at(

@@ -95,7 +95,7 @@ def mp4(run: Any, path: str, request: Request) -> str:
     InputError
         If there is no ffmpeg, the run holds too little, or the file cannot be written.
     """
-    program = _ffmpeg()
+    program = ffmpeg()
     motion = animation_of(run)
     time, speed, length = _times(motion, request, _MP4)
     request.allow(time.size * _MP4.bytes, f"{time.size} frames")
@@ -134,7 +134,7 @@ def mp4(run: Any, path: str, request: Request) -> str:
     return _said(path, time, speed, length)
 
 
-def _ffmpeg() -> str:
+def ffmpeg() -> str:
     """The program that makes videos."""
     try:
         from imageio_ffmpeg import get_ffmpeg_exe

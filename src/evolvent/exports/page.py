@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import pathlib
 from typing import TYPE_CHECKING, Any
 
 from evolvent import animation
 from evolvent.exports.request import Request, animation_of, shown_size, size_of
-from evolvent.results import writing
+from evolvent.results import write_file
 
 if TYPE_CHECKING:
     pass
@@ -24,8 +23,7 @@ def write(run: Any, path: str, request: Request) -> str:
     motion = animation_of(run)
     wanted = min(max(2, request.frames or animation.MOST_FRAMES), motion.time.size)
     page, frames = animation.page(motion, frames=wanted, speed=request.speed)
-    with writing(path) as temporary:
-        pathlib.Path(temporary).write_bytes(page)
+    write_file(path, page)
     held = f"{frames} frames"
     if frames < wanted:
         held += f" (of the {wanted} asked for; a page holds {shown_size(animation.LARGEST)})"

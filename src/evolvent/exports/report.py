@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import base64
 import dataclasses
 import datetime
-import html
 import io
 import json
-import pathlib
-from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import animation, cases, plots
+from evolvent import animation, cases, pages, plots
 from evolvent.exports.pictures import pictures
 from evolvent.exports.request import counted
-from evolvent.results import WELL, made_with, statistics_of, unfinished, writing
+from evolvent.results import WELL, made_with, statistics_of, unfinished, write_file
 
 if TYPE_CHECKING:
     from evolvent.figures import Figure
@@ -28,7 +24,6 @@ _LARGEST_SVG = 250_000
 _STILLS = 3
 #: Units of what is conserved, or accounted for.
 _ACCOUNTS = {"J": "Energy", "kg m2 s-1": "Angular momentum", "kg m s-1": "Linear momentum"}
-_STYLE = pathlib.Path(__file__).with_name("report.css")
 
 
 def write(run: Any, path: str, *, date: datetime.datetime | None = None) -> int:
@@ -46,57 +41,35 @@ def write(run: Any, path: str, *, date: datetime.datetime | None = None) -> int:
         If the file cannot be written.
     """
     page = _page(run, date or datetime.datetime.now(datetime.UTC)).encode()
-    with writing(path) as temporary:
-        pathlib.Path(temporary).write_bytes(page)
+    write_file(path, page)
     return len(page)
 
 
 def _page(run: Any, date: datetime.datetime) -> str:
     module = cases.presenter(run)
-    figures = module.figures(run)
-    title = _title(run)
-    sections = [
-        ("results", "Results", _results(run, module)),
-        ("animation", "Animation", _animation(run)),
-        ("figures", "Figures", "".join(figure_html(f) for f in figures)),
-        ("balances", "Balances", _balances(run)),
-        ("case", "Case", _case(run)),
-        ("provenance", "Provenance", _provenance(run, date)),
-    ]
-    held = [(key, name, content) for key, name, content in sections if content]
-    links = " ".join(f'<a href="#{key}">{name}</a>' for key, name, _ in held)
-    body = "".join(f'<section id="{key}"><h2>{name}</h2>{content}</section>\n' for key, name, content in held)
-    return plain_page(title, f"{_head(run, title)}{_notes(run)}<nav>{links}</nav>\n{body}")
-
-
-def plain_page(title: str, body: str) -> str:
-    """A page with the report's style around `body`."""
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escaped(title)}</title><style>{_STYLE.read_text(encoding='utf-8')}</style></head>\n<body><main>\n"
-        f"{body}</main></body></html>\n"
+    status = run.attrs["status"]
+    parts = {
+        "results": ("Results", [(n.label, n.value) for n in module.numbers(run) if n.label != "warning"]),
+        "animation": ("Animation", _animation(run)),
+        "figures": ("Figures", [figure_picture(figure) for figure in module.figures(run)]),
+        "balances": ("Balances", _balances(run)),
+        "case": ("Case", run.attrs["case"]),
+        "provenance": ("Provenance", _provenance(run, date)),
+    }
+    shown = {key: name for key, (name, content) in parts.items() if content}
+    return pages.render(
+        "report.html",
+        title=_title(run),
+        status=status,
+        good=status in WELL,
+        facts=_facts(run),
+        notes=_notes(run),
+        sections=shown,
+        **{key: content for key, (_, content) in parts.items()},
     )
 
 
 # ------------------------------------------------------------------------------------------------ parts
-
-
-def escaped(value: object) -> str:
-    """Text for a page."""
-    return html.escape(str(value))
-
-
-def table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), *, words: int = 1) -> str:
-    """A table; the first `words` columns hold words, the others numbers."""
-    top = "".join(f"<th{'' if k < words else ' class=n'}>{escaped(c)}</th>" for k, c in enumerate(head))
-    body = "".join(
-        "<tr>"
-        + "".join(f"<td{'' if k < words else ' class=n'}>{escaped(c)}</td>" for k, c in enumerate(row))
-        + "</tr>\n"
-        for row in rows
-    )
-    return f"<table>{f'<thead><tr>{top}</tr></thead>' if head else ''}<tbody>{body}</tbody></table>"
 
 
 def _title(run: Any) -> str:
@@ -107,18 +80,14 @@ def _title(run: Any) -> str:
     return f"{system}: {motion.title[:1].lower()}{motion.title[1:]}"
 
 
-def _head(run: Any, title: str) -> str:
+def _facts(run: Any) -> list[str]:
+    """Samples, solver and date of a run."""
     attrs = run.attrs
-    good = attrs["status"] in WELL
-    end = float(run.time.values[-1])
-    facts = [
-        f'<span class="status {"good" if good else "bad"}">{escaped(attrs["status"])}</span>',
-        f"{counted(run.sizes['time'], 'sample')} to {end:.6g} s",
-        escaped(attrs["solver"]),
-        escaped(_day(attrs["date"]) if "date" in attrs else "date not recorded"),
+    return [
+        f"{counted(run.sizes['time'], 'sample')} to {float(run.time.values[-1]):.6g} s",
+        attrs["solver"],
+        _day(attrs["date"]) if "date" in attrs else "date not recorded",
     ]
-    listed = " &middot; ".join(facts)
-    return f'<header><p class="kind">Report of a simulation</p><h1>{escaped(title)}</h1><p>{listed}</p></header>\n'
 
 
 def _day(date: str) -> str:
@@ -129,61 +98,47 @@ def _day(date: str) -> str:
         return date
 
 
-def _notes(run: Any) -> str:
-    """What a reader must know first: that the run is not whole, and its warnings."""
-    attrs, parts = run.attrs, []
+def _notes(run: Any) -> list[dict[str, Any]]:
+    """What a reader must know first: that the run is not complete, and its warnings."""
+    attrs, notes = run.attrs, []
+
+    def add(kind: str, *texts: str, heading: str = "") -> None:
+        notes.append({"kind": kind, "heading": heading, "texts": texts})
+
     if unfinished(run):
-        what = {"failed": "This run failed", "interrupted": "This run was interrupted"}[attrs["status"]]
+        heading = {"failed": "This run failed", "interrupted": "This run was interrupted"}[attrs["status"]]
         message = attrs["message"].removeprefix(attrs["status"]).strip(" :")
-        parts.append(
-            f'<section class="failure"><h2>{what}</h2><p>{escaped(message)}</p><p>What follows covers the run up to '
-            f"{float(run.time.values[-1]):.6g} s and is no result of the whole case.</p></section>\n"
-        )
+        covers = f"What follows covers the run up to {float(run.time.values[-1]):.6g} s"
+        add("failure", message, f"{covers} and is no result of the whole case.", heading=heading)
     elif attrs["status"] != "success":
-        parts.append(f'<section class="note"><p>{escaped(attrs["message"])}</p></section>\n')
+        add("note", attrs["message"])
     if attrs.get("warning"):
-        parts.append(f'<section class="warning"><h2>Warning</h2><p>{escaped(attrs["warning"])}</p></section>\n')
+        add("warning", attrs["warning"], heading="Warning")
     if attrs.get("latches"):
-        parts.append(f'<section class="note"><p>Latches: {escaped(attrs["latches"])}.</p></section>\n')
+        add("note", f"Latches: {attrs['latches']}.")
     laws = json.loads(attrs["laws"])
     if laws:
         named = ", ".join(f"{key}: {law}" for key, law in laws.items())
-        said = f"Laws of the user took part that the case cannot hold: {escaped(named)}."
-        parts.append(f'<section class="note"><p>{said}</p></section>\n')
-    return "".join(parts)
+        add("note", f"This run used laws of the user, which the case cannot hold: {named}.")
+    return notes
 
 
-def _results(run: Any, module: Any) -> str:
-    rows = [(n.label, n.value) for n in module.numbers(run) if n.label != "warning"]
-    return table(rows, words=2).replace("<table>", '<table class="results">')
-
-
-def _image(content: bytes, kind: str, caption: str) -> str:
-    source = f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
-    return f'<img src="{source}" alt="{escaped(caption)}">'
-
-
-def figure_html(figure: Figure) -> str:
-    """A figure with its title."""
+def figure_picture(figure: Figure) -> pages.Picture:
+    """A figure as an image in the page, whose text is its title."""
     content, kind = plots.picture(figure, "svg", title=False), "svg+xml"
     if len(content) > _LARGEST_SVG:
         points = plots.picture(figure, "png", dpi=150, title=False)
         content, kind = (points, "png") if len(points) < len(content) else (content, kind)
-    return f"<figure><h3>{escaped(figure.title)}</h3>{_image(content, kind, figure.title)}</figure>"
+    return pages.picture(content, kind, figure.title)
 
 
-def _animation(run: Any) -> str:
-    """The page of the animation in a frame; on paper, stills."""
+def _animation(run: Any) -> dict[str, Any]:
+    """The page of the animation, and stills for paper; empty if the run holds no motion."""
     motion = animation.of_run(run)
     if motion is None:
-        return ""
+        return {}
     from PIL import Image
 
-    page = animation.page(motion, playing=False)[0].decode()
-    # a frame may run its script, and nothing else: no network, no access to this page
-    inside = html.escape(page, quote=True)
-    title = escaped(motion.title)
-    moving = f'<iframe sandbox="allow-scripts" allow="fullscreen" title="{title}" srcdoc="{inside}"></iframe>'
     stills = []
     plain = dataclasses.replace(motion, title="")
     times = np.linspace(motion.time[0], motion.time[-1], _STILLS + 1)[1:]
@@ -192,12 +147,12 @@ def _animation(run: Any) -> str:
         Image.fromarray(picture[..., :3]).quantize(64, dither=Image.Dither.NONE).save(
             content, format="PNG", optimize=True
         )
-        stills.append(_image(content.getvalue(), "png", motion.title))
-    return f'{moving}<div class="stills">{"".join(stills)}</div>'
+        stills.append(pages.picture(content.getvalue(), "png", motion.title))
+    return {"title": motion.title, "page": animation.page(motion, playing=False)[0].decode(), "stills": stills}
 
 
-def _balances(run: Any) -> str:
-    """How well the accounts close, and what they hold."""
+def _balances(run: Any) -> dict[str, list[Any]]:
+    """Largest defects of the balances, and the values of conserved quantities; empty if there are none."""
     time = run.time.values
     defects: list[tuple[str, ...]] = []
     kept: dict[str, list[tuple[str, ...]]] = {}
@@ -212,14 +167,11 @@ def _balances(run: Any) -> str:
             defects.append((long_name, f"{values[k, 0]:.2e}", f"{time[k]:.5g} s", f"{values[-1, 0]:.2e}"))
         elif variable.attrs.get("units") in _ACCOUNTS and values.shape[1] <= 12:
             kept.setdefault(variable.attrs["units"], []).extend(_account(run, str(name)))
-    parts = []
-    if defects:
-        parts.append(table(defects, ("account", "largest defect", "at", "at the end")))
-    for unit, rows in kept.items():
-        shown = unit.replace("m2", "m²").replace("s-1", "s⁻¹")
-        head = (f"{_ACCOUNTS[unit].lower()}, {shown}", "at the start", "least", "largest", "at the end")
-        parts.append(f"<h3>{_ACCOUNTS[unit]}</h3>" + table(rows, head))
-    return "".join(parts)
+    tables = [
+        {"name": _ACCOUNTS[unit], "unit": unit.replace("m2", "m²").replace("s-1", "s⁻¹"), "rows": rows}
+        for unit, rows in kept.items()
+    ]
+    return {"defects": defects, "kept": tables} if defects or tables else {}
 
 
 def _account(run: Any, name: str) -> list[tuple[str, ...]]:
@@ -240,21 +192,17 @@ def _account(run: Any, name: str) -> list[tuple[str, ...]]:
     return rows
 
 
-def _case(run: Any) -> str:
-    said = "Kept in a file, this case can be run again: <code>evolvent run case.yaml</code>."
-    return f"<p>{said}</p><pre>{escaped(run.attrs['case'])}</pre>"
-
-
 def _count(value: float) -> str:
     """Whole numbers with all their digits."""
     return f"{int(value):,}" if float(value).is_integer() and abs(value) < 1e15 else f"{value:.6g}"
 
 
-def _provenance(run: Any, date: datetime.datetime) -> str:
+def _provenance(run: Any, date: datetime.datetime) -> list[tuple[str, str]]:
+    """Rows of what made the run and the report."""
     attrs = run.attrs
     statistics = {k: v for k, v in statistics_of(run).items() if v is not None}
     account = ", ".join(f"{name.replace('_', ' ')} {_count(value)}" for name, value in statistics.items())
-    rows = [
+    return [
         ("run on", _day(attrs["date"]) if "date" in attrs else "not recorded in the file"),
         ("run with", attrs.get("made_with", f"evolvent {attrs['version']}; the rest is not recorded in the file")),
         ("solver", f"{attrs['solver']}: {account}" if account else attrs["solver"]),
@@ -262,4 +210,3 @@ def _provenance(run: Any, date: datetime.datetime) -> str:
         ("report written on", _day(date.isoformat())),
         ("report written with", made_with()),
     ]
-    return table(rows, words=2).replace("<table>", '<table class="results">')

@@ -6,10 +6,11 @@ gigabyte. Polygonal data are what ParaView's filter Tube takes; it does not take
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -81,12 +82,15 @@ def write(run: Any, path: str, request: Request) -> str:
     try:
         for kind, make in kinds.items():
             collection = group(os.path.join(path, f"{kind}{suffix}"))
-            for k, time in enumerate(progress.track(motion.time, f"writing {kind}", motion.time.size)):
-                name = os.path.join(data, f"{kind}-{k:05d}.vtp")
-                make(motion, k).write(file, name)
-                collection.addFile(os.path.abspath(name), float(time))
-            collection.save()
+            with _closed(collection):
+                for k, time in enumerate(progress.track(motion.time, f"writing {kind}", motion.time.size)):
+                    name = os.path.join(data, f"{kind}-{k:05d}.vtp")
+                    make(motion, k).write(file, name)
+                    collection.addFile(os.path.abspath(name), float(time))
+                collection.save()
     except OSError as error:
+        _clear(data)
+        _clear(path)
         raise InputError(f"cannot write into {path!r}: {(error.strerror or str(error)).lower()}") from None
     text = "".join(_TEXTS[kind] for kind in kinds) + _TEXT
     text = text.format(
@@ -138,6 +142,17 @@ def _kinds(motion: Motion) -> dict[str, Callable[[Motion, int], Grid]]:
 def _units(motion: Motion) -> list[str]:
     """Units of forces, each once."""
     return list(dict.fromkeys(force.unit for force in motion.forces))
+
+
+@contextlib.contextmanager
+def _closed(file: Any) -> Iterator[None]:
+    """Close a file of the library, which leaves it open where it could not be written."""
+    try:
+        yield
+    except OSError:
+        with contextlib.suppress(OSError):
+            file.xml.stream.close()
+        raise
 
 
 def _clear(folder: str) -> None:
@@ -204,27 +219,28 @@ class Grid:
             name: np.array([data[name] for data in self._cell_data], dtype=np.int32) for name in self._cell_data[0]
         }
         file = begin(path.removesuffix(".vtp"))
-        file.openGrid()
-        count = {_POINTS: "nverts", _LINES: "nlines", _FACES: "npolys"}[self._cells]
-        file.openPiece(npoints=self._count, **{count: len(cells["offsets"])})
-        for where, data in (("Points", {"points": points}), (self._cells, cells)):
-            file.openElement(where)
-            for name, values in data.items():
-                file.addData(name, values)
-            file.closeElement(where)
-        for where, data in (("Point", point_data), ("Cell", cell_data)):
-            vector, scalar = (
-                next((n for n, v in data.items() if isinstance(v, kind)), None) for kind in (tuple, np.ndarray)
-            )
-            file.openData(where, scalars=scalar, vectors=vector)
-            for name, values in data.items():
-                file.addData(name, values)
-            file.closeData(where)
-        file.closePiece()
-        file.closeGrid()
-        for values in (points, *cells.values(), *point_data.values(), *cell_data.values()):
-            file.appendData(values)
-        file.save()
+        with _closed(file):
+            file.openGrid()
+            count = {_POINTS: "nverts", _LINES: "nlines", _FACES: "npolys"}[self._cells]
+            file.openPiece(npoints=self._count, **{count: len(cells["offsets"])})
+            for where, data in (("Points", {"points": points}), (self._cells, cells)):
+                file.openElement(where)
+                for name, values in data.items():
+                    file.addData(name, values)
+                file.closeElement(where)
+            for where, data in (("Point", point_data), ("Cell", cell_data)):
+                vector, scalar = (
+                    next((n for n, v in data.items() if isinstance(v, kind)), None) for kind in (tuple, np.ndarray)
+                )
+                file.openData(where, scalars=scalar, vectors=vector)
+                for name, values in data.items():
+                    file.addData(name, values)
+                file.closeData(where)
+            file.closePiece()
+            file.closeGrid()
+            for values in (points, *cells.values(), *point_data.values(), *cell_data.values()):
+                file.appendData(values)
+            file.save()
 
     def _at_points(self, name: str) -> Any:
         """Values at all points, NaN where a line has none."""

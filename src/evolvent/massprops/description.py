@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import pathlib
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -11,7 +10,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
-from evolvent import cases, schema, units
+from evolvent import cases, safe_open, schema, units
 from evolvent.errors import InputError, nearest
 from evolvent.massprops import uncertain
 from evolvent.massprops.uncertain import Uncertain
@@ -522,14 +521,7 @@ def _content(stand: Any) -> dict[str, Any]:
     if not isinstance(stand, (str, os.PathLike)):
         raise InputError(f"a stand is a file or a mapping, not {type(stand).__name__}")
     name = os.fspath(stand)
-    try:
-        source = pathlib.Path(name).read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise InputError(f"cannot read {name!r}: it is not a text file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot read {name!r}: {reason.lower()}") from None
-    content = cases.parse_yaml(source, name)
+    content = cases.parse_yaml(safe_open.text(name), name)
     if not isinstance(content, dict):
         what = "is empty" if content is None else "is no mapping of keys to values"
         raise InputError(f"{name!r} {what}; it must describe signals, stand and body")
@@ -542,7 +534,7 @@ def _checked(content: dict[str, Any]) -> Description:
         raise InputError(f"stand is missing; it must be a mapping with a kind: {', '.join(KINDS)}")
     kind = stand.get("kind")
     if not isinstance(kind, str) or kind not in _CLASSES:
-        what = "missing" if kind is None else repr(kind)
+        what = "missing" if kind is None else schema.shown(kind)
         raise InputError(f"stand.kind is {what}; {nearest(str(kind), KINDS)}")
     model: Any = _CLASSES[kind]
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from typing import NamedTuple
 
 import numpy as np
@@ -137,3 +138,26 @@ class MassProperties:
     def __getitem__(self, key: str) -> float:
         """Value of an output, such as 'Ixx'."""
         return float(self.values[[o.key for o in self.outputs].index(key)])
+
+    @property
+    def notes(self) -> list[str]:
+        """What was done to the recordings, such as samples left out; one sentence for all recordings that share it."""
+        return self._grouped(of_reading=True)
+
+    @property
+    def cautions(self) -> list[str]:
+        """The warnings without the notes; one sentence for all recordings that share it."""
+        return self._grouped(of_reading=False)
+
+    def _grouped(self, *, of_reading: bool) -> list[str]:
+        """Sentences of `warnings`, those that several recordings share with the names of all of them in front."""
+        names = {os.path.basename(e.modal.reading.source.path): e.modal.reading.notes for e in self.evaluations}
+        found: dict[str, list[str]] = {}
+        for sentence in self.warnings:
+            head, colon, text = sentence.partition(": ")
+            several = len(self.evaluations) > 1 and bool(colon) and head in names
+            name, text = (head, text) if several else ("", sentence)
+            noted = text in (names[name] if name else [note for notes in names.values() for note in notes])
+            if noted == of_reading:
+                found.setdefault(text, []).extend([name] if name else [])
+        return [f"{', '.join(of)}: {text}" if of else text for text, of in found.items()]

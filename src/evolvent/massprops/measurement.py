@@ -121,10 +121,14 @@ def vibration(
 
 def _evaluation(given: Description, source: files.Signals) -> Evaluation:
     own_given, own = for_recording(given, os.path.basename(source.path))
+    name = os.path.basename(source.path)
+    progress.report(f"reading {name}")
     reading = read(source, own_given.signals)
     quiet = modal.late_start_warning(reading)
     try:
+        progress.report(f"identifying the modes of {name}")
         found = modal.find(reading, own_given)
+        progress.report(f"computing mass properties from {name}")
         if isinstance(own_given, OnSprings):
             evaluation = springs.evaluate(own_given, found, own)
         else:

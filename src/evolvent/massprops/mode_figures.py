@@ -7,12 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from evolvent import show
-from evolvent.figures import Figure, Line, Panel
+from evolvent.figures import Figure, Line, Panel, stacked
 from evolvent.massprops.identification import Modes
 
 Array = np.ndarray
 #: Most sensors that are drawn.
 MOST = 4
+#: Least length of the axis of a difference, of the largest value: it is drawn over ±1 % or more.
+LEAST_SCALE = 0.02
 
 
 def figures(modes: Modes, unit: str) -> list[Figure]:
@@ -36,15 +38,18 @@ def signals(time: Array, read: Array, fitted: Array | None, names: Sequence[str]
     """Signals (nt, c), the sum of the modes identified in them, and what it leaves; without the last two for None."""
     panels, columns = [], 1 if fitted is None else 2
     for k, name in enumerate(names[:MOST]):
-        lines = [Line(x=time, y=read[:, k], label="read", width=1.0)]
+        lines = [Line(x=time, y=read[:, k], label="signal", width=1.0)]
         if fitted is not None:
-            lines.append(Line(x=time, y=fitted[:, k], label="modes", color=2, style="--"))
+            lines = [Line(x=time, y=read[:, k], label="signal", color="0.7", width=2.4)]
+            lines.append(Line(x=time, y=fitted[:, k], label="sum of the modes", width=0.8))
         panels.append(Panel(x_label="time, s", y_label=f"signal, {unit}", lines=lines, title=name))
         if fitted is not None:
             left = [Line(x=time, y=read[:, k] - fitted[:, k], color=1, width=0.8)]
-            panels.append(Panel(x_label="time, s", y_label=f"read less modes, {unit}", lines=left, title=name))
-    size = (6.0 * columns, 2.4 * min(len(names), MOST) + 0.4)
-    return Figure(name="signals", title="Signals and identified modes", panels=panels, columns=columns, size=size)
+            span = LEAST_SCALE * float(np.nanmax(np.abs(read[:, k]), initial=0.0))
+            label = f"signal less modes, {unit}"
+            panels.append(Panel(x_label="time, s", y_label=label, lines=left, title=name, y_span=span))
+    height = stacked(min(len(names), MOST))
+    return Figure(name="signals", title="Signals and identified modes", panels=panels, columns=columns, height=height)
 
 
 def spectra(time: Array, read: Array, names: Sequence[str], frequency: Array, *, unit: str) -> Figure:
@@ -57,12 +62,15 @@ def amplitudes(
     names: Sequence[str], amplitude: Array, titles: Sequence[str], *, unit: str, model: Array | None = None
 ) -> Figure:
     """Signed amplitudes (m, c) of the modes at the sensors, beside those of a model (NaN for none)."""
-    sensor, panels = np.arange(1.0, len(names) + 1.0), []
+    sensor, panels = np.arange(float(len(names))), []
+    x_names = dict(zip(sensor.tolist(), (name.removeprefix("sensor ") for name in names), strict=True))
+    zero = Line(x=np.array([-0.5, len(names) - 0.5]), y=np.zeros(2), color="gray", width=0.8)
     for k, title in enumerate(titles):
         lines = [Line(x=sensor, y=amplitude[k], label="identified", style="", marker="o")]
         if model is not None and np.all(np.isfinite(model[k])):
-            lines.append(Line(x=sensor, y=model[k], label="linear model", color=2, style="--"))
-        panels.append(Panel(x_label="sensor", y_label=f"amplitude at t = 0, {unit}", lines=lines, title=title))
+            lines.append(Line(x=sensor, y=model[k], label="linear model", color=2, style="", marker="+"))
+        label = f"amplitude at $t = 0$, {unit}"
+        panels.append(Panel(x_label="sensor", x_names=x_names, y_label=label, lines=[*lines, zero], title=title))
     columns = min(len(panels), 3)
-    size = (4.2 * columns, 3.4 * -(-len(panels) // 3))
-    return Figure(name="mode_shapes", title="Amplitudes of the modes", panels=panels, columns=columns, size=size)
+    height = stacked(-(-len(panels) // 3))
+    return Figure(name="mode_shapes", title="Amplitudes of the modes", panels=panels, columns=columns, height=height)

@@ -2,53 +2,41 @@
 
 from __future__ import annotations
 
-import base64
-import html
 import io
 import os
+import re
 from typing import Any
 
 import numpy as np
 
+from evolvent import pages
+from evolvent.figures import WIDTH, axis_label
 from evolvent.massprops.estimates import Evaluation, MassProperties
 from evolvent.massprops.identification.signals import power
 from evolvent.massprops.modal import Modal
-from evolvent.plots import PALETTE
+from evolvent.plots import PALETTE, STYLE
 
-_STYLE: Any = {
-    "axes.grid": True,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlelocation": "left",
-    "axes.titlesize": 9,
-    "font.size": 8.5,
-    "grid.alpha": 0.25,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "svg.fonttype": "path",
-    "svg.hashsalt": "evolvent",
-}
 _BLUE, _RED, _GREEN = PALETTE[1], PALETTE[2], PALETTE[3]
 #: Most shares that a bar tells apart.
 _MOST_SHARES = 7
 
 
 class Sheet:
-    """A figure with its axes; `image` gives the HTML."""
+    """A figure with its axes; `image` gives the image in the page."""
 
-    def __init__(self, rows: int, columns: int, height: float, width: float = 7.2, **options: Any) -> None:
+    def __init__(self, rows: int, columns: int, height: float, **options: Any) -> None:
         import matplotlib as mpl
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
-        self._context = mpl.rc_context(_STYLE)
+        self._context = mpl.rc_context(STYLE)
         self._context.__enter__()
-        self.figure = Figure(figsize=(width, height), layout="constrained")
+        self.figure = Figure(figsize=(WIDTH / 25.4, height), layout="constrained")
         FigureCanvasAgg(self.figure)
         self.axes = self.figure.subplots(rows, columns, squeeze=False, **options)
 
-    def image(self, alt: str, *, raster: bool = False) -> str:
-        """An <img> with the figure inside; PNG where SVG would hold very many points."""
+    def image(self, alt: str, *, raster: bool = False) -> pages.Picture:
+        """The figure as an image in the page; PNG where SVG would hold very many points."""
         file = io.BytesIO()
         if raster:
             self.figure.savefig(file, format="png", dpi=140)
@@ -56,11 +44,15 @@ class Sheet:
             self.figure.savefig(file, format="svg", metadata={"Date": None})
         self._context.__exit__(None, None, None)
         kind = "png" if raster else "svg+xml"
-        data = base64.b64encode(file.getvalue()).decode()
-        return f'<img alt="{html.escape(alt)}" src="data:image/{kind};base64,{data}">'
+        return pages.picture(file.getvalue(), kind, alt)
 
 
-def signals(modal: Modal) -> str:
+def _symbol(key: str) -> str:
+    """A quantity as it is written: "Ixx" -> "$I_{xx}$"."""
+    return re.sub(r"^I([xyz]{1,2})$", r"$I_{\1}$", key)
+
+
+def signals(modal: Modal) -> pages.Picture:
     """Each sensor with the fit, and its residual."""
     modes = modal.modes
     c = len(modes.names)
@@ -69,7 +61,7 @@ def signals(modal: Modal) -> str:
     for row, (left, right) in enumerate(sheet.axes):
         left.plot(t, modes.data[:, row], ".", color="0.6", markersize=2.0, label="signal")
         left.plot(t, modes.fitted[:, row], "-", color=_BLUE, linewidth=0.8, label="fit")
-        left.set_ylabel(f"{modes.names[row]}\n{modal.reading.unit}")
+        left.set_ylabel(f"{modes.names[row]} [{modal.reading.unit}]")
         right.plot(t, modes.residual[:, row], ".", color=_RED, markersize=1.5)
         for side in (-2.0, 2.0):
             right.axhline(side * modes.noise[row], color="0.3", linewidth=0.7, linestyle="--")
@@ -79,11 +71,11 @@ def signals(modal: Modal) -> str:
     )
     sheet.axes[0, 1].set_title("residual, ± 2 deviations")
     for axis in sheet.axes[-1]:
-        axis.set_xlabel("time s")
+        axis.set_xlabel("time [s]")
     return sheet.image(f"signals of {c} sensors with fit and residual", raster=True)
 
 
-def spectrum(modal: Modal) -> str:
+def spectrum(modal: Modal) -> pages.Picture:
     """Spectra of the signals and of the residual, over the level of white noise."""
     modes = modal.modes
     counts = np.sum(~np.isnan(modes.data), axis=0)
@@ -99,13 +91,13 @@ def spectrum(modal: Modal) -> str:
     axis.axhline(1.0, color="0.2", linewidth=0.8, linestyle="--", label="white noise")
     for k, frequency in enumerate(modes.frequency):
         axis.axvline(frequency, color=_BLUE, linewidth=0.6, alpha=0.6, label="modes" if k == 0 else None)
-    axis.set_xlabel("frequency rad/s")
-    axis.set_ylabel("power over the noise's")
-    axis.legend(loc="upper right", ncols=4)
+    axis.set_xlabel("angular frequency [rad/s]")
+    axis.set_ylabel("power, of the noise's")
+    sheet.figure.legend(loc="outside upper left", ncols=4)
     return sheet.image("spectra of signals and residual")
 
 
-def poles(e: Evaluation) -> str:
+def poles(e: Evaluation) -> pages.Picture:
     """Each mode's pole with its ellipse of 95 %."""
     modal, modes = e.modal, e.modal.modes
     m = modes.order
@@ -125,13 +117,13 @@ def poles(e: Evaluation) -> str:
         axis.plot(0.0, modes.decay_rate[k], "+", color=color)
         axis.set_title(f"{k + 1}: {modes.frequency[k]:.7g} rad/s" + ("" if k in e.used else ", left out"))
         axis.locator_params(nbins=4)
-        axis.set_xlabel("off that frequency, 1e-3 rad/s")
+        axis.set_xlabel(axis_label("off that frequency, 1e-3 rad/s"))
         if k % columns == 0:
-            axis.set_ylabel("decay rate 1/s")
+            axis.set_ylabel("decay rate [1/s]")
     return sheet.image("poles with their ellipses of 95 %")
 
 
-def shapes(e: Evaluation) -> str:
+def shapes(e: Evaluation) -> pages.Picture:
     """Measured amplitudes at the sensors with twice their deviations, beside the model's."""
     rows = list(e.used)
     measured, c = e.modal.shapes[rows], e.modal.shapes.shape[1]
@@ -154,12 +146,12 @@ def shapes(e: Evaluation) -> str:
         axis.set_xticks(x, e.modal.modes.names, rotation=0 if c <= 4 else 90)
         axis.ticklabel_format(axis="y", scilimits=(-2, 3))
         if k % columns == 0:
-            axis.set_ylabel(e.modal.reading.unit)
+            axis.set_ylabel(f"amplitude [{e.modal.reading.unit}]")
     sheet.figure.legend(*sheet.axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     return sheet.image("mode shapes at the sensors")
 
 
-def budget(found: MassProperties) -> str:
+def budget(found: MassProperties) -> pages.Picture:
     """Shares of the variance of each quantity, one bar each."""
     part = np.array([s.contribution**2 for s in found.shares])
     part = 100.0 * part / np.maximum(part.sum(axis=0), 1e-300)
@@ -175,15 +167,15 @@ def budget(found: MassProperties) -> str:
         left = left + part[k]
     if len(order) > _MOST_SHARES:
         axis.barh(y, 100.0 - left, 0.6, left=left, color="0.8", label="all others")
-    axis.set_yticks(y, [o.key for o in found.outputs])
+    axis.set_yticks(y, [_symbol(o.key) for o in found.outputs])
     axis.set_xlim(0.0, 100.0)
-    axis.set_xlabel("share of the variance, %")
+    axis.set_xlabel("share of the variance [%]")
     axis.grid(visible=False)
     sheet.figure.legend(loc="outside right upper")
     return sheet.image("shares of the variance")
 
 
-def recordings(found: MassProperties) -> str:
+def recordings(found: MassProperties) -> pages.Picture:
     """Values of all recordings with their own deviations, the mean and its expanded uncertainty."""
     p, n = len(found.outputs), len(found.evaluations)
     sheet = Sheet(p, 1, 0.3 + 2.1 * p, sharex=True)
@@ -205,14 +197,14 @@ def recordings(found: MassProperties) -> str:
             linewidth=1.0,
             label="recording, ± 2 u of its own noise and inputs",
         )
-        axis.set_ylabel(f"{found.outputs[k].key} {found.outputs[k].unit}")
+        axis.set_ylabel(axis_label(f"{_symbol(found.outputs[k].key)}, {found.outputs[k].unit}"))
         axis.ticklabel_format(axis="y", useOffset=False)
     sheet.figure.legend(*sheet.axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
     sheet.axes[-1, 0].set_xticks(np.arange(n), names, rotation=0 if n <= 6 else 60)
     return sheet.image("values of the recordings")
 
 
-def draws(e: Evaluation, found: MassProperties) -> str:
+def draws(e: Evaluation, found: MassProperties) -> pages.Picture:
     """Histograms of the Monte Carlo with the coverage interval."""
     assert e.draws is not None
     p = len(found.outputs)
@@ -226,6 +218,6 @@ def draws(e: Evaluation, found: MassProperties) -> str:
         axis.hist(e.draws[:, k] - found.values[k], 40, color=_BLUE, alpha=0.6)
         for side in found.interval[:, k]:
             axis.axvline(side - found.values[k], color=_RED, linewidth=1.0)
-        axis.set_xlabel(f"{found.outputs[k].key} - {found.values[k]:.6g} {found.outputs[k].unit}")
+        axis.set_xlabel(axis_label(f"{_symbol(found.outputs[k].key)} - {found.values[k]:.6g}, {found.outputs[k].unit}"))
         axis.locator_params(axis="x", nbins=5)
     return sheet.image("distributions of the Monte Carlo")

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from evolvent import progress
 from evolvent.errors import InputError
 from evolvent.massprops import amplitude
 from evolvent.massprops.estimates import Share
@@ -259,7 +260,7 @@ def monte_carlo(
         noise[1] = np.einsum("mij,nmj->nmi", L, random.standard_normal((n, *p.shapes.shape)))
     other = random.standard_normal((n, len(p.prior)))
     found = np.broadcast_to(values, (n, len(values)))
-    for _ in range(6):
+    for _ in progress.track(range(6), "Monte Carlo, iteration"):
         try:
             r = _residual(p, found, inputs, shifts, (noise[0], noise[1]))
         except (InputError, np.linalg.LinAlgError) as error:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
-import pathlib
 
 import click
 
-from evolvent.console import note, once, watch
+from evolvent.console import figure_format, note, once, watch
 from evolvent.errors import InputError
 from evolvent.studies.command import INTERRUPTED
 
@@ -18,9 +17,10 @@ ENDINGS = {"table": (".md",), "figure": (".png", ".svg", ".pdf")}
 @click.command()
 @click.argument("name", metavar="list|NAME")
 @click.option("-o", "--output", multiple=True, callback=once, metavar="FILE", help="Table as .md, figure as .png, .svg "
-              "or .pdf.  [default: NAME.png of a figure, none of a table]")  # fmt: skip
+              "or .pdf.  [default: NAME.FORMAT of a figure, none of a table]")  # fmt: skip
+@figure_format
 @click.option("--quick", is_flag=True, help="Fewer runs, and a reference of longer steps.")
-def figure(name: str, output: str | None, quick: bool) -> None:
+def figure(name: str, output: str | None, kind: str, quick: bool) -> None:
     """Compute a table or figure of a paper again; `list` names them.
 
     It prints a Markdown table. A run that fails is a row of it. Ctrl-C ends the runs and keeps what was computed.
@@ -32,7 +32,7 @@ def figure(name: str, output: str | None, quick: bool) -> None:
             click.echo(f"{key}  {one.paper}, {one.title} ({_minutes(one.seconds[0])})")
         return
     entry = papers.entry(name)
-    path = _claimed(output if output is not None or entry.kind == "table" else f"{name}.png", entry.kind)
+    path = _claimed(output if output is not None or entry.kind == "table" else f"{name}.{kind}", entry.kind)
     note(f"{entry.paper}, {entry.title}: {_minutes(entry.seconds[quick])}")
     with watch() as say:
         made = entry.make(papers.Options(quick=quick, report=say))
@@ -72,6 +72,5 @@ def _write(made: object, path: str) -> None:
     else:
         from evolvent import results
 
-        with results.writing(path) as temporary:
-            pathlib.Path(temporary).write_text(f"{made.text}\n", encoding="utf-8")
+        results.write_file(path, f"{made.text}\n")
     note(f"written to {path}")

@@ -116,9 +116,9 @@ def figure_10(options: Options) -> Made:
     panels = [Panel(x_label="time, s", y_label="tip speed, m/s", lines=lines, y_zero=True)]
     near = [_between(line, WHIP) for line in lines if line.x[-1] > WHIP[0]]
     if near:
-        panels.append(Panel(x_label="time, s", y_label="tip speed, m/s", lines=near, title="The whip of the tip"))
+        panels.append(Panel(x_label="time, s", y_label="tip speed, m/s", lines=near, title="tip at its largest speed"))
     title = "Tip speed of a rib that is wound, implicit and explicit (figure 10 of Yi et al. 2017)"
-    figure = Figure(name="rib-figure-10", title=title, panels=panels, size=(9.0, 8.0))
+    figure = Figure(name="rib-figure-10", title=title, panels=panels, height=160.0)
     return Made(text=f"{NOTE}\n{_table(runs)}", figure=figure, complete=_is_complete(runs, len(trials)))
 
 

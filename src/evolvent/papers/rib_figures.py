@@ -12,7 +12,7 @@ import numpy as np
 from evolvent import closed_forms
 from evolvent.drawing import smooth
 from evolvent.elements import axis_shape
-from evolvent.figures import Figure, Line, Panel
+from evolvent.figures import Figure, Line, Panel, plain
 from evolvent.papers import Made, Options
 from evolvent.papers.rib_runs import ALPHAS, Run, of_the_paper, runs
 from evolvent.papers.winding import markdown
@@ -22,14 +22,14 @@ Array = np.ndarray
 #: Time before and after the whip that is drawn in detail, s, and about the paper's root damping.
 DETAIL, ROOT_DETAIL = (-0.2, 0.2), (27.9, 28.6)
 #: Shapes that are drawn of a run, and its mass damping, 1/s.
-SHAPES, SHOWN = 10, 0.2
+SHAPES, SHOWN = 6, 0.2
 #: Points of an element at which its shape is drawn.
 SMOOTH = 12
 TIME = "time, s"
 #: Runs on the damping of the root: name -> keys beside those of a run without damping.
 ROOT: Mapping[str, Mapping[str, Any]] = {
     "no damping": {},
-    "alpha = 0.5 1/s on element 1": {"damping__alpha": 0.5, "damping__elements": "first"},
+    r"$\alpha$ = 0.5 1/s on element 1": {"damping__alpha": 0.5, "damping__elements": "first"},
     "hinge damper 0.05 N m s": {"rib__root_damping": 0.05},
     "hinge damper 1 N m s": {"rib__root_damping": 1.0},
 }
@@ -46,7 +46,7 @@ def _of(wanted: Sequence[Mapping[str, Any]], options: Options) -> tuple[list[Run
 
 
 def _name(run: Run) -> str:
-    return f"alpha = {run.case.damping.alpha:g} 1/s"
+    return rf"$\alpha$ = {run.case.damping.alpha:g} 1/s"
 
 
 def _note(run: Run) -> str:
@@ -82,7 +82,7 @@ def figure_6(options: Options) -> Made:
         for lines, text in ((whole, "along the hub's axis"), (near, "near the hub"))
     ]
     title = f"Shapes of the rib in time, {_name(run)} (figure 6 of Yi et al. 2017)"
-    figure = Figure(name="rib-figure-6", title=title, panels=panels, columns=2, size=(12.0, 5.4))
+    figure = Figure(name="rib-figure-6", title=title, panels=panels, columns=2, height=108.0)
     tip, wrapped = np.linalg.norm(run.x[:, -1, 0, :2], axis=1), run.turns
     rows = [[f"{run.t[k]:.4g}", f"{tip[k]:.3g}", f"{wrapped[k]:.3g}"] for k in moments]
     table = markdown(("time, s", "tip from the hub's axis, m", "turns wound"), rows)
@@ -118,10 +118,10 @@ def figure_7(options: Options) -> Made:
         drawn = [Line(x=run.t[near], y=run.speed[near], color=k)]
         coarse = near & run.even
         drawn.append(Line(x=run.t[coarse], y=run.speed[coarse], color=k, style="", marker="o", label="every 0.25 s"))
-        text = f"the whip, {_name(run)}: {run.speed[run.peak]:.1f} m/s at {peak:.2f} s"
+        text = f"{_name(run)}: largest {run.speed[run.peak]:.1f} m/s at {peak:.2f} s"
         panels.append(Panel(x_label=TIME, y_label="tip speed, m/s", lines=drawn, y_zero=True, title=text))
     title = "Speed of the tip for three mass dampings (figure 7 of Yi et al. 2017)"
-    figure = Figure(name="rib-figure-7", title=title, panels=panels, columns=2, size=(12.0, 8.0))
+    figure = Figure(name="rib-figure-7", title=title, panels=panels, columns=2, height=160.0)
     rows = [
         [
             f"{run.case.damping.alpha:g}", f"{run.t[run.peak]:.2f}", f"{run.speed[run.peak]:.3g}",
@@ -147,15 +147,15 @@ def figure_8(options: Options) -> Made:
     total = case.rib.elements * case.contact.points
     panels = [
         Panel(
-            x_label="", y_label=f"contact points that touch, of {total}", lines=_lines(found, lambda run: run.points)
+            x_label="", y_label=f"contact points that touch (of {total})", lines=_lines(found, lambda run: run.points)
         ),
         Panel(
-            x_label=TIME, y_label=f"elements that touch, of {case.rib.elements}",
+            x_label=TIME, y_label=f"elements that touch (of {case.rib.elements})",
             lines=_lines(found, _touching_elements, named=False),
         ),
     ]  # fmt: skip
     title = "Contact points that touch the hub (figure 8 of Yi et al. 2017)"
-    figure = Figure(name="rib-figure-8", title=title, panels=panels, size=(9.0, 7.0))
+    figure = Figure(name="rib-figure-8", title=title, panels=panels, height=140.0)
     rows = []
     for run in found:
         at = np.searchsorted(run.t, run.t[run.peak] * np.array([0.5, 0.75, 0.9, 0.99]))
@@ -179,7 +179,7 @@ def figure_9(options: Options) -> Made:
     found, complete = _all(options)
     closed = closed_forms.wound_contact_force(found[0].case.strip, found[0].case.drive.torque)
     span = np.array([0.0, max(run.t[-1] for run in found)])
-    rest = Line(x=span, y=np.full(2, closed), label="wound and held, T L / 2 R2", color="gray", style="--", width=1.0)
+    rest = Line(x=span, y=np.full(2, closed), label="wound and held, $TL/2R^2$", color="gray", style="--", width=1.0)
     panels = [
         Panel(x_label="", y_label="contact force, N", lines=[*_lines(found, lambda run: run.force), rest], y_zero=True),
         Panel(x_label=TIME, y_label="impulse, N s", lines=_lines(found, lambda run: run.impulse, named=False)),
@@ -188,10 +188,10 @@ def figure_9(options: Options) -> Made:
     for k, run in enumerate(found):
         part = np.abs(run.t - run.t[run.peak] + 0.05) < 0.15
         near.append(Line(x=run.t[part] - run.t[run.peak], y=run.force[part], color=k, width=1.2))
-    text = "the whip: contact force, N"
+    text = "contact force, N"
     panels.append(Panel(x_label="time from the peak of the tip's speed, s", y_label=text, lines=near, y_zero=True))
     title = "Contact force for three mass dampings (figure 9 of Yi et al. 2017)"
-    figure = Figure(name="rib-figure-9", title=title, panels=panels, size=(9.0, 9.5))
+    figure = Figure(name="rib-figure-9", title=title, panels=panels, height=190.0)
     head = ("alpha, 1/s", *FORCES)
     rows = [[f"{run.case.damping.alpha:g}", *_forces(run)] for run in found]
     return Made(text=f"{_note(found[0])}\n{markdown(head, rows)}", figure=figure, complete=complete)
@@ -227,14 +227,14 @@ def root_damping(options: Options) -> Made:
         lines[1].append(Line(x=run.t[near], y=run.speed[near], color=k, width=1.2))
         before = run.t < run.t[run.peak] + 0.1
         lines[2].append(Line(x=run.t[before], y=run.impulse[before], color=k, width=1.2))
-    labels = ("tip speed, m/s", "the whip: tip speed, m/s", "impulse of the contact, N s")
+    labels = ("tip speed, m/s", "tip speed, m/s", "impulse of the contact, N s")
     panels = [
         Panel(x_label=TIME, y_label=label, lines=each, y_zero=True) for label, each in zip(labels, lines, strict=True)
     ]
     title = "Damping at the root alone does not guide the winding (text of Yi et al. 2017 on damping)"
-    figure = Figure(name="rib-root-damping", title=title, panels=panels, size=(9.0, 9.5))
+    figure = Figure(name="rib-root-damping", title=title, panels=panels, height=190.0)
     rows = [
-        [name, f"{run.t[run.peak]:.2f}", f"{run.speed[run.peak]:.3g}", *_forces(run)]
+        [plain(name), f"{run.t[run.peak]:.2f}", f"{run.speed[run.peak]:.3g}", *_forces(run)]
         for run, name in zip(found, ROOT, strict=False)
     ]
     head = ("damping", "tip fastest at, s", "peak, m/s", *FORCES)
@@ -280,7 +280,7 @@ def points_at_rest(options: Options) -> Made:
     drawn.append(Line(x=np.array([0.0, 1.0]), y=np.zeros(2), color="gray", width=0.8))
     panels.append(Panel(x_label="along the element", y_label="distance from the hub, um", lines=drawn))
     title = f"Contact points of the wound rib at rest: {touches.sum()} of {touches.size} touch"
-    figure = Figure(name="rib-points-at-rest", title=title, panels=panels, size=(9.0, 8.0))
+    figure = Figure(name="rib-points-at-rest", title=title, panels=panels, height=160.0)
     head = ("point, of each element", f"touch, of {count}", "mean gap, um", "smallest, um", "largest, um")
     rows = [
         [f"{(i + 1) / each:g}", str(touches[:, i].sum()), f"{gap[inside, i].mean():.3g}", f"{gap[inside, i].min():.3g}",

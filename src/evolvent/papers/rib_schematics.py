@@ -53,12 +53,10 @@ def _note(at: Any, text: str) -> Note:
     return Note(at=(float(at[0]), float(at[1])), text=text)
 
 
-def _made(
-    number: int, title: str, lines: list[Line], notes: list[Note], rows: list[list[str]], size: tuple[float, float]
-) -> Made:
+def _made(number: int, title: str, lines: list[Line], notes: list[Note], rows: list[list[str]]) -> Made:
     panel = Panel(x_label="", y_label="", lines=lines, notes=notes, axes=False, equal=True)
     text = f"{title} (schematic, figure {number})"
-    figure = Figure(name=f"rib-figure-{number}", title=text, panels=[panel], size=size)
+    figure = Figure(name=f"rib-figure-{number}", title=text, panels=[panel])
     return Made(text=f"{text}.\n\n{markdown(('quantity', 'value'), rows)}", figure=figure)
 
 
@@ -86,21 +84,21 @@ def figure_1(options: Options) -> Made:
         lines.append(_line(section, color="gray", width=1.4 if k in (0, 40) else 0.6))
     lines.append(_line(axis, color=0, width=2.0))
     origin = np.array([-0.45, -0.35, -0.2])
-    notes = [_note(_moved(origin, 0.0, 0.0, -0.05), "O")]
+    notes = [_note(_moved(origin, 0.0, 0.0, -0.05), "$O$")]
     for unit, text in zip(np.eye(3), "xyz", strict=True):
         lines.append(_arrow(origin, origin + 0.25 * unit, color="gray"))
-        notes.append(_note(origin + 0.3 * unit, text))
+        notes.append(_note(origin + 0.3 * unit, f"${text}$"))
     for node, name in zip(nodes, "pq", strict=True):
         lines.append(_arrow(origin, node[0], head=0.05, color=2, width=1.2))
         lines.append(_line(node[:1], color=0, style="", marker="o"))
-        notes.append(_note(_moved(0.45 * origin + 0.55 * node[0], 0.0, 0.0, -0.06), f"r_{name}"))
+        notes.append(_note(_moved(0.45 * origin + 0.55 * node[0], 0.0, 0.0, -0.06), rf"$\mathbf{{r}}_{{{name}}}$"))
         for k, text in enumerate(("x", "y", "z"), start=1):
             tip = node[0] + 0.36 * node[k] / np.linalg.norm(node[k])
             lines.append(_arrow(node[0], tip, color=1, width=1.8))
-            notes.append(_note(tip + 0.06 * node[k] / np.linalg.norm(node[k]), f"r_{name},{text}"))
+            notes.append(_note(tip + 0.06 * node[k] / np.linalg.norm(node[k]), rf"$\mathbf{{r}}_{{{name},{text}}}$"))
     rows = [["coordinates of a node", "12: position r and slopes r,x r,y r,z"], ["coordinates of an element", "24"],
             ["position of a point", "r = S(x, y, z) e"]]  # fmt: skip
-    return _made(1, "Fully parametrised element with the vectors of its nodes", lines, notes, rows, (9.0, 6.0))
+    return _made(1, "Fully parametrised element with the vectors of its nodes", lines, notes, rows)
 
 
 def figure_2(options: Options) -> Made:
@@ -120,21 +118,23 @@ def figure_2(options: Options) -> Made:
     tail = hub[-1] + (shown - R * wrap[-1]) * np.array([-math.sin(wrap[-1]), math.cos(wrap[-1]), 0.0])
     lines += [_line(np.vstack([hub, tail]), color=2, width=1.8, style="--"), _line([root], style="", marker="o")]
     notes = [
-        _note(_moved(root, 3.6, 0.0, 0.4), "rib at the start, e"),
+        _note(_moved(root, 3.6, 0.0, 0.4), "rib at the start"),
         _note(_moved(0.7 * tail + 0.3 * hub[-1], 0.0, 0.0, 0.25), "partly wound"),
     ]
     for unit, text in zip(np.eye(3), "xyz", strict=True):
         lines.append(_arrow([0.0, 0.0, 0.0], (2.1 if text == "z" else 1.1) * unit, head=0.1, color="gray"))
-        notes.append(_note(_moved((2.25 if text == "z" else 1.25) * unit, 0.0, 0.0, -0.12 * (text == "x")), text))
+        notes.append(
+            _note(_moved((2.25 if text == "z" else 1.25) * unit, 0.0, 0.0, -0.12 * (text == "x")), f"${text}$")
+        )
     turn = np.linspace(-0.4, 1.0, 41)
     sweep = np.stack([3.2 * np.cos(turn), 3.2 * np.sin(turn), 0.0 * turn], axis=1)
     lines += [_line(sweep, color=1, width=1.0), _arrow(sweep[-4], sweep[-1], head=1.2, color=1)]
-    notes.append(_note(_moved(sweep[-1], 0.2, 0.3, 0.1), "torque T about z"))
-    notes.append(_note([0.0, 0.0, -1.95], "hub, radius R"))
+    notes.append(_note(_moved(sweep[-1], 0.2, 0.3, 0.1), "torque $T$ about $z$"))
+    notes.append(_note([0.0, 0.0, -1.95], "hub, radius $R$"))
     rows = [["hub, diameter and height", f"{2.0 * R:g} m, {HEIGHT:g} m"],
             ["rib", f"{LENGTH:g} m x {WIDTH:g} m x 0.0003 m, {ELEMENTS} elements"],
             ["drawn of the rib", f"{shown:g} m of its length, 5 times its width"]]  # fmt: skip
-    return _made(2, "Hub, rib, inertial axes and drive", lines, notes, rows, (9.0, 7.0))
+    return _made(2, "Hub, rib, inertial axes and drive", lines, notes, rows)
 
 
 def straddling(length: float) -> tuple[float, float]:
@@ -167,7 +167,7 @@ def figure_3(options: Options) -> Made:
     ]
     rows = [["element", f"{length:g} m, straight"], ["hub's radius", f"{R:g} m"],
             ["distance of the nodes when the middle touches", f"{ends:.3f} m"]]  # fmt: skip
-    return _made(3, "Search for contact at points inside an element", lines, notes, rows, (9.0, 6.0))
+    return _made(3, "Search for contact at points inside an element", lines, notes, rows)
 
 
 def figure_4(options: Options) -> Made:
@@ -191,27 +191,31 @@ def figure_4(options: Options) -> Made:
     lines.append(_arrow([0.05, R + 0.03], [0.05, R], color="gray", head=0.3))
     lines.append(_arrow([0.05, point[1] - 0.03], [0.05, point[1]], color="gray", head=0.3))
     notes = [
-        _note((-0.03, point[1] + 0.085), "force f n"),
-        _note((0.05, R + 0.04), "penetration d = R - |r|"),
-        _note((ends[0, 0], ends[0, 1] + 0.075), f"S1 f = {S[0]:.2g} f"),
-        _note((ends[1, 0], ends[1, 1] + 0.075), f"S5 f = {S[2]:.2g} f"),
+        _note((-0.03, point[1] + 0.085), "force $f\\,\\mathbf{n}$"),
+        _note((0.05, R + 0.04), "penetration $d = R - |\\mathbf{r}|$"),
+        _note((ends[0, 0], ends[0, 1] + 0.075), f"$S_1 f = {S[0]:.2g}\\,f$"),
+        _note((ends[1, 0], ends[1, 1] + 0.075), f"$S_5 f = {S[2]:.2g}\\,f$"),
         _note((-0.19, R - 0.06), "hub"),
-        Note(at=(-0.06, point[1] - 0.04), text="contact point r = S e", points_to=(point[0], point[1] - 0.003)),
+        Note(
+            at=(-0.06, point[1] - 0.04),
+            text="contact point $\\mathbf{r} = S\\,\\mathbf{e}$",
+            points_to=(point[0], point[1] - 0.003),
+        ),
     ]
     rows = [["contact point", f"{xi:g} of an element of {length:g} m"], ["force on the nodes", f"{S[0]:g}, {S[2]:g} f"],
             ["on the slopes, times the element's length", f"{S[1] / length:g}, {S[3] / length:g} f"]]  # fmt: skip
-    return _made(4, "Penetration of a contact point and its force on the nodes", lines, notes, rows, (9.0, 5.5))
+    return _made(4, "Penetration of a contact point and its force on the nodes", lines, notes, rows)
 
 
 def figure_5(options: Options) -> Made:
     """The hinge of the root: what it holds and what it leaves free."""
     low, high, root = -0.9, 0.9, np.array([R, 0.0])
     lines = [_circle((0.0, 0.0), R, low, high, color="gray", width=1.6)]
-    notes = [_note((0.40, 0.0), "hub"), _note((0.50, -0.12), "hinge, axis z")]
+    notes = [_note((0.40, 0.0), "hub"), _note((0.50, -0.12), "hinge, axis $z$")]
     for k, angle in enumerate((0.0, 0.25 * math.pi, 0.5 * math.pi)):
         direction = np.array([math.cos(angle), math.sin(angle)])
         lines.append(_line([root, root + 0.75 * direction], color=k, width=2.2))
-        notes.append(_note(root + 0.84 * direction, f"{math.degrees(angle):g} deg"))
+        notes.append(_note(root + 0.84 * direction, f"{math.degrees(angle):g}°"))
     lines.append(_line([root], color=0, style="", marker="o"))
     lines.append(_circle(root, 0.35, 0.0, 0.5 * math.pi, color="gray", width=1.0))
     turned = root + 0.35 * np.array([math.cos(0.3 * math.pi), math.sin(0.3 * math.pi)])
@@ -225,7 +229,7 @@ def figure_5(options: Options) -> Made:
     notes.append(_note(_moved(path[-1], 0.0, 0.1), "wound"))
     rows = [["held", "position (3 equations), direction across the axis (2)"], ["free", "angle about the hub's axis"],
             ["wound rib leaves the hinge at", "90 deg from outwards"]]  # fmt: skip
-    return _made(5, "Hinge of the root, and directions of the rib", lines, notes, rows, (8.0, 7.0))
+    return _made(5, "Hinge of the root, and directions of the rib", lines, notes, rows)
 
 
 def _section() -> Any:

@@ -13,6 +13,7 @@ from evolvent.figures import Figure, Line, Panel
 from evolvent.massprops.inertia import Body, NormalModes, Stand, partial_frequencies, vertical_model
 from evolvent.papers import Made, Options
 from evolvent.papers.winding import markdown
+from evolvent.systems.inertia_stand import chart
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -121,8 +122,8 @@ def figure_2(options: Options) -> Made:
         curves, found = over.energies(*at), np.array([run.mode_energy.values for run in runs])
         lines = [Line(x=fine, y=curves[:, k], color=1 + k, label=NAMES[k] if axis == 0 else "") for k in range(3)]
         lines += [Line(x=few, y=found[:, k], style="", marker="o", color=1 + k) for k in range(3)]
-        lines.append(Line(x=fine, y=curves.sum(axis=1), style=":", color="gray", label="sum" if axis == 0 else ""))
-        panels.append(Panel(x_label=LABELS[axis], y_label="energy, J", lines=lines, title=f"{_other(axis)} = 0"))
+        lines.append(Line(x=fine, y=curves.sum(axis=1), color="gray", width=2.0, label="sum" if axis == 0 else ""))
+        panels.append(Panel(x_label=chart.LABELS[axis], y_label="energy, J", lines=lines, title=f"{_other(axis)} = 0"))
         worst = np.abs(found - over.energies(*((few, 0.0) if axis == 0 else (0.0, few)))).max()
         options.report(f"energies of the simulated and the linear motion differ by up to {worst:.2g} J")
         for offset in (0.0, 0.4, 0.8) if axis == 0 else (0.17392, 0.34784):
@@ -131,12 +132,12 @@ def figure_2(options: Options) -> Made:
             rows.append([*where, *(f"{v:.4g}" for v in values), f"{values.sum():.2f}"])
     head = (*LABELS, "heave, J", "pitch, J", "roll, J", "sum, J")
     title = "Energies of the three modes over the offset (figure 2 of Belyakov 2002)"
-    figure = Figure(name="stand-figure-2", title=title, panels=panels, columns=2, size=(12.5, 4.4))
+    figure = Figure(name="stand-figure-2", title=title, panels=panels, columns=2, height=88.0)
     return Made(text=f"{NOTE}\n{markdown(head, rows)}", figure=figure)
 
 
 def _other(axis: int) -> str:
-    return LABELS[1 - axis].partition(",")[0]
+    return chart.LABELS[1 - axis].partition(",")[0]
 
 
 def figure_3(options: Options) -> Made:
@@ -155,13 +156,15 @@ def figure_3(options: Options) -> Made:
                 lines.append(Line(x=fine, y=curves[:, k, spring], label=label, **look))
                 lines.append(Line(x=few, y=found[:, k, spring], style="", marker="o", color=1 + spring))
             title = f"{name}, {_other(axis)} = 0"
-            panels.append(Panel(x_label=LABELS[axis], y_label="amplitude, mm", lines=lines, title=title, y_zero=True))
+            panels.append(
+                Panel(x_label=chart.LABELS[axis], y_label="amplitude, mm", lines=lines, title=title, y_zero=True)
+            )
     for offset in (0.0, 0.4, 0.8):
         for name, values in zip(NAMES, _amplitudes(over, offset, 0.0), strict=True):
             rows.append([f"{offset:g}", name, *(f"{value:.4f}" for value in values)])
     head = (LABELS[0], "mode", *(f"spring {k}, mm" for k in range(1, 5)))
     title = "Amplitude of each mode at each spring over the offset, spring 1 loaded (figure 3 of Belyakov 2002)"
-    figure = Figure(name="stand-figure-3", title=title, panels=panels, columns=3, size=(13.0, 7.6))
+    figure = Figure(name="stand-figure-3", title=title, panels=panels, columns=3, height=152.0)
     return Made(text=f"{NOTE}Springs 1 and 2 are at +x, 1 and 4 at +z.\n\n{markdown(head, rows)}", figure=figure)
 
 
@@ -174,8 +177,6 @@ def _amplitudes(over: Grid, x: Any, z: Any) -> np.ndarray:
 
 def figure_4(options: Options) -> Made:
     """Map of the smallest mode energy over the plane, on the 999 points of the built-in map."""
-    from evolvent.systems.inertia_stand import chart
-
     over = grid()
     data = map_data(over)
     drawn = chart.least_energy_map(data)
@@ -195,7 +196,7 @@ def figure_4(options: Options) -> Made:
         "Energy of the weakest mode over the offsets (figure 4 of Belyakov 2002); dashed: 20 % of the spacing, "
         f"white: 1 % of the largest, black: {chart.LEAST:g} J"
     )
-    figure = Figure(name="stand-figure-4", title=title, panels=drawn.panels, columns=2, size=drawn.size)
+    figure = Figure(name="stand-figure-4", title=title, panels=drawn.panels, columns=2, height=drawn.height)
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure)
 
 
@@ -215,25 +216,25 @@ def figure_5(options: Options) -> Made:
     curves = over.modes(fine, 0.0).natural_frequency
     found = np.array([run.mode_frequency.values for run in runs])
     near = over.modes(few, 0.0).natural_frequency
-    lines = [Line(x=fine, y=curves[:, k], color=1 + k) for k in range(3)]
+    lines = [Line(x=fine, y=curves[:, k], color=1 + k, label=NAMES[k]) for k in range(3)]
     lines += [Line(x=few, y=found[:, k], style="", marker="o", color=1 + k) for k in range(3)]
     partial = partial_frequencies(over.stand, over.body(0.0, 0.0))
     for k, value in enumerate(partial):
         label = "partial frequencies" if k == 0 else ""
         lines.append(Line(x=fine[[0, -1]], y=np.full(2, value), style=":", color="gray", label=label))
     apart = [
-        Line(x=few, y=1e6 * (found / near - 1.0)[:, k], marker="o", width=1.0, color=1 + k, label=NAMES[k])
+        Line(x=few, y=1e6 * (found / near - 1.0)[:, k], style="", marker="os^"[k], color=1 + k, label=NAMES[k])
         for k in range(3)
     ]
     panels = [
-        Panel(x_label=LABELS[0], y_label="frequency, rad/s", lines=lines),
-        Panel(x_label=LABELS[0], y_label="simulated less linear, ppm", lines=apart),
+        Panel(x_label=chart.LABELS[0], y_label="frequency, rad/s", lines=lines),
+        Panel(x_label=chart.LABELS[0], y_label="simulated less linear, ppm", lines=apart, y_span=20.0),
     ]
     rows = []
     for x in (0.0, 0.4, 0.8):
         modes = over.modes(x, 0.0)
         rows.append([f"{x:g}", *(f"{w:.3f}" for w in modes.natural_frequency), f"{modes.axes()[0][1, 0]:.3f}"])
     head = (LABELS[0], *(f"{name}, rad/s" for name in NAMES), "axis of pitch at x, m")
-    title = "Frequencies over the x offset, offset_z = 0 (figure 5 of Belyakov 2002)"
-    figure = Figure(name="stand-figure-5", title=title, panels=panels, columns=2, size=(12.5, 4.6))
+    title = "Frequencies over the offset $e_x$, $e_z$ = 0 (figure 5 of Belyakov 2002)"
+    figure = Figure(name="stand-figure-5", title=title, panels=panels, columns=2, height=92.0)
     return Made(text=f"{NOTE}\n{markdown(head, rows)}", figure=figure)

@@ -124,15 +124,18 @@ def figure_prony(options: Options) -> Made:
     listed = ", ".join(f"{w:.3f}" for w in frequencies())
     text = f"{NOTE.format(listed, trials)}\n{markdown(HEAD, rows)}"
     title = "Error of the frequencies by Prony's method (claimed by Belyakov 2002: 0.001 %) and by VARPRO"
-    figure = Figure(name="stand-prony", title=title, panels=panels, columns=3, size=(15.0, 4.8))
+    figure = Figure(name="stand-prony", title=title, panels=panels, columns=3, height=96.0)
     return Made(text=text, figure=figure)
 
 
-def _panel(x_label: str, title: str, x: Sequence[float], lines: list[Line], *, log_x: bool = True) -> Panel:
+def _panel(
+    x_label: str, title: str, x: Sequence[float], lines: list[Line], *, log_x: bool = True, named: bool = False
+) -> Panel:
     ends = np.array([x[0], x[-1]])
-    claimed = Line(x=ends, y=np.full(2, 100.0 * CLAIMED), style=":", color="gray", label="the paper's accuracy")
-    label = "error of the worst frequency, %"
-    return Panel(x_label=x_label, y_label=label, lines=[*lines, claimed], title=title, log=True, log_x=log_x)
+    label = "the paper's accuracy" if named else ""
+    claimed = Line(x=ends, y=np.full(2, 100.0 * CLAIMED), style=":", color="gray", label=label)
+    y_label = "error of the worst frequency, %"
+    return Panel(x_label=x_label, y_label=y_label, lines=[*lines, claimed], title=title, log=True, log_x=log_x)
 
 
 def _fewer(trials: int) -> int:
@@ -140,22 +143,24 @@ def _fewer(trials: int) -> int:
     return max(trials // 4, 10)
 
 
-def _curves(x: Sequence[float], records: Sequence[Record], trials: int, color: int, more: str = "") -> list[Line]:
+def _curves(
+    x: Sequence[float], records: Sequence[Record], trials: int, *, style: str = "-", named: bool = False
+) -> list[Line]:
     """Errors of both methods, %."""
     lines = []
-    for method, name, count, style in (
-        (plain_prony, "Prony", trials, "-"),
-        (maximum_likelihood, "VARPRO", _fewer(trials), "--"),
+    for color, (method, name, count, marker) in enumerate(
+        ((plain_prony, "Prony", trials, "o"), (maximum_likelihood, "VARPRO", _fewer(trials), "s")), start=1
     ):
         y = 100.0 * np.array([accuracy(method, record, count).error for record in records])
-        lines.append(Line(x=np.array(x), y=y, color=color, style=style, marker=".", label=f"{name}{more}"))
+        label = name if named else ""
+        lines.append(Line(x=np.array(x), y=y, color=color, style=style, marker=marker, width=1.2, label=label))
     return lines
 
 
-def _least(x: Sequence[float], records: Sequence[Record]) -> Line:
+def _least(x: Sequence[float], records: Sequence[Record], *, style: str = "-", named: bool = False) -> Line:
     """The bound, %."""
     y = 100.0 * np.array([bound(record) for record in records])
-    return Line(x=np.array(x), y=y, color=0, width=0.9, label="Cramér-Rao bound")
+    return Line(x=np.array(x), y=y, color=0, width=0.9, style=style, label="Cramér-Rao bound" if named else "")
 
 
 def _over_rates(rates: Sequence[float], trials: int) -> Panel:
@@ -163,19 +168,21 @@ def _over_rates(rates: Sequence[float], trials: int) -> Panel:
     lines = []
     for k, samples in enumerate((100, 1000)):
         records = [Record(per_period=rate, samples=samples) for rate in rates]
-        lines += _curves(rates, records, trials, 1 + k, f", N = {samples}")
-    return _panel("samples a period of the highest mode", f"noise {100 * NOISE:g} %", rates, lines, log_x=False)
+        lines += _curves(rates, records, trials, style=("-", "--")[k], named=k == 0)
+        lines.append(_least(rates, records, style=("-", "--")[k], named=k == 0))
+    title = f"noise {100 * NOISE:g} %; solid: 100 samples, dashed: 1000"
+    return _panel("samples per period of the highest mode", title, rates, lines, log_x=False, named=True)
 
 
 def _over_samples(trials: int) -> Panel:
     """Over the number of samples."""
     records = [Record(samples=n) for n in SAMPLES]
-    lines = [*_curves(SAMPLES, records, trials, 2), _least(SAMPLES, records)]
-    return _panel("number of samples", f"noise {100 * NOISE:g} %, {RATE:g} samples a period", SAMPLES, lines)
+    lines = [*_curves(SAMPLES, records, trials), _least(SAMPLES, records)]
+    return _panel("number of samples", f"noise {100 * NOISE:g} %, {RATE:g} samples per period", SAMPLES, lines)
 
 
 def _over_noise(trials: int) -> Panel:
     """Over the noise."""
     records, x = [Record(noise=noise) for noise in NOISES], [100.0 * noise for noise in NOISES]
-    lines = [*_curves(x, records, trials, 2), _least(x, records)]
-    return _panel("noise, % of a mode's amplitude", f"{USUAL} samples, {RATE:g} a period", x, lines)
+    lines = [*_curves(x, records, trials), _least(x, records)]
+    return _panel("noise relative to a mode's amplitude, %", f"{USUAL} samples, {RATE:g} per period", x, lines)

@@ -49,7 +49,7 @@ def figure_1(options: Options) -> Made:
         _plan(setup.stand, centre, setup.modes, setup.loaded),
     )
     title = "The stand, a body that hangs from four springs (figure 1 of Belyakov 2002)"
-    figure = Figure(name="stand-figure-1", title=title, panels=[side, end, plan], columns=3, size=(15.0, 4.6))
+    figure = Figure(name="stand-figure-1", title=title, panels=[side, end, plan], columns=2)
     stand, body = case.stand, case.body
     rows = [
         ["mass M", f"{body.mass:g} kg"],
@@ -100,17 +100,17 @@ def _elevation(stand: Stand, centre: np.ndarray, view: _View, title: str) -> Pan
     lines += [view.line(np.zeros((1, 3)), style="", marker="s", color=0)]
     lines += [view.line(centre[None], style="", marker="o", color=2)]
     letter, half = ("x", "a") if view.right == 0 else ("z", "b")
-    shift = view.of(centre)[0]
+    shift = float(view.of(centre)[0])
     lines += _arrow(np.zeros(2), np.array([0.0, 0.62 * radius + 0.5]))
     lines += _arrow(np.array([0.0, -radius - 0.35]), np.array([0.62, -radius - 0.35]))
     notes = [
-        Note(at=(0.0, 0.62 * radius + 0.62), text="y"),
-        Note(at=(0.74, -radius - 0.35), text=letter),
-        Note(at=(0.5 * reach, LONGER + 0.42), text=f"{half} = {reach:g} m"),
-        Note(at=(-0.4 * reach, -0.5 * radius), text="stiffness\ncentre", points_to=(0.0, 0.0)),
-        Note(at=(shift + 0.25 * reach, -0.5 * radius), text="centre\nof mass", points_to=(float(shift), 0.0)),
-        Note(at=(-reach - 0.3, 0.7 * LONGER), text="k"),
-        Note(at=(reach + 0.22, -0.45), text="F"),
+        Note(at=(0.0, 0.62 * radius + 0.62), text="$y$"),
+        Note(at=(0.74, -radius - 0.35), text=f"${letter}$"),
+        Note(at=(0.5 * reach, LONGER + 0.42), text=f"${half}$ = {reach:g} m"),
+        Note(at=(-0.55, -0.55 * radius), text="stiffness\ncentre", points_to=(0.0, 0.0)),
+        Note(at=(shift + 0.4, -0.55 * radius), text="centre\nof mass", points_to=(shift, 0.0)),
+        Note(at=(-reach - 0.3, 0.7 * LONGER), text="$k$"),
+        Note(at=(reach + 0.22, -0.45), text="$F$"),
     ]
     lines += _arrow(np.array([0.0, LONGER + 0.24]), np.array([reach, LONGER + 0.24]))
     lines += _arrow(np.array([reach, 0.0]), np.array([reach, -0.62]), color=2)
@@ -152,7 +152,10 @@ def _plan(stand: Stand, centre: np.ndarray, modes: NormalModes, loaded: int) -> 
     lines.append(Line(x=centre[:1], y=-centre[2:], style="", marker="o", color=2))
     origin = np.array([-wide, -2.0 * radius])
     lines += _arrow(origin, origin + np.array([0.6, 0.0])) + _arrow(origin, origin - np.array([0.0, 0.6]))
-    notes += [Note(at=(origin[0] + 0.75, origin[1]), text="x"), Note(at=(origin[0] + 0.12, origin[1] - 0.6), text="z")]
+    notes += [
+        Note(at=(origin[0] + 0.75, origin[1]), text="$x$"),
+        Note(at=(origin[0] + 0.12, origin[1] - 0.6), text="$z$"),
+    ]
     return Panel(x_label="", y_label="", lines=lines, title="Plan", equal=True, axes=False, notes=notes)
 
 

@@ -74,13 +74,13 @@ def figure_4_1(options: Options) -> Made:
     rates, gaps, rows = [], [], []
     for k, (trial, one) in enumerate(runs):
         n, style = _n(trial), "-" if k == 0 else ":"
-        rates.append(Line(x=one.t, y=one.rate, label=f"computed, n = {n}", color=k, style=style, width=2.2))
+        rates.append(Line(x=one.t, y=one.rate, label=f"computed, $n$ = {n}", color=k, style=style, width=2.2))
         row = [str(n), f"{one.rate[-1]:.5f}"]
         for c, (label, values) in enumerate((("eq. (18)", one.formula), ("corrected", one.corrected)), start=2):
             if k == 0:
                 rates.append(Line(x=one.t, y=values, label=label, color=c, style="--"))
             difference = 100.0 * (values - one.rate) / one.rate
-            gaps.append(Line(x=one.t, y=difference, label=f"{label}, n = {n}", color=c, style=style))
+            gaps.append(Line(x=one.t, y=difference, label=f"{label}, $n$ = {n}", color=c, style=style))
             worst = gap(values, one.rate)
             row.append(f"{worst.max():.2f} % at {one.t[worst.argmax()]:.1f} s")
         rows.append(row)
@@ -94,7 +94,7 @@ def figure_4_1(options: Options) -> Made:
         "tip masses at the start. Gaps: of the computed rate, over the whole deployment.\n"
     )
     title = "Rate of the body beside eq. (18) (Tenenbaum 2014, figure IV.1)"
-    figure = Figure(name="thread-figure-4-1", title=title, panels=panels, size=(8.0, 7.0))
+    figure = Figure(name="thread-figure-4-1", title=title, panels=panels, height=140.0)
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
 
@@ -103,7 +103,7 @@ def figure_4_2(options: Options) -> Made:
     runs, complete = _over_nodes(options, 0.02)
     whole, start, rows = [], [], []
     for k, (trial, one) in enumerate(runs):
-        label, first, style = f"n = {_n(trial)}", one.t <= START, "-" if k == 0 else "--"
+        label, first, style = f"$n$ = {_n(trial)}", one.t <= START, "-" if k == 0 else "--"
         whole.append(Line(x=one.t, y=one.lag, label=label, color=k, width=1.2))
         start.append(Line(x=one.t[first], y=one.lag[first], label=label, color=k, style=style, width=1.2))
         rows.append([str(_n(trial)), *_written(means(one)), f"{np.nanmax(one.lag):.2f}"])
@@ -115,8 +115,8 @@ def figure_4_2(options: Options) -> Made:
     ]
     text = f"{DATA} The steady lag at the start, asin(2 v / (L0 W0)), is {steady:.2f}.\n"
     head = ["n", *(f"mean over {low:g} to {high:g} s" for low, high in WINDOWS), "largest"]
-    title = "Lag of the tip, n = 20 and 40 (Tenenbaum 2014, figure IV.2)"
-    figure = Figure(name="thread-figure-4-2", title=title, panels=panels, size=(8.0, 7.0))
+    title = "Lag of the tip, $n$ = 20 and 40 (Tenenbaum 2014, figure IV.2)"
+    figure = Figure(name="thread-figure-4-2", title=title, panels=panels, height=140.0)
     return Made(text=f"{text}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
 
@@ -133,20 +133,22 @@ def figure_4_3(options: Options) -> Made:
         lines = []
         for c, (d, one) in enumerate(group):
             scale, least = c / max(len(dampings) - 1, 1), group[0][1]
-            lines.append(Line(x=one.t, y=one.lag, label=f"d = {d:g} N s/m", color=scale, width=3.5 - 3.0 * scale))
+            lines.append(
+                Line(x=one.t, y=one.lag, label=f"$d$ = {_power(d)} N s/m", color=scale, width=3.5 - 3.0 * scale)
+            )
             apart = one.lag - least.lag
             rows.append([str(n), f"{d:g}", *_written(means(one)), f"{largest(apart, one.t):.1e}"])
             if c == len(group) - 1 and c:
                 shown = one.t >= 1.0
                 y = np.maximum(np.abs(apart[shown]), 1e-12)
-                label = f"n = {n}, d = {d:g} and {group[0][0]:g} N s/m"
+                label = f"$n$ = {n}, $d$ = {_power(d)} and {_power(group[0][0])} N s/m"
                 differences.append(Line(x=one.t[shown], y=y, label=label, color=k, width=0.8))
-        panels.append(Panel(x_label="", y_label=LAG, lines=lines, title=f"n = {n}"))
+        panels.append(Panel(x_label="", y_label=LAG, lines=lines, title=f"$n$ = {n}"))
     first = [one for trial, one in runs if trial.overrides["blade.damping"] == dampings[0]]
     if len(first) == len(NODES):
         apart = np.abs(first[0].lag - first[1].lag)
-        differences.append(Line(x=first[0].t[1:], y=apart[1:], label="n = 20 and n = 40", color="0.5", width=0.8))
-    panels.append(Panel(x_label="time, s", y_label="difference, deg", lines=differences, log=True, legend_outside=True))
+        differences.append(Line(x=first[0].t[1:], y=apart[1:], label="$n$ = 20 and $n$ = 40", color="0.5", width=0.8))
+    panels.append(Panel(x_label="time, s", y_label="difference, deg", lines=differences, log=True))
     head = ["n", "d, N s/m", *(f"mean over {low:g} to {high:g} s" for low, high in WINDOWS), "from the least d"]
     swing = ""
     if len(first) == len(NODES):
@@ -157,8 +159,8 @@ def figure_4_3(options: Options) -> Made:
                 f"{100.0 * (apart / first[1].lag)[late].max():.2f} % of it."
             )
     note = f"{DATA} c = {stiffness:g} N/m.{swing} Runs by {IMPLICIT}"
-    title = "Lag of the tip, n = 20 and 40, dampings of 1e-6 to 1 N s/m (Tenenbaum 2014, figure IV.3)"
-    figure = Figure(name="thread-figure-4-3", title=title, panels=panels, size=(9.0, 9.5))
+    title = "Lag of the tip, $n$ = 20 and 40, dampings $d$ of $10^{-6}$ to 1 N s/m (Tenenbaum 2014, figure IV.3)"
+    figure = Figure(name="thread-figure-4-3", title=title, panels=panels, height=190.0)
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
 
@@ -175,7 +177,7 @@ def figure_4_4(options: Options) -> Made:
     apart, rows = [], []
     for k, (trial, one) in enumerate(runs[1:]):
         c, method = trial.overrides["blade.stiffness"], str(trial.overrides["solver.method"])
-        named = f"c = {c:g} N/m, {method}"
+        named = f"$c$ = {_power(c)} N/m, {method}"
         lines.append(
             Line(x=one.t, y=one.lag, label=named, color=k, style=("-", "--", ":", "-.")[k], width=2.0 - 0.4 * k)
         )
@@ -187,7 +189,7 @@ def figure_4_4(options: Options) -> Made:
         rows.append(row)
         y = one.lag - rigid.lag if first is None else one.lag - first.lag
         if first is None or one is not first:
-            against = "links of fixed length" if first is None else f"c = {STIFFNESSES[0]:g} N/m"
+            against = "links of fixed length" if first is None else f"$c$ = {_power(STIFFNESSES[0])} N/m"
             label = f"{named}, from {against}"
             apart.append(Line(x=one.t[shown], y=1e6 * y[shown], label=label, color=k, width=0.9))
     panels = [
@@ -201,9 +203,15 @@ def figure_4_4(options: Options) -> Made:
         "RK4 was run once with each stiffness over the whole deployment (27, 76 and 234 s of CPU time); its lag "
         "differs from\nthat of links of fixed length by 1.5e-6, 1.4e-7 and 4e-8 deg.\n"
     )
-    title = "Lag of the tip, c = 1e7, 1e8 and 1e9 N/m (Tenenbaum 2014, figure IV.4)"
-    figure = Figure(name="thread-figure-4-4", title=title, panels=panels, size=(9.0, 7.0))
+    title = "Lag of the tip, $c$ = $10^7$, $10^8$ and $10^9$ N/m (Tenenbaum 2014, figure IV.4)"
+    figure = Figure(name="thread-figure-4-4", title=title, panels=panels, height=140.0)
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
+
+
+def _power(value: float) -> str:
+    """A number, as a power of ten where it is one: 1e-6 -> "$10^{-6}$"."""
+    exponent = round(math.log10(value)) if value > 0.0 else 0
+    return f"$10^{{{exponent}}}$" if abs(exponent) > 2 and math.isclose(value, 10.0**exponent) else f"{value:g}"
 
 
 def _written(values: Sequence[float], digits: int = 3) -> list[str]:

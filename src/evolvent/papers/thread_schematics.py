@@ -85,9 +85,9 @@ def _note(at: tuple[float, float], text: str, points_to: tuple[float, float] | N
     return Note(at=(1e3 * at[0], 1e3 * at[1]), text=text, points_to=there)
 
 
-def _made(name: str, title: str, lines: list[Line], notes: list[Note], text: str, size: tuple[float, float]) -> Made:
+def _made(name: str, title: str, lines: list[Line], notes: list[Note], text: str) -> Made:
     panel = Panel(x_label="", y_label="", lines=lines, notes=notes, axes=False, equal=True)
-    figure = Figure(name=name, title=title, panels=[panel], size=size)
+    figure = Figure(name=name, title=title, panels=[panel])
     return Made(text=text, figure=figure)
 
 
@@ -115,7 +115,7 @@ def figure_3_1(options: Options) -> Made:
     seen = drawn()
     notes = [_note((seen.nodes[k, 0], R + 0.0016), str(k + 1)) for k in range(seen.out)]
     notes += [_note(_tangent(seen.wound[k], 1.2), str(k + 1)) for k in range(seen.out, seen.out + SHOWN - 1)]
-    notes.append(_note((0.0, 1.45 * R), "Q", (0.0, R)))
+    notes.append(_note((0.0, 1.45 * R), "$Q$", (0.0, R)))
     notes.append(_note((0.5 * seen.nodes[0, 0], 1.7 * R), "released nodes"))
     notes.append(_note((2.6 * R, -0.5 * R), "nodes on the spool move with it", _tangent(seen.wound[seen.out + 5])))
     rows = [
@@ -127,7 +127,7 @@ def figure_3_1(options: Options) -> Made:
     note = f"Frame of the spool; the spool has turned by phi = {seen.phi:.3g} rad, dphi = {SEGMENT / R:g} rad.\n"
     title = "Thread on the spool: nodes, node 1 at the tip (Tenenbaum 2014, figure III.1)"
     text = f"{note}\n{markdown(head, rows)}"
-    return _made("thread-figure-3-1", title, _side(seen), notes, text, (9.5, 4.6))
+    return _made("thread-figure-3-1", title, _side(seen), notes, text)
 
 
 def figure_3_2(options: Options) -> Made:
@@ -143,19 +143,19 @@ def figure_3_2(options: Options) -> Made:
         _between((0.0, 0.0), _tangent(-0.9), color=GREY, width=0.9),
     ]
     notes = [
-        _note((far + 0.002, 0.0), "X"),
-        _note((0.0, high + 0.002), "Z"),
-        _note((-L0, high + 0.002), "spin axis, rate W"),
-        _note((-0.5 * L0, -1.5 * R + 0.0022), f"L0 = {1e3 * L0:g} mm"),
-        _note((-1.9 * R, 1.0 * R), f"r = {1e3 * R:g} mm", _tangent(-0.9, 0.6)),
-        _note((0.9 * R, 1.9 * R), "Q = (0, 0, r)", (0.0, R)),
-        _note((2.6 * R, 1.5 * R), "v = r dphi/dt"),
-        _note((2.6 * R, -1.0 * R), "Y: axis of the spool,\ninto the plane", (0.0, 0.0)),
+        _note((far + 0.002, 0.0), "$X$"),
+        _note((0.0, high + 0.002), "$Z$"),
+        _note((-L0, high + 0.002), "spin axis, rate $W$"),
+        _note((-0.5 * L0, -1.5 * R + 0.0022), f"$L_0$ = {1e3 * L0:g} mm"),
+        _note((-1.9 * R, 1.0 * R), f"$r$ = {1e3 * R:g} mm", _tangent(-0.9, 0.6)),
+        _note((0.9 * R, 1.9 * R), "$Q = (0, 0, r)$", (0.0, R)),
+        _note((2.6 * R, 1.5 * R), r"$v = r\,\dot{\varphi}$"),
+        _note((2.6 * R, -1.0 * R), "$Y$: axis of the spool,\ninto the plane", (0.0, 0.0)),
     ]
     head = ["quantity", "value"]
     rows = [["L0, mm", f"{1e3 * L0:g}"], ["r, mm", f"{1e3 * R:g}"], ["v, mm/s", f"{1e3 * R * SPOOL:g}"]]
     title = "Frame of the spool with departure point and spin axis (Tenenbaum 2014, figure III.2)"
-    return _made("thread-figure-3-2", title, lines, notes, markdown(head, rows), (9.5, 4.4))
+    return _made("thread-figure-3-2", title, lines, notes, markdown(head, rows))
 
 
 def figure_3_3(options: Options) -> Made:
@@ -175,12 +175,12 @@ def figure_3_3(options: Options) -> Made:
         _between((node[0], R + 0.0009), (inner[0], R + 0.0009), color=GREY, width=0.9, marker="|"),
     ]
     notes = [
-        _note((0.5 * node[0], R + 0.0014), f"l00 = {1e3 * rest:.2f} mm"),
-        _note((0.5 * (node[0] + inner[0]), R + 0.0014), f"l0 = {1e3 * SEGMENT:g} mm"),
-        _note((node[0], R - 0.0014), f"boundary node\ni = {k + 1}", (node[0], node[2])),
+        _note((0.5 * node[0], R + 0.0014), f"$l_{{00}}$ = {1e3 * rest:.2f} mm"),
+        _note((0.5 * (node[0] + inner[0]), R + 0.0014), f"$l_0$ = {1e3 * SEGMENT:g} mm"),
+        _note((node[0], R - 0.0014), f"boundary node\n$i$ = {k + 1}", (node[0], node[2])),
         _note((inner[0], R - 0.0014), f"node {k}", (inner[0], inner[2])),
         _note((inwards[0] - 0.0022, inwards[2] + 0.0022), f"node {k + 2},\non the spool", (inwards[0], inwards[2])),
-        _note((-0.0012, R - 0.0022), "Q, where the thread\nhas V_Q = (r dphi/dt, 0, 0)", (0.0, R)),
+        _note((-0.0012, R - 0.0022), "$Q$, where the thread has\n$V_Q = (r\\dot{\\varphi}, 0, 0)$", (0.0, R)),
     ]
     distance = float(np.linalg.norm(node - np.array([0.0, 0.0, R])))
     head = ["quantity", "value"]
@@ -190,7 +190,7 @@ def figure_3_3(options: Options) -> Made:
         ["distance from Q in the run, mm", f"{1e3 * distance:.4f}"],
     ]
     title = "Boundary node and departure point Q (Tenenbaum 2014, figure III.3)"
-    return _made("thread-figure-3-3", title, lines, notes, markdown(head, rows), (9.5, 4.6))
+    return _made("thread-figure-3-3", title, lines, notes, markdown(head, rows))
 
 
 def figure_3_4(options: Options) -> Made:
@@ -214,14 +214,16 @@ def figure_3_4(options: Options) -> Made:
         lines.append(_line(box + np.array([[side * L0], [0.0]]), color=GREY, width=1.2))
     middle = (L0 + 0.6 * (reach - L0) * math.cos(0.5 * lag), -0.6 * (reach - L0) * math.sin(0.5 * lag))
     notes = [
-        _note((1.3 * reach, 0.0), "X"),
-        _note((0.0, 1.2 * L0), "Y"),
-        _note((0.32 * L0, 0.54 * L0), "W", (0.5 * L0 * math.cos(0.45 * math.pi), 0.5 * L0 * math.sin(0.45 * math.pi))),
-        _note((0.5 * L0, -0.95 * L0), "L0"),
-        _note((1.05 * reach, 0.7 * L0), f"lag {math.degrees(lag):.1f} deg", middle),
-        _note((0.25 * L0, -0.35 * L0), "body, J"),
+        _note((1.3 * reach, 0.0), "$X$"),
+        _note((0.0, 1.2 * L0), "$Y$"),
+        _note(
+            (0.32 * L0, 0.54 * L0), "$W$", (0.5 * L0 * math.cos(0.45 * math.pi), 0.5 * L0 * math.sin(0.45 * math.pi))
+        ),
+        _note((0.5 * L0, -0.95 * L0), "$L_0$"),
+        _note((1.05 * reach, 0.7 * L0), f"lag {math.degrees(lag):.1f}°", middle),
+        _note((0.25 * L0, -0.35 * L0), "body, $J$"),
         _note((1.15 * L0, 0.9 * L0), "spool", (L0, 0.7 * R)),
-        _note((1.25 * reach, -0.45 * L0), "tip, m_k", (float(blade[0, 0]), float(blade[1, 0]))),
+        _note((1.25 * reach, -0.45 * L0), "tip, $m_k$", (float(blade[0, 0]), float(blade[1, 0]))),
     ]
     head = ["quantity", "value"]
     rows = [
@@ -229,4 +231,4 @@ def figure_3_4(options: Options) -> Made:
         ["steady lag asin(2 v / (L0 W0)), deg", f"{math.degrees(steady):.2f}"],
     ]
     title = "The spacecraft with two blades, seen along Z (Tenenbaum 2014, figure III.4)"
-    return _made("thread-figure-3-4", title, lines, notes, markdown(head, rows), (9.5, 5.2))
+    return _made("thread-figure-3-4", title, lines, notes, markdown(head, rows))

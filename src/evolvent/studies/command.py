@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from evolvent import progress
-from evolvent.console import once, watch
+from evolvent.console import figure_format, once, watch
 from evolvent.errors import RunFailed
 
 if TYPE_CHECKING:
@@ -26,9 +26,16 @@ INTERRUPTED = 130
 @click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Processes; left out, as many as it is worth.")
 @click.option("--scheduler", metavar="ADDRESS", help="Use the workers of a Dask scheduler, such as tcp://host:8786.")
 @click.option("--figures", metavar="DIR", help="Draw lines and maps into a folder.")
+@figure_format
 @click.option("--quiet", is_flag=True, help="Print no summary and no progress.")
 def sweep(
-    study: str, output: str | None, workers: int | None, scheduler: str | None, figures: str | None, quiet: bool
+    study: str,
+    output: str | None,
+    workers: int | None,
+    scheduler: str | None,
+    figures: str | None,
+    kind: str,
+    quiet: bool,
 ) -> None:
     """Run all cases of a built-in STUDY or a study FILE.
 
@@ -60,7 +67,7 @@ def sweep(
         from evolvent.studies import draw
 
         with watch(quiet=quiet):
-            paths = draw.write(found, figures)
+            paths = draw.write(found, figures, kind=kind)
         if not quiet:
             click.echo(f"figures: {len(paths)} in {figures}" if paths else "figures: none, for nothing varies")
     if bool((found.status == "failed").all()):

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 import json
 import os
-import pathlib
 import re
 import textwrap
 from typing import TYPE_CHECKING, Any
@@ -16,9 +14,9 @@ import xarray as xr
 
 from evolvent import cases, progress
 from evolvent.figures import Figure as Described
-from evolvent.figures import Line, Map, Panel
-from evolvent.plots import sheet
-from evolvent.results import make_folder, writing
+from evolvent.figures import Line, Map, Panel, stacked
+from evolvent.plots import content, sheet
+from evolvent.results import make_folder, write_file
 from evolvent.units import unit_text
 
 if TYPE_CHECKING:
@@ -30,8 +28,14 @@ _MOST, _LINES = 24, 7
 _TITLE = 72
 
 
-def write(dataset: xr.Dataset, folder: str | os.PathLike[str]) -> list[str]:
-    """Write the figures of a study into a folder as PNG; returns their paths.
+def write(dataset: xr.Dataset, folder: str | os.PathLike[str], *, kind: str = "png") -> list[str]:
+    """Write the figures of a study into a folder; returns their paths.
+
+    Parameters
+    ----------
+    dataset : of `evolvent.studies.open`
+    folder : str
+    kind : str, one of `evolvent.plots.FORMATS`
 
     Raises
     ------
@@ -44,9 +48,8 @@ def write(dataset: xr.Dataset, folder: str | os.PathLike[str]) -> list[str]:
     make_folder(folder)
     paths = []
     for name, figure in progress.track(list(found.items()), "drawing figures"):
-        path = os.path.join(os.fspath(folder), f"{name}.png")
-        with writing(path) as temporary:
-            pathlib.Path(temporary).write_bytes(picture(figure))
+        path = os.path.join(os.fspath(folder), f"{name}.{kind}")
+        write_file(path, content(figure, kind))
         paths.append(path)
     return paths
 
@@ -55,16 +58,6 @@ def of_system(dataset: xr.Dataset) -> dict[str, Figure]:
     """Figures of variables over time, and those that a study's own system has for it."""
     found = over_time(dataset) | cases.system(dataset.attrs["system"]).study_figures(dataset)
     return {name: sheet(one) if isinstance(one, Described) else one for name, one in found.items()}
-
-
-def picture(figure: Figure) -> bytes:
-    """A figure as the content of a PNG file."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    FigureCanvasAgg(figure)
-    content = io.BytesIO()
-    figure.savefig(content, format="png", dpi=130)
-    return content.getvalue()
 
 
 def figures(dataset: xr.Dataset) -> dict[str, Figure]:
@@ -123,7 +116,7 @@ def over_time(dataset: xr.Dataset) -> dict[str, Described]:
         own = re.sub(r"\W", "_", str(name))
         title = f"{own}, for values of {_label(dataset[key])}"
         panel = Panel(x_label="time, s", y_label=_label(variable), lines=lines, y_zero=True)
-        found[own] = Described(name=own, title=title, panels=[panel], size=(8.0, 4.6))
+        found[own] = Described(name=own, title=title, panels=[panel], height=92.0)
     return found
 
 
@@ -149,9 +142,9 @@ def _figure(drawn: xr.DataArray, keys: list[str], rest: list[str], grid: bool) -
             for dim in rest
         )
         panels[0] = dataclasses.replace(panels[0], title=f"at {', '.join(at)}")
-    size = (7.0, 5.0) if grid else (7.0, 0.6 + 2.4 * len(keys))
+    height = 100.0 if grid else stacked(len(keys))
     title = "\n".join(textwrap.wrap(str(drawn.attrs.get("long_name", drawn.name)), _TITLE))
-    return Described(name=str(drawn.name), title=title, panels=panels, size=size)
+    return Described(name=str(drawn.name), title=title, panels=panels, height=height)
 
 
 def _along(values: xr.DataArray) -> tuple[np.ndarray, dict[float, str] | None]:

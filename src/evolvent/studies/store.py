@@ -27,7 +27,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import evolvent
-from evolvent import cases, results
+from evolvent import cases, results, safe_open
 from evolvent.errors import InputError
 from evolvent.parts import registry
 from evolvent.studies import record
@@ -35,6 +35,8 @@ from evolvent.studies.study import Study
 
 RESULTS = "results.zarr"
 _MANIFEST, _STUDY, _LOG, _LOCK = "study.json", "study.yaml", "cases.log", "lock"
+#: What to do with results that cannot be read.
+_AGAIN = "remove it and sweep the study again, which writes it from the cases that are kept"
 _HEAD = struct.Struct("<4sQ32s")
 _MAGIC = b"evc1"
 _PACKAGE = pathlib.Path(evolvent.__file__).parent
@@ -114,11 +116,16 @@ class Store:
     def append(self, content: bytes) -> record.Table:
         """Keep a finished batch for good."""
         rows = record.decode(content)
+        number = self._log.fileno()
+        before = os.fstat(number).st_size
+        left = memoryview(_HEAD.pack(_MAGIC, len(content), hashlib.sha256(content).digest()) + content)
         try:
-            self._log.write(_HEAD.pack(_MAGIC, len(content), hashlib.sha256(content).digest()) + content)
-            self._log.flush()
-            os.fsync(self._log.fileno())
+            while left:  # without a buffer, which would be written again as the file is closed
+                left = left[os.write(number, left) :]
+            os.fsync(number)
         except OSError as error:
+            with contextlib.suppress(OSError):
+                os.ftruncate(number, before)
             raise InputError(f"cannot write {str(self.folder / _LOG)!r}: {_why(error)}") from None
         self.rows.append(rows)
         return rows
@@ -129,10 +136,12 @@ class Store:
         temporary = self.folder / f"{RESULTS}.part"
         shutil.rmtree(temporary, ignore_errors=True)
         try:
-            dataset.to_zarr(temporary, mode="w", zarr_format=2, consolidated=True)
+            dataset = dataset.assign_attrs({results.DIGEST: results.digest(dataset)})
+            dataset.to_zarr(temporary, mode="w", zarr_format=2, consolidated=True, write_empty_chunks=True)
             os.replace(temporary, target)
             _sync(self.folder)
         except OSError as error:
+            shutil.rmtree(temporary, ignore_errors=True)
             raise InputError(f"cannot write {str(target)!r}: {_why(error)}") from None
 
 
@@ -180,19 +189,25 @@ def kept(folder: str | os.PathLike[str]) -> int:
 
 def _read_log(log: Any) -> tuple[list[record.Table], int]:
     """All whole records; what follows them is cut off."""
+    whole = log.seek(0, os.SEEK_END)
     log.seek(0)
-    rows, good = [], 0
+    rows: list[record.Table] = []
+    seen: set[int] = set()
+    good = 0
     while True:
         head = log.read(_HEAD.size)
         if len(head) < _HEAD.size:
             break
         magic, size, digest = _HEAD.unpack(head)
-        content = log.read(size) if magic == _MAGIC else b""
+        content = log.read(size) if magic == _MAGIC and size <= whole else b""
         if len(content) < size or hashlib.sha256(content).digest() != digest:
             break
-        rows.append(record.decode(content))
         good = log.tell()
-    torn = log.seek(0, os.SEEK_END) - good
+        found = record.decode(content)
+        if not seen.intersection(found.cases):  # a log that was copied behind itself holds them twice
+            rows.append(found)
+            seen.update(found.cases)
+    torn = whole - good
     if torn:
         log.truncate(good)
         os.fsync(log.fileno())
@@ -202,13 +217,12 @@ def _read_log(log: Any) -> tuple[list[record.Table], int]:
 def _manifest(place: pathlib.Path) -> dict[str, Any]:
     """What a folder says about its study."""
     try:
-        found = json.loads((place / _MANIFEST).read_text(encoding="utf-8"))
-        if {"study", "cases", "versions", "hashes"} <= set(found):
-            return dict(found)
-    except OSError as error:
-        raise InputError(f"cannot read {str(place / _MANIFEST)!r}: {_why(error)}") from None
-    except (ValueError, TypeError):
-        pass
+        found = json.loads(safe_open.text(place / _MANIFEST))
+    except (ValueError, RecursionError):
+        found = None
+    kinds = {"study": str, "cases": int, "versions": dict, "hashes": dict}
+    if isinstance(found, dict) and all(isinstance(found.get(key), kind) for key, kind in kinds.items()):
+        return found
     raise InputError(f"cannot read {str(place / _MANIFEST)!r}: it does not describe a study")
 
 
@@ -238,23 +252,21 @@ def read(folder: str | os.PathLike[str]) -> Any:
     if not (place / RESULTS).exists():
         raise InputError(f"the study in {str(place)!r} is not finished; sweep it again to compute the rest of {count}")
     try:
+        safe_open.check_zarr(place / RESULTS)
         with xr.open_dataset(place / RESULTS, engine="zarr", chunks=None, decode_times=False) as dataset:
-            return dataset.load()
+            found = dataset.load()
+    except InputError as error:
+        raise InputError(f"{error}; {_AGAIN}") from None
     except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged store)
-        raise InputError(
-            f"cannot read {str(place / RESULTS)!r}: it is damaged; remove it and sweep the study again, "
-            f"which writes it anew from the cases that are done"
-        ) from None
+        raise InputError(f"cannot read {str(place / RESULTS)!r}: it is damaged; {_AGAIN}") from None
+    if found.attrs.pop(results.DIGEST, None) != results.digest(found):
+        raise InputError(f"cannot read {str(place / RESULTS)!r}: its values were altered; {_AGAIN}")
+    return found
 
 
 def _write_text(path: pathlib.Path, content: str) -> None:
-    temporary = path.with_name(f".{path.name}.part")
+    results.write_file(path, content)
     try:
-        with temporary.open("w", encoding="utf-8") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
         _sync(path.parent)
     except OSError as error:
         raise InputError(f"cannot write {str(path)!r}: {_why(error)}") from None
@@ -278,19 +290,25 @@ def locked(place: pathlib.Path) -> Iterator[None]:
         file = (place / _LOCK).open("a+b")
     except OSError as error:
         raise InputError(f"cannot write {str(place / _LOCK)!r}: {_why(error)}") from None
-    with file:
-        try:
-            if sys.platform == "win32":
-                import msvcrt
-
-                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            else:
-                import fcntl
-
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise InputError(f"another process works in {str(place)!r}; wait for it, or give another folder") from None
+    with file, held(file, place):
         yield
+
+
+@contextlib.contextmanager
+def held(file: Any, place: pathlib.Path) -> Iterator[None]:
+    """Lock a file that is open; `place` is the folder that a message names."""
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise InputError(f"another process works in {str(place)!r}; wait for it, or give another folder") from None
+    yield
 
 
 def _why(error: OSError) -> str:

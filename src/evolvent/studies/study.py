@@ -14,9 +14,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import yaml
 
-from evolvent import cases, schema
+from evolvent import cases, safe_open, schema
 from evolvent.errors import InputError, nearest
 from evolvent.studies import catalogue
 from evolvent.studies import stages as st
@@ -217,7 +216,7 @@ def _content(study: Any) -> tuple[dict[str, Any], pathlib.Path]:
         if not os.path.exists(name) and not re.search(r"[./\\]", name):
             raise InputError(f"no study is called {schema.shown(name)}; {nearest(name, catalogue.files())}")
         path = pathlib.Path(name)
-        source = _source(path)
+        source = safe_open.text(path)
     content = cases.parse_yaml(source, name)
     if not isinstance(content, dict):
         raise InputError(f"{name}: a study is a mapping of keys to values, this is not")
@@ -235,16 +234,6 @@ def _plain(content: Any) -> Any:
     if content is None or isinstance(content, (bool, int, float, str)):
         return content
     raise InputError(f"the study holds {schema.shown(content)}; it may hold words, numbers, lists and mappings")
-
-
-def _source(path: pathlib.Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise InputError(f"cannot read {str(path)!r}: it is not a text file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot read {str(path)!r}: {reason.lower()}") from None
 
 
 def _case(content: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
@@ -266,7 +255,7 @@ def _case(content: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
             raise InputError(
                 f"case is {schema.shown(case)}; a case file must stand in the folder of its study, or below"
             )
-        found = cases.parse_yaml(_source(path), case)
+        found = cases.parse_yaml(safe_open.text(path), case)
     if not isinstance(found, dict):
         raise InputError(f"{case}: a case is a mapping of keys to values, this is not")
     return cases.with_system(found)
@@ -317,7 +306,7 @@ def _seed_key(module: Any, given: set[str]) -> tuple[str, int]:
 def _text(content: Mapping[str, Any], case: Mapping[str, Any]) -> str:
     everything = {key: content[key] for key in _KEYS if key in content} | {"case": case}
     ordered = {key: everything[key] for key in _KEYS if key in everything}
-    return yaml.safe_dump(ordered, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
+    return cases.dump(ordered)
 
 
 # ------------------------------------------------------------------------------------------------ checking

@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import pathlib
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import events, ui
 
 from evolvent import cases
-from evolvent.errors import EvolventError
+from evolvent.errors import EvolventError, InputError
 from evolvent.schema import Section
 from evolvent.studio import parts
+from evolvent.studio.context import Context
 from evolvent.studio.elements import upload
 from evolvent.studio.folder import LARGEST
-from evolvent.studio.formview import FormView
+from evolvent.studio.formview import FormView, errors_text
 from evolvent.studio.jobs import COMPUTED
 from evolvent.studio.partsview import PartsView
+from evolvent.studio.startview import StartView
 from evolvent.studio.state import Draft, view_of
-
-if TYPE_CHECKING:
-    from evolvent.studio.page import Page
-
 
 #: What the analyses beside a run find.
 _TIPS = {
@@ -36,19 +35,20 @@ class CasePanel:
 
     Parameters
     ----------
-    page : Page
+    page : Context
     """
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Context) -> None:
         self.page, self.studio = page, page.studio
         self._parts: PartsView | None = None
         self._form: FormView | None = None
         self._wrong: dict[str, str] = {}
+        self.start = StartView(page, self)
         with ui.element("div").classes("ev-scroll"):
             with ui.element("div").classes("ev-drop w-full"):  # it stays: a file may still be on its way through it
                 upload(
-                    label="drop a case (YAML) here, or choose", max_file_size=LARGEST, on_upload=self._dropped,
-                    on_rejected=lambda: self.page.tell("a case is a YAML file of at most 500 kB"),
+                    label="drop a case (YAML) here, or choose", most=LARGEST, handle=self._dropped,
+                    refused=lambda: self.page.tell("a case is a YAML file of at most 500 kB"),
                 ).props('flat dense accept=".yaml,.yml" data-testid="case-upload"')  # fmt: skip
             self._body = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):
@@ -135,6 +135,11 @@ class CasePanel:
         """What is wrong with the case: dotted key -> sentence."""
         return self._wrong | (self._parts.problems() if self._parts is not None else {})
 
+    def shown_wrong(self) -> dict[str, str]:
+        """Those of the errors that are shown: not of fields that are empty and were not touched."""
+        shown = self._form.shown if self._form is not None else self._wrong
+        return shown | (self._parts.shown_problems() if self._parts is not None else {})
+
     def note(self, sentence: str) -> None:
         """Show what the assembly of the parts found beside the key that it names; '' for nothing."""
         if self._parts is not None:
@@ -152,22 +157,38 @@ class CasePanel:
     def _changed(self, content: dict[str, Any], wrong: dict[str, str]) -> None:
         self.draft.content, self._wrong = content, wrong
         self.studio.draft = self.draft
-        count = len(self.wrong())
+        count = len(self.shown_wrong())
         self._run.set_enabled(not count)
         self._analyses.set_visibility(self.has_parts)
         for button in self._analyses:
             if isinstance(button, ui.button):
                 button.set_enabled(not count)
-        self.page.start.soon()
-        self._state.set_text("" if not count else "1 field to mend" if count == 1 else f"{count} fields to mend")
+        self.start.soon()
+        self._state.set_text(errors_text(count))
+
+    def submit(self) -> None:
+        """Run the case."""
+        self._submit()
 
     def _submit(self, kind: str = "run") -> None:
         def add() -> None:
             self._flush()
+            if wrong := self.wrong():
+                self._show_all()
+                key, sentence = next(iter(wrong.items()))
+                raise InputError(sentence if not key or sentence.startswith(key) else f"{key}: {sentence}")
             key = self.studio.submit(self.draft, kind)
             self.page.show(view_of(self.studio.jobs.get(key)), tab="runs")
 
         self.page.attempt(add)
+
+    def _show_all(self) -> None:
+        """Show all errors, also of fields that were not touched."""
+        if self._form is not None:
+            self._form.show_all()
+        if self._parts is not None:
+            self._parts.show_all()
+        self._changed(self.draft.content, self._wrong)
 
     def _flush(self) -> None:
         """Check now what was typed a moment ago."""
@@ -180,11 +201,9 @@ class CasePanel:
         """The case as YAML, in full where it is right."""
         self._flush()
         try:
-            return cases.to_yaml(cases.load(self.draft.content))
+            return cases.to_yaml(cases.load(self.draft.content), self.draft.content)
         except EvolventError:
-            import yaml
-
-            return str(yaml.safe_dump(self.draft.content, sort_keys=False, allow_unicode=True))
+            return cases.dump(self.draft.content)
 
     def _text(self) -> None:
         text = self._written()
@@ -199,33 +218,16 @@ class CasePanel:
         def keep(name: str) -> str:
             path = self.studio.folder.new(name, ".yaml")
             path.write_text(self._written(), encoding="utf-8")
-            self.studio.draft = Draft(f"file:{self.studio.folder.name(path)}", path.name, self.draft.content)
+            source, content = f"file:{self.studio.folder.name(path)}", self.draft.content
+            self.studio.draft = Draft(source, path.name, content, copy.deepcopy(content), source)
             self.draw()
             return self.studio.folder.name(path)
 
         stem = pathlib.PurePosixPath(self.draft.source.partition(":")[2] or "case").stem
-        ask_name(self.page, "Save the case in the working folder", f"{stem}-2.yaml", keep)
+        self.page.ask_name("Save the case in the working folder", f"{stem}-2.yaml", keep)
 
 
 def _place_in(kind: type[Section]) -> Callable[[str], int]:
     """Places of a section's keys; what it does not know comes last."""
     known = list(kind.model_fields)
     return lambda name: known.index(name) if name in known else len(known)
-
-
-def ask_name(page: Page, title: str, name: str, keep: Callable[[str], str]) -> None:
-    """Ask for the name of a file, and write it; `keep` does so, and returns the name that it has then."""
-    with page.dialogs, ui.dialog(value=True) as dialog, ui.card().style("min-width:360px"):
-        ui.label(title).classes("ev-title")
-        typed = ui.input("name", value=name).props('outlined dense autofocus data-testid="file-name"').classes("w-full")
-
-        def done() -> None:
-            written: list[str] = []
-            if page.attempt(lambda: written.append(keep(typed.value or ""))):
-                dialog.close()
-                ui.notify(f"Saved as {written[0]}", type="positive", position="bottom")
-
-        typed.on("keydown.enter", done)
-        with ui.row():
-            ui.button("Save", on_click=done).props('unelevated color=primary data-testid="file-save"')
-            ui.button("Cancel", on_click=dialog.close).props("flat")

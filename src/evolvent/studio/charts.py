@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import units
-from evolvent.figures import Figure, Line, Panel
+from evolvent.figures import Figure, Line, Panel, axis_label, plain, y_limits
 
 #: Points of a line, at most; of more, the least and largest of every few are drawn.
 MOST = 3000
@@ -127,7 +127,8 @@ def _series(line: Line, name: str, run: int | None, log: bool) -> dict[str, Any]
         y = np.where(y > 0.0, y, np.nan)
     x, y = _thinned(x, y)
     color = _color(line.color) if run is None else f"@{run}"
-    label = line.label if run is None else f"{name}: {line.label}" if line.label else name
+    text = plain(line.label)
+    label = text if run is None else f"{name}: {text}" if text else name
     drawn = line.style.strip() != ""
     return {
         "type": "line",
@@ -187,7 +188,7 @@ def _viridis(place: float) -> str:
 def _chart(panel: Panel, x_label: str, series: list[dict[str, Any]], *, several: bool) -> Chart:
     names = list(dict.fromkeys(s["name"] for s in series if s["name"]))
     shown = len(names) > 0
-    x_axis: dict[str, Any] = {"type": "value", "name": x_label, "scale": True}
+    x_axis: dict[str, Any] = {"type": "value", "name": plain(axis_label(x_label)), "scale": True}
     timed = x_label.startswith("time")
     if timed and series:
         ends = [s["data"][i][0] for s in series if s["data"] for i in (0, -1)]
@@ -197,15 +198,15 @@ def _chart(panel: Panel, x_label: str, series: list[dict[str, Any]], *, several:
     elif panel.x_names is None and not panel.equal and _counts(series):
         x_axis["minInterval"] = 1
     if panel.x_names is not None:
-        x_axis |= {"names": {str(int(k)): name for k, name in panel.x_names.items()}, "interval": 1}
+        x_axis |= {"names": {str(int(k)): plain(name) for k, name in panel.x_names.items()}, "interval": 1}
     options: dict[str, Any] = {
-        "title": {"text": panel.title},
+        "title": {"text": plain(panel.title)},
         "legend": {"show": shown, "data": names, "wide": (several and len(names) > 2) or len(panel.y_label) > _LONG},
         "xAxis": x_axis,
         "yAxis": {
             **_flat(series, panel),
             "type": "log" if panel.log else "value",
-            "name": panel.y_label.replace("\n", " "),
+            "name": plain(axis_label(panel.y_label)),
             "scale": not panel.y_zero,
         },
         "series": series,
@@ -228,6 +229,9 @@ def _flat(series: Sequence[dict[str, Any]], panel: Panel) -> dict[str, float]:
         low, high = np.floor(np.log10(min(y))), np.ceil(np.log10(max(y)))
         high = max(high, low + 1.0)
         return {"min": float(10.0**low), "max": float(10.0**high), "interval": float(np.ceil((high - low) / 6.0))}
+    if max(y) - min(y) < panel.y_span:
+        ends = y_limits(dataclasses.replace(panel, lines=[Line(x=np.array(y), y=np.array(y))]))
+        return {} if ends is None else {"min": float(f"{ends[0]:.2g}"), "max": float(f"{ends[1]:.2g}")}
     size, middle = max(abs(value) for value in y), 0.5 * (max(y) + min(y))
     if size == 0.0 or max(y) - min(y) > 1e-5 * size:
         return {}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
+import os
+import tempfile
 
 import click
 
@@ -29,6 +31,13 @@ def studio(host: str, port: int, token: str | None, no_browser: bool) -> None:
     gate.check(host, token)
     if importlib.util.find_spec("nicegui") is None:
         raise InputError("the studio needs the package nicegui; install it with: pip install 'evolvent[studio]'")
-    from evolvent.studio import server
+    root = os.getcwd()
+    # nothing that the folder holds is picked up by Python or a library as its own: neither modules nor settings
+    with tempfile.TemporaryDirectory(prefix="evolvent-studio-") as empty:
+        os.chdir(empty)
+        try:
+            from evolvent.studio import server
 
-    server.serve(host=host, port=port, token=token, browser=not no_browser)
+            server.serve(root, host=host, port=port, token=token, browser=not no_browser)
+        finally:
+            os.chdir(root)

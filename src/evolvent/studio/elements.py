@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import pathlib
 import urllib.parse
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Any
 
 from nicegui import ui
 from nicegui.element import Element
 
 from evolvent.studio.charts import Chart
+from evolvent.studio.folder import LARGEST_SIGNALS
 
 _STATIC = pathlib.Path(__file__).with_name("static")
 #: What NiceGUI ships of ECharts; charts import it, offline.
@@ -34,6 +35,12 @@ class ChartElement(Element, component=_STATIC / "chart.js"):
         self._props["clickable"] = on_point is not None
         if on_point is not None:
             self.on("point", lambda event: on_point(int(event.args["series"]), int(event.args["index"])))
+
+    def show(self, chart: Chart) -> None:
+        """Show another chart in its place."""
+        if chart.options != self._props["options"]:
+            self._props["options"] = chart.options
+            self.update()
 
 
 class MotionElement(Element, component=_STATIC / "motion.js"):
@@ -64,8 +71,36 @@ class MotionElement(Element, component=_STATIC / "motion.js"):
         self.update()
 
 
-def upload(**options: Any) -> ui.upload:
-    """What files are dropped on; it forgets them once they are here, for it would refuse the same file else."""
-    drop = ui.upload(auto_upload=True, **options)
+def upload(
+    *, most: int, handle: Callable[[Any], Awaitable[None]], refused: Callable[[], Any], **options: Any
+) -> ui.upload:
+    """What files are dropped on.
+
+    Parameters
+    ----------
+    most : int, bytes that a file may have; the browser refuses more, and so does the server
+    handle : called with the event, of one file, or of all of them where `multiple` is given
+    refused : called where a file is too large, or was not received whole
+    """
+
+    async def checked(event: Any) -> None:
+        files = [event.file] if hasattr(event, "file") else event.files
+        if any(file.size() > most for file in files):
+            refused()
+        else:
+            await handle(event)
+
+    many = bool(options.get("multiple"))
+    drop = ui.upload(
+        auto_upload=True,
+        max_file_size=most,
+        max_total_size=LARGEST_SIGNALS if many else None,
+        on_rejected=refused,
+        on_upload=None if many else checked,
+        on_multi_upload=checked if many else None,
+        **options,
+    )
+    drop.on("failed", lambda: refused(), args=[])
+    # it forgets the files once they are here, for it would refuse the same file else
     drop.on("uploaded", lambda: drop.run_method("removeUploadedFiles"), args=[])
     return drop

@@ -1,17 +1,27 @@
-"""The working folder: the only place that the studio reads from and writes to."""
+"""The working folder: the only place that the studio reads from and writes to.
+
+What it holds is not trusted: it may be an unpacked archive or a cloned repository. Files are opened from the folder
+down, one component of the path after the other, and no symbolic link is followed on the way; only regular files are
+read, up to a given size; files are written under a new name and then renamed. Where the system has no such calls
+(Windows), each component is checked before it is used.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import itertools
 import os
 import pathlib
 import re
+import secrets
+import stat
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, BinaryIO, NamedTuple
 
 from evolvent import cases
 from evolvent.errors import InputError
+from evolvent.studies import store
 
 #: Folder inside the working folder that holds the queue, its runs, and what was dropped on the page.
 OWN = ".evolvent-studio"
@@ -19,8 +29,56 @@ OWN = ".evolvent-studio"
 _MOST, _LOOKED, _DEEP = 500, 20_000, 3
 #: Largest YAML file that is read, bytes.
 LARGEST = 500_000
+#: Largest upload, and largest file of signals in the folder that is read, bytes.
+LARGEST_SIGNALS, LARGEST_RECORDING = 200_000_000, 4_000_000_000
 #: Endings of files that hold signals.
 SIGNALS = (".csv", ".tsv", ".txt", ".tdms", ".uff", ".unv", ".mat", ".h5", ".hdf5", ".wav", ".nc")
+_FILES = re.compile(rf"\.(ya?ml|{'|'.join(ending[1:] for ending in SIGNALS)})$", re.IGNORECASE)
+#: A value of a case that can only be the path of a file: absolute, of a home or a parent folder, of a drive or network.
+_PATH = re.compile(r"(/|~[\w.-]*/|\.\.?[/\\]|[A-Za-z]:[/\\]|\\\\)\S*|\S*/\.\./\S*")
+#: Keys of a case that hold a text.
+_TEXTS = ("title", "remarks")
+#: Uploads of one name, at most.
+_MOST_SAME = 1000
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
+#: Opening a FIFO does not wait for its other end; what is opened is checked before it is read.
+_READ = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0) | _NO_LINK
+_CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | _NO_LINK
+_HAS_DIR_FD = {os.open, os.mkdir, os.stat, os.unlink} <= os.supports_dir_fd and hasattr(os, "O_NOFOLLOW")
+
+
+class _Place(NamedTuple):
+    """A folder that is open; its files are named `prefix` + name, relative to the descriptor `fd` if there is one."""
+
+    prefix: str
+    fd: int | None
+
+    def is_link(self, name: str) -> bool:
+        """Whether an entry is a symbolic link (or, on Windows, a junction)."""
+        try:
+            found = os.stat(self.prefix + name, dir_fd=self.fd, follow_symlinks=False)
+        except OSError:
+            return False
+        return stat.S_ISLNK(found.st_mode) or (self.fd is None and _is_junction(self.prefix + name))
+
+    def open(self, name: str, flags: int) -> int:
+        """Open an entry that is no link."""
+        if self.fd is None and self.is_link(name):
+            raise OSError(errno.ELOOP, "it is a link", name)
+        return os.open(self.prefix + name, flags, 0o666, dir_fd=self.fd)
+
+    def mkdir(self, name: str) -> None:
+        """Make a folder."""
+        os.mkdir(self.prefix + name, dir_fd=self.fd)
+
+    def replace(self, old: str, new: str) -> None:
+        """Rename an entry; another of the new name goes."""
+        os.replace(self.prefix + old, self.prefix + new, src_dir_fd=self.fd, dst_dir_fd=self.fd)
+
+    def unlink(self, name: str) -> None:
+        """Remove an entry that is no folder, where it is there."""
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(self.prefix + name, dir_fd=self.fd)
 
 
 class Folder:
@@ -40,11 +98,175 @@ class Folder:
     @property
     def own(self) -> pathlib.Path:
         """The folder of the studio's own files; made when first asked for."""
-        path = self.root / OWN
-        if path.is_symlink():
-            raise InputError(f"{OWN!r} is a link; it must be a folder of the working folder itself")
-        path.mkdir(exist_ok=True)
-        return path
+        with self._place(OWN, make=True):
+            return self.root / OWN
+
+    # -------------------------------------------------------------------------------------------- opened without links
+
+    @contextlib.contextmanager
+    def _place(self, *parts: str, make: bool = False) -> Iterator[_Place]:
+        """A folder below the working folder, reached through no link.
+
+        Raises
+        ------
+        InputError
+            If one of its components is a link.
+        OSError
+            If it cannot be opened.
+        """
+        place = _Place(f"{self.root}{os.sep}", None)
+        if _HAS_DIR_FD:
+            place = _Place("", os.open(self.root, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC))
+        try:
+            for k, part in enumerate(parts):
+                if make:
+                    with contextlib.suppress(FileExistsError):
+                        place.mkdir(part)
+                if place.is_link(part):
+                    raise InputError(f"{'/'.join(parts[: k + 1])!r} is a link; it must be a folder")
+                if place.fd is None:
+                    place = _Place(f"{place.prefix}{part}{os.sep}", None)
+                    if not os.path.isdir(place.prefix):
+                        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), part)
+                else:
+                    below = place.open(part, os.O_RDONLY | os.O_DIRECTORY | _NO_LINK)
+                    os.close(place.fd)
+                    place = _Place("", below)
+            yield place
+        finally:
+            if place.fd is not None:
+                os.close(place.fd)
+
+    @contextlib.contextmanager
+    def opened(self, *parts: str) -> Iterator[BinaryIO]:
+        """A regular file below the working folder for reading, reached through no link.
+
+        Raises
+        ------
+        InputError
+            If there is none, or it is a link, or no regular file.
+        """
+        name = "/".join(parts)
+        try:
+            with self._place(*parts[:-1]) as place:
+                if place.is_link(parts[-1]):
+                    raise InputError(f"{name!r} is a link; it must be a file")
+                file = open(place.open(parts[-1], _READ), "rb")  # noqa: SIM115
+        except OSError as error:
+            raise InputError(f"cannot read {name!r}: {(error.strerror or str(error)).lower()}") from None
+        with file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise InputError(f"cannot read {name!r}: it is not a regular file")
+            yield file
+
+    def read(self, *parts: str, most: int = LARGEST) -> bytes:
+        """Content of a file below the working folder, reached through no link.
+
+        Raises
+        ------
+        InputError
+            If it is a link, is not a regular file, or holds more than `most` bytes.
+        """
+        with self.opened(*parts) as file:
+            content = file.read(most + 1)
+        if len(content) > most:
+            raise InputError(f"cannot read {'/'.join(parts)!r}: it is too large; {most // 1000} kB are read at most")
+        return content
+
+    def write(self, *parts: str, content: bytes) -> None:
+        """Write a file below the working folder, whole or not at all; one that is there is replaced, also a link.
+
+        Raises
+        ------
+        InputError
+            If one of its folders is a link.
+        OSError
+            If it cannot be written.
+        """
+        with self._place(*parts[:-1]) as place:
+            temporary = f".{secrets.token_hex(8)}.part"
+            try:
+                with open(place.open(temporary, _CREATE), "wb") as file:
+                    file.write(content)
+                place.replace(temporary, parts[-1])
+            finally:
+                place.unlink(temporary)
+
+    def create(self, *parts: str) -> BinaryIO:
+        """A new file below the working folder for writing; one that is there is removed before, also a link.
+
+        Raises
+        ------
+        InputError
+            If one of its folders is a link.
+        OSError
+            If it cannot be made.
+        """
+        with self._place(*parts[:-1]) as place:
+            place.unlink(parts[-1])
+            return open(place.open(parts[-1], _CREATE), "wb")
+
+    def make(self, *parts: str) -> None:
+        """Make a new folder below the working folder.
+
+        Raises
+        ------
+        InputError
+            If one of its folders is a link.
+        OSError
+            If it cannot be made, or is there already.
+        """
+        with self._place(*parts[:-1]) as place:
+            place.mkdir(parts[-1])
+
+    @contextlib.contextmanager
+    def locked(self) -> Iterator[None]:
+        """Keep every other studio out of this folder.
+
+        Raises
+        ------
+        InputError
+            If there is another, or the folder of the studio's files is a link or cannot be written.
+        """
+        try:
+            with self._place(OWN, make=True) as place:
+                if place.is_link("lock"):
+                    raise InputError(f"'{OWN}/lock' is a link; it must be a file")
+                flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NONBLOCK", 0) | _NO_LINK
+                file = open(place.open("lock", flags), "r+b", buffering=0)  # noqa: SIM115
+        except OSError as error:
+            raise InputError(f"cannot write '{OWN}/lock': {(error.strerror or str(error)).lower()}") from None
+        with file, store.held(file, self.root):
+            yield
+
+    def existing(self, *parts: str) -> pathlib.Path | None:
+        """Path of a file or folder below the working folder, None where there is none or a link on the way."""
+        path = self.root
+        try:
+            for part in parts:
+                path = path / part
+                if _is_link(path):
+                    return None
+            return path if path.is_file() or path.is_dir() else None
+        except OSError:
+            return None
+
+    def check_plain(self, path: pathlib.Path) -> None:
+        """Refuse a folder of the working folder that holds anything but folders and regular files.
+
+        Raises
+        ------
+        InputError
+            It names the entry.
+        """
+        for folder, folders, files in os.walk(path):
+            for name in (*folders, *files):
+                found = pathlib.Path(folder, name)
+                mode = found.lstat().st_mode
+                if _is_junction(found) or not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+                    raise InputError(f"{self.name(found)!r} is neither a regular file nor a folder; it is not opened")
+
+    # -------------------------------------------------------------------------------------------- the user's files
 
     def inside(self, name: str) -> pathlib.Path:
         """A path below the working folder, links resolved.
@@ -55,13 +277,40 @@ class Folder:
             If it lies outside, or is no name of a file.
         """
         if not isinstance(name, str) or not name or "\0" in name:
-            raise InputError(f"{name!r} does not name a file of the working folder")
+            raise InputError(f"{name!r:.200} does not name a file of the working folder")
+        if name.startswith(("\\\\", "//")):  # of a network: not even asked for
+            raise InputError(f"{name!r:.200} lies outside the working folder; the studio opens nothing there")
         try:
             path = (self.root / name).resolve()
+            with contextlib.suppress(FileNotFoundError, NotADirectoryError, PermissionError):
+                path.lstat()  # fails where the name is too long
         except (OSError, RuntimeError, ValueError):
-            raise InputError(f"{name!r} does not name a file of the working folder") from None
+            raise InputError(f"{name!r:.200} does not name a file of the working folder") from None
         if path == self.root or not path.is_relative_to(self.root):
-            raise InputError(f"{name!r} lies outside the working folder; the studio opens nothing there")
+            raise InputError(f"{name!r:.200} lies outside the working folder; the studio opens nothing there")
+        return path
+
+    def file(self, name: str, most: int | None = None) -> pathlib.Path:
+        """A regular file below the working folder, links resolved.
+
+        Parameters
+        ----------
+        most : int, bytes that it may have, any number unless given
+
+        Raises
+        ------
+        InputError
+            If there is none, it lies outside or is too large.
+        """
+        path = self.inside(name)
+        try:
+            found = path.stat()
+        except OSError as error:
+            raise InputError(f"cannot read {name!r:.200}: {(error.strerror or str(error)).lower()}") from None
+        if not stat.S_ISREG(found.st_mode):
+            raise InputError(f"cannot read {name!r:.200}: it is not a regular file")
+        if most is not None and found.st_size > most:
+            raise InputError(f"cannot read {name!r:.200}: it is too large; {most // 1_000_000} MB are read at most")
         return path
 
     def new(self, name: str, ending: str) -> pathlib.Path:
@@ -75,13 +324,14 @@ class Folder:
         name = name.strip()
         if name and not name.endswith(ending):
             name += ending
+        size = len(os.fsencode(os.path.basename(name)))
+        if size > 200:
+            raise InputError(f"the name takes {size} bytes; at most 200 are taken")
         path = self.inside(name)
         if path.is_relative_to(self.root / OWN):
             raise InputError(f"{name!r} lies among the studio's own files; give a name of yours")
         if path.name.startswith("."):
             raise InputError(f"{name!r} begins with a dot, and such files are not listed; give another name")
-        if len(os.fsencode(path.name)) > 200:
-            raise InputError(f"the name takes {len(os.fsencode(path.name))} bytes; at most 200 are taken")
         if path.exists():
             raise InputError(f"{name!r} is there already; give another name")
         if not path.parent.is_dir():
@@ -141,11 +391,7 @@ class Folder:
         """
         path = self.inside(name)
         try:
-            if path.stat().st_size > LARGEST:
-                raise InputError(f"{name!r} is too large for a YAML file; {LARGEST // 1000} kB are read at most")
-            return path.read_text(encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"cannot read {name!r}: {(error.strerror or str(error)).lower()}") from None
+            return self.read(*path.relative_to(self.root).parts).decode("utf-8")
         except UnicodeDecodeError:
             raise InputError(f"cannot read {name!r}: it is no text in UTF-8") from None
 
@@ -161,7 +407,7 @@ class Folder:
         except OSError:
             return
         for entry in entries:
-            if entry.name.startswith(".") or entry.is_symlink():
+            if entry.name.startswith(".") or _is_link(entry):
                 continue
             if entry.is_dir():
                 if deep > 1 and not entry.name.endswith(".zarr"):
@@ -170,36 +416,95 @@ class Folder:
                 yield entry
 
     def keep(self, name: str, content: bytes) -> str:
-        """Keep a file that was dropped on the page; returns its name from the working folder on."""
-        plain = re.sub(r"[^\w.\- ]", "_", os.path.basename(name.replace("\\", "/"))).lstrip(".")
-        plain = os.fsencode(plain)[-200:].decode("utf-8", "ignore") or "file"
-        place = self.own / "uploads"
-        if place.is_symlink():
-            raise InputError(f"'{OWN}/uploads' is a link; it must be a folder")
-        place.mkdir(exist_ok=True)
-        path = place / plain
-        if path.is_symlink():
-            raise InputError(f"'{OWN}/uploads/{plain}' is a link; it must be a file")
-        path.write_bytes(content)
-        return self.name(path)
+        """Keep a file that was uploaded; returns its name from the working folder on.
 
-    def check_case(self, content: Any, beside: pathlib.Path | None = None) -> None:
-        """Refuse a case or study that names a file outside.
-
-        Parameters
-        ----------
-        beside : folder that its names start from, the working folder unless given
+        No file is replaced: where another of this name is there, a number is put behind it.
 
         Raises
         ------
         InputError
-            It names the value.
+            If it is too large, or the folder of uploads is a link.
+        """
+        if len(content) > LARGEST_SIGNALS:
+            raise InputError(
+                f"the file {name!r:.200} is too large; at most {LARGEST_SIGNALS // 1_000_000} MB are taken"
+            )
+        plain = re.sub(r"[^\w.\- ]", "_", os.path.basename(name.replace("\\", "/"))).lstrip(".")
+        plain = os.fsencode(plain)[-190:].decode("utf-8", "ignore") or "file"
+        stem, ending = os.path.splitext(plain)
+        with self._place(OWN, "uploads", make=True) as place:
+            for number in range(1, _MOST_SAME + 1):
+                shown = plain if number == 1 else f"{stem}-{number}{ending}"
+                try:
+                    with open(place.open(shown, _CREATE), "wb") as file:
+                        try:
+                            file.write(content)
+                        except OSError:
+                            place.unlink(shown)
+                            raise
+                    return f"{OWN}/uploads/{shown}"
+                except FileExistsError:
+                    if self._is_same(shown, content):
+                        return f"{OWN}/uploads/{shown}"
+        raise InputError(
+            f"{_MOST_SAME} uploads are called {plain!r}; remove some of '{OWN}/uploads', or rename the file"
+        )
+
+    def _is_same(self, shown: str, content: bytes) -> bool:
+        try:
+            return self.read(OWN, "uploads", shown, most=LARGEST_SIGNALS) == content
+        except InputError:
+            return False
+
+    def study(self, name: str) -> Any:
+        """Content of a study of the working folder, its case and the files that it names in place.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be read, or lies outside.
+        """
+        content = cases.parse_yaml(self.text(name), name)
+        if not isinstance(content, Mapping):
+            raise InputError(f"{name}: it holds no study; a study is a mapping of keys to values")
+        case = content.get("case")
+        if isinstance(case, str) and case not in cases.built_in() and re.search(r"[./\\]", case):
+            path = str(self.inside(name).parent / case)
+            content = {**content, "case": cases.parse_yaml(self.text(path), case)}
+        return self.placed(content)
+
+    def placed(self, content: Any) -> Any:
+        """A case or study whose saved runs are named by absolute paths.
+
+        Raises
+        ------
+        InputError
+            It names a value that is a file outside the working folder.
         """
         if isinstance(content, Mapping):
-            for value in content.values():
-                self.check_case(value, beside)
-        elif isinstance(content, (list, tuple)):
-            for value in content:
-                self.check_case(value, beside)
-        elif isinstance(content, str) and re.search(r"\.(nc|ya?ml)\s*$", content):
-            self.inside(str((beside or self.root) / content.strip()))
+            return {key: value if key in _TEXTS else self.placed(value) for key, value in content.items()}
+        if isinstance(content, (list, tuple)):
+            return [self.placed(value) for value in content]
+        if isinstance(content, str):
+            word = content.strip()
+            if _FILES.search(word) or _PATH.fullmatch(word):
+                path = self.inside(word)
+                return str(path) if word.endswith(".nc") else content
+        return content
+
+    def check_case(self, content: Any) -> None:
+        """Refuse a case or study that names a file outside; see `placed`."""
+        self.placed(content)
+
+
+def _is_link(path: pathlib.Path) -> bool:
+    return path.is_symlink() or _is_junction(path)
+
+
+def _is_junction(path: str | os.PathLike[str]) -> bool:
+    """Whether a path is a junction, which Windows follows as it does a link."""
+    try:
+        tag = getattr(os.lstat(path), "st_reparse_tag", 0)
+    except OSError:
+        return False
+    return bool(tag) and tag == getattr(stat, "IO_REPARSE_TAG_MOUNT_POINT", 0)

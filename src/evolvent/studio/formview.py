@@ -15,6 +15,11 @@ from evolvent.studio.form import Field, Group
 _PAUSE = 0.15
 
 
+def errors_text(count: int) -> str:
+    """A number of errors, as words; '' for none."""
+    return "" if not count else "1 error" if count == 1 else f"{count} errors"
+
+
 class FormView:
     """The form of a case, or of another section.
 
@@ -58,6 +63,8 @@ class FormView:
         self._bodies: dict[str, ui.element] = {}
         self._shown: dict[str, str] = {}
         self._found: dict[str, str] = {}
+        self._touched: set[str] = set()
+        self._all = False  # whether errors of fields are shown that nobody has touched
         self._timer: ui.timer | None = None
         self._notes: dict[str, str] = {}
         self._referring: list[ui.input] = []
@@ -121,13 +128,13 @@ class FormView:
                 .props(f'type=button data-testid="more-{self._before}{group.key}"')
             )
             with more:
-                word = ui.label(f"{len(rest)} more, left as they are")
+                word = ui.label(f"{len(rest)} more, at their defaults")
             body = ui.column().classes("w-full gap-1")
             body.set_visibility(False)
 
             def turn() -> None:
                 body.set_visibility(not body.visible)
-                word.set_text("fewer" if body.visible else f"{len(rest)} more, left as they are")
+                word.set_text("fewer" if body.visible else f"{len(rest)} more, at their defaults")
 
             more.on("click", turn)
             with body:
@@ -176,6 +183,7 @@ class FormView:
 
     def _typed(self, field: Field, value: Any) -> None:
         self.texts[field.key] = "" if value is None else str(value)
+        self._touched.add(field.key)
         self._soon()
 
     def _give(self, group: Group, on: bool, expansion: ui.expansion) -> None:
@@ -217,6 +225,24 @@ class FormView:
         self._show(found)
         self._changed(content, found)
 
+    def show_all(self) -> None:
+        """Show the errors of all fields from now on, also of those that are empty and were not touched."""
+        self._all = True
+        self._show(self._found)
+
+    @property
+    def shown(self) -> dict[str, str]:
+        """The errors that are shown: dotted key -> sentence."""
+        return {key: sentence for key, sentence in self._found.items() if self._is_shown(key)}
+
+    def _is_shown(self, key: str) -> bool:
+        """Whether an error is shown: not of a field that is empty and was not touched, or of such a section."""
+        place = form.nearest_field(self.form, key)
+        if self._all or not place or place in self._touched or self.texts.get(place):
+            return True
+        inner = [f.key for f in self.form.fields() if f.key.startswith(f"{place}.")]
+        return any(f in self._touched or self.texts.get(f) for f in inner)
+
     def note(self, notes: Mapping[str, str]) -> None:
         """Show sentences that were found by another check beside fields without an error of their own; '' for all."""
         if notes != self._notes:
@@ -232,7 +258,7 @@ class FormView:
         self._found = dict(found)
         shown: dict[str, str] = {}
         loose = []
-        for key, sentence in {**self._notes, **found}.items():
+        for key, sentence in {**self._notes, **self.shown}.items():
             field = form.nearest_field(self.form, key)
             if field and field not in shown:
                 shown[field] = sentence
@@ -246,7 +272,7 @@ class FormView:
                     row.classes(add="ev-wrong") if key in shown else row.classes(remove="ev-wrong")
         for key, label in self._counts.items():
             count = sum(k == key or k.startswith(f"{key}.") for k in shown)
-            label.set_text("" if not count else "1 to mend" if count == 1 else f"{count} to mend")
+            label.set_text(errors_text(count))
         self._shown = shown
         self._banner.set_text("\n".join(loose))
         self._banner.set_visibility(bool(loose))

@@ -1,9 +1,15 @@
-"""The queue: jobs that run one after another in processes of their own, and are still there after a restart."""
+"""The queue: jobs that run one after another in processes of their own, and are still there after a restart.
+
+The queue is kept in the working folder, which may come from elsewhere. Each job is signed with a secret of the user,
+over its content, its case and the path of the folder; a job without that signature is listed, but never started.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
+import datetime
+import hashlib
 import json
 import os
 import pathlib
@@ -11,27 +17,69 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections import deque
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import BaseModel, Field, ValidationError
 
 from evolvent.errors import InputError
-from evolvent.studies.store import locked
-from evolvent.studio.folder import Folder
-from evolvent.studio.worker import CASE, CERTIFICATE, JOB, MODES, RUN, STUDY
+from evolvent.studio import signing
+from evolvent.studio.folder import LARGEST_RECORDING, OWN, Folder
+from evolvent.studio.worker import CASE, CERTIFICATE, MODES, RUN, STUDY, parsed
 
 #: Seconds that a cancelled job has to keep what it computed.
 GRACE = 8.0
+#: Files of the queue and of what a job's process printed; largest queue, case and print that are read, bytes.
+_QUEUE, _LOG, _LARGEST = "queue.json", "log.txt", 16_000_000
+#: What a job is called that this installation has not queued, and why it does not start.
+NOT_STARTED, FOREIGN = "not started", "queued by another installation"
 #: Seconds over which the speed is taken that the time left follows from.
 _WINDOW = 15.0
+#: Letters of a job's name, at most.
+_LONGEST_TITLE = 80
 #: States of a job that is still to end.
 OPEN = ("waiting", "running")
 #: Kinds of jobs that compute a case, and what they are called.
 COMPUTED = {"run": "Run", "equilibrium": "Equilibrium", "modes": "Modes"}
 #: File or folder of the results, by kind of job.
 RESULTS = {"run": RUN, "equilibrium": RUN, "modes": MODES, "sweep": STUDY, "identify": CERTIFICATE}
+#: How a job may have ended.
+_ENDED = ("success", "stopped by event", "interrupted", "failed")
+_KEY = re.compile(r"\d{4}-[\w-]{1,60}", re.ASCII)
+_KEPT = ("key", "kind", "title", "status", "message", "reached", "end", "elapsed", "extra", "digest")
+_Cell = str | float | int | None
+
+
+class _Extra(BaseModel, strict=True):
+    """What is shown of a job that this installation has not queued; anything else of `Job.extra` is left out."""
+
+    date: str = ""
+    head: list[str] = []
+    rows: list[list[_Cell]] = []
+    warnings: list[str] = []
+    notes: list[str] = []
+    of: str = ""
+    changes: list[Annotated[list[str], Field(min_length=2, max_length=2)]] | None = None
+    modes: list[list[float]] = []
+
+
+class _Content(BaseModel, strict=True, allow_inf_nan=False):
+    """A job as the queue's file holds it."""
+
+    key: str
+    kind: str
+    title: str
+    status: str
+    message: str = ""
+    reached: float = 0.0
+    end: float = 0.0
+    elapsed: float = 0.0
+    extra: _Extra = _Extra()
+    digest: str = ""
 
 
 @dataclasses.dataclass
@@ -48,7 +96,10 @@ class Job:
     note : str, what it does before it can tell how far it is
     reached, end : float, s or cases
     elapsed : float, s, that it took or takes
-    extra : what a job of its kind has more: signals, head and rows of a table, warnings, modes
+    extra : when it was added ("date"), and what a job of its kind has: the case that it is a change of and what
+        differs, signals, head and rows of a table, warnings, modes
+    digest : str, SHA-256 of its case
+    own : bool, whether this installation has queued it
     """
 
     key: str
@@ -61,6 +112,8 @@ class Job:
     end: float = 0.0
     elapsed: float = 0.0
     extra: dict[str, Any] = dataclasses.field(default_factory=dict)
+    digest: str = ""
+    own: bool = True
     marks: deque[tuple[float, float]] = dataclasses.field(default_factory=deque, repr=False)
 
     @property
@@ -91,8 +144,7 @@ class Job:
 
     def content(self) -> dict[str, Any]:
         """What is kept of it."""
-        names = ("key", "kind", "title", "status", "message", "reached", "end", "elapsed", "extra")
-        return {name: getattr(self, name) for name in names}
+        return {name: getattr(self, name) for name in _KEPT}
 
 
 class Jobs:
@@ -115,10 +167,15 @@ class Jobs:
         self._process: subprocess.Popen[str] | None = None
         self._stopped = False
         self._held = contextlib.ExitStack()
-        self._held.enter_context(locked(folder.own))
+        self._held.enter_context(folder.locked())
+        self._signer = signing.of_user()
         self.version = 0  # grows with every change that a page shows
         self.jobs: dict[str, Job] = {}
-        self._load()
+        self.note = ""  # why the queue that the folder holds is left out, '' where it is not
+        try:
+            self._load()
+        except InputError as error:
+            self.note = f"the queue of the folder is left out: {error}"
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
 
@@ -153,19 +210,52 @@ class Jobs:
         case : str, its case, study or description as YAML
         """
         with self._lock:
-            last = max((int(key[:4]) for key in self.jobs), default=0)
-            word = re.sub(r"[^\w-]", "-", title)[:40].strip("-") or kind
-            job = Job(key=f"{last + 1:04d}-{word}", kind=kind, title=title, extra=dict(extra or {}))
-            place = self.place(job.key)
-            shutil.rmtree(place, ignore_errors=True)
-            place.mkdir()
-            (place / CASE).write_text(case, encoding="utf-8")
-            content = {"kind": kind, **job.extra}
-            (place / JOB).write_text(json.dumps(content), encoding="utf-8")
+            word = re.sub(r"[^A-Za-z0-9_-]", "-", title)[:40].strip("-") or kind
+            date = datetime.datetime.now().astimezone().isoformat(timespec="seconds")
+            digest = hashlib.sha256(case.encode()).hexdigest()
+            key = f"{self._number():04d}-{word}"
+            job = Job(key=key, kind=kind, title=title, extra={"date": date, **(extra or {})}, digest=digest)
+            self.folder.make(OWN, key)
+            self.folder.write(OWN, key, CASE, content=case.encode())
             self.jobs[job.key] = job
             self._changed()
             self._wake.notify_all()
             return job
+
+    def _number(self) -> int:
+        """A number that no job and no folder of one has; the largest of them and one, as long as it has four digits."""
+        names = (*self.jobs, *os.listdir(self.folder.own))
+        taken = {int(name[:4]) for name in names if re.match(r"[0-9]{4}-", name)}
+        number = max(taken, default=0) + 1
+        if number > 9999:
+            number = next((n for n in range(1, 10_000) if n not in taken), 0)
+        if not number:
+            raise InputError("the folder holds 9999 runs; remove some of them")
+        return number
+
+    def case(self, key: str) -> dict[str, Any]:
+        """The case, study or description of a job.
+
+        Raises
+        ------
+        InputError
+            If there is no such job, or its file cannot be read.
+        """
+        return parsed(self.case_text(key), CASE)
+
+    def case_text(self, key: str) -> str:
+        """The case, study or description of a job, as YAML.
+
+        Raises
+        ------
+        InputError
+            If there is no such job, or its file cannot be read.
+        """
+        job = self.get(key)
+        try:
+            return self.folder.read(OWN, job.key, CASE, most=_LARGEST).decode()
+        except UnicodeDecodeError:
+            raise InputError(f"the case of {job.key} is no text in UTF-8") from None
 
     def cancel(self, key: str) -> None:
         """End a job; what was computed is kept."""
@@ -185,10 +275,27 @@ class Jobs:
             job = self.get(key)
             if job.kind != "sweep" or job.open or job.status == "success":
                 raise InputError(f"{key} is no study that was cancelled")
+            if not job.own:
+                raise InputError(f"{key} was {FOREIGN}, and is not started; run the study itself")
             job.status, job.message = "waiting", ""
             job.marks.clear()
             self._changed()
             self._wake.notify_all()
+
+    def rename(self, key: str, title: str) -> None:
+        """Give a job another name.
+
+        Raises
+        ------
+        InputError
+            If the name is empty or too long.
+        """
+        title = " ".join(title.split())
+        if not 0 < len(title) <= _LONGEST_TITLE:
+            raise InputError(f"the name has {len(title)} letters; it must have 1 to {_LONGEST_TITLE}")
+        with self._lock:
+            self.get(key).title = title
+            self._changed()
 
     def remove(self, key: str) -> None:
         """Forget a job that has ended, with its files."""
@@ -202,9 +309,9 @@ class Jobs:
     def result(self, key: str) -> pathlib.Path | None:
         """File or folder of a job's results, None while there are none."""
         name = RESULTS[self.get(key).kind]
-        path = self.place(key) / name
-        whole = path / "results.zarr" if name == STUDY else path
-        return path if whole.exists() else None
+        path = self.folder.existing(OWN, key, name)
+        whole = self.folder.existing(OWN, key, name, "results.zarr") if name == STUDY else path
+        return path if whole is not None else None
 
     def stop(self) -> None:
         """End the work for now; what is open goes on when the studio is started again."""
@@ -237,6 +344,8 @@ class Jobs:
                 self._compute(job)
             except OSError as error:
                 job.status, job.message = "failed", f"no process could be started: {error}"
+            except InputError as error:
+                job.status, job.message = "failed", str(error)
             with self._lock:
                 self._process = None
                 self._changed()
@@ -245,10 +354,21 @@ class Jobs:
         began = time.monotonic()
         job.note = "starting"
         place = self.place(job.key)
-        with (place / "log.txt").open("w", encoding="utf-8") as log:
+        text = self.case_text(job.key)
+        if hashlib.sha256(text.encode()).hexdigest() != job.digest:
+            raise InputError("its case was changed after it was queued; run the case again")
+        self.folder.check_plain(place)  # results are written there
+        for name in job.extra.get("signals", ()):
+            self.folder.file(name, LARGEST_RECORDING)
+        asked = {"kind": job.kind, "case": text, "signals": job.extra.get("signals", [])}
+        # nothing that the working folder holds is picked up by Python or a library: neither modules nor settings
+        with (
+            self.folder.create(OWN, job.key, _LOG) as log,
+            tempfile.TemporaryDirectory(prefix="evolvent-job-") as empty,
+        ):
             process = subprocess.Popen(
-                [sys.executable, "-m", "evolvent.studio.worker", os.fspath(place)],
-                cwd=self.folder.root,
+                [sys.executable, "-P", "-m", "evolvent.studio.worker", os.fspath(place)],
+                cwd=empty,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=log,
@@ -256,6 +376,10 @@ class Jobs:
                 encoding="utf-8",
                 start_new_session=os.name != "nt",  # Ctrl-C at the studio's terminal is the studio's alone
             )
+            assert process.stdin is not None
+            with contextlib.suppress(OSError):  # it died at once; what it printed says why
+                process.stdin.write(json.dumps(asked) + "\n")
+                process.stdin.flush()
             with self._lock:
                 self._process = process
                 if job.status == "cancelling" or self._stopped:
@@ -292,31 +416,75 @@ class Jobs:
             elif job.status == "cancelling":
                 job.status, job.message = "interrupted", "cancelled; nothing had been computed yet"
             else:
-                job.status, job.message = "failed", _last_line(place / "log.txt")
+                job.status, job.message = "failed", self._last_line(job)
 
     # -------------------------------------------------------------------------------------------- kept
 
     def _changed(self) -> None:
         self.version += 1
-        path = self.folder.own / "queue.json"
-        temporary = path.with_suffix(".part")
-        content = json.dumps([job.content() for job in self.jobs.values()], indent=1)
-        with contextlib.suppress(OSError):
-            temporary.write_text(content, encoding="utf-8")
-            os.replace(temporary, path)
+        listed = [job.content() | {"signature": self._signature(job)} for job in self.jobs.values()]
+        with contextlib.suppress(OSError, InputError):
+            self.folder.write(OWN, _QUEUE, content=json.dumps(listed, indent=1).encode())
+
+    def _signature(self, job: Job) -> str:
+        """The signature of a job of this installation, '' for one of another."""
+        return self._signer.sign(self._signed(job.content())) if job.own else ""
+
+    def _signed(self, content: Mapping[str, Any]) -> list[Any]:
+        """What is signed of a job."""
+        return [os.fspath(self.folder.root), {name: content.get(name) for name in _KEPT}]
 
     def _load(self) -> None:
-        path = self.folder.root / ".evolvent-studio" / "queue.json"
-        try:
-            kept = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []
-            jobs = [Job(**content) for content in kept]
-        except (OSError, ValueError, TypeError):
+        """Take the jobs of the queue's file.
+
+        Raises
+        ------
+        InputError
+            If the file is a link, is too large, or holds no list.
+        """
+        if not os.path.lexists(self.folder.own / _QUEUE):
             return
-        for job in jobs:
-            if re.fullmatch(r"\d{4}-[\w-]+", job.key) and self.place(job.key).is_dir():
-                if job.status in ("running", "cancelling"):  # the studio was killed meanwhile
-                    job.status = "waiting"
+        try:
+            listed = json.loads(self.folder.read(OWN, _QUEUE, most=_LARGEST))
+        except (ValueError, RecursionError):
+            raise InputError(f"'{OWN}/{_QUEUE}' is not JSON") from None
+        if not isinstance(listed, list):
+            raise InputError(f"'{OWN}/{_QUEUE}' holds no list")
+        for content in listed:
+            try:
+                job = self._job(content)
+            except RecursionError:
+                continue
+            if job is not None and self.folder.existing(OWN, job.key) is not None:
                 self.jobs[job.key] = job
+
+    def _job(self, content: Any) -> Job | None:
+        """A job as it was kept, None where it is none."""
+        if not isinstance(content, dict):
+            return None
+        own = self._signer.is_signed(self._signed(content), content.get("signature"))
+        try:
+            checked: Any = content if own else _Content.model_validate(content).model_dump(exclude_unset=True)
+            job = Job(**{name: checked[name] for name in _KEPT if name in checked}, own=own)
+        except (ValidationError, TypeError):
+            return None
+        if not _KEY.fullmatch(job.key) or job.kind not in RESULTS:
+            return None
+        if not own and job.status not in _ENDED:
+            job.status, job.message = NOT_STARTED, FOREIGN
+        elif job.status in ("running", "cancelling"):  # the studio was killed meanwhile
+            job.status = "waiting"
+        return job
+
+    def _last_line(self, job: Job) -> str:
+        """Why a process died, by what it printed last."""
+        try:
+            with self.folder.opened(OWN, job.key, _LOG) as file:
+                file.seek(max(file.seek(0, os.SEEK_END) - 4000, 0))
+                lines = file.read(4000).decode("utf-8", "replace").strip().splitlines()
+        except InputError:
+            lines = []
+        return f"its process died: {lines[-1]}" if lines else "its process died"
 
 
 def _stop(process: subprocess.Popen[str]) -> None:
@@ -334,8 +502,3 @@ def _end(process: subprocess.Popen[str]) -> None:
         process.wait(timeout=GRACE)
     except subprocess.TimeoutExpired:
         process.kill()
-
-
-def _last_line(path: pathlib.Path) -> str:
-    lines = path.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-    return f"its process died: {lines[-1]}" if lines else "its process died"

@@ -1,35 +1,34 @@
-"""Measurements: signal files, what their columns are, the stand, and the certificate that comes of them."""
+"""Measurements: signal files, what their columns are, the stand, and the certificate."""
 
 from __future__ import annotations
 
 import asyncio
+import copy
 import functools
 import pathlib
 import urllib.parse
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import yaml
 from nicegui import events, ui
 
-from evolvent import cases
+from evolvent import cases, units
 from evolvent.errors import EvolventError, InputError
 from evolvent.figures import Figure, Line, Panel
 from evolvent.massprops import description, signals
 from evolvent.studio import charts, form
+from evolvent.studio.context import Context
 from evolvent.studio.elements import ChartElement, upload
-from evolvent.studio.folder import LARGEST, SIGNALS
-from evolvent.studio.formview import FormView
+from evolvent.studio.folder import LARGEST, LARGEST_RECORDING, LARGEST_SIGNALS, SIGNALS
+from evolvent.studio.formview import FormView, errors_text
 from evolvent.studio.jobs import Job
-from evolvent.studio.runspanel import STATUS, progress_text
-from evolvent.studio.state import View
+from evolvent.studio.jobview import STATUS, draw_progress
+from evolvent.studio.state import MEASURED, View
 
-if TYPE_CHECKING:
-    from evolvent.studio.page import Page
-
-#: Largest file that may be dropped on the page, bytes, and number of signal columns that are drawn.
-_LARGEST, _DRAWN = 200_000_000, 6
+#: Number of signal columns that are drawn.
+_DRAWN = 6
 _SKIP = ("signals.sensors", "signals.time", "recordings", "stand.kind")
 _USES = {"sensor": "sensor", "time": "time", "": "left out"}
 #: What is asked of each sensor's column; the rest of the form's keys a description file may give.
@@ -42,32 +41,29 @@ class MeasurePanel:
 
     Parameters
     ----------
-    page : Page
+    page : Context
     """
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Context) -> None:
         self.page, self.studio = page, page.studio
-        state = self.studio.measure
-        state.setdefault("files", [])
-        state.setdefault("kind", "springs")
-        state.setdefault("stand", "")
-        state.setdefault("content", {"stand": {"kind": "springs"}})
-        state.setdefault("columns", {})
-        self.state = state
+        self.state = self.studio.measure
+        for key, first in MEASURED.items():
+            self.state.setdefault(key, copy.deepcopy(first))
         self._source: signals.Signals | None = None
         self._form: FormView | None = None
+        self._chart: ChartElement | None = None
+        self._wrong: dict[str, str] = {}
         self.content: dict[str, Any] = {}
         self._rows: dict[str, ui.element] = {}
-        self._shown = ""  # where the description in the form comes from
         with ui.element("div").classes("ev-scroll"):
             ui.label(
-                "Signals of a body that swings freely, and a description of its stand; a certificate comes of them."
+                "Mass properties from recorded free vibration: signal files and a description of the stand give a "
+                "certificate."
             ).classes("ev-what")
             with ui.element("div").classes("ev-drop w-full"):  # it stays: files may still be on their way through it
                 upload(
                     label="Drop signal files here, or choose", multiple=True,
-                    max_file_size=_LARGEST, on_multi_upload=self._dropped,
-                    on_rejected=lambda: self.page.tell("the file is too large; keep it in the working folder instead"),
+                    most=LARGEST_SIGNALS, handle=self._dropped, refused=self._refused,
                 ).props('flat dense data-testid="signals"')  # fmt: skip
             self._known = ui.select([], label="or a file of the folder")
             self._known.props('outlined dense options-dense data-testid="signal-file"').classes("w-full")
@@ -79,8 +75,8 @@ class MeasurePanel:
             self._stand.on_value_change(lambda e: self._choose(str(e.value)) if e.value != self._source_of() else None)
             with ui.element("div").classes("ev-drop w-full"):
                 upload(
-                    label="or drop a description (YAML)", max_file_size=LARGEST, on_upload=self._described,
-                    on_rejected=lambda: self.page.tell("a description is a YAML file of at most 500 kB"),
+                    label="or drop a description (YAML)", most=LARGEST, handle=self._described,
+                    refused=lambda: self.page.tell("a description is a YAML file of at most 500 kB"),
                 ).props('flat dense data-testid="stand-upload"')  # fmt: skip
             self._body = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):
@@ -108,7 +104,6 @@ class MeasurePanel:
             self._form.check()  # the columns may be others
             return
         self._body.clear()
-        self._shown = self._source_of()
         with self._body:
             self._form = FormView(
                 description.model(self.state["kind"]),
@@ -172,14 +167,24 @@ class MeasurePanel:
 
         for file in event.files:
             self.page.attempt(functools.partial(keep, file.name, await file.read()))
+        for name in kept:
+            shown = pathlib.PurePosixPath(name).name
+            if shown not in [file.name for file in event.files]:
+                ui.notify(f"Kept as {shown}: another upload has the name of the file.", position="bottom")
         await self._add(kept)
+
+    def _refused(self) -> None:
+        most = LARGEST_SIGNALS // 1_000_000
+        self.page.tell(
+            f"the upload was not taken: {most} MB are taken at once; keep larger files in the working folder"
+        )
 
     async def _add(self, names: Sequence[str]) -> None:
         """Take files as signals; what is wrong with one of them does not keep the others out."""
         good = []
         for name in names:
             try:
-                await asyncio.to_thread(_recording, self.studio.folder.inside(name))
+                await asyncio.to_thread(_recording, self.studio.folder.file(name, LARGEST_RECORDING))
             except EvolventError as error:
                 self.page.tell(str(error))
             else:
@@ -192,8 +197,7 @@ class MeasurePanel:
         self.page.show(View("measure"))
 
     def _leave(self, name: str) -> None:
-        if name in self.state["files"]:  # else another page has left it out
-            self.state["files"].remove(name)
+        self.state["files"].remove(name)
         self.draw()
         self.page.show(View("measure"))
 
@@ -202,7 +206,7 @@ class MeasurePanel:
         self._source = None
         while self.state["files"] and self._source is None:
             try:
-                self._source = _recording(self.studio.folder.inside(self.state["files"][0]))
+                self._source = _recording(self.studio.folder.file(self.state["files"][0], LARGEST_RECORDING))
             except InputError:
                 del self.state["files"][0]
         self._map()
@@ -262,19 +266,25 @@ class MeasurePanel:
         return content
 
     def _changed(self, content: dict[str, Any], wrong: dict[str, str]) -> None:
-        if self._source_of() != self._shown:  # another page has chosen another description; this form is of none
-            self._form = None
-            self.draw()
-            return
         self.content = self.state["content"] = content
         columns = self.state["columns"].values()
         used = not self.state["files"] or any(column["use"] == "sensor" for column in columns)
-        ready = not wrong and used and bool(self.state["files"])
-        self._go.set_enabled(ready)
-        hint = "" if ready else "give a signal file" if not self.state["files"] else "no column is a sensor"
-        if used and self.state["files"] and wrong:
-            hint = f"{len(wrong)} to mend"
-        self._hint.set_text(hint)
+        shown = self._form.shown if self._form is not None else {}
+        self._wrong = wrong
+        self._go.set_enabled(not shown and used and bool(self.state["files"]))
+        hint = "give a signal file" if not self.state["files"] else "no column is a sensor" if not used else ""
+        self._hint.set_text(hint or errors_text(len(shown)))
+        if self._chart is not None and not self._chart.is_deleted and self._source is not None:
+            self._chart.show(_signal_chart(self._source, self.state["columns"], self._rate()))
+
+    def _rate(self) -> float:
+        """The sampling rate that the description states, Hz; 0 where it states none."""
+        given = self.content.get("signals")
+        text = given.get("rate") if isinstance(given, Mapping) else None
+        try:
+            return max(units.parse(str(text), "Hz"), 0.0) if text is not None else 0.0
+        except units.UnitError:
+            return 0.0
 
     # -------------------------------------------------------------------------------------------- beside the panel
 
@@ -293,7 +303,8 @@ class MeasurePanel:
             rate = f", {source.rate:g} Hz" if source.rate else ""
             ui.label(f"{source.format}, {len(source.data)} samples{rate}").classes("ev-status")
         with ui.element("div").classes("ev-card").style("padding:8px"):
-            ChartElement(_signal_chart(source, self.state["columns"])).props('data-testid="signal-chart"')
+            self._chart = ChartElement(_signal_chart(source, self.state["columns"], self._rate()))
+            self._chart.props('data-testid="signal-chart"')
         ui.label("What the columns are").classes("ev-h")
         self._columns()
 
@@ -335,7 +346,12 @@ class MeasurePanel:
         def add() -> None:
             if self._form is not None:
                 self._form.flush()
-            files = [str(self.studio.folder.inside(name)) for name in self.state["files"]]
+                if self._wrong:
+                    self._form.show_all()
+                    self._changed(self.content, self._wrong)
+                    key, sentence = next(iter(self._wrong.items()))
+                    raise InputError(sentence if not key or sentence.startswith(key) else f"{key}: {sentence}")
+            files = [str(self.studio.folder.file(name, LARGEST_RECORDING)) for name in self.state["files"]]
             given = description.load(self.content)
             title = given.title or given.body.name
             text = yaml.safe_dump(self.content, sort_keys=False, allow_unicode=True)
@@ -363,8 +379,10 @@ class MeasurePanel:
                     "Download the certificate", on_click=lambda: ui.download(address, filename="certificate.html")
                 ).props("outline dense color=primary").style("padding:0 10px")
         if job.open:
-            ui.label(progress_text(job)).classes("ev-dim")
+            draw_progress(self.page, job)
             return
+        if job.status == "interrupted":
+            ui.label("This measurement was cancelled.").classes("ev-banner warn").props('data-testid="message"')
         if job.status == "failed":
             ui.label(job.message).classes("ev-banner bad").props('data-testid="message"')
         self._results(job)
@@ -374,8 +392,6 @@ class MeasurePanel:
             frame.props(f'src="{address}" sandbox="allow-popups" title="certificate" data-testid="certificate"')
 
     def _results(self, job: Job) -> None:
-        for text in job.extra.get("warnings", ()):
-            ui.label(f"Warning: {text}").classes("ev-banner warn")
         rows = job.extra.get("rows")
         if not rows:
             return
@@ -387,6 +403,24 @@ class MeasurePanel:
                     for text in row:
                         with ui.element("td" if k else "th"):
                             ui.label(str(text))
+        for kind, word, plural in (("warnings", "Warning", "warnings"), ("notes", "Note", "notes on the recordings")):
+            _group(kind, word, plural, [str(text) for text in job.extra.get(kind, ())])
+
+
+def _group(kind: str, word: str, plural: str, texts: Sequence[str]) -> None:
+    """One box for all warnings, or all notes."""
+    if not texts:
+        return
+    with ui.element("div").classes("ev-banner warn" if kind == "warnings" else "ev-banner note") as box:
+        box.props(f'data-testid="{kind}"')
+        if len(texts) == 1:
+            ui.label(f"{word}: {texts[0]}")
+            return
+        ui.label(f"{len(texts)} {plural}").classes("ev-title")
+        with ui.element("ul"):
+            for text in texts:
+                with ui.element("li"):
+                    ui.label(text)
 
 
 def _recording(path: pathlib.Path) -> signals.Signals:
@@ -402,21 +436,38 @@ def _read_once(path: pathlib.Path, stamp: int) -> signals.Signals:
     return signals.read(path)
 
 
-def _signal_chart(source: signals.Signals, columns: Mapping[str, Any]) -> charts.Chart:
-    """The columns over their time."""
+def _signal_chart(source: signals.Signals, columns: Mapping[str, Any], rate: float) -> charts.Chart:
+    """The columns over their time.
+
+    Parameters
+    ----------
+    columns : what each column is used for
+    rate : float, Hz, that the description states, 0 for none
+    """
     times = [k for k, name in enumerate(source.names) if columns.get(name, {}).get("use") == "time"]
-    rate = source.rate or 1.0
-    time = source.data[:, times[0]] if times else np.arange(len(source.data)) / rate
+    rate = rate or source.rate or 0.0
+    if times:
+        time, x_label = source.data[:, times[0]] * _seconds(source.units[times[0]]), "time, s"
+    elif rate:
+        time, x_label = np.arange(len(source.data)) / rate, "time, s"
+    else:
+        time, x_label = np.arange(len(source.data), dtype=float), "sample (no sampling rate is given)"
     drawn = [k for k in range(len(source.names)) if k not in times][:_DRAWN]
-    lines = [Line(x=time, y=source.data[:, k], label=source.names[k], color=n) for n, k in enumerate(drawn)]
-    unit = next((source.units[k] for k in drawn if source.units[k]), "")
-    x_label = (
-        f"{source.names[times[0]]}, {source.units[times[0]] or 's'}"
-        if times
-        else "time, s"
-        if source.rate
-        else "sample"
-    )
-    panel = Panel(x_label=x_label, y_label=f"reading, {unit}" if unit else "reading", lines=lines)
-    found = charts.charts(Figure(name="signals", title="", panels=[panel]))[0]
-    return charts.Chart(options=found.options, timed=False)
+    found = [columns.get(source.names[k], {}).get("unit") or source.units[k] for k in drawn]
+    common = found[0] if len(set(found)) == 1 else ""
+    labels = [
+        f"{source.names[k]} [{unit}]" if unit and not common else source.names[k]
+        for k, unit in zip(drawn, found, strict=True)
+    ]
+    lines = [Line(x=time, y=source.data[:, k], label=labels[n], color=n) for n, k in enumerate(drawn)]
+    panel = Panel(x_label=x_label, y_label=f"reading, {common}" if common else "reading", lines=lines)
+    made = charts.charts(Figure(name="signals", title="", panels=[panel]))[0]
+    return charts.Chart(options=made.options, timed=False)
+
+
+def _seconds(unit: str) -> float:
+    """What times of a unit are multiplied by; 1 where it is no unit of time."""
+    try:
+        return units.parse(f"1 {unit or 's'}", "s")
+    except units.UnitError:
+        return 1.0

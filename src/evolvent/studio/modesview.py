@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import urllib.parse
-from typing import TYPE_CHECKING
 
 from nicegui import ui
 
+from evolvent.studio.context import Context
 from evolvent.studio.elements import MotionElement
 from evolvent.studio.jobs import Job
-from evolvent.studio.runspanel import STATUS
-
-if TYPE_CHECKING:
-    from evolvent.studio.page import Page
+from evolvent.studio.jobview import STATUS, draw_job
 
 
 class ModesView:
@@ -20,25 +17,24 @@ class ModesView:
 
     Parameters
     ----------
-    page : Page
+    page : Context
     """
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Context) -> None:
         self.page, self.studio = page, page.studio
         self._chosen: dict[str, int] = {}  # of each job, the mode that was chosen last
 
     def draw(self, ref: str) -> None:
         """Draw the modes of a job, or how far it is."""
         key = ref.partition(":")[2]
-        job = self.studio.jobs.jobs.get(key)
-        if job is None or job.open or self.studio.jobs.result(key) is None:
-            self.page.result.draw((ref,))
+        if draw_job(self.page, key):
             return
+        job = self.studio.jobs.get(key)
         with ui.element("div").classes("ev-titlebar").props('data-testid="modes-of"'):
             ui.label(f"Modes {self.studio.name(ref)}").classes("ev-h1")
             ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
             ui.element("div").style("flex:1")
-            ui.button("Open its case", on_click=lambda: self.page.runs.open_case(key)).props("flat dense color=primary")
+            ui.button("Open its case", on_click=lambda: self.page.open_job_case(key)).props("flat dense color=primary")
             address = f"/studio/modes?ref={urllib.parse.quote(ref)}"
             download = ui.button("Download", on_click=lambda: ui.download(address))
             download.props('outline dense color=primary data-testid="download-modes"').style("padding:0 10px")

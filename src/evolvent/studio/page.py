@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Callable
-from typing import Any
 
-from nicegui import ui
+from nicegui import app, ui
 
-from evolvent.errors import EvolventError
 from evolvent.studio.casepanel import CasePanel
+from evolvent.studio.context import Context
 from evolvent.studio.measureview import MeasurePanel
 from evolvent.studio.modesview import ModesView
 from evolvent.studio.resultview import ResultView
 from evolvent.studio.runspanel import RunsPanel
-from evolvent.studio.startview import StartView
-from evolvent.studio.state import Studio, View
-from evolvent.studio.studyview import StudyPanel
+from evolvent.studio.state import FIRST, Studio, View, view_of
+from evolvent.studio.studypanel import StudyPanel
 
 #: Seconds between looks at the queue.
 _LOOK = 0.3
 _TABS = {"case": "Case", "runs": "Runs", "measure": "Measure", "studies": "Studies"}
 
 
-class Page:
+class Page(Context):
     """One page in one browser.
 
     Parameters
@@ -35,11 +32,10 @@ class Page:
         self.studio = studio
         self.view = studio.view
         self._seen, self._looked, self._drawn = -1, False, False
-        self._states: dict[str, str] = {}
+        self._states: dict[str, tuple[str, str]] = {}  # of jobs: status and name
         self._before_start = View()
-        self.start = StartView(self)
         self._top()
-        with ui.element("div").classes("ev-shell"):
+        with ui.element("div").classes("ev-shell ev-beside-shown").props('data-testid="shell"') as self.shell:
             with ui.element("div").classes("ev-side"):
                 self._side()
             self.main = ui.element("div").classes("ev-main").props('data-testid="main"')
@@ -74,7 +70,7 @@ class Page:
         studio = self.studio
         with ui.tabs().props("dense align=justify no-caps indicator-color=primary").classes("w-full") as tabs:
             for name, label in _TABS.items():
-                ui.tab(name, label=label).props(f'data-testid="tab-{name}"')
+                ui.tab(name, label=label).props(f'data-testid="tab-{name}"').on("click", lambda: self._turn_to("panel"))
         self.tabs = tabs
         with ui.tab_panels(tabs, value=studio.tab, animated=False, keep_alive=True).classes("w-full"):
             with ui.tab_panel("case"):
@@ -87,20 +83,30 @@ class Page:
                 self.studies = StudyPanel(self)
         tabs.on_value_change(lambda e: self._turn(str(e.value)))
 
+    def _turn_to(self, place: str) -> None:
+        """On a narrow screen, show the panel or what is beside it; a wide one has room for both."""
+        self.shell.classes(
+            add="ev-beside-shown" if place == "main" else "", remove="" if place == "main" else "ev-beside-shown"
+        )
+
     def _turn(self, tab: str) -> None:
         """Another panel is looked at; what it lists of the folder is listed anew."""
         self.studio.tab = tab
         if tab == "case":
             self.case_drawn()
         elif self.view.kind == "start" and self._before_start.kind:
-            self.show(self._before_start)
+            self._show(self._before_start)
         lists = {"case": self.case.list, "runs": self.runs.list, "measure": self.measure.draw}
         lists.get(tab, self.studies.list)()
 
-    # -------------------------------------------------------------------------------------------- what panels call
+    # -------------------------------------------------------------------------------------------- of the context
 
     def show(self, view: View, *, tab: str = "") -> None:
         """Show something beside the panels."""
+        self._turn_to("main")
+        self._show(view, tab=tab)
+
+    def _show(self, view: View, *, tab: str = "") -> None:
         self.view = self.studio.view = view
         if tab:
             self.tabs.set_value(tab)
@@ -113,9 +119,9 @@ class Page:
             return
         if self.case.has_parts and self.view.kind != "start":
             self._before_start = self.view
-            self.show(View("start"))
+            self._show(View("start"))
         elif not self.case.has_parts and self.view.kind == "start":
-            self.show(self._before_start)
+            self._show(self._before_start)
         elif self.view.kind == "start":
             self.draw()
 
@@ -125,7 +131,7 @@ class Page:
         with self.main:
             match self.view.kind:
                 case "start" if self.case.has_parts:
-                    self.start.draw()
+                    self.case.start.draw()
                 case "run":
                     self.result.draw(self.view.refs)
                 case "modes":
@@ -133,74 +139,81 @@ class Page:
                 case "measure":
                     self.measure.draw_main()
                 case "study":
-                    self.studies.draw_main(self.view.refs[0])
+                    self.studies.view.draw(self.view.refs[0])
                 case _:
-                    _welcome()
+                    self._welcome()
+
+    def _welcome(self) -> None:
+        with ui.element("div").classes("ev-empty"):
+            ui.label("Nothing to show yet").classes("ev-h1")
+            ui.label("Run an example, or choose a case, change its values and run it.")
+            ui.button("Run the example", on_click=self._example).props(
+                'unelevated color=primary data-testid="example"'
+            ).style("margin:10px 0 14px")
+            ui.label(
+                "Case: the values of a case, and of a structure its parts. "
+                "Runs: the queue, and runs saved in the folder; tick two or more to compare them. "
+                "Measure: mass properties of a body from recorded signals. "
+                "Studies: many cases over keys that vary."
+            ).classes("ev-what")
+
+    def _example(self) -> None:
+        """Run the first built-in case, and show it."""
+
+        def add() -> None:
+            draft = self.studio.read_case(FIRST)
+            key = self.studio.submit(draft)
+            self.show(view_of(self.studio.jobs.get(key)), tab="runs")
+
+        self.attempt(add)
 
     def open_case(self) -> None:
         """Show the case of the draft in its panel."""
         self.case.draw()
-        self.tabs.set_value("case")
+        self.open_tab("case")
 
-    def attempt(self, action: Callable[[], Any]) -> bool:
-        """Do something; what is wrong with it is told on the page. Returns whether all went well."""
-        try:
-            action()
-        except EvolventError as error:
-            self.tell(str(error))
-            return False
-        except OSError as error:  # a full disk, a folder that may not be written to
-            name = f" {pathlib.Path(error.filename).name!r}" if isinstance(error.filename, str) else ""
-            self.tell(f"the file{name} cannot be read or written: {(error.strerror or str(error)).lower()}")
-            return False
-        return True
+    def open_job_case(self, key: str) -> None:
+        """Put the case of a job into the form."""
+        self.runs.open_case(key)
 
-    def tell(self, text: str) -> None:
-        """Tell what went wrong."""
-        word = text.partition(" ")[0]
-        if word.isalpha():  # else it is a key, or the name of a file
-            text = text[:1].upper() + text[1:]
-        with self.main:
-            ui.notify(text, type="negative", position="bottom", multi_line=True, timeout=8000,
-                      close_button="Close", classes="ev-notify")  # fmt: skip
+    def open_tab(self, tab: str) -> None:
+        """Show a panel by its name."""
+        self._turn_to("panel")
+        self.tabs.set_value(tab)
+
+    def keep(self, ref: str) -> None:
+        """Copy a run into the working folder under a name that is asked for."""
+        self.runs.keep(ref)
 
     def look(self) -> None:
-        """Follow the queue."""
-        self.start.follow()
+        """Follow the queue, and keep what the tab shows."""
+        self.case.start.follow()
+        self.studio.save()
         jobs = self.studio.jobs
         if jobs.version == self._seen:
             return
         self._seen = jobs.version
-        states = {job.key: job.status for job in jobs.listed()}
+        states = {job.key: (job.status, job.title) for job in jobs.listed()}
         changed = states != self._states
-        turned = [key for key, status in states.items() if status != self._states.get(key)] if self._looked else []
+        turned = [key for key, state in states.items() if state != self._states.get(key)] if self._looked else []
         self._states, self._looked = states, True
         self.runs.follow(changed)
-        if self.view.kind in ("run", "modes", "study", "measure"):
-            if any(f"job:{key}" in self.view.refs for key in turned):
-                self.draw()
-            else:
-                self.result.follow()
-
-
-def _welcome() -> None:
-    with ui.element("div").classes("ev-empty"):
-        ui.label("Nothing to show yet").classes("ev-h1")
-        ui.label(
-            "Choose a case on the left, change what you like, and run it: its motion, charts and numbers stand here. "
-            "Of a structure, parts are added, renamed and removed on the left, and its start is drawn here. "
-            "Runs holds the queue and the runs saved in the folder; tick two or more to compare them. "
-            "Measure finds the mass properties of a body from recorded signals. "
-            "Studies shows what a sweep found, and opens any of its cases."
-        )
+        if any(f"job:{key}" in self.view.refs for key in turned):
+            self.draw()
 
 
 def install(studio: Studio) -> None:
     """Make the page known to the server."""
     style = pathlib.Path(__file__).with_name("static").joinpath("style.css").read_text(encoding="utf-8")
 
+    app.on_shutdown(studio.exports.stop)
+
     @ui.page("/")
-    def studio_page() -> None:
+    async def studio_page() -> None:
         ui.add_css(style)
         ui.colors(primary="#0b63a5")
-        Page(studio)
+        client = ui.context.client
+        await client.connected()  # only then the tab of the browser has a name
+        if client.tab_id is not None:
+            page = Page(studio.of_tab(client.tab_id))
+            client.on_disconnect(page.studio.save)

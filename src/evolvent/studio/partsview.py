@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import ui
 
 from evolvent.parts.registry import kinds
 from evolvent.studio import form, parts
-from evolvent.studio.formview import FormView
-
-if TYPE_CHECKING:
-    from evolvent.studio.page import Page
+from evolvent.studio.context import Context
+from evolvent.studio.formview import FormView, errors_text
 
 
 class PartsView:
@@ -20,13 +18,13 @@ class PartsView:
 
     Parameters
     ----------
-    page : Page
+    page : Context
     key : str, of the case, that holds them
     content : mapping, what it shows at first: name -> keys of a part
     changed : called after each change
     """
 
-    def __init__(self, page: Page, key: str, content: Any, changed: Callable[[], None]) -> None:
+    def __init__(self, page: Context, key: str, content: Any, changed: Callable[[], None]) -> None:
         self.page, self.key, self._changed = page, key, changed
         self.content: parts.Parts = dict(content) if isinstance(content, Mapping) else {}
         self._wrong = {} if isinstance(content, Mapping | None) else parts.problems(content, key)
@@ -58,6 +56,20 @@ class PartsView:
             for own, sentence in card.wrong.items()
         }
         return found if self.content else self._wrong
+
+    def shown_problems(self) -> dict[str, str]:
+        """Those of the problems that are shown."""
+        found = {
+            f"{self.key}.{name}.{own}".rstrip("."): sentence
+            for name, card in self._cards.items()
+            for own, sentence in card.shown.items()
+        }
+        return found if self.content else self._wrong
+
+    def show_all(self) -> None:
+        """Show all problems, also of fields that were not touched."""
+        for card in self._cards.values():
+            card.show_all()
 
     def note(self, sentence: str) -> None:
         """Show what the assembly of the parts found, beside the key that it names; '' for nothing."""
@@ -233,8 +245,18 @@ class _Card:
             self.view.part_changed(self.name, content)
 
     def _counted(self) -> None:
-        count = len(self.wrong) or len(self._notes)
-        self._count.set_text("" if not count else "1 to mend" if count == 1 else f"{count} to mend")
+        self._count.set_text(errors_text(len(self.shown) or len(self._notes)))
+
+    @property
+    def shown(self) -> dict[str, str]:
+        """The errors that are shown: key of its own -> sentence."""
+        return self.wrong if self._form is None else self._form.shown
+
+    def show_all(self) -> None:
+        """Show all errors, also of fields that were not touched."""
+        if self._form is not None:
+            self._form.show_all()
+            self._counted()
 
     def note(self, notes: dict[str, str]) -> None:
         """Show what the assembly found of this part: key, '' for the part itself -> sentence."""

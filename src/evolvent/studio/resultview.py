@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import urllib.parse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -12,15 +11,23 @@ from nicegui import ui
 
 from evolvent import cases, show, variables
 from evolvent.errors import EvolventError
-from evolvent.studio import charts
+from evolvent.studio import charts, exports, exportview
+from evolvent.studio.changes import flat, full, written
+from evolvent.studio.context import Context
 from evolvent.studio.elements import ChartElement, MotionElement
-from evolvent.studio.jobs import COMPUTED, Job
-from evolvent.studio.runspanel import STATUS, progress_text
+from evolvent.studio.form import text_of
+from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, draw_job
 from evolvent.studio.state import Loaded
 
 if TYPE_CHECKING:
     from evolvent.figures import Figure
-    from evolvent.studio.page import Page
+
+#: Downloads that are there at once, and those that are written first: kind -> what it is called.
+_FILES = {"run": "Results (NetCDF)", "case": "Case (YAML)"}
+_EXPORTS = {
+    "report": "Report (HTML)", "figures": "Figures and animation (ZIP)", "csv": "Tables (CSV, ZIP)",
+    "vtk": "ParaView files (VTK, ZIP)", "mp4": "Film (MP4)", "gif": "Film (GIF)",
+}  # fmt: skip
 
 
 class ResultView:
@@ -28,33 +35,19 @@ class ResultView:
 
     Parameters
     ----------
-    page : Page
+    page : Context
     """
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Context) -> None:
         self.page, self.studio = page, page.studio
-        self._job: Job | None = None
-        self._bar: ui.element | None = None
-        self._text: ui.label | None = None
         self._asked = 0
         self._names: dict[str, list[str]] = {}  # variables that were chosen last, of each system
 
     def draw(self, refs: Sequence[str]) -> None:
         """Draw runs, or how far the one that is computed is."""
-        self._job = self._bar = self._text = None
         self._asked += 1
-        if len(refs) == 1 and refs[0].startswith("job:"):
-            key = refs[0].partition(":")[2]
-            job = self.studio.jobs.jobs.get(key)
-            if job is None:
-                ui.label("This run was removed.").classes("ev-empty")
-                return
-            if job.open:
-                self._progress(job)
-                return
-            if self.studio.jobs.result(key) is None:
-                self._without(job)
-                return
+        if len(refs) == 1 and refs[0].startswith("job:") and draw_job(self.page, refs[0].partition(":")[2]):
+            return
         asked = self._asked
         wait = ui.label("reading the results").classes("ev-dim")
 
@@ -76,50 +69,27 @@ class ResultView:
 
         ui.timer(0.01, load, once=True)
 
-    def follow(self) -> None:
-        """Follow the job that is shown."""
-        if self._job is not None and self._bar is not None and self._text is not None:
-            self._bar.style(f"width:{100.0 * self._job.share:.1f}%")
-            self._text.set_text(progress_text(self._job))
-
-    # -------------------------------------------------------------------------------------------- a job
-
-    def _progress(self, job: Job) -> None:
-        self._job = job
-        with ui.element("div").classes("ev-empty").props('data-testid="progress"'):
-            word = {"waiting": "waits", "running": "is computed", "cancelling": "is being ended"}[job.status]
-            ui.label(f"{COMPUTED.get(job.kind, 'Run')} {int(job.key[:4])}: {word}").classes("ev-h1")
-            with ui.element("div").classes("ev-track").style("margin:10px 0 6px"):
-                self._bar = ui.element("div").style(f"width:{100.0 * job.share:.1f}%")
-            self._text = ui.label(progress_text(job))
-            if job.status != "cancelling":
-                ui.button("Cancel", on_click=lambda: self.page.attempt(lambda: self.studio.jobs.cancel(job.key))).props(
-                    'outline color=primary data-testid="cancel"'
-                ).style("margin-top:12px")
-
-    def _without(self, job: Job) -> None:
-        with ui.element("div").classes("ev-titlebar"):
-            ui.label(f"{COMPUTED.get(job.kind, 'Run')} {int(job.key[:4])} {job.title}").classes("ev-h1")
-            ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
-        kind = "bad" if job.status == "failed" else "warn"
-        ui.label(job.message or "nothing was computed").classes(f"ev-banner {kind}").props('data-testid="message"')
-        if job.kind in COMPUTED:
-            ui.button("Open its case", on_click=lambda: self.page.runs.open_case(job.key)).props(
-                "outline color=primary"
-            )
-
     # -------------------------------------------------------------------------------------------- one run
 
     def _one(self, loaded: Loaded) -> None:
         attrs = loaded.run.attrs
         with ui.element("div").classes("ev-titlebar").props('data-testid="result"'):
             ui.label(f"Equilibrium {loaded.name}" if attrs["solver"] == "static" else loaded.name).classes("ev-h1")
+            if loaded.ref.startswith("job:"):
+                key = loaded.ref.partition(":")[2]
+                pencil = ui.button(icon="edit", on_click=lambda: ask_title(self.page, key))
+                pencil.props('flat dense round size=sm color=primary data-testid="rename"').tooltip("rename this run")
             status = attrs["status"]
             ui.label(STATUS.get(status, status)).classes(f"ev-status {status.split()[0]}")
             ui.label(f"{attrs['system']}, version {attrs['version']}").classes("ev-status")
             ui.element("div").style("flex:1")
             ui.button("Open its case", on_click=lambda: self._open(loaded)).props("flat dense color=primary")
             self._downloads(loaded)
+        if loaded.ref.startswith("job:"):
+            job = self.studio.jobs.get(loaded.ref.partition(":")[2])
+            about = " · ".join(text for text in (date_text(job), changes_text(job)) if text)
+            if about:
+                ui.label(about).classes("ev-changes").props('data-testid="changes"')
         _messages(attrs)
         with ui.element("div").classes("ev-pair"):
             still = " ev-still" if loaded.still else ""
@@ -133,6 +103,10 @@ class ResultView:
             self._tabs([(figure.title, [("", figure)]) for figure in loaded.figures], [loaded])
 
     def _open(self, loaded: Loaded) -> None:
+        if loaded.ref.startswith("job:"):
+            self.page.open_job_case(loaded.ref.partition(":")[2])
+            return
+
         def take() -> None:
             content = cases.parse_yaml(loaded.run.attrs["case"], "the run's case")
             self.studio.take_case(content, f"case of {loaded.name}")
@@ -144,17 +118,28 @@ class ResultView:
         ref = urllib.parse.quote(loaded.ref)
         button = ui.button("Download").props('outline dense color=primary data-testid="download"')
         with button.style("padding:0 10px"), ui.menu():
-            for what, label in (("run", "run (NetCDF)"), ("case", "case (YAML)"), ("figures", "figures (ZIP)")):
+            for what, label in _FILES.items():
                 item = ui.menu_item(label, lambda w=what: ui.download(f"/studio/{w}?ref={ref}"))
                 item.props(f'data-testid="download-{what}"')
+            ui.separator()
+            for what, label in _EXPORTS.items():
+                if loaded.still and what in ("mp4", "gif"):
+                    continue
+                reason = exports.missing(what)
+                item = ui.menu_item(label, lambda w=what: exportview.write(self.page, loaded.ref, w, _EXPORTS[w]))
+                item.props(f'data-testid="download-{what}"')
+                if reason:
+                    item.disable()
+                    ui.label(reason).classes("ev-what ev-missing")
             if loaded.ref.startswith("job:"):
-                ui.menu_item("keep the run in the folder", lambda: self.page.runs.keep(loaded.ref))
+                ui.separator()
+                ui.menu_item("Keep the run in the folder", lambda: self.page.keep(loaded.ref))
 
     def _tabs(self, figures: Sequence[tuple[str, Sequence[tuple[str, Figure]]]], loaded: Sequence[Loaded]) -> None:
         """Charts, one tab for each figure, and last the variables that one chooses."""
         if not figures:
             several = len(loaded) > 1
-            ui.label("They have no figure in common." if several else "The run has no figure of its own.").classes(
+            ui.label("The runs have no figure in common." if several else "The run has no figure of its own.").classes(
                 "ev-dim"
             )
         with (
@@ -218,7 +203,7 @@ class ResultView:
     def _several(self, loaded: Sequence[Loaded]) -> None:
         names = [item.name for item in loaded]
         with ui.element("div").classes("ev-titlebar").props('data-testid="comparison"'):
-            ui.label(f"{len(loaded)} runs over one another").classes("ev-h1")
+            ui.label(f"{len(loaded)} runs compared").classes("ev-h1")
         for item in loaded:
             _messages(item.run.attrs, name=item.name)
         same = len({item.run.attrs["system"] for item in loaded}) == 1
@@ -276,20 +261,20 @@ def _table(rows: Sequence[Sequence[str]], *, bare: bool = False) -> None:
 
 
 def _differences(loaded: Sequence[Loaded]) -> list[list[str]]:
-    """Keys of the cases that are not the same."""
-    flat = [_flat(cases.parse_yaml(item.run.attrs["case"], "the run's case")) for item in loaded]
-    keys = list(dict.fromkeys(key for one in flat for key in one))
-    rows = [[key, *(one.get(key, "-") for one in flat)] for key in keys if len({one.get(key) for one in flat}) > 1]
-    return rows or [["nothing", *("" for _ in loaded)]]
-
-
-def _flat(content: Any, before: str = "") -> dict[str, str]:
-    if isinstance(content, dict):
-        found: dict[str, str] = {}
-        for key, value in content.items():
-            found |= _flat(value, f"{before}.{key}" if before else key)
-        return found
-    return {before: content if isinstance(content, str) else json.dumps(content)}
+    """Keys of the cases whose values are not the same, each as it was written."""
+    contents = [cases.parse_yaml(item.run.attrs["case"], "the run's case") for item in loaded]
+    values = [flat(full(content)) for content in contents]
+    rows: dict[str, list[str]] = {}
+    for key in dict.fromkeys(key for one in values for key in one):
+        if all(key in one and one[key] == values[0].get(key) for one in values):
+            continue
+        found = [
+            written(content, key, one[key]) if key in one else (key, "-")
+            for content, one in zip(contents, values, strict=True)
+        ]
+        place = min((at for at, _ in found), key=len)
+        rows[place] = [text_of(value) for _, value in found]
+    return [[key, *texts] for key, texts in rows.items()] or [["nothing", *("" for _ in loaded)]]
 
 
 def _numbers(loaded: Sequence[Loaded]) -> list[list[str]]:

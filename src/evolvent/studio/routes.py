@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import pathlib
-import re
-import tempfile
-import zipfile
 from typing import TYPE_CHECKING
 
 from fastapi import FastAPI
@@ -14,7 +9,8 @@ from fastapi.responses import FileResponse, Response
 
 from evolvent.animation import VIEWER
 from evolvent.errors import EvolventError
-from evolvent.studio.state import Studio
+from evolvent.studio.state import Studio, plain
+from evolvent.studio.worker import CERTIFICATE, MODES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,7 +42,9 @@ def install(app: FastAPI, studio: Studio) -> None:
 
     def modes(ref: str) -> Response:
         path = studio.path(ref)
-        return FileResponse(path, filename=f"{_plain(studio.name(ref))}-modes.nc", media_type="application/x-netcdf")
+        if not ref.startswith("job:") or path.name != MODES:
+            return Response("these are no modes", status_code=404, media_type="text/plain")
+        return FileResponse(path, filename=f"{plain(studio.name(ref))}-modes.nc", media_type="application/x-netcdf")
 
     def start(ref: str) -> Response:
         content = studio.start_of(ref)
@@ -56,23 +54,26 @@ def install(app: FastAPI, studio: Studio) -> None:
 
     def run(ref: str) -> Response:
         path = studio.load(ref).path
-        return FileResponse(path, filename=f"{_plain(studio.name(ref))}.nc", media_type="application/x-netcdf")
+        return FileResponse(path, filename=f"{plain(studio.name(ref))}.nc", media_type="application/x-netcdf")
 
     def case(ref: str) -> Response:
-        return _named(studio.case_text(ref).encode(), f"{_plain(studio.name(ref))}.yaml", "application/yaml")
+        return _named(studio.case_text(ref).encode(), f"{plain(studio.name(ref))}.yaml", "application/yaml")
 
-    def figures(ref: str) -> Response:
-        return _named(_drawn(studio, ref), f"{_plain(studio.name(ref))}-figures.zip", "application/zip")
+    def export(ref: str) -> Response:
+        found = studio.exports.ready(ref)
+        if found is None:
+            return Response("there is no such download any more", status_code=404, media_type="text/plain")
+        return FileResponse(found.path, filename=found.name, media_type="application/octet-stream")
 
     def certificate(ref: str) -> Response:
         path = studio.path(ref)
-        if path.name != "certificate.html":
+        if not ref.startswith("job:") or path.name != CERTIFICATE:
             return Response("this is no certificate", status_code=404, media_type="text/plain")
         # a page without a script of its own; nothing in it may run one
         headers = {"Content-Security-Policy": "sandbox; script-src 'none'"}
         return FileResponse(path, media_type="text/html", headers=headers)
 
-    for name, answer in (("motion", motion), ("start", start), ("run", run), ("case", case), ("figures", figures)):
+    for name, answer in (("motion", motion), ("start", start), ("run", run), ("case", case), ("export", export)):
         app.get(f"/studio/{name}", include_in_schema=False)(guarded(answer))
     for name, answer in (("mode", mode), ("modes", modes)):
         app.get(f"/studio/{name}", include_in_schema=False)(guarded(answer))
@@ -88,23 +89,3 @@ def install(app: FastAPI, studio: Studio) -> None:
 
 def _named(content: bytes, name: str, kind: str) -> Response:
     return Response(content, media_type=kind, headers={"Content-Disposition": f'attachment; filename="{name}"'})
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[^\w.-]+", "-", name.removesuffix(".nc"), flags=re.ASCII).strip("-.") or "run"
-
-
-def _drawn(studio: Studio, ref: str) -> bytes:
-    """Figures and animation of a run, zipped."""
-    from evolvent import animation
-    from evolvent.exports import drawings
-
-    found = studio.load(ref)
-    motion = animation.of_run(found.run)
-    with tempfile.TemporaryDirectory(prefix="evolvent-figures-") as folder:
-        paths = drawings.write(found.run, found.figures, motion, folder)
-        packed = io.BytesIO()
-        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-            for path in paths:
-                archive.write(path, pathlib.Path(path).name)
-    return packed.getvalue()

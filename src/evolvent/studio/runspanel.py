@@ -3,45 +3,18 @@
 from __future__ import annotations
 
 import shutil
-from typing import TYPE_CHECKING
 
 from nicegui import ui
 
 from evolvent.errors import EvolventError
-from evolvent.studio.casepanel import ask_name
+from evolvent.studio.context import Context
 from evolvent.studio.jobs import COMPUTED, Job
+from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text
 from evolvent.studio.state import View, view_of
 
-if TYPE_CHECKING:
-    from evolvent.studio.page import Page
-
-#: How a job ended, in a word.
-STATUS = {"stopped by event": "stopped", "success": "done", "interrupted": "cancelled"}
 _KINDS = {"run": "", "equilibrium": "equilibrium", "modes": "modes", "sweep": "study", "identify": "measurement"}
-
-
-def duration(seconds: float) -> str:
-    """A time as one reads it."""
-    if seconds < 60.0:
-        return f"{seconds:.0f} s" if seconds >= 10.0 else f"{seconds:.1f} s"
-    minutes = int(seconds // 60)
-    return f"{minutes} min {seconds % 60:.0f} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
-
-
-def progress_text(job: Job) -> str:
-    """How far a job is, as a sentence."""
-    if job.status == "cancelling":
-        return "ending; what was computed is kept"
-    if job.status == "running":
-        if not job.reached and job.kind != "identify":
-            return job.note or "starting; where functions must be compiled first, this takes up to a minute"
-        unit = {"sweep": " cases", "run": " s", "equilibrium": " of the loads", "modes": " modes"}.get(job.kind, "")
-        reached = f"{job.reached:.4g} of {job.end:.4g}{unit}" if unit else "computing"
-        left = job.left
-        return reached + (f", about {duration(left)} left" if left is not None else "")
-    if job.status == "waiting":
-        return "waits for the runs before it"
-    return job.message.removeprefix(job.status).strip() or f"took {duration(job.elapsed)}"
+#: Changed keys of a run that its row shows.
+_CHANGES = 4
 
 
 class RunsPanel:
@@ -49,10 +22,10 @@ class RunsPanel:
 
     Parameters
     ----------
-    page : Page
+    page : Context
     """
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Context) -> None:
         self.page, self.studio = page, page.studio
         self._files: list[str] | None = None
         self._ticked: list[str] = [r for r in page.view.refs if page.view.kind == "run" and len(page.view.refs) > 1]
@@ -151,7 +124,14 @@ class RunsPanel:
             if job.status in ("running", "cancelling"):
                 with ui.element("div").classes("ev-track"):
                     bar = ui.element("div").style(f"width:{100.0 * job.share:.1f}%")
-            label = ui.label(progress_text(job)).classes("ev-sub")
+            changed = changes_text(job, _CHANGES)
+            if changed:
+                ui.label(changed).classes("ev-changes").tooltip(changes_text(job))
+            date = date_text(job)
+            with ui.element("div").classes("ev-sub"):
+                if date:
+                    ui.label(f"{date}, ").classes("ev-date")
+                label = ui.label(progress_text(job))
             if job.open:
                 self._bars[job.key] = bar, label
 
@@ -162,14 +142,16 @@ class RunsPanel:
                 if job.kind != "modes" and self.studio.jobs.result(job.key) is not None:
                     ui.menu_item("Keep it in the folder", lambda: self.keep(f"job:{job.key}"))
             if job.kind == "sweep" and job.status != "success":
-                ui.menu_item("Go on", lambda: self.page.attempt(lambda: self.studio.jobs.go_on(job.key)))
+                ui.menu_item("Continue", lambda: self.page.attempt(lambda: self.studio.jobs.go_on(job.key)))
+            ui.menu_item("Rename", lambda: ask_title(self.page, job.key))
             ui.menu_item("Remove", lambda: self._remove(job.key))
 
     def open_case(self, key: str) -> None:
         """Put the case of a job into the form."""
 
         def take() -> None:
-            self.studio.take_case(self.studio.job_case(key), f"case of run {int(key[:4])}")
+            origin = str(self.studio.jobs.get(key).extra.get("origin", ""))
+            self.studio.take_case(self.studio.job_case(key), f"case of run {int(key[:4])}", origin)
             self.page.open_case()
 
         self.page.attempt(take)
@@ -184,7 +166,7 @@ class RunsPanel:
             return self.studio.folder.name(path)
 
         name = self.studio.name(ref).replace(" ", "-")
-        ask_name(self.page, "Keep the run in the working folder", f"{name}.nc", copy)
+        self.page.ask_name("Keep the run in the working folder", f"{name}.nc", copy)
 
     def _link(self, text: str, view: View) -> None:
         link = ui.element("button").classes("ev-link").props("type=button")

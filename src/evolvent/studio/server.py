@@ -23,8 +23,8 @@ _ICON = (
 )
 
 
-def serve(*, host: str, port: int, token: str | None, browser: bool) -> None:
-    """Serve the studio of the current folder until Ctrl-C.
+def serve(root: str, *, host: str, port: int, token: str | None, browser: bool) -> None:
+    """Serve the studio of a folder until Ctrl-C.
 
     Raises
     ------
@@ -32,7 +32,9 @@ def serve(*, host: str, port: int, token: str | None, browser: bool) -> None:
         If the address cannot be bound to.
     """
     port = _free(host, port)
-    studio = Studio(Folder(os.getcwd()))
+    studio = Studio(Folder(root))
+    if studio.jobs.note:
+        click.echo(f"evolvent studio: {studio.jobs.note}", err=True)
     routes.install(app, studio)
     page.install(studio)
     app.add_middleware(Gate, host=host, token=token)

@@ -4,18 +4,35 @@ from __future__ import annotations
 
 import asyncio
 import copy
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from nicegui import ui
 
 from evolvent.errors import EvolventError
+from evolvent.studio.context import Context
 from evolvent.studio.elements import MotionElement
-
-if TYPE_CHECKING:
-    from evolvent.studio.page import Page
+from evolvent.studio.state import Draft
 
 #: Seconds after the last change before the start is assembled.
 _PAUSE = 0.5
+
+
+class Written(Protocol):
+    """The case that is being written."""
+
+    draft: Draft
+
+    def wrong(self) -> dict[str, str]:
+        """What is wrong with it: dotted key -> sentence."""
+
+    def shown_wrong(self) -> dict[str, str]:
+        """What of it is shown as an error."""
+
+    def submit(self) -> None:
+        """Run it."""
+
+    def note(self, sentence: str) -> None:
+        """Show what the assembly of the parts found beside the key that it names; '' for nothing."""
 
 
 class StartView:
@@ -23,11 +40,12 @@ class StartView:
 
     Parameters
     ----------
-    page : Page
+    page : Context
+    case : Written
     """
 
-    def __init__(self, page: Page) -> None:
-        self.page, self.studio = page, page.studio
+    def __init__(self, page: Context, case: Written) -> None:
+        self.page, self.studio, self.case = page, page.studio, case
         self._asked = 0
         self._lock = asyncio.Lock()
         self._timer: ui.timer | None = None
@@ -41,6 +59,8 @@ class StartView:
             self._about = ui.label("").classes("ev-status")
             ui.element("div").style("flex:1")
             self._note = ui.label("").classes("ev-status").props('data-testid="start-note"')
+            run = ui.button("Run", on_click=self.case.submit).classes("ev-narrow")
+            run.props('unelevated dense color=primary data-testid="run-start"').style("padding:0 14px")
         self._error = ui.label("").classes("ev-banner bad").props('data-testid="start-error" role=alert')
         self._error.set_visibility(False)
         with ui.element("div").classes("ev-card ev-start").props('data-testid="start"') as self._body:
@@ -63,13 +83,14 @@ class StartView:
             self._note.set_text(self._doing)
 
     async def _assemble(self) -> None:
-        asked, case = self._asked, self.page.case
+        asked, case = self._asked, self.case
         async with self._lock:  # one at a time; of those that wait, the last one
             if asked != self._asked:
                 return
             wrong = case.wrong()
             if wrong:
-                self._tell(_first(wrong))
+                shown = case.shown_wrong()
+                self._tell(_first(shown) if shown else f"Not drawn yet. {_first(wrong)}", missing=not shown)
                 return
             content = copy.deepcopy(case.draft.content)
             self._doing = "assembling"
@@ -92,10 +113,16 @@ class StartView:
     def _say(self, text: str) -> None:
         self._doing = text
 
-    def _tell(self, sentence: str) -> None:
-        """Show why the start cannot be drawn; '' takes it away."""
+    def _tell(self, sentence: str, *, missing: bool = False) -> None:
+        """Show why the start cannot be drawn; '' takes it away.
+
+        Parameters
+        ----------
+        missing : bool, whether values are not given yet, which is no error
+        """
         if self._body is None or self._body.is_deleted:
             return
+        self._error.classes(add="note" if missing else "bad", remove="bad" if missing else "note")
         self._error.set_text(sentence)
         self._error.set_visibility(bool(sentence))
         self._body.set_visibility(not sentence)
@@ -105,7 +132,7 @@ def _first(wrong: dict[str, str]) -> str:
     """What is wrong with a form, in one sentence."""
     key, sentence = next(iter(wrong.items()))
     text = f"{key}: {sentence}" if key and key not in sentence else sentence
-    return text if len(wrong) == 1 else f"{text} ({len(wrong) - 1} more to mend)"
+    return text if len(wrong) == 1 else f"{text} ({len(wrong) - 1} more)"
 
 
 def _counted(content: dict[str, Any]) -> str:

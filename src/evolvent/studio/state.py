@@ -1,28 +1,41 @@
-"""What the server holds: the folder, the queue, the case that is being written, and runs that were opened."""
+"""What the server holds: the folder and the queue, runs that were opened, and what each tab of a browser shows."""
 
 from __future__ import annotations
 
+import contextlib
+import copy
 import dataclasses
 import functools
 import hashlib
 import pathlib
+import re
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from evolvent import cases, families
-from evolvent.errors import InputError
-from evolvent.studio.folder import Folder
+from evolvent.errors import EvolventError, InputError
+from evolvent.studio import pages, signing, studydraft
+from evolvent.studio.changes import changes
+from evolvent.studio.exports import Export, Exports
+from evolvent.studio.folder import OWN, Folder
 from evolvent.studio.jobs import Job, Jobs
-from evolvent.studio.worker import CASE, MODE
+from evolvent.studio.studydraft import StudyDraft
+from evolvent.studio.worker import MODE
 
 if TYPE_CHECKING:
     from evolvent.figures import Figure, Number
 
 #: Runs that are kept in memory.
 _KEPT = 8
+#: Largest file of a mode's motion, bytes.
+_LARGEST_MODE = 100_000_000
 #: The case that the form holds at first.
 FIRST = "case:boom-slew"
+#: What is kept of a measurement, as it is at first.
+MEASURED: dict[str, Any] = {
+    "files": [], "kind": "springs", "stand": "", "content": {"stand": {"kind": "springs"}}, "columns": {},
+}  # fmt: skip
 #: Starts of cases that are kept for the pages that show them.
 _STARTS = 16
 #: Cases to begin with, name -> (what it is, YAML).
@@ -41,18 +54,22 @@ simulate: {until: 20 s}
 
 @dataclasses.dataclass
 class Draft:
-    """The case in a form; the studio keeps the one that was changed last, for pages to come.
+    """The case in a form.
 
     Attributes
     ----------
-    source : str, "case:NAME" of a built-in one, "file:NAME", or what it was opened from
+    source : str, "case:NAME" of a built-in one, "file:NAME", '' where it was opened from elsewhere
     about : str
     content : dict
+    base : dict, the case that it was before it was changed
+    origin : str, the source of that case, '' where there is none
     """
 
     source: str = ""
     about: str = ""
     content: dict[str, Any] = dataclasses.field(default_factory=dict)
+    base: dict[str, Any] = dataclasses.field(default_factory=dict)
+    origin: str = ""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -87,7 +104,7 @@ class Loaded:
 
 
 class Studio:
-    """All that pages share.
+    """What all tabs of browsers share, and what one of them shows: its draft, view, panel, colours and measurement.
 
     Parameters
     ----------
@@ -97,14 +114,66 @@ class Studio:
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
         self.jobs = Jobs(folder)
-        self.draft = Draft()
-        self.view = View()
-        self.tab = "case"
+        self.exports = Exports()
+        self._signer = signing.of_user()
+        self._lock = threading.Lock()
+        self.computing = threading.Lock()  # held by a thread that assembles or compiles: functions are loaded by one
+        self._starts: dict[str, bytes] = {}
+        self._begin("")
+
+    def _begin(self, name: str) -> None:
+        """Show what a tab shows at first."""
+        self.draft, self.view, self.tab = Draft(), View(), "case"
         self.dark: bool | None = None  # as the browser has it
         self.measure: dict[str, Any] = {}
-        self._lock = threading.Lock()
-        self._starts: dict[str, bytes] = {}
+        self.study = studydraft.opened(self.folder, "new:study")
+        self._name, self._saved = name, ""
         self.open_case(FIRST)
+
+    # -------------------------------------------------------------------------------------------- tabs
+
+    def of_tab(self, name: str) -> Studio:
+        """The studio with what a tab of a browser had open when it was there last; queue and folder are shared.
+
+        Parameters
+        ----------
+        name : str, of the tab
+        """
+        found = copy.copy(self)
+        found._begin(name if pages.is_name(name) else "")
+        with contextlib.suppress(EvolventError, OSError, ValueError, TypeError, KeyError, AttributeError):
+            found._restore(pages.load(self.folder, self._signer, name))
+        return found
+
+    def _restore(self, content: Mapping[str, Any]) -> None:
+        """Take what was kept of a tab, all of it or nothing."""
+        draft, view, study = Draft(**content["draft"]), content["view"], StudyDraft(**content["study"])
+        texts = (
+            draft.source, draft.about, draft.origin, content["tab"], view["kind"], *view["refs"], study.source,
+            study.about,
+        )  # fmt: skip
+        contents = (draft.content, draft.base, content["measure"], study.content)
+        if not all(isinstance(text, str) for text in texts) or not all(isinstance(one, dict) for one in contents):
+            return
+        measure = {key: content["measure"][key] for key in MEASURED if key in content["measure"]}
+        if any(not isinstance(value, type(MEASURED[key])) for key, value in measure.items()):
+            return
+        self.draft = self._checked(draft)
+        self.view, self.tab = View(view["kind"], tuple(view["refs"])), content["tab"]
+        self.dark = content["dark"] if content["dark"] in (True, False) else None
+        self.measure, self.study = measure, study
+
+    def save(self) -> None:
+        """Keep what the tab shows, where it has changed."""
+        content = {
+            "draft": dataclasses.asdict(self.draft), "view": dataclasses.asdict(self.view), "tab": self.tab,
+            "dark": self.dark, "measure": self.measure, "study": dataclasses.asdict(self.study),
+        }  # fmt: skip
+        text = repr(content)
+        if self._name and text != self._saved:
+            self._saved = text
+            with contextlib.suppress(EvolventError, OSError, ValueError, TypeError):
+                pages.save(self.folder, self._signer, self._name, content)
 
     # -------------------------------------------------------------------------------------------- cases
 
@@ -120,7 +189,7 @@ class Studio:
         """Studies that can be run."""
         from evolvent import studies
 
-        found = {f"case:{name}": name for name in studies.built_in()}
+        found = {"new:study": "new study"} | {f"case:{name}": name for name in studies.built_in()}
         every = self.folder.yaml().items()
         return found | {f"file:{name}": name for name, content in every if {"case", "over"} <= set(content)}
 
@@ -141,6 +210,16 @@ class Studio:
         InputError
             If it cannot be read, or is no case.
         """
+        self.draft = self.read_case(source)
+
+    def read_case(self, source: str) -> Draft:
+        """A case for the form.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read, or is no case.
+        """
         kind, _, name = source.partition(":")
         if kind == "case":
             content, about = cases.content_of(name), cases.built_in()[name]
@@ -152,16 +231,28 @@ class Studio:
             if not isinstance(content, Mapping):
                 raise InputError(f"{name}: it holds no case; a case is a mapping of keys to values")
             content = cases.content_of(content)
-        self._take(Draft(source, about, content))
+        return self._checked(Draft(source, about, content, copy.deepcopy(content), source))
 
-    def take_case(self, content: Mapping[str, Any], about: str) -> None:
-        """Put a case that stands elsewhere into the form."""
-        self._take(Draft("", about, cases.content_of(content)))
+    def take_case(self, content: Mapping[str, Any], about: str, origin: str = "") -> None:
+        """Put a case that stands elsewhere into the form.
 
-    def _take(self, draft: Draft) -> None:
+        Parameters
+        ----------
+        origin : str, source of the case that it is a change of
+        """
+        taken = cases.content_of(content)
+        base = copy.deepcopy(taken)
+        if origin:
+            try:
+                base = self.read_case(origin).base
+            except EvolventError:  # the file is gone
+                origin = ""
+        self.draft = self._checked(Draft("", about, taken, base, origin))
+
+    def _checked(self, draft: Draft) -> Draft:
         self.folder.check_case(draft.content)
         cases.system(str(draft.content.get("system", "")))
-        self.draft = draft
+        return draft
 
     def submit(self, draft: Draft | None = None, kind: str = "run") -> str:
         """Put a case, that of the form unless given, into the queue; returns the job's key.
@@ -176,25 +267,17 @@ class Studio:
             If it cannot be run.
         """
         draft = draft or self.draft
-        self.folder.check_case(draft.content)
-        content = self._placed(draft.content)
+        content = self.folder.placed(draft.content)
         case = cases.load(content)
         definition = cases.system(case.system)
         if kind == "run":
             definition.plan(case)
         else:
             families.check(definition.build(case).assemble(), families.MODES if kind == "modes" else families.STATIC)
-        name = draft.source.partition(":")[2] or case.system
-        text = cases.to_yaml(case)
-        return self.jobs.add(kind, pathlib.PurePosixPath(name).stem, case=text).key
-
-    def _placed(self, content: Any) -> Any:
-        """A case whose files are named from the root of the disk on, for the process that runs it."""
-        if isinstance(content, Mapping):
-            return {key: self._placed(value) for key, value in content.items()}
-        if isinstance(content, str) and content.endswith(".nc"):
-            return str(self.folder.inside(content))
-        return content
+        name = pathlib.PurePosixPath((draft.origin or draft.source).partition(":")[2]).stem or case.system
+        changed = [list(change) for change in changes(draft.base, draft.content)] if draft.base else []
+        extra = {"origin": draft.origin, "of": name if draft.origin else draft.about, "changes": changed}
+        return self.jobs.add(kind, name, case=cases.to_yaml(case, content), extra=extra).key
 
     def start(self, content: Mapping[str, Any], note: Callable[[str], None] = lambda text: None) -> str:
         """The start of a case, ready for the viewer; returns its name for `start_of`.
@@ -206,8 +289,8 @@ class Studio:
         """
         from evolvent.studio import preview
 
-        self.folder.check_case(content)
-        packed = preview.start_of(self._placed(content), note)
+        with self.computing:
+            packed = preview.start_of(self.folder.placed(content), note)
         name = hashlib.sha256(packed).hexdigest()[:24]
         with self._lock:
             self._starts.pop(name, None)
@@ -235,10 +318,14 @@ class Studio:
             path = self.jobs.result(name)
             if path is None:
                 raise InputError(f"{name} has no results")
+        elif kind == "file":
+            path = self.folder.inside(name)
+        else:
+            raise InputError(f"{ref!r:.200} is no run")
+        if path.is_dir():  # of a study
+            self.folder.check_plain(path)
             return path
-        if kind != "file":
-            raise InputError(f"{ref!r} is no run")
-        return self.folder.inside(name)
+        return self.folder.file(self.folder.name(path))
 
     def name(self, ref: str) -> str:
         """How a run is called on the page."""
@@ -271,8 +358,23 @@ class Studio:
     def mode(self, ref: str) -> bytes | None:
         """The packed motion of a mode, "job:KEY:NUMBER"; None where there is none."""
         key, _, number = ref.removeprefix("job:").rpartition(":")
-        path = self.jobs.place(self.jobs.get(key).key) / MODE.format(number)
-        return path.read_bytes() if number.isdecimal() and path.is_file() else None
+        place = self.jobs.place(self.jobs.get(key).key)
+        if not re.fullmatch(r"[0-9]{1,4}", number):
+            return None
+        try:
+            return self.folder.read(OWN, place.name, MODE.format(number), most=_LARGEST_MODE)
+        except InputError:
+            return None
+
+    def export(self, ref: str, kind: str) -> Export:
+        """Begin to write a download of a run.
+
+        Raises
+        ------
+        InputError
+            If the run cannot be read, or something is missing that the download needs.
+        """
+        return self.exports.start(kind, self.load(ref).path, plain(self.name(ref)))
 
     def case_text(self, ref: str) -> str:
         """The case of a run, as YAML."""
@@ -280,8 +382,12 @@ class Studio:
 
     def job_case(self, key: str) -> dict[str, Any]:
         """The case of a job, whether it has run or not."""
-        self.jobs.get(key)
-        return cases.content_of(self.jobs.place(key) / CASE)
+        return cases.content_of(self.jobs.case(key))
+
+
+def plain(name: str) -> str:
+    """The name of a run as that of a file: letters, digits, dots and dashes."""
+    return re.sub(r"[^\w.-]+", "-", name.removesuffix(".nc"), flags=re.ASCII).strip("-.") or "run"
 
 
 @functools.lru_cache(maxsize=_KEPT)

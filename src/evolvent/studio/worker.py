@@ -1,7 +1,8 @@
 """The process that computes one job: ``python -m evolvent.studio.worker FOLDER``.
 
-It reads ``job.json`` and what belongs to it in FOLDER, writes results there, and tells on stdout, one JSON object a
-line, how far it is. A line on stdin, or its end, stops the work; what was computed is kept.
+The first line of stdin is the job, one JSON object: its kind, its case as YAML, and the files of its signals. Results
+are written to FOLDER, and its progress to stdout, one JSON object a line. Another line on stdin, or its end, stops the
+work; what was computed is kept.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ import threading
 from typing import Any
 
 #: Files of a job.
-JOB, CASE, RUN, STUDY, CERTIFICATE = "job.json", "case.yaml", "run.nc", "study", "certificate.html"
+CASE, RUN, STUDY, CERTIFICATE = "case.yaml", "run.nc", "study", "certificate.html"
+#: Kinds of jobs that keep nothing when they are cancelled.
+AT_ONCE = ("equilibrium", "modes", "identify")
 #: Modes, and the packed motion of one of them.
 MODES, MODE = "modes.nc", "mode-{}.motion"
 
@@ -25,9 +28,9 @@ def main(folder: str) -> int:
         os.environ.setdefault(name, "1")
     from evolvent.errors import EvolventError
 
-    report = _Report()
+    job = json.loads(sys.stdin.readline())
+    report = _Report(at_once=job["kind"] in AT_ONCE)
     place = pathlib.Path(folder)
-    job = json.loads((place / JOB).read_text(encoding="utf-8"))
     try:
         compute = {
             "run": _run, "equilibrium": _equilibrium, "modes": _modes, "sweep": _sweep, "identify": _identify,
@@ -40,10 +43,33 @@ def main(folder: str) -> int:
     return 0
 
 
-class _Report:
-    """What goes back and forth between the studio and this process."""
+def parsed(text: str, name: str) -> dict[str, Any]:
+    """Content of a case, study or description of a job.
 
-    def __init__(self) -> None:
+    Raises
+    ------
+    InputError
+        If it is no mapping.
+    """
+    from evolvent import cases
+    from evolvent.errors import InputError
+
+    content = cases.parse_yaml(text, name)
+    if not isinstance(content, dict):
+        raise InputError(f"{name} holds no mapping of keys to values")
+    return content
+
+
+class _Report:
+    """What goes back and forth between the studio and this process.
+
+    Parameters
+    ----------
+    at_once : bool, whether the process ends as soon as it is asked to
+    """
+
+    def __init__(self, *, at_once: bool = False) -> None:
+        self._at_once = at_once
         self._out = os.fdopen(os.dup(1), "w", encoding="utf-8")
         os.dup2(2, 1)  # whatever else prints does not come between
         self._stop = threading.Event()
@@ -52,6 +78,9 @@ class _Report:
     def _listen(self) -> None:
         sys.stdin.readline()
         self._stop.set()
+        if self._at_once:
+            self.send(status="interrupted", message="cancelled")
+            os._exit(0)
 
     def send(self, **what: Any) -> None:
         """Send one message."""
@@ -65,6 +94,11 @@ class _Report:
         """Report how many functions are compiled, of `evolvent.jit.Progress`."""
         self.send(note=f"compiling for this machine, once: {state.done} of {state.needed} functions")
 
+    def stage(self, stage: Any) -> None:
+        """Report a stage, of `evolvent.progress.Stage`."""
+        counted = f": {stage.done:.0f} of {stage.total:.0f}" if stage.total > 1.0 else ""
+        self.send(note=f"{stage.what}{counted}")
+
     def reached(self, reached: float, end: float) -> None:
         """Report how far the work is; raises KeyboardInterrupt where it is to stop."""
         self.send(reached=float(reached), end=float(end))
@@ -72,15 +106,25 @@ class _Report:
             raise KeyboardInterrupt
 
 
+def _case(job: dict[str, Any]) -> tuple[Any, str]:
+    """The case of a job, and its text with values as the user wrote them."""
+    from evolvent import cases
+
+    content = parsed(job["case"], CASE)
+    case = cases.load(content)
+    return case, cases.to_yaml(case, content)
+
+
 def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases, jit, results
 
-    case = cases.load(os.fspath(place / CASE))
+    case, text = _case(job)
     plan = cases.system(case.system).plan(case)
     report.reached(0.0, plan.duration)
 
     with jit.reporting(report.compiling):
         found = plan.run(lambda reached: report.reached(reached, plan.duration))
+    found.attrs["case"] = text
     results.save(found, place / RUN)
     report.send(status=found.attrs["status"], message=found.attrs["message"])
 
@@ -88,10 +132,11 @@ def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases, jit, results
 
-    case = cases.load(os.fspath(place / CASE))
+    case, text = _case(job)
     report.reached(0.0, 1.0)
     with jit.reporting(report.compiling):
         found = cases.system(case.system).equilibrium(case, lambda factor: report.reached(min(factor, 1.0), 1.0))
+    found.attrs["case"] = text
     results.save(found, place / RUN)
     report.send(status=found.attrs["status"], message=found.attrs["message"])
 
@@ -99,7 +144,7 @@ def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> N
 def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import animation, cases, jit
 
-    case = cases.load(os.fspath(place / CASE))
+    case = _case(job)[0]
     report.reached(0.0, 1.0)
     with jit.reporting(report.compiling):
         found = cases.system(case.system).modes(case)
@@ -117,7 +162,7 @@ def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import studies
 
     found = studies.sweep(
-        os.fspath(place / CASE),
+        parsed(job["case"], CASE),
         output=place / STUDY,
         workers=1,
         progress=lambda done, count: report.reached(done, count),
@@ -131,12 +176,14 @@ def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 def _identify(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     import numpy as np
 
+    from evolvent import progress
     from evolvent.massprops import certificate, description
     from evolvent.massprops.measurement import mass_properties
     from evolvent.massprops.rounding import rounded
 
     report.reached(0.0, 1.0)
-    found = mass_properties(job["signals"], description.load(os.fspath(place / CASE)))
+    with progress.shown_by(report.stage):
+        found = mass_properties(job["signals"], description.load(parsed(job["case"], CASE)))
     rows = []
     for k, output in enumerate(found.outputs):
         u, U = found.std[k], found.expanded[k]
@@ -146,10 +193,13 @@ def _identify(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None
     modes = found.evaluations[0].modal.modes
     report.send(
         rows=rows,
-        warnings=list(found.warnings),
+        warnings=found.cautions,
+        notes=found.notes,
         modes=[[float(modes.frequency[k]), float(modes.decay_rate[k])] for k in range(modes.order)],
     )
-    certificate.write(found, place / CERTIFICATE)
+    with progress.shown_by(report.stage):
+        progress.report("drawing the certificate")
+        certificate.write(found, place / CERTIFICATE)
     report.send(status="success", message="")
 
 

@@ -50,7 +50,14 @@ const tint = (x) => {
   const p = Math.min(Math.max(x, 0), 1) * (VIRIDIS.length - 1), k = Math.min(Math.floor(p), VIRIDIS.length - 2), f = p - k;
   return VIRIDIS[k].map((a, c) => a + f * (VIRIDIS[k + 1][c] - a));
 };
-export const css = (c, shade = 1) => `rgb(${c.map((x) => Math.round(Math.min(255, x * shade))).join(",")})`;
+// A colour as text, in steps of 1/64 of its shade; texts are kept, since a frame needs thousands of them.
+const TEXTS = new WeakMap();
+export const css = (c, shade = 1) => {
+  const step = Math.round(64 * shade);
+  let texts = TEXTS.get(c);
+  if (!texts) TEXTS.set(c, (texts = []));
+  return (texts[step] ??= `rgb(${c.map((x) => Math.round(Math.min(255, x * step / 64))).join(",")})`);
+};
 export const SCALE = Array.from({ length: 256 }, (_, i) => tint(i / 255));
 
 const corners = (vertices) => {  // of the box around a mesh

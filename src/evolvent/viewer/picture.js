@@ -25,9 +25,9 @@ export class Picture {
     for (const { header: { forces } } of this.motions) for (const { unit, scale } of forces) if (scale > 0) this.scales.set(unit, Math.min(scale, this.scales.get(unit) ?? scale));
     this.theme(false);
     // the camera goes with what travels far
-    const drift = this.extent(...header.view, true, false), size = this.extent(...header.view, false, false);
+    const [{ azimuth, elevation }] = header.views, drift = this.extent(azimuth, elevation, true, false), size = this.extent(azimuth, elevation, false, false);
     this.follow = !first.still && drift.radius > 3 * size.radius;
-    this.look(...header.view, null);
+    this.view(header.views[0]);
   }
   redraw() { this.dirty = true; }
   theme(dark) {
@@ -89,6 +89,7 @@ export class Picture {
     this.base = this.extent(azimuth, elevation, this.inertial, this.follow, what);
     this.redraw();
   }
+  view({ azimuth, elevation, bodies }) { this.look(azimuth, elevation, bodies ? "bodies" : null); }
   zoom(by) { this.camera.zoom = Math.min(Math.max(this.camera.zoom * by, 0.1), 2000); this.redraw(); }
   pan(dx, dy) { this.camera.pan[0] += dx; this.camera.pan[1] += dy; this.redraw(); }
 
@@ -112,8 +113,27 @@ export class Picture {
     for (const { run, point } of this.trails) this.track(run, point);
     for (const run of this.motions) this.collect(run);
     this.parts.sort((a, b) => b.depth - a.depth);
-    for (const part of this.parts) this.stroke(part);
+    this.paintParts();
     this.measures();
+  }
+  // All parts in order; plain lines of one colour and width that follow one another are one path.
+  paintParts() {
+    const { pen, parts } = this;
+    let line = null, width = 0;  // of the path that is open
+    const close = () => { if (line !== null) pen.stroke(); line = null; };
+    for (const part of parts) {
+      const { at } = part;
+      if (part.fill || part.round || !part.line || (part.alpha ?? 1) !== 1) { close(); this.stroke(part); continue; }
+      if (part.line !== line || part.width !== width) {
+        close();
+        pen.beginPath();
+        pen.strokeStyle = line = part.line;
+        pen.lineWidth = width = part.width;
+      }
+      pen.moveTo(at[0], at[1]);
+      for (let i = 2; i < at.length; i += 2) pen.lineTo(at[i], at[i + 1]);
+    }
+    close();
   }
   stroke({ at, fill, line, width, round, alpha = 1 }) {
     const { pen } = this;
@@ -328,12 +348,34 @@ export class Picture {
       row -= 20;
     }
     const [x0, y0] = [44, row - 34];
-    [["x", "#c0392b"], ["y", "#2e8b57"], ["z", "#2a6fbb"]].map(([name, color], c) => [this.C[c], this.C[3 + c], this.C[6 + c], name, color]).sort((a, b) => b[2] - a[2]).forEach(([x, up, , name, color]) => {
+    const axes = [["x", "#c0392b"], ["y", "#2e8b57"], ["z", "#2a6fbb"]].map(([name, color], c) => ({ x: this.C[c], up: this.C[3 + c], away: this.C[6 + c], name, color })).sort((a, b) => b.away - a.away);
+    this.axisLabels = this.labelPlaces(axes);
+    axes.forEach(({ x, up, away, name, color }, k) => {
       line([x0, y0, x0 + 28 * x, y0 - 28 * up], color, 1.8);
+      if (Math.hypot(x, up) < 0.3) {  // towards the eye: a dot in a circle, away from it: a circle
+        this.stroke({ at: [x0, y0], round: 4.5, line: color, width: 1.4 });
+        if (away < 0) this.stroke({ at: [x0, y0], round: 1.6, fill: color });
+      }
       pen.fillStyle = color;
-      pen.fillText(name, x0 + 36 * x - 3, y0 - 36 * up + 4);
+      const [u, v] = this.axisLabels[k];
+      pen.fillText(name, x0 + u - 3, y0 - v + 4);
     });
     pen.fillStyle = paint.dim;
-    pen.fillText(this.inertial ? "inertial axes" : `axes of ${this.motions[0].header.main}`, 14, y0 - 46);
+    pen.fillText(this.inertial ? "inertial axes" : `axes of ${this.motions[0].header.main}`, 14, y0 - 56);
+  }
+  // Where the names of the axes stand, right and up of their origin, px: beyond the tips, and apart from one another.
+  labelPlaces(axes) {
+    const sum = axes.reduce(([x, up], a) => [x + a.x, up + a.up], [0, 0]), size = Math.hypot(...sum) || 1, found = [];
+    for (const { x, up } of axes) {
+      let place = Math.hypot(x, up) < 0.3 ? [-14 * sum[0] / size, -14 * sum[1] / size] : [36 * x, 36 * up];
+      for (const other of found) {
+        const gap = Math.hypot(place[0] - other[0], place[1] - other[1]);
+        if (gap >= 13) continue;
+        const [a, b] = gap > 1e-6 ? [(place[0] - other[0]) / gap, (place[1] - other[1]) / gap] : [0, 1];
+        place = [other[0] + 13 * a, other[1] + 13 * b];
+      }
+      found.push(place);
+    }
+    return found;
   }
 }

@@ -5,7 +5,7 @@ import { Picture } from "./picture.js";
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 const KEYS = [["space", "play, pause"], ["← →", "one frame back, one on"], ["Home, End", "first frame, last frame"], ["b", "inertial axes or body axes"],
   ["t", "trails of the tips; click a point for its own"], ["a", "arrows of the forces"], ["m", "symbols of joints, motors and other parts"], ["c", "camera follows the body"], ["g", "floor grid"],
-  ["r", "reset the view"], ["+ −", "nearer, farther"], ["f", "full screen"], ["?", "this list"],
+  ["1 … 9", "the views of the buttons"], ["r", "reset the view"], ["+ −", "faster, slower"], ["i o", "zoom in, out"], ["f", "full screen"], ["?", "this list"],
   ["drag", "turn; with shift or the right button: move"], ["wheel, two fingers", "zoom"]];
 const STYLE = `
 .ev3 { --ink: #1f242a; --dim: #5c6670; --line: #d5dae0; --back: #ffffff; position: relative; display: flex; flex-direction: column; color: var(--ink);
@@ -26,7 +26,7 @@ const STYLE = `
 .ev3-panel { position: absolute; right: 10px; bottom: 40px; max-height: 75%; overflow: auto; background: var(--back); border: 1px solid var(--line); border-radius: 6px; padding: 8px 12px; box-shadow: 0 2px 10px #0003; }
 .ev3-panel label { display: block; cursor: pointer; } .ev3-panel td { padding: 0 12px 0 0; } .ev3-panel td:first-child { color: var(--dim); white-space: nowrap; }
 .ev3 [hidden] { display: none; }
-@media (max-width: 560px) { .ev3-bar { width: 132px; } .ev3-numbers { font-size: 11.5px; } .ev3-views { display: none; } }`;
+@media (max-width: 560px) { .ev3-bar { width: 132px; top: auto; bottom: 10px; } .ev3-numbers { font-size: 11.5px; } .ev3-views { top: 8px; bottom: auto; flex-direction: column; } }`;
 
 const element = (tag, properties = {}, ...children) => {
   const { testid, class: name, ...rest } = properties, made = Object.assign(document.createElement(tag), rest);
@@ -57,16 +57,16 @@ export class Viewer extends Picture {
     if (!document.getElementById("ev3-style")) document.head.append(element("style", { id: "ev3-style", textContent: STYLE }));
     const { host } = this, frame = header.main;
     host.classList.add("ev3");
+    host.tabIndex = -1;
     this.numbers = element("table", { class: "ev3-numbers", testid: "numbers" });
+    this.cells = [];  // of its rows, with what they show
     this.barName = element("div", { testid: "color-name" });
     [this.low, this.high] = [element("span", { testid: "color-low" }), element("span", { testid: "color-high" })];
     const scale = element("div", { class: "ev3-scale" });
     scale.style.background = `linear-gradient(to right,${VIRIDIS.map((c) => css(c)).join(",")})`;
     this.bar = element("div", { class: "ev3-bar" }, this.barName, scale, element("div", { class: "ev3-ends" }, this.low, this.high));
     const button = (text, testid, title, act) => element("button", { type: "button", textContent: text, title, testid, onclick: (e) => { act(); e.currentTarget.blur(); } });
-    const views = element("div", { class: "ev3-views" },
-      button("3-D", "view-free", "from the side and above", () => this.look(...header.view, null)), button("top", "view-top", "from above", () => this.look(-Math.PI / 2, Math.PI / 2, null)),
-      button("side", "view-side", "from the side", () => this.look(0, 0, null)), button("near", "view-near", "the bodies alone", () => this.look(...header.view, "bodies")));
+    const views = element("div", { class: "ev3-views" }, ...header.views.map((view) => button(view.name, `view-${view.name}`, view.about, () => this.view(view))));
     this.panel = element("div", { class: "ev3-panel", hidden: true, testid: "panel" });
     const view = element("div", { class: "ev3-view" }, this.canvas, this.numbers, this.bar, views, this.panel);
     this.playButton = button("", "play", "space", () => this.toggle());
@@ -156,16 +156,23 @@ export class Viewer extends Picture {
   }
   key(e) {
     const box = e.target;
-    if (e.ctrlKey || e.metaKey || e.altKey || (box !== document.body && !this.host.contains(box))) return;
+    const onTab = e.key === " " && box.closest?.('[role="tab"]');  // the space bar does nothing else there
+    if (e.ctrlKey || e.metaKey || e.altKey || !(box === document.body || this.host.contains(box) || onTab)) return;
     if (box.tagName === "SELECT" || box.tagName === "TEXTAREA" || (box.tagName === "INPUT" && !["range", "checkbox"].includes(box.type))) return;
     const act = { " ": () => this.toggle(), ArrowLeft: () => this.step(-1), ArrowRight: () => this.step(1), Home: () => { this.play(false); this.go(this.begin); },
       End: () => { this.play(false); this.go(this.end); }, f: () => this.full(), b: () => this.axes(!this.inertial), t: () => this.allTrails(),
       a: () => this.arrowBox.click(), m: () => this.symbolBox.click(), c: () => { this.follow = !this.follow; this.axes(this.inertial); }, g: () => { this.grid = !this.grid; this.redraw(); },
-      r: () => this.look(...this.motions[0].header.view, null), "+": () => this.zoom(1.25), "=": () => this.zoom(1.25), "-": () => this.zoom(0.8),
+      r: () => this.view(this.motions[0].header.views[0]), "+": () => this.faster(1), "=": () => this.faster(1), "-": () => this.faster(-1), i: () => this.zoom(1.25), o: () => this.zoom(0.8),
       "?": () => this.open(this.keys()), Escape: () => { this.panel.hidden = true; } }[e.key.length === 1 ? e.key.toLowerCase() : e.key];
-    if (!act) return;
+    const view = /^[1-9]$/.test(e.key) ? this.host.querySelectorAll(".ev3-views button")[Number(e.key) - 1] : null;
+    if (!act && !view) return;
     e.preventDefault();
-    act();
+    act ? act() : view.click();
+  }
+  faster(by) {  // the next speed of the list, or the one before
+    const { options, selectedIndex: k } = this.speedBox, next = Math.min(Math.max(k + by, 0), options.length - 1);
+    this.speedBox.selectedIndex = next;
+    this.speed = Number(options[next].value);
   }
   pointers(canvas) {  // mouse and fingers
     const held = new Map();
@@ -244,12 +251,13 @@ export class Viewer extends Picture {
         rows.push([name, x === x ? `${x && Math.abs(x) < 1e-3 ? x.toExponential(3) : x.toPrecision(4)} ${unit}` : "-"]);
       });
     } else this.motions.forEach(({ header: { magnification: m } }, k) => rows.push([this.names[k] ?? `run ${k + 1}`, m === 1 ? "" : `displacements enlarged ${m} times`, css(this.runColor(k))]));
-    while (this.numbers.rows.length < rows.length) { const row = this.numbers.insertRow(); row.insertCell(); row.insertCell(); }
+    while (this.cells.length < rows.length) { const row = this.numbers.insertRow(); this.cells.push({ label: row.insertCell(), value: row.insertCell(), shown: [] }); }
     rows.forEach(([name, value, color], i) => {
-      const { cells } = this.numbers.rows[i];
-      if (cells[0].textContent !== name) cells[0].replaceChildren(...(color ? [element("i")] : []), name);
-      if (color) cells[0].firstChild.style.background = color;
-      cells[1].textContent = value;
+      const { label, value: cell, shown } = this.cells[i];
+      if (shown[0] !== name) label.replaceChildren(...(color ? [element("i")] : []), name);
+      if (color && shown[2] !== color) label.firstChild.style.background = color;
+      if (shown[1] !== value) cell.textContent = value;
+      this.cells[i].shown = [name, value, color];
     });
   }
 }

@@ -167,7 +167,7 @@ def test_wav(tmp_path: pathlib.Path, samples: np.ndarray, kind: str) -> None:
         ("a.xlsx", b"PK\x03\x04" + bytes(200), "it is none of CSV"),
         ("a.dat", bytes(range(256)) * 8, "it is none of CSV"),
         ("a.tdms", b"TDSm" + bytes(100), "begins like a TDMS file, but is damaged"),
-        ("a.h5", b"\x89HDF\r\n\x1a\n" + bytes(100), "begins like a HDF5 file, but is damaged"),
+        ("a.h5", b"\x89HDF\r\n\x1a\n" + bytes(100), "it is not an HDF5 file, or it is damaged"),
         ("a.wav", b"RIFF\x00\x00\x00\x00WAVE" + bytes(10), "begins like a WAV file, but is damaged"),
         ("a.mat", b"MATLAB 5.0 MAT-file" + bytes(200), "begins like a MAT file, but is damaged"),
         ("a.uff", b"    -1\n    58\nrubbish\n    -1\n", "UFF 58 file"),

@@ -50,10 +50,11 @@ def skew(r: np.ndarray) -> np.ndarray:
 
 
 def rotation_matrix(theta: np.ndarray) -> np.ndarray:
-    """(..., 3, 3) rotation by the vector `theta`, rad: Rodrigues' formula."""
-    angle = np.linalg.norm(theta, axis=-1)[..., None, None]
-    S = skew(theta)
-    return np.eye(3) + np.sinc(angle / np.pi) * S + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (S @ S)
+    """(..., 3, 3) rotation by the vector `theta` (..., 3), rad."""
+    from scipy.spatial.transform import Rotation  # which takes a third of a second to load
+
+    matrices: np.ndarray = Rotation.from_rotvec(np.array(theta, dtype=float).reshape(-1, 3)).as_matrix()
+    return matrices.reshape(*np.shape(theta), 3)
 
 
 def turning(f: np.ndarray, r: np.ndarray) -> np.ndarray:

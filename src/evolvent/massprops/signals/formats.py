@@ -7,7 +7,6 @@ import importlib
 import io
 import logging
 import os
-import pathlib
 import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping
@@ -15,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from evolvent import safe_open
 from evolvent.errors import EvolventError, InputError
 from evolvent.massprops.signals.recording import Signals
 from evolvent.massprops.signals.text import read_text
@@ -70,13 +70,7 @@ def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals
 
 def _bytes(name: str) -> bytes:
     """The file's bytes; refused where there are none."""
-    try:
-        if os.path.isdir(name):
-            raise InputError(f"cannot read {name!r}: it is a folder")
-        raw = pathlib.Path(name).read_bytes()
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot read {name!r}: {reason.lower()}") from None
+    raw = safe_open.content(name)
     if not raw.strip():
         raise InputError(f"cannot read {name!r}: it is empty")
     return raw
@@ -112,6 +106,9 @@ def _signals(content: Content, name: str, format_: str, digest: str) -> Signals:
     if len(lengths) > 1:
         listed = ", ".join(f"{key}: {value.size}" for key, value in list(columns.items())[:8])
         raise InputError(f"cannot read {name!r}: its columns have unequal numbers of samples ({listed})")
+    for key, value in columns.items():
+        if np.isinf(value).any():
+            raise InputError(f"cannot read {name!r}: sample {np.argmax(np.isinf(value)) + 1} of {key!r} is infinite")
     return Signals(
         names=tuple(columns),
         data=np.column_stack(list(columns.values())),
@@ -214,15 +211,13 @@ def _wav(name: str, raw: bytes) -> Content:
 def _mat(name: str, raw: bytes) -> Content:
     from scipy.io import loadmat
 
-    found = {key: value for key, value in loadmat(io.BytesIO(raw), squeeze_me=True).items() if key[:2] != "__"}
+    plain, others = safe_open.plain_mat(raw, name)
+    found = {key: value for key, value in loadmat(io.BytesIO(plain), squeeze_me=True).items() if key[:2] != "__"}
     content = _arrays(found, {}, name)
-    structs = [
-        key for key, value in found.items() if np.asarray(value).dtype.names or np.asarray(value).dtype == object
-    ]
-    if structs and not content.columns:
+    if others and not content.columns:
         raise InputError(
-            f"cannot read {name!r}: it holds no array, and {structs[0]!r} is a struct or cell, which is not read; save "
-            "its fields as arrays of their own"
+            f"cannot read {name!r}: it holds no array of numbers, and {others[0]!r} is a struct or cell, which is not "
+            "read; save its fields as arrays of their own"
         )
     return content
 
@@ -230,6 +225,7 @@ def _mat(name: str, raw: bytes) -> Content:
 def _hdf5(name: str, raw: bytes) -> Content:
     import h5py
 
+    safe_open.check_hdf5(io.BytesIO(raw), name)
     arrays: dict[str, Any] = {}
     units: dict[str, str] = {}
     with h5py.File(io.BytesIO(raw), "r") as file:

@@ -60,7 +60,7 @@ export default {
       const names = options.xAxis.names;
       delete options.xAxis.names;
       options.xAxis = { ...axis, nameLocation: "middle", nameGap: 24, ...options.xAxis };
-      options.yAxis = { ...axis, nameLocation: "end", nameGap: 8, ...options.yAxis };
+      options.yAxis = { ...axis, nameLocation: "end", nameGap: 13, ...options.yAxis };
       options.yAxis.nameTextStyle = { ...axis.nameTextStyle, align: "left", padding: [0, 0, 0, -40] };
       if (this.timed) options.xAxis.axisLabel = { ...axis.axisLabel, showMaxLabel: false };
       if (options.xAxis.type === "category") options.xAxis.axisLabel = { ...axis.axisLabel, formatter: undefined };
@@ -71,11 +71,13 @@ export default {
       options.title = { show: !!titled, left: 4, top: 0, textStyle: { color: ink, fontSize: 12, fontWeight: "normal", width: this.$refs.box.clientWidth - 12, overflow: "truncate" }, ...(options.title || {}) };
       options.legend = { type: "scroll", top: rows - (wide ? 22 : 0), right: 8, left: wide ? 8 : 120, itemHeight: 8, itemWidth: 18, itemGap: 10,
         textStyle: { color: ink, fontSize: 11 }, pageTextStyle: { color: ink }, pageIconColor: ink, pageIconSize: 9, ...(options.legend || {}) };
-      options.grid = { left: 52, right: options.visualMap ? 104 : 18, top: rows + 30, bottom: 40, ...(options.grid || {}) };
+      options.grid = { left: 52, right: options.visualMap ? 104 : 18, top: rows + 36, bottom: 42, ...(options.grid || {}) };
       options.tooltip = { trigger: options.visualMap || this.clickable || this.equal ? "item" : "axis", confine: true, backgroundColor: dark ? "#23272d" : "#fff", borderColor: faint,
         textStyle: { color: ink, fontSize: 11 }, valueFormatter: (v) => (v === null || v === undefined ? "-" : typeof v === "number" ? +v.toPrecision(6) + "" : v), ...(options.tooltip || {}) };
       const maps = options.series.some((s) => s.type === "heatmap");
-      if (maps) options.tooltip.formatter = (p) => [`${options.xAxis.name.split(",")[0]} ${options.xAxis.data[p.value[0]]}`, `${options.yAxis.name.split(",")[0]} ${options.yAxis.data[p.value[1]]}`, p.value[2] ?? "failed"].map((text) => echarts.format.encodeHTML(String(text))).join("<br>");
+      const { categories } = options;
+      delete options.categories;
+      if (maps) options.tooltip.formatter = (p) => [`${options.xAxis.name.split(",")[0]} ${options.xAxis.data[p.value[0]]}`, `${options.yAxis.name.split(",")[0]} ${options.yAxis.data[p.value[1]]}`, categories?.length ? categories[p.value[2]] ?? "no value" : p.value[2] ?? "no value"].map((text) => echarts.format.encodeHTML(String(text))).join("<br>");
       if (options.visualMap) options.visualMap = { ...options.visualMap, textStyle: { color: ink, fontSize: 11 } };
       if (!options.visualMap) options.dataZoom = [{ type: "inside", zoomOnMouseWheel: "ctrl", moveOnMouseMove: "shift" }];
       options.animation = false;

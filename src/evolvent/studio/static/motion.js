@@ -38,6 +38,8 @@ export default {
           viewer.redraw();
         }
         this.$el.viewer = viewer;
+        const busy = document.activeElement?.closest("input, textarea, select, [contenteditable]");
+        if (!busy && viewer.motions[0].frames > 1) this.$refs.host.focus({ preventScroll: true });  // keys play it at once
       } catch (error) { this.note = error.message || String(error); }
     },
   },

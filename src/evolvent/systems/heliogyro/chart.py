@@ -42,4 +42,4 @@ def study_figures(dataset: xr.Dataset) -> dict[str, Figure]:
         log_x=bool(values.min() > 0.0 and values.max() > 20.0 * values.min()),
     )
     title = "Change of the lag of the tip from one value to the next"
-    return {"lag_change": Figure(name="lag_change", title=title, panels=[panel], size=(8.0, 4.6))}
+    return {"lag_change": Figure(name="lag_change", title=title, panels=[panel], height=92.0)}

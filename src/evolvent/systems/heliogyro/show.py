@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases, results, show
-from evolvent.figures import Figure, Line, Number, Panel, spline
+from evolvent.figures import Figure, Line, Number, Panel, spline, stacked
 from evolvent.systems.heliogyro.case import Case
 
 if TYPE_CHECKING:
@@ -149,11 +149,11 @@ def _rate_figure(run: Any) -> Figure:
     for color, (label, values) in enumerate(_formulas(run).items(), start=1):
         lines.append(Line(x=time, y=values, label=label, color=color, style="--"))
         if np.all(rate != 0.0):
-            gaps.append(Line(x=time, y=100.0 * (values - rate) / rate, label=label, color=color))
+            gaps.append(Line(x=time, y=100.0 * (values - rate) / rate, label=label, color=color, style="--"))
     panels = [Panel(x_label="time, s", y_label="body rate, rad/s", lines=lines)]
     if gaps:
-        panels.append(Panel(x_label="time, s", y_label="formula less simulation, %", lines=gaps))
-    return Figure(name="body_rate", title="Rate of the body", panels=panels, size=(8.0, 1.5 + 2.5 * len(panels)))
+        panels.append(Panel(x_label="time, s", y_label="formula less simulation, %", lines=gaps, y_span=2.0))
+    return Figure(name="body_rate", title="Rate of the body", panels=panels, height=stacked(len(panels)))
 
 
 def _lag_figure(run: Any) -> Figure:
@@ -173,10 +173,10 @@ def _lag_figure(run: Any) -> Figure:
         title = f"first {first:g} s: samples and a smooth curve through them"
         panels.append(Panel(x_label="time, s", y_label="lag of the tip, deg", lines=start, title=title))
     title = "Lag of the tip in the plane of the spin (negative: ahead)"
-    return Figure(name="tip_lag", title=title, panels=panels, size=(8.0, 3.3 * len(panels)))
+    return Figure(name="tip_lag", title=title, panels=panels, height=stacked(len(panels)))
 
 
-def _moments(run: Any, count: int = 7) -> list[int]:
+def _moments(run: Any, count: int = 5) -> list[int]:
     """Samples evenly spread over a run, or over what of it comes before a blade separates, without the first."""
     held = np.flatnonzero(~_separated(run).any(axis=1))
     last = int(held[-1]) if held.size else 0
@@ -190,7 +190,7 @@ def _shape_figure(run: Any) -> Figure:
     assert drawn is not None
     seen = drawn.at(moments).in_body()
     top, side, lag, height, reach = [], [], [], 0.0, 0.0
-    for j, k in reversed(list(enumerate(moments))):
+    for j, k in enumerate(moments):
         color, label = float(time[k] / time[-1]), f"{time[k]:.4g} s"
         for b, line in enumerate(seen.lines):
             count = int(np.sum(_blade(run, b).released.values[k] > 0.0))
@@ -211,8 +211,7 @@ def _shape_figure(run: Any) -> Figure:
         label = "distance from the spin axis, m"
         panels.append(Panel(x_label=label, y_label="z, m", lines=side, title="from the side"))
     heights = [2.2 if len(seen.lines) > 2 else 1.0] + [1.0] * (len(panels) - 1)
-    size = (8.0, 3.5 * sum(heights))
-    return Figure(name="shape", title="Shape of the blades", panels=panels, size=size, heights=heights)
+    return Figure(name="shape", title="Shape of the blades", panels=panels, height=70.0 * sum(heights), heights=heights)
 
 
 def _tension_figure(run: Any) -> Figure:
@@ -241,7 +240,7 @@ def _tension_figure(run: Any) -> Figure:
         Panel(x_label="time, s", y_label="tension at the spool, mN", lines=lines, title=title),
         Panel(x_label="length from the tip, m", y_label="tension, mN", lines=along, title=beside),
     ]
-    return Figure(name="tension", title="Tension of the thread", panels=panels, size=(8.0, 7.0))
+    return Figure(name="tension", title="Tension of the thread", panels=panels, height=140.0)
 
 
 def _momentum_figure(run: Any) -> Figure:
@@ -262,13 +261,16 @@ def _momentum_figure(run: Any) -> Figure:
         if start != 0.0
     ]
     panels = [
-        Panel(x_label="", y_label="angular momentum,\n1e-3 kg m2/s", lines=lines),
+        Panel(x_label="", y_label="angular momentum, 1e-3 kg m2/s", lines=lines),
         Panel(
-            x_label="time, s", y_label="% of the start", lines=releases, title="brought in by nodes at their release"
+            x_label="time, s",
+            y_label="share of the start, %",
+            lines=releases,
+            title="brought in by nodes at their release",
         ),
     ]
     if "momentum_balance" in run:
         defect = np.where(run.momentum_balance.values > 0.0, run.momentum_balance.values, np.nan)
         line, title = Line(x=time, y=defect, color=2, width=1.0), "defect of the balance, of the start"
         panels.append(Panel(x_label="time, s", y_label="relative defect", lines=[line], title=title, log=True))
-    return Figure(name="momentum", title="Angular momentum", panels=panels, size=(8.0, 2.5 * len(panels)))
+    return Figure(name="momentum", title="Angular momentum", panels=panels, height=stacked(len(panels)))

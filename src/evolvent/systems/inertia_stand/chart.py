@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.figures import Figure, Line, Map, Panel
+from evolvent.figures import Figure, Line, Map, Panel, stacked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 #: The box that the paper calls safe: 20 % of the springs' spacing to each side, as a share of half of it.
 BOX = 0.4
 KEYS = ("body.offset_x", "body.offset_z")
-LABELS = ("offset_x, m", "offset_z, m")
+LABELS = ("offset $e_x$, m", "offset $e_z$, m")
 NAMES = ("lowest", "middle", "highest")
 #: Energy, J, that the paper asks of every mode.
 LEAST = 0.3
@@ -58,7 +58,7 @@ def _along(study: xr.Dataset, axis: int) -> tuple[xr.Dataset, str]:
     """The cases along one offset at which the other is nearest to 0, and its value there."""
     other = KEYS[1 - axis]
     middle = int(np.argmin(np.abs(study[other].values)))
-    return study.isel({other: middle}), f"{other.partition('.')[2]} = {float(study[other][middle]):.3g} m"
+    return study.isel({other: middle}), f"{LABELS[1 - axis].removesuffix(', m')} = {float(study[other][middle]):.3g} m"
 
 
 def _energies(study: xr.Dataset) -> Figure:
@@ -72,7 +72,7 @@ def _energies(study: xr.Dataset) -> Figure:
         lines = _both(x, found, linear, named=named)
         lines.append(Line(x=x, y=np.nansum(found, axis=1), style=":", color="gray", label="sum" * named))
         panels.append(Panel(x_label=LABELS[axis], y_label="energy, J", lines=lines, title=title))
-    return Figure(name="energies", title="Energies of the three modes", panels=panels, columns=2, size=(12.5, 4.2))
+    return Figure(name="energies", title="Energies of the three modes", panels=panels, columns=2, height=84.0)
 
 
 def _amplitudes(study: xr.Dataset) -> Figure:
@@ -86,8 +86,10 @@ def _amplitudes(study: xr.Dataset) -> Figure:
             for c, y in enumerate(amplitude[:, k, :4].T)
         ]
         panels.append(Panel(x_label=LABELS[0], y_label="amplitude, mm", lines=lines, title=_name(k, modes)))
-    size = (4.0 * modes, 3.8)
-    return Figure(name="amplitudes", title=f"Amplitudes at the sensors, {at}", panels=panels, columns=modes, size=size)
+    height = stacked(1)
+    return Figure(
+        name="amplitudes", title=f"Amplitudes at the sensors, {at}", panels=panels, columns=modes, height=height
+    )
 
 
 def _frequencies(study: xr.Dataset) -> Figure:
@@ -95,12 +97,12 @@ def _frequencies(study: xr.Dataset) -> Figure:
     cut, at = _along(study, 0)
     x, found, linear = (cut[name].values for name in (KEYS[0], "mode_frequency", "mode_frequency_linear"))
     ratio = 1e6 * (found / linear - 1.0)
-    apart = [Line(x=x, y=y, marker=".", width=1.0, color=1 + k) for k, y in enumerate(ratio.T)]
+    apart = [Line(x=x, y=y, style="", marker=".", color=1 + k) for k, y in enumerate(ratio.T)]
     panels = [
         Panel(x_label=LABELS[0], y_label="frequency, rad/s", lines=_both(x, found, linear)),
-        Panel(x_label=LABELS[0], y_label="identified less linear, ppm", lines=apart),
+        Panel(x_label=LABELS[0], y_label="identified less linear, ppm", lines=apart, y_span=20.0),
     ]
-    return Figure(name="frequencies", title=f"Frequencies, {at}", panels=panels, columns=2, size=(12.5, 4.2))
+    return Figure(name="frequencies", title=f"Frequencies, {at}", panels=panels, columns=2, height=84.0)
 
 
 def box(study: xr.Dataset) -> tuple[list[Line], np.ndarray]:
@@ -142,8 +144,8 @@ def least_energy_map(study: xr.Dataset) -> Figure:
         "Energy of the weakest of three modes; dashed: 20 % of the spacing, "
         f"white: 1 % of the largest, black: {LEAST:g} J, grey: no run"
     )
-    size = (6.5 * len(panels), 4.6)
-    return Figure(name="least_energy", title=title, panels=panels, columns=len(panels), size=size)
+    height = 92.0
+    return Figure(name="least_energy", title=title, panels=panels, columns=len(panels), height=height)
 
 
 def _errors(study: xr.Dataset) -> Figure:
@@ -155,7 +157,7 @@ def _errors(study: xr.Dataset) -> Figure:
         values = error.sel(component=component).values
         known = values[np.isfinite(values)]
         found = f"median {np.median(known):.2g} %, worst {known.max():.2g} %, " if known.size else ""
-        title = f"I{component}: {found}not identified {values.size - known.size}"
+        title = f"$I_{{{component}}}$: {found}not identified {values.size - known.size}"
         panels.append(_map(study, values, title, lines, **look))
     title = "Error of the identified moments of inertia; dashed: 20 % of the spacing"
-    return Figure(name="inertia_error", title=title, panels=panels, columns=2, size=(13.0, 4.6))
+    return Figure(name="inertia_error", title=title, panels=panels, columns=2, height=92.0)

@@ -121,21 +121,24 @@ def _inertia(run: Any) -> Figure:
     true, value, std = (run[name].values for name in ("inertia_true", "inertia_identified", "inertia_std"))
     names = [str(c) for c in run.component.values]
     scale = np.sqrt(np.array([true[names.index(n[0] * 2)] * true[names.index(n[1] * 2)] for n in names]))
-    lines = []
-    for k in np.flatnonzero(np.isfinite(value)):
+    lines, identified_ones = [], np.flatnonzero(np.isfinite(value))
+    for at, k in enumerate(identified_ones):
         error, bar = 100.0 * (value[k] - true[k]) / scale[k], 196.0 * std[k] / scale[k]
-        lines.append(Line(x=np.array([float(k)]), y=np.array([error]), marker="o", style="", color=int(k)))
+        lines.append(Line(x=np.array([float(at)]), y=np.array([error]), marker="o", style="", color=1))
         if np.isfinite(bar):
-            lines.append(Line(x=np.full(2, float(k)), y=np.array([error - bar, error + bar]), color=int(k)))
-    lines.append(Line(x=np.array([-0.5, 5.5]), y=np.zeros(2), color="gray", style=":"))
+            lines.append(Line(x=np.full(2, float(at)), y=np.array([error - bar, error + bar]), color=1))
+    lines.append(Line(x=np.array([-0.5, len(identified_ones) - 0.5]), y=np.zeros(2), color="gray", style=":"))
+    products = any(names[k][0] != names[k][1] for k in identified_ones)
     panel = Panel(
-        x_label="moment or product of inertia",
-        x_names={k: f"I{n}" for k, n in enumerate(names)},
+        x_label="identified moments and products of inertia" if products else "identified moments of inertia",
+        x_names={float(at): f"$I_{{{names[k]}}}$" for at, k in enumerate(identified_ones)},
         y_label="identified less true, %",
         lines=lines,
-        title="bars: 95 % by the signals' noise alone; products in % of the geometric mean of their moments",
+        title="bars: 95 % by the signals' noise alone"
+        + ("; products in % of the geometric mean of their moments" if products else ""),
+        y_span=0.2,
     )
-    return Figure(name="inertia", title="Identified moments of inertia", panels=[panel], size=(8.0, 4.0))
+    return Figure(name="inertia", title="Identified moments of inertia", panels=[panel], height=80.0)
 
 
 def _motion(run: Any) -> Figure:
@@ -151,7 +154,7 @@ def _motion(run: Any) -> Figure:
     ):
         lines = [Line(x=time, y=y, label=name, color=k) for k, (name, y) in enumerate(columns.items())]
         panels.append(Panel(x_label="time, s", y_label=label, lines=lines, title=title))
-    return Figure(name="motion", title="Motion of the body", panels=panels, size=(8.0, 8.0))
+    return Figure(name="motion", title="Motion of the body", panels=panels, height=160.0)
 
 
 def motion(run: Any) -> Motion:

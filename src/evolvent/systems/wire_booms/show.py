@@ -38,8 +38,8 @@ def figures(run: Any) -> list[Figure]:
         for p, pair in enumerate(("1-2", "3-4"))
     ]
     panels = [
-        Panel(x_label="time without the hours between steps [h]", y_label="spin rate [rpm]", lines=rates, y_zero=True),
-        Panel(x_label="time without the hours between steps [h]", y_label="boom length [m]", lines=lengths),
+        Panel(x_label="time without the hours between steps, h", y_label="spin rate, rpm", lines=rates, y_zero=True),
+        Panel(x_label="time without the hours between steps, h", y_label="boom length, m", lines=lengths),
     ]
     own = Figure(name="spin-rate", title="Spin rate as wire booms pay out", panels=panels)
     return [own, *show.figures(run)]

@@ -42,7 +42,7 @@ def _peaks(study: xr.Dataset, key: str, name: str, stage: str) -> Figure:
     title = f"Time of the largest tip speed{f', stage {stage}' if stage else ''}"
     label = key if unit in ("1", "") else f"{key}, {unit}"
     panel = Panel(x_label=label, y_label="time, s", lines=lines, y_zero=True)
-    return Figure(name=name, title=title, panels=[panel], size=(8.0, 4.6))
+    return Figure(name=name, title=title, panels=[panel], height=92.0)
 
 
 def _strings(study: xr.Dataset, key: str, stage: str) -> np.ndarray:

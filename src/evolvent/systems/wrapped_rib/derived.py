@@ -76,6 +76,7 @@ def wrap_angle(path: Array, radius: float) -> Array:
 
 def warning(case: Case, begin: Start, solution: Solution) -> str:
     """Warnings about a case and its run, sentences joined by semicolons."""
+    from evolvent import analysis
     from evolvent.observe import View
     from evolvent.observe.beams import element_means
     from evolvent.solvers import balance as eb
@@ -103,6 +104,9 @@ def warning(case: Case, begin: Start, solution: Solution) -> str:
     largest = max(float(solution.energy.max()), float(np.abs(eb.work(solution.balance)).max()), 1e-300)
     gained, lost = solution.energy_defect.max() / largest, -solution.energy_defect.min() / largest
     smaller = "solver.tolerance or solver.step" if case.method in IMPLICIT else "solver.step"
+    unresolved = analysis.unresolved(solution)
+    if unresolved:
+        return "; ".join(text for text in (*found, unresolved) if text)
     if gained > GAIN_WARNED:
         found.append(f"the method itself has added {100.0 * gained:.2g} % of the energy; take a smaller {smaller}")
     if lost > NUMERICAL_WARNED:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases, closed_forms, show, variables
-from evolvent.figures import Figure, Line, Number, Panel
+from evolvent.figures import Figure, Line, Number, Panel, stacked
 from evolvent.results import regular
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
 from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
@@ -25,7 +25,7 @@ WINDOW = 0.04
 #: Work of bending, of that of the torque, above which a string without bending stiffness is not compared with a rib.
 FLEXIBLE = 0.1
 #: Shapes that are drawn of a run.
-SHAPES = 9
+SHAPES = 6
 #: Width of thin lines.
 THIN = 1.2
 #: Titles of the phases.
@@ -273,7 +273,7 @@ def _shape_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
         Panel(x_label="x, m", y_label="y, m", lines=lines, title=text, equal=True)
         for lines, text in ((whole, title), (near, "near the hub"))
     ]
-    return Figure(name="shape", title="Shape of the rib", panels=panels, columns=2, size=(12.0, 5.2))
+    return Figure(name="shape", title="Shape of the rib", panels=panels, columns=2, height=104.0)
 
 
 def _tip_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
@@ -312,7 +312,7 @@ def _contact_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
         force, time = closed_forms.wound_contact_force(case.strip, torque), root.time.values
         held.append(_dashed([time[0], time[-1]], [force, force], label="wound and held, closed form"))
     found = show.figure(run, names, name="contact", title="Contact with the hub")
-    points = f"in contact, of {case.rib.elements * case.contact.points} points"
+    points = f"points in contact (of {case.rib.elements * case.contact.points})"
     return _with_lines(found, {"contact force, N": held, "impulse, N s": [], points: []})
 
 
@@ -329,7 +329,7 @@ def _along_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
         return [Line(x=x, y=y[k], label=label, color=color, width=THIN) for k, color, label in each]
 
     curvature, tension = at_times(arc, R * turn, named=True), at_times(middle, pull)
-    panels = [Panel(x_label="", y_label="curvature x R", lines=curvature)]
+    panels = [Panel(x_label="", y_label=r"curvature $\times R$", lines=curvature)]
     panels.append(Panel(x_label="" if hold else "from the root, m", y_label="tension, N", lines=tension))
     if hold:
         forces = _of(run, "contact-1.point_force").reshape(time.size, middle.size, -1).sum(axis=2)
@@ -342,7 +342,7 @@ def _along_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
             tension.append(_dashed(arc, closed / share))
             pressures.append(_dashed(arc, share * closed_forms.wound_pressure(strip, T, share * arc)))
         panels.append(Panel(x_label="from the root, m", y_label="pressure on the hub, N/m", lines=pressures))
-    return Figure(name="along", title="Along the rib", panels=panels, size=(8.0, 2.9 * len(panels)))
+    return Figure(name="along", title="Along the rib", panels=panels, height=stacked(len(panels)))
 
 
 # ------------------------------------------------------------------------------------------------ motion

@@ -1,0 +1,86 @@
+"""Pictures of the built-in cases: `python docs/images/cases.py [NAME ...]` writes cases/NAME.png here.
+
+Each is one frame of the animation, at a time when the motion shows. Cases that take a minute with the settings of their
+papers are run with faster settings that give the same picture.
+"""
+
+from __future__ import annotations
+
+import pathlib
+import sys
+from typing import Any, NamedTuple
+
+import numpy as np
+from PIL import Image
+
+import evolvent
+from evolvent import cases
+from evolvent.errors import RunFailed
+from evolvent.exports.pictures import pictures
+from evolvent.exports.request import animation_of
+
+FOLDER = pathlib.Path(__file__).with_name("cases")
+SIZE = (720, 540)  # pixels, in which it is drawn
+SHOWN = (480, 360)  # pixels, in which it is kept
+
+
+class Frame(NamedTuple):
+    """Share of the run at which a case is drawn, and the changes of its keys."""
+
+    share: float
+    changes: dict[str, Any] = {}  # noqa: RUF012  (nothing changes it)
+
+
+_FAST_BLADES = {"blade.segments": "inextensible", "solver.method": "dopri5"}
+
+FRAMES = {
+    "andrews-mechanism": Frame(0.4),
+    "boom-slew": Frame(0.1),
+    "hanging-chain": Frame(0.0),
+    "heliogyro": Frame(0.8, _FAST_BLADES),
+    "heliogyro-paper": Frame(1.0, _FAST_BLADES),
+    "inertia-stand": Frame(0.02),
+    "inertia-stand-paper": Frame(0.05),
+    "orbit-tether": Frame(0.9),
+    "solar-array": Frame(0.12),
+    "spinning-tether": Frame(0.5),
+    "two-booms": Frame(0.05),
+    "wire-boom-satellite": Frame(0.2),
+    "wire-booms": Frame(0.7, {"wire.nodes": 8}),
+    "wrapped-rib": Frame(0.36),
+    "wrapped-rib-deploy": Frame(0.25, {"rib.elements": 40}),
+    "wrapped-rib-hold": Frame(1.0),
+    "wrapped-rib-paper": Frame(0.9),
+    "yo-yo-despin": Frame(0.6),
+}
+
+
+def draw(name: str) -> pathlib.Path:
+    """Run a built-in case and keep one frame of its animation."""
+    frame = FRAMES[name]
+    try:
+        run = evolvent.run(name, frame.changes)
+    except RunFailed as failed:  # the paper's set-up of the rib fails; its motion until then is shown
+        run = failed.run
+    motion = animation_of(run)
+    start, end = float(motion.time[0]), float(motion.time[-1])
+    time = np.array([start + frame.share * (end - start)])
+    (pixels,) = pictures(motion, time, size=SIZE, inertial=True)
+    picture = Image.fromarray(pixels[..., :3]).resize(SHOWN, Image.Resampling.LANCZOS)
+    path = FOLDER / f"{name}.png"
+    picture.quantize(colors=128).save(path, optimize=True)
+    return path
+
+
+def main(names: list[str]) -> None:
+    """Draw the cases that are named, or all."""
+    if unknown := set(names) - set(FRAMES):
+        sys.exit(f"no such case: {', '.join(sorted(unknown))}; known: {', '.join(FRAMES)}")
+    FOLDER.mkdir(exist_ok=True)
+    for name in names or sorted(cases.built_in()):
+        path = draw(name)
+        print(f"{path.relative_to(FOLDER.parent)}: {path.stat().st_size / 1000:.0f} kB", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,102 @@
+"""What the page offers to its panels; it stands below them, so that no panel imports the page."""
+
+from __future__ import annotations
+
+import abc
+import pathlib
+from collections.abc import Callable
+from typing import Any
+
+from nicegui import ui
+
+from evolvent.errors import EvolventError
+from evolvent.studio.state import Studio, View
+
+
+class Context(abc.ABC):
+    """One page in one browser, as its panels know it.
+
+    Attributes
+    ----------
+    studio : Studio
+    view : View, what is shown beside the panels
+    main : ui.element, the place beside the panels
+    dialogs : ui.element, the parent of dialogs; it stays while the place beside the panels is drawn again
+    """
+
+    studio: Studio
+    view: View
+    main: ui.element
+    dialogs: ui.element
+
+    @abc.abstractmethod
+    def show(self, view: View, *, tab: str = "") -> None:
+        """Show something beside the panels."""
+
+    @abc.abstractmethod
+    def draw(self) -> None:
+        """Draw the place beside the panels again."""
+
+    @abc.abstractmethod
+    def look(self) -> None:
+        """Read the state of the queue now."""
+
+    @abc.abstractmethod
+    def case_drawn(self) -> None:
+        """The panel of the case shows another case."""
+
+    @abc.abstractmethod
+    def open_case(self) -> None:
+        """Show the case of the studio's draft in its panel."""
+
+    @abc.abstractmethod
+    def open_job_case(self, key: str) -> None:
+        """Put the case of a job into the form."""
+
+    @abc.abstractmethod
+    def open_tab(self, tab: str) -> None:
+        """Show a panel by its name."""
+
+    @abc.abstractmethod
+    def keep(self, ref: str) -> None:
+        """Copy a run into the working folder under a name that is asked for."""
+
+    def attempt(self, action: Callable[[], Any]) -> bool:
+        """Do something and show its error on the page. Returns whether it succeeded."""
+        try:
+            action()
+        except EvolventError as error:
+            self.tell(str(error))
+            return False
+        except OSError as error:  # a full disk, a folder that may not be written to
+            name = f" {pathlib.Path(error.filename).name!r}" if isinstance(error.filename, str) else ""
+            self.tell(f"the file{name} cannot be read or written: {(error.strerror or str(error)).lower()}")
+            return False
+        return True
+
+    def tell(self, text: str) -> None:
+        """Show what went wrong."""
+        word = text.partition(" ")[0]
+        if word.isalpha():  # else it is a key, or the name of a file
+            text = text[:1].upper() + text[1:]
+        with self.main:
+            ui.notify(text, type="negative", position="bottom", multi_line=True, timeout=8000,
+                      close_button="Close", classes="ev-notify")  # fmt: skip
+
+    def ask_name(self, title: str, name: str, keep: Callable[[str], str]) -> None:
+        """Ask for the name of a file, and write it; `keep` does so, and returns the name that it has then."""
+        with self.dialogs, ui.dialog(value=True) as dialog, ui.card().style("min-width:min(360px,90vw)"):
+            ui.label(title).classes("ev-title")
+            typed = ui.input("name", value=name).props('outlined dense autofocus data-testid="file-name"')
+            typed.classes("w-full")
+
+            def done() -> None:
+                written: list[str] = []
+                if self.attempt(lambda: written.append(keep(typed.value or ""))):
+                    dialog.close()
+                    ui.notify(f"Saved as {written[0]}", type="positive", position="bottom")
+
+            typed.on("keydown.enter", done)
+            with ui.row():
+                ui.button("Save", on_click=done).props('unelevated color=primary data-testid="file-save"')
+                ui.button("Cancel", on_click=dialog.close).props("flat")

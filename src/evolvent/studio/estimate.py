@@ -1,0 +1,79 @@
+"""The process that estimates the duration of a study: ``python -m evolvent.studio.estimate``.
+
+It reads a study as YAML from stdin, computes a case in the middle of it and, where that is fast, cases at its ends, and
+writes one JSON object: the time of a case in s, the cases computed, and the reason where one failed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+import time
+from typing import Any
+
+#: Longest first case, s, after which no other one is computed.
+_LONG = 5.0
+
+
+def main() -> int:
+    """Estimate the study on stdin."""
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # whatever else prints does not come between
+    from evolvent.errors import EvolventError
+
+    try:
+        found = estimated(sys.stdin.read())
+    except EvolventError as error:
+        found = {"error": str(error)}
+    out.write(json.dumps(found))
+    out.flush()
+    return 0
+
+
+def estimated(text: str) -> dict[str, Any]:
+    """Time of a case of a study, from a few of them.
+
+    Parameters
+    ----------
+    text : str, the study as YAML that holds its whole case
+
+    Raises
+    ------
+    EvolventError
+        If the study cannot be read or its cases cannot be computed.
+    """
+    from evolvent import cases, studies
+    from evolvent.errors import InputError
+    from evolvent.studies import record, tasks
+    from evolvent.studies.study import corners
+
+    study = studies.read(cases.parse_yaml(text, "the study"))
+    reasons = []
+
+    def timed(index: int, folder: str) -> float:
+        began = time.perf_counter()
+        result = tasks.compute(tasks.task(study, [index], folder))
+        taken = time.perf_counter() - began
+        if result.refused:
+            raise InputError(result.refused)
+        (reason,) = record.decode(result.content).reason
+        if reason:
+            reasons.append(str(reason))
+        return taken
+
+    with tempfile.TemporaryDirectory(prefix="evolvent-estimate-") as folder:
+        middle = study.count // 2
+        taken = [timed(middle, folder)]
+        if taken[0] < _LONG and not study.stages:  # its time has the loading and compilation of functions in it
+            reasons.clear()
+            others = [index for index in corners(study) if index != middle][:3]
+            taken = [timed(index, folder) for index in (middle, *others)]
+    return {"seconds": sum(taken) / len(taken), "computed": len(taken), "reasons": reasons}
+
+
+if __name__ == "__main__":
+    sys.exit(main())

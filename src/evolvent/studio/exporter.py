@@ -1,0 +1,100 @@
+"""The process that writes one download: ``python -m evolvent.studio.exporter KIND RUN FILE``.
+
+Its progress goes to stdout, one JSON object a line; the end of stdin stops it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import sys
+import tempfile
+import threading
+import zipfile
+from typing import Any
+
+#: Kinds of downloads that are written by a process of their own: ending of the file's name.
+KINDS = {
+    "report": "-report.html", "figures": "-figures.zip", "csv": "-csv.zip", "vtk": "-vtk.zip", "mp4": ".mp4",
+    "gif": ".gif",
+}  # fmt: skip
+
+
+def main(kind: str, run: str, target: str) -> int:
+    """Write the download `kind` of the results file `run` to `target`."""
+    from evolvent import progress
+    from evolvent.errors import EvolventError
+
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # whatever else prints does not come between
+    threading.Thread(target=_end_with_stdin, daemon=True).start()
+
+    def send(**what: Any) -> None:
+        out.write(json.dumps(what) + "\n")
+        out.flush()
+
+    try:
+        with progress.shown_by(lambda stage: send(what=stage.what, done=stage.done, total=stage.total)):
+            _write(kind, run, target)
+    except EvolventError as error:
+        send(error=str(error))
+        return 1
+    except OSError as error:
+        send(error=f"the file cannot be written: {(error.strerror or str(error)).lower()}")
+        return 1
+    return 0
+
+
+def _end_with_stdin() -> None:
+    sys.stdin.read()
+    os._exit(1)
+
+
+def _write(kind: str, path: str, target: str) -> None:
+    from evolvent import progress, results
+    from evolvent.exports.request import Request
+
+    progress.report("reading the results")
+    run = results.open(path)
+    match kind:
+        case "report":
+            from evolvent.exports import report
+
+            progress.report("drawing figures and animation")
+            report.write(run, target)
+        case "mp4" | "gif":
+            from evolvent.exports import moving
+
+            getattr(moving, kind)(run, target, Request())
+        case _:
+            with tempfile.TemporaryDirectory(prefix="evolvent-export-") as folder:
+                _fill(kind, run, folder)
+                _pack(folder, target)
+
+
+def _fill(kind: str, run: Any, folder: str) -> None:
+    """Write the files of a download into a folder."""
+    from evolvent import animation, cases, progress
+    from evolvent.exports import drawings, table, vtk
+    from evolvent.exports.request import Request
+
+    if kind == "figures":
+        drawings.write(run, cases.presenter(run).figures(run), animation.of_run(run), folder)
+        return
+    progress.report(f"writing {kind.upper()}")
+    (vtk if kind == "vtk" else table).write(run, folder, Request())
+
+
+def _pack(folder: str, target: str) -> None:
+    from evolvent import progress
+
+    root = pathlib.Path(folder)
+    files = sorted(path for path in root.rglob("*") if path.is_file())
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in progress.track(files, "compressing"):
+            archive.write(path, path.relative_to(root).as_posix())
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,312 @@
+"""Runs on the page in a real browser: told apart, renamed, seen from all sides, downloaded; drafts of two tabs."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import zipfile
+
+import pytest
+
+import evolvent
+from evolvent import cases, results
+from evolvent.studio import exports
+from studio.serving import SHORT, WAIT, choose, part, serving
+
+VIEWER = "document.querySelector('.ev-motion')?.viewer"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A working folder with a case and its run."""
+    place = tmp_path_factory.mktemp("runs") / "work"
+    place.mkdir()
+    (place / "short.yaml").write_text(SHORT)
+    results.save(evolvent.run(place / "short.yaml"), place / "saved.nc")
+    rows = "".join(f"{k / 100},{(k * 7) % 5}\n" for k in range(200))
+    (place / "timed.csv").write_text("time (ms),sensor (mm)\n" + rows)
+    (place / "untimed.csv").write_text("a,b\n" + "".join(f"{k % 7},{k % 5}\n" for k in range(50)))
+    return place
+
+
+@pytest.fixture(scope="module")
+def server(browser, folder):
+    with serving(folder) as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def context(browser):
+    opened = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    opened.set_default_timeout(WAIT)
+    yield opened
+    opened.close()
+
+
+def opened(context, server):
+    page = context.new_page()
+    page.errors = []
+    page.on("pageerror", lambda error: page.errors.append(str(error)))
+    page.goto(server.url)
+    page.click(part("tab-case"))
+    page.wait_for_selector(part("run"))
+    page.wait_for_timeout(400)
+    return page
+
+
+@pytest.fixture
+def page(context, server):
+    found = opened(context, server)
+    yield found
+    found.close()
+    assert found.errors == []
+    assert "Traceback" not in server.log.read_text()
+
+
+def show_saved(page):
+    page.click(part("tab-runs"))
+    page.locator(".ev-link", has_text="saved.nc").click()
+    page.wait_for_selector(part("result"))
+    page.wait_for_function(f"{VIEWER} && {VIEWER}.motions[0].frames > 1")
+
+
+def test_runs_are_told_apart_and_renamed(page, server, folder, shots):
+    choose(page, "case", "short.yaml")
+    page.locator(part("field-blade.length")).fill("80 cm")
+    page.locator(part("field-body.rate")).fill("60 rpm")
+    page.wait_for_timeout(400)
+    page.click(part("run"))
+    page.wait_for_selector(part("result"))
+    changes = page.locator(part("changes")).inner_text()
+    assert changes.endswith("body.rate = 60 rpm, blade.length = 80 cm")
+    assert changes[:5].replace(":", "").isdigit(), "the time at which it was added"
+    row = page.locator(".ev-job").first
+    assert "blade.length = 80 cm" in row.inner_text()
+    page.click(part("rename"))
+    page.locator(part("title")).fill("  slow  spin ")
+    page.click(part("title-done"))
+    page.locator(f"{part('result')} >> text=slow spin").wait_for()
+    assert "slow spin" in row.inner_text()
+    assert "short: body.rate" in row.inner_text(), "the case that it is a change of"
+    page.screenshot(path=shots / "told-apart.png")
+    # the case that is opened again has the values as they were typed
+    page.locator(f"{part('main')} >> text=Open its case").click()
+    page.wait_for_function("s => document.querySelector(s)?.value === '80 cm'", arg=part("field-blade.length"))
+    page.click(part("run"))
+    page.wait_for_selector(part("result"))
+    assert "blade.length = 80 cm" in page.locator(part("changes")).inner_text(), "changes against the same case"
+    kept = json.loads((folder / ".evolvent-studio" / "queue.json").read_text())
+    assert "slow spin" in json.dumps(kept)
+
+
+def test_a_result_opens_at_its_first_frame_and_plays_on_the_space_bar(page):
+    show_saved(page)
+    assert page.evaluate(f"{VIEWER}.now") == page.evaluate(f"{VIEWER}.begin")
+    assert not page.evaluate(f"{VIEWER}.playing")
+    page.keyboard.press(" ")
+    page.wait_for_timeout(800)
+    assert page.evaluate(f"{VIEWER}.playing")
+    assert page.evaluate(f"{VIEWER}.now") > 0.0
+    page.keyboard.press(" ")
+    page.locator(part("figure-1")).click()
+    page.wait_for_timeout(300)
+    page.keyboard.press(" ")  # also after a click on a tab of the charts
+    page.wait_for_timeout(300)
+    assert page.evaluate(f"{VIEWER}.playing")
+
+
+def test_views_are_named_by_what_they_show(page, shots):
+    show_saved(page)
+    names = page.locator(".ev3-views button").all_inner_texts()
+    assert names == ["spin axis z", "oblique", "along y", "along x", "bodies"]
+    assert page.evaluate(f"{VIEWER}.camera.elevation") == pytest.approx(1.5708, abs=1e-4), "along the axis of the spin"
+    for name in names:
+        page.click(part(f"view-{name}"))
+        page.wait_for_timeout(150)
+        places = page.evaluate(f"{VIEWER}.axisLabels")
+        gaps = [((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2) ** 0.5 for i, a in enumerate(places) for b in places[:i]]
+        assert min(gaps) > 12.0, "names of axes stand apart"
+    page.screenshot(path=shots / "views.png")
+
+
+@pytest.mark.parametrize("kind", ["report", "csv", "vtk", "mp4", "figures"])
+def test_downloads(page, kind, tmp_path):
+    if reason := exports.missing(kind):
+        pytest.skip(reason)
+    show_saved(page)
+    page.click(part("download"))
+    with page.expect_download(timeout=WAIT) as download:
+        page.click(part(f"download-{kind}"))
+        page.wait_for_selector(part("export-cancel"))
+    path = tmp_path / "file"
+    download.value.save_as(path)
+    content = path.read_bytes()
+    assert download.value.suggested_filename.startswith("saved")
+    if kind == "report":
+        assert b"<html" in content[:200]
+    elif kind == "mp4":
+        assert content[4:8] == b"ftyp"
+    else:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            names = set(archive.namelist())
+            wanted = {"csv": "series.csv", "vtk": "about.txt", "figures": "animation.html"}[kind]
+            assert wanted in names
+            if kind == "csv":
+                rows = list(csv.reader(io.StringIO(archive.read("series.csv").decode("utf-8-sig"))))
+                assert len(rows) > 10
+    page.wait_for_selector(part("export-cancel"), state="detached")
+
+
+def test_a_download_is_cancelled(page):
+    show_saved(page)
+    page.click(part("download"))
+    page.click(part("download-gif"))
+    page.click(part("export-cancel"))
+    page.wait_for_selector(part("export"), state="detached")
+
+
+def test_an_untouched_form_has_no_errors(page, shots):
+    choose(page, "case", "new structure")
+    page.click(part("add-part"))
+    page.locator(f".q-field:has({part('part-kind')})").click()
+    page.keyboard.type("beam")
+    page.locator(".q-menu .q-item").filter(has_text="beam:").first.click()
+    page.wait_for_function("s => document.querySelector(s).value !== ''", arg=part("part-name"))
+    page.click(part("part-done"))
+    page.wait_for_selector(part("field-parts.beam.length"))
+    page.wait_for_timeout(1200)
+    assert page.locator(".ev-wrong").count() == 0
+    assert page.locator(".ev-banner.bad >> visible=true").count() == 0
+    assert page.locator(part("run")).is_enabled()
+    page.screenshot(path=shots / "untouched.png")
+    page.click(part("run"))
+    page.locator(".ev-wrong").first.wait_for()
+    assert page.locator(part("error-parts.beam.length")).inner_text() != ""
+    assert not page.locator(part("run")).is_enabled()
+
+
+def test_yaml_needs_no_side_scroll(page):
+    choose(page, "case", "boom-slew")
+    page.locator(part("field-simulate.until")).fill("20000 ms")
+    page.wait_for_timeout(400)
+    page.click(part("yaml"))
+    code = page.locator(".ev-code")
+    code.wait_for()
+    text = code.inner_text()
+    assert "until: 20000 ms" in text, "units as they were typed"
+    assert "radius: 1 cm" in text
+    assert "{" not in text
+    assert code.evaluate("e => e.scrollWidth <= e.clientWidth")
+    page.keyboard.press("Escape")
+
+
+def test_two_tabs_keep_their_own_drafts_over_a_restart(context, browser, tmp_path):
+    place = tmp_path / "work"
+    place.mkdir()
+    (place / "short.yaml").write_text(SHORT)
+    for name in ("one", "two"):
+        (place / f"{name}.csv").write_text("a,b\n" + "".join(f"{k % 7},{k % 5}\n" for k in range(50)))
+    port = "8437"
+    tabs = []
+    with serving(place, "--port", port) as server:
+        for length, name in (("70 cm", "one"), ("60 cm", "two")):
+            tab = opened(context, server)
+            choose(tab, "case", "short.yaml")
+            tab.locator(part("field-blade.length")).fill(length)
+            tab.click(part("tab-measure"))
+            tab.wait_for_timeout(1000)
+            leave = tab.locator(".ev-row:has(.ev-link) >> button:has(i:text('close')) >> visible=true")
+            if leave.count():  # a new tab begins with what was open last
+                leave.first.click()
+            choose(tab, "signal-file", f"{name}.csv")
+            tab.locator(f".ev-row >> text={name}.csv").wait_for()
+            tab.wait_for_timeout(1000)
+            tabs.append(tab)
+    with serving(place, "--port", port) as server:
+        for tab, length, name in zip(tabs, ("70 cm", "60 cm"), ("one", "two"), strict=True):
+            tab.goto(server.url)
+            tab.click(part("tab-measure"))
+            tab.locator(f".ev-row >> text={name}.csv").wait_for()
+            assert tab.locator(".ev-row .ev-link >> visible=true").all_inner_texts() == [f"{name}.csv"]
+            tab.click(part("tab-case"))
+            tab.wait_for_function(
+                "([s, x]) => document.querySelector(s)?.value === x", arg=[part("field-blade.length"), length]
+            )
+            tab.close()
+
+
+def axis_name(page):
+    page.wait_for_function(f"document.querySelector('{part('signal-chart')}')?.chart")
+    page.wait_for_timeout(500)
+    return page.evaluate(f"document.querySelector('{part('signal-chart')}').chart.getOption().xAxis[0].name")
+
+
+def test_the_preview_of_signals_has_a_time_axis(page):
+    page.click(part("tab-measure"))
+    choose(page, "signal-file", "timed.csv")
+    page.wait_for_selector(part("columns"))
+    assert axis_name(page) == "time [s]"
+    last = page.evaluate(f"document.querySelector('{part('signal-chart')}').chart.getOption().xAxis[0].max")
+    assert last == pytest.approx(1.99e-3), "ms of the file are s of the axis"
+    page.locator(".ev-row:has-text('timed.csv') >> button:has(i:text('close'))").click()
+    choose(page, "signal-file", "untimed.csv")
+    page.locator(f"{part('columns')} >> text=b").first.wait_for()
+    assert axis_name(page).startswith("sample")
+    page.locator(f"{part('group-signals')} .ev-title").click()
+    page.locator(part("field-signals.rate")).fill("50 Hz")
+    page.wait_for_timeout(800)
+    assert axis_name(page) == "time [s]"
+
+
+def test_what_a_browser_sends_as_a_tab_is_no_path(tmp_path):
+    from evolvent.studio import pages
+    from evolvent.studio.folder import Folder
+    from evolvent.studio.state import Studio
+
+    studio = Studio(Folder(tmp_path))
+    try:
+        for name in ("../../outside", "", "a" * 36, "0" * 8):
+            tab = studio.of_tab(name)
+            tab.save()
+        assert not (tmp_path / ".evolvent-studio" / "pages").exists()
+        name = "01234567-89ab-cdef-0123-456789abcdef"
+        tab = studio.of_tab(name)
+        tab.take_case(cases.content_of("heliogyro", {"blade.length": "4 m"}), "changed", "case:heliogyro")
+        tab.save()
+        assert studio.of_tab(name).draft == tab.draft
+        damaged = tmp_path / ".evolvent-studio" / "pages" / f"{name}.json"
+        for text in ("", "[]", "{}", '{"draft": {"base": "heliogyro"}}', damaged.read_text()[:-40]):
+            damaged.write_text(text)
+            assert studio.of_tab(name).draft.source == "case:boom-slew", "a damaged file counts as none"
+        assert pages.is_name(name)
+        os.remove(damaged)
+        damaged.symlink_to(tmp_path / "elsewhere.json")
+        (tmp_path / "elsewhere.json").write_text("{}")
+        tab.draft.about = "again"
+        tab.save()
+        assert (tmp_path / "elsewhere.json").read_text() == "{}", "a link is replaced, not followed"
+    finally:
+        studio.jobs.stop()
+
+
+def test_changes_are_keys_whose_values_differ_and_not_their_units():
+    from evolvent.studio.changes import changes
+
+    base = cases.content_of("boom-slew")
+    same = cases.content_of("boom-slew", {"simulate.until": "20000 ms", "parts.boom.length": 3})
+    assert changes(base, same) == []
+    content = cases.content_of("boom-slew", {"parts.boom.section.tube.radius": "12 mm", "parts.wheel": None})
+    del content["parts"]["wheel"]
+    content["parts"]["end"] = {"kind": "point", "mass": "1 g", "at": "boom.tip"}
+    content["parts"]["boom"]["elements"] = 8
+    found = dict(changes(base, content))
+    assert found["parts.boom.section.tube.radius"] == "12 mm"
+    assert found["parts.boom.elements"] == "8"
+    assert found["parts.wheel"] == "removed"
+    assert found["parts.end"] == "added"
+    assert len(found) == 4
+    profile = cases.content_of("boom-slew")
+    profile["parts"]["wheel"]["profile"] = [["0 s", "0 N m"], ["1 s", "300 mN m"], ["2 s", "0 N m"]]
+    assert changes(base, profile) == [("parts.wheel.profile", "[[0 s, 0 N m], [1 s, 300 mN m], [2 s, 0 N m]]")]

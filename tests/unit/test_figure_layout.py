@@ -1,0 +1,161 @@
+"""How figures are printed: texts lie on the sheet, do not cover one another, and no legend covers a curve."""
+
+import itertools
+import pathlib
+from unittest import mock
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+import evolvent
+from evolvent import cases, papers, plots
+from evolvent.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, plain, y_limits
+from evolvent.massprops import mode_figures
+from evolvent.massprops.identification import identify
+
+#: Built-in cases and keys that make their runs short.
+SHORT = {
+    "andrews-mechanism": {},
+    "boom-slew": {"simulate.until": 1.0},
+    "hanging-chain": {"simulate.until": 0.5},
+    "heliogyro": {"solver.duration": 20.0},
+    "inertia-stand": {},
+    "orbit-tether": {"simulate.until": 20.0},
+    "solar-array": {"simulate.until": 4.0},
+    "two-booms": {"simulate.until": 0.2},
+    "wire-boom-satellite": {"simulate.until": 2.0},
+    "wrapped-rib": {"solver.duration": 10.0},
+    "wrapped-rib-deploy": {"solver.duration": 100.0},
+    "wrapped-rib-hold": {"hold.time": 20.0},
+    "yo-yo-despin": {"simulate.until": 0.2},
+}
+SCHEMATICS = [name for name, entry in papers.ENTRIES.items() if "schematic" in entry.function]
+#: Room around a text that may be shared, pixels, and share of points that a legend may cover.
+SLACK, COVERED = 2.0, 0.01
+
+
+def boxes(sheet):
+    """Words and boxes of all texts that are drawn, in pixels."""
+    drawn, original = [], Text.draw
+
+    def record(self, renderer, *args, **kwargs):
+        if self.get_visible() and self.get_text().strip():
+            drawn.append(self)
+        return original(self, renderer, *args, **kwargs)
+
+    with mock.patch.object(Text, "draw", record):
+        sheet.draw(sheet.canvas.get_renderer())
+    return [(text.get_text(), Text.get_window_extent(text)) for text in dict.fromkeys(drawn)]
+
+
+def faults(figure):
+    """What is wrong with the layout of a figure, as sentences."""
+    sheet = plots.sheet(figure, dpi=100.0)
+    found, texts = [], boxes(sheet)
+    width, height = sheet.bbox.width, sheet.bbox.height
+    for words, box in texts:
+        if box.x0 < -1.0 or box.y0 < -1.0 or box.x1 > width + 1.0 or box.y1 > height + 1.0:
+            found.append(f"{figure.name}: {words!r} is cut off")
+    for (words, a), (others, b) in itertools.combinations(texts, 2):
+        wide, high = min(a.x1, b.x1) - max(a.x0, b.x0), min(a.y1, b.y1) - max(a.y0, b.y0)
+        if wide > SLACK and high > SLACK:
+            found.append(f"{figure.name}: {words!r} and {others!r} cover one another")
+    for axes in sheet.axes:
+        legend = axes.get_legend()
+        if legend is None:
+            continue
+        box = legend.get_window_extent()
+        points = [axes.transData.transform(line.get_xydata()) for line in axes.lines if len(line.get_xydata())]
+        at = np.concatenate(points)
+        inside = np.mean((at > [box.x0, box.y0]).all(axis=1) & (at < [box.x1, box.y1]).all(axis=1))
+        if inside > COVERED:
+            found.append(f"{figure.name}: a legend covers {100.0 * inside:.0f} % of the points")
+    return found
+
+
+@pytest.mark.parametrize("name", SCHEMATICS)
+def test_schematics_of_papers(name):
+    assert faults(papers.ENTRIES[name].make(papers.Options(quick=True)).figure) == []
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_figures_of_built_in_cases(name):
+    run = evolvent.run(name, SHORT[name])
+    figures = cases.presenter(run).figures(run)
+    assert figures
+    assert [fault for figure in figures for fault in faults(figure)] == []
+
+
+def test_figures_of_signals_and_maps():
+    t = np.arange(200) / 50.0
+    data = {f"corner {k}": np.cos(9.0 * t + k) + 0.2 * np.cos(21.0 * t) for k in range(8)}
+    modes = identify(data, rate=50.0, order=2)
+    x = np.linspace(-0.5, 0.5, 6)
+    energy = Map(
+        x=x, y=x, values=np.abs(x)[:, None] + np.abs(x) + 1e-3, label="energy, kg m2/s2", log=True, limits=(1e-3, 1.0)
+    )
+    long = "a long title of a panel, which says what is drawn and goes over more than one line of the sheet " * 2
+    panels = [Panel(x_label="offset $e_x$, m", y_label="offset $e_z$, m", lines=[], map=energy, title=long)] * 2
+    figures = [
+        *mode_figures.figures(modes, "mm"),
+        Figure(name="map", title=long, panels=panels, columns=2, height=95.0),
+    ]
+    assert [fault for figure in figures for fault in faults(figure)] == []
+
+
+def test_figures_have_the_width_of_a_page_and_text_that_can_be_read():
+    lines = [Line(x=np.arange(3.0), y=np.arange(3.0) * k, label=f"line {k}", color=k) for k in range(9)]
+    figure = Figure(name="f", title="F", panels=[Panel(x_label="time, s", y_label="y, m", lines=lines)], height=80.0)
+    sheet = plots.sheet(figure)
+    assert sheet.get_size_inches() * 25.4 == pytest.approx([WIDTH, 80.0])
+    sizes = {text.get_fontsize() for text in sheet.findobj(Text) if text.get_text()}
+    assert min(sizes) >= 7.0
+    assert len({str(line.get_linestyle()) + str(line._dash_pattern) for line in sheet.axes[0].lines[:7]}) == 7
+    assert len(plots.sheet(Figure(name="f", title="", panels=list(figure.panels) * 3, columns=2)).axes) == 3
+
+
+def test_labels_of_axes_have_units_in_brackets():
+    assert axis_label("time, s") == "time [s]"
+    assert axis_label("momentum, 1e-3 kg m2/s") == "momentum [10⁻³ kg m²/s]"
+    assert axis_label("gap, um") == "gap [µm]"
+    assert axis_label(", rad/s") == "[rad/s]"
+    assert axis_label("sensor") == "sensor"
+    assert plain(r"moment $I_{xx}$, $\alpha$ = 1") == "moment Ixx, \N{GREEK SMALL LETTER ALPHA} = 1"
+
+
+def test_small_differences_look_small():
+    x = np.arange(3.0)
+
+    def ends(y, **given):
+        return y_limits(Panel(x_label="", y_label="", lines=[Line(x=x, y=np.asarray(y))], **given))
+
+    assert ends([-1e-6, 0.0, 2e-6], y_span=0.02) == (-0.01, 0.01)
+    assert ends([-1.0, 0.0, 2.0], y_span=0.02) is None
+    assert ends([5.0, 5.0 + 1e-9, 5.0]) == pytest.approx((4.5, 5.5))
+    assert ends([0.0, 1.0, 2.0], y_zero=True) == pytest.approx((0.0, 2.1))
+    assert ends([1.0, 2.0, 3.0], y_span=0.02, log=True) is None
+
+
+@pytest.mark.parametrize(("kind", "head"), [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])
+def test_formats_of_files(kind, head, tmp_path):
+    line = Line(x=np.arange(3.0), y=np.arange(3.0))
+    figure = Figure(name="f", title="F", panels=[Panel(x_label="time, s", y_label="y, m", lines=[line])])
+    (path,) = plots.draw([figure], tmp_path, kind=kind)
+    assert path.endswith(f"f.{kind}")
+    content = pathlib.Path(path).read_bytes()
+    assert content.startswith(head)
+    assert content == plots.picture(figure, kind)
+    if kind == "pdf":
+        assert b"/Type0" in content  # an embedded TrueType font, no outlines of letters
+        assert b"/MediaBox [ 0 0 493.2" in content  # 174 mm in points
+
+
+def test_faults_of_a_layout_are_found(monkeypatch):
+    monkeypatch.setattr(plots, "_wrapped", lambda text, size, width: text)
+    line = Line(x=np.arange(2.0), y=np.arange(2.0))
+    notes = [Note(at=(0.5, 0.5), text="one"), Note(at=(0.5, 0.5), text="another")]
+    panel = Panel(x_label="x, m", y_label="y" * 80, lines=[line], notes=notes)
+    found = faults(Figure(name="f", title="F", panels=[panel], height=60.0))
+    assert "f: 'one' and 'another' cover one another" in found
+    assert any(fault.endswith("is cut off") for fault in found)

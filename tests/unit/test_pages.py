@@ -1,0 +1,191 @@
+"""Pages escape every value: text, attributes and data inside a script."""
+
+import html.parser
+import json
+import pathlib
+import re
+
+import numpy as np
+import pytest
+
+from evolvent import animation, pages
+from evolvent.motion import Line, Motion
+
+HOSTILE = (
+    """</title></script><script>alert(1)</script>"' onload=alert(2) <img src=x onerror=alert(3)> & {{ 7 * 7 }} @DATA@"""
+)
+TEMPLATES = pathlib.Path(pages.__file__).parent / "templates"
+OWN_TAGS = {
+    "html",
+    "head",
+    "meta",
+    "title",
+    "style",
+    "body",
+    "main",
+    "header",
+    "p",
+    "h1",
+    "h2",
+    "h3",
+    "span",
+    "section",
+    "nav",
+    "a",
+    "table",
+    "thead",
+    "tbody",
+    "tr",
+    "th",
+    "td",
+    "figure",
+    "figcaption",
+    "img",
+    "iframe",
+    "div",
+    "pre",
+    "code",
+    "dl",
+    "dt",
+    "dd",
+    "ul",
+    "ol",
+    "li",
+    "script",
+    "form",
+    "input",
+    "button",
+}
+
+
+class Tags(html.parser.HTMLParser):
+    """Tags with their attributes, the text, and the title of a page."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.text, self.open = [], [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        while self.open and self.open.pop() != tag:
+            pass
+
+    def handle_data(self, data):
+        self.text.append((self.open[-1] if self.open else "", data))
+
+
+def check(text, scripts=0):
+    """Nothing of a value has become markup."""
+    page = Tags(text)
+    assert {tag for tag, _ in page.tags} <= OWN_TAGS
+    assert sum(tag == "script" for tag, _ in page.tags) == scripts
+    for tag, attrs in page.tags:
+        assert not any(name.startswith("on") for name in attrs)
+        if tag == "img":
+            assert attrs["src"].startswith("data:image/")
+    return page
+
+
+@pytest.fixture
+def picture():
+    return pages.picture(b"<svg/>", "svg+xml", HOSTILE)
+
+
+def test_a_report_escapes_what_a_case_and_a_run_hold(picture):
+    names = ("results", "animation", "figures", "balances", "case", "provenance")
+    rows = [(HOSTILE, HOSTILE)]
+    text = pages.render(
+        "report.html",
+        title=HOSTILE,
+        status=HOSTILE,
+        good=True,
+        facts=[HOSTILE],
+        notes=[{"kind": "warning", "heading": HOSTILE, "texts": [HOSTILE]}],
+        sections=dict.fromkeys(names, HOSTILE),
+        results=rows,
+        animation={"title": HOSTILE, "page": HOSTILE, "stills": [picture]},
+        figures=[picture],
+        balances={
+            "defects": [(HOSTILE,) * 4],
+            "kept": [{"name": HOSTILE, "unit": HOSTILE, "rows": [(HOSTILE,) * 5]}],
+        },
+        case=HOSTILE,
+        provenance=rows,
+    )
+    page = check(text)
+    (frame,) = (attrs for tag, attrs in page.tags if tag == "iframe")
+    assert frame["srcdoc"] == frame["title"] == HOSTILE
+    assert frame["sandbox"] == "allow-scripts"
+    assert ("title", HOSTILE) in page.text
+
+
+def test_a_calibration_escapes_keys_and_values(picture):
+    text = pages.render(
+        "calibration.html",
+        title=HOSTILE,
+        parameters=[(HOSTILE,) * 4],
+        summary=[HOSTILE],
+        residuals=picture,
+        names=[HOSTILE],
+        correlation=[(HOSTILE, HOSTILE)],
+        values=[(HOSTILE,) * 4],
+        case=HOSTILE,
+    )
+    check(text)
+
+
+def test_a_record_of_measurement_escapes_names_files_and_remarks(picture):
+    rows = [(HOSTILE,) * 6]
+    text = pages.render(
+        "certificate.html",
+        title=HOSTILE,
+        facts=[(HOSTILE, HOSTILE)],
+        files=rows,
+        result={"rows": rows, "probability": "95", "interval": HOSTILE, "names": [HOSTILE], "correlation": rows},
+        values=[(HOSTILE,) * 4],
+        notes=[HOSTILE],
+        warnings=[HOSTILE],
+        several=True,
+        comparison={"rows": rows, "head": [HOSTILE], "picture": picture},
+        budget={"tables": [([HOSTILE], rows)], "picture": picture},
+        recordings=[
+            {
+                "name": HOSTILE, "modes": rows, "shapes": rows, "shapes_head": [HOSTILE], "compared": True,
+                "white": "1", "consistency": "1", "figures": [(picture, HOSTILE)], "order": 3, "orders": rows,
+                "why": [HOSTILE], "candidates": rows,
+            }
+        ],
+        steps=[HOSTILE],
+        assumed=rows,
+        cannot=rows,
+        numbers=HOSTILE,
+        description=HOSTILE,
+    )  # fmt: skip
+    check(text)
+
+
+def test_an_animation_escapes_names_in_its_text_and_its_data():
+    time = np.linspace(0.0, 1.0, 3)
+    motion = Motion(title=HOSTILE, time=time, lines=[Line(name=HOSTILE, points=np.ones((3, 2, 3)))])
+    text = animation.page(motion)[0].decode()
+    page = check(text, scripts=1)
+    assert ("title", HOSTILE) in page.text
+    data = json.loads(re.search(r"const data = (.*);\n", text)[1])
+    assert data["lines"][0]["name"] == HOSTILE
+    assert not re.search("[<>&']", re.search(r"const data = (.*);\n", text)[1])
+
+
+def test_a_template_that_lacks_a_value_is_an_error():
+    with pytest.raises(Exception, match="'title' is undefined"):
+        pages.render("token.html")
+
+
+def test_no_template_switches_escaping_off():
+    for path in TEMPLATES.glob("*.html"):
+        assert "safe" not in path.read_text("utf-8").replace("safest", ""), path.name
+        assert "autoescape" not in path.read_text("utf-8"), path.name
