@@ -19,7 +19,7 @@ def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
     return loaded, cases.system(loaded.system)
 
 
-def _claim(output: str | None, figures: str | None, case: str) -> None:
+def _check_targets(output: str | None, figures: str | None, case: str) -> None:
     """Refuse files and folders that could not be written, and results in place of the case, before any work is done."""
     from evolvent import results
 
@@ -47,7 +47,7 @@ def modes(case: str, assignments: tuple[str, ...], count: int | None, output: st
     """
     from evolvent import results
 
-    _claim(output, figures, case)
+    _check_targets(output, figures, case)
     loaded, definition = _loaded(case, assignments)
     found = definition.modes(loaded, count=count)
     click.echo(found.table())
@@ -72,7 +72,7 @@ def equilibrium(case: str, assignments: tuple[str, ...], output: str | None, fig
     """Find the equilibrium of a CASE under its loads, from its start."""
     from evolvent import results, show
 
-    _claim(output, figures, case)
+    _check_targets(output, figures, case)
     loaded, definition = _loaded(case, assignments)
     found = definition.equilibrium(loaded)
     rows = [("status", found.attrs["status"])] + [(n.label, n.value) for n in show.numbers(found)]

@@ -55,17 +55,17 @@ def main() -> NoReturn:
         click.echo("evolvent: interrupted", err=True)
         code = INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone away
-        _mute()
+        _discard_output()
         code = 0
     except OSError as error:
-        _mute()
+        _discard_output()
         about = f" {error.filename!r}" if error.filename else " the output"
         click.echo(f"evolvent: cannot write{about}: {(error.strerror or str(error)).lower()}", err=True)
         code = FAILED
     sys.exit(code if isinstance(code, int) else 0)
 
 
-def _mute() -> None:
+def _discard_output() -> None:
     """Send what is still to be printed nowhere."""
     with contextlib.suppress(OSError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -76,7 +76,7 @@ def _say(text: str) -> None:
     try:
         click.echo(text)
     except BrokenPipeError:
-        _mute()
+        _discard_output()
 
 
 def _complain(error: click.ClickException | EvolventError) -> int:
@@ -278,7 +278,7 @@ def run(
         note(plan.note)
     with watch(quiet=quiet or not plan.solver):
         found = plan.run(lambda reached: progress.report("running", reached, plan.duration, "s"))
-    _keep(found, targets, kind, quiet)
+    _store(found, targets, kind, quiet)
     status, message = found.attrs["status"], found.attrs["message"]
     if status == "failed":
         raise RunFailed(message, found)
@@ -360,7 +360,7 @@ def _with_parents(path: str) -> list[str]:
     return [path] if above == path else [path, *_with_parents(above)]
 
 
-def _keep(found: xr.Dataset, targets: _Targets, kind: str, quiet: bool) -> None:
+def _store(found: xr.Dataset, targets: _Targets, kind: str, quiet: bool) -> None:
     """Table, results file, figures and report of a run: what is wanted first and is quick comes first."""
     from evolvent import results
 

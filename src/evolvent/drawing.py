@@ -93,13 +93,13 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
                     points = np.stack([group[name].values for name in own["points"]], axis=1)
                     marks.append(Marks(name=part, points=points))
                 elif kind == "forces":
-                    at, vectors = _few(*(group[own[key]].values for key in ("points", "vectors")))
+                    at, vectors = _thinned_arrows(*(group[own[key]].values for key in ("points", "vectors")))
                     points = np.concatenate(_copies(run, own, at), axis=1)
                     vectors = np.concatenate(_copies(run, own, vectors, places=False), axis=1)
                     name = own.get("name", part)
                     forces.append(Forces(name=name, points=points, vectors=vectors, unit=own.get("unit", "N")))
                 elif kind == "pushes":
-                    forces += _pushes(run, part, group, own)
+                    forces += _contact_arrows(run, part, group, own)
                 elif kind == "spool":
                     spools.append((part, own))
                 elif kind == "surface":
@@ -189,7 +189,7 @@ def _along(axes: Array) -> Array:
     return quaternions(np.stack([x, np.cross(z, x), z], axis=2))
 
 
-def _few(points: Array, vectors: Array) -> tuple[Array, Array]:
+def _thinned_arrows(points: Array, vectors: Array) -> tuple[Array, Array]:
     """Places and forces (nt, 3) or (nt, n, 3) as (nt, m, 3): of more than can be seen, neighbours share an arrow."""
     if points.ndim == 2:
         return points[:, None], vectors[:, None]
@@ -314,7 +314,7 @@ def between_places(values: Array, arc: Array, at: Array) -> Array:
     return found
 
 
-def _pushes(run: xr.DataTree, part: str, group: xr.Dataset, own: dict[str, Any]) -> list[Forces]:
+def _contact_arrows(run: xr.DataTree, part: str, group: xr.Dataset, own: dict[str, Any]) -> list[Forces]:
     """Contact forces on beams, away from the axis of a cylinder; neighbours share an arrow where there are many."""
     body = variables.group_of(run, own["body"]) if own["body"] in variables.parts(run) else None
     found = []

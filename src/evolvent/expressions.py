@@ -263,7 +263,7 @@ class _Compiler:
             and abs(right) <= EXPONENT
         ):
             return [*left, run.INTEGER_POWER, right], depth_left
-        return [*_pushed(left), *_pushed(right), instruction], max(depth_left, 1 + depth_right)
+        return [*_operand(left), *_operand(right), instruction], max(depth_left, 1 + depth_right)
 
     def _call(self, node: ast.Call, nesting: int) -> tuple[list[float] | float, int]:
         if not isinstance(node.func, ast.Name) or node.keywords or any(isinstance(a, ast.Starred) for a in node.args):
@@ -286,7 +286,7 @@ class _Compiler:
         code: list[float] = []
         depth = 0
         for k, (inner, own) in enumerate(found):
-            code += _pushed(inner)
+            code += _operand(inner)
             depth = max(depth, own + (k if count else min(k, 1)))
             if not count and k > 0:
                 code.append(instruction)
@@ -305,7 +305,7 @@ class _Compiler:
             (left, depth_left), (right, depth_right) = found[k], found[k + 1]
             self._corner(sides[k], right)
             self._corner(sides[k + 1], left)
-            code += [*_pushed(left), *_pushed(right), instruction]
+            code += [*_operand(left), *_operand(right), instruction]
             depth = max(depth, min(k, 1) + max(depth_left, 1 + depth_right))
             if k > 0:
                 code.append(run.MULTIPLY)
@@ -316,5 +316,5 @@ class _Compiler:
             self.corners.add(other)
 
 
-def _pushed(found: list[float] | float) -> list[float]:
+def _operand(found: list[float] | float) -> list[float]:
     return found if isinstance(found, list) else [run.CONSTANT, found]

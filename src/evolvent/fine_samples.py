@@ -63,7 +63,7 @@ class Times(NamedTuple):
         share = np.arange(1, parts) / parts
         inner = (regular[:-1, None] + np.diff(regular)[:, None] * share).ravel()
         candidates, is_derived = np.concatenate([more, inner]), np.arange(more.size + inner.size) < more.size
-        candidates, is_derived = _apart(regular, candidates, is_derived)
+        candidates, is_derived = _distinct_times(regular, candidates, is_derived)
         times = np.concatenate([regular, candidates])
         order = np.argsort(times, kind="stable")
         is_regular = order < regular.size
@@ -94,7 +94,7 @@ class Times(NamedTuple):
         return {MARK: (("time",), fine.astype(np.int8), "1", text)} if fine.any() else {}
 
 
-def _apart(regular: Array, candidates: Array, is_derived: Array) -> tuple[Array, Array]:
+def _distinct_times(regular: Array, candidates: Array, is_derived: Array) -> tuple[Array, Array]:
     """Candidates inside the regular times that coincide neither with these nor with one another, in order."""
     inside = (candidates > regular[0]) & (candidates < regular[-1])
     candidates, is_derived = candidates[inside], is_derived[inside]

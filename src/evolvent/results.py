@@ -420,12 +420,12 @@ def _remove_left(folder: str) -> None:
     with contextlib.suppress(OSError):
         for name in os.listdir(folder):
             found = _PART.fullmatch(name)
-            if found and found[1] == _host() and not _lives(int(found[2])):
+            if found and found[1] == _host() and not _is_running(int(found[2])):
                 with contextlib.suppress(OSError):
                     os.unlink(os.path.join(folder, name))
 
 
-def _lives(process: int) -> bool:
+def _is_running(process: int) -> bool:
     """Whether there is a process of this number."""
     try:
         os.kill(process, 0)

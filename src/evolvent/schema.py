@@ -349,7 +349,7 @@ def dotted(location: Sequence[Any]) -> str:
     return ".".join(str(part) for part in location if not re.fullmatch(r"[\w-]+\[.*\]", str(part)))
 
 
-def urgent(error: Any) -> tuple[bool, bool]:
+def error_priority(error: Any) -> tuple[bool, bool]:
     """Key by which pydantic's errors are sorted: what a user should read first comes first.
 
     Unknown keys explain others; last come the words that a list might have been, for what is wrong with it tells more.
@@ -367,7 +367,7 @@ def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") ->
     kind : the section that was read
     before : str, put before every key
     """
-    first = sorted(errors, key=urgent)[0]
+    first = sorted(errors, key=error_priority)[0]
     key = before + dotted(first["loc"])
     value, message, context = first["input"], first["msg"], first.get("ctx", {})
     match first["type"]:

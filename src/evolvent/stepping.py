@@ -270,10 +270,10 @@ class Stepper:
             As of `result`.
         """
         if name not in self._found:
-            self._found[name] = self._looked_up(name)
+            self._found[name] = self._place_of_name(name)
         return self._found[name]
 
-    def _looked_up(self, name: Any) -> Place:
+    def _place_of_name(self, name: Any) -> Place:
         from evolvent import variables  # whose xarray takes long to load
 
         part = variables.owner(name) if isinstance(name, str) else ""
@@ -411,7 +411,7 @@ class Stepper:
     def _advance(self, end: float) -> None:
         try:
             if self.method == IMPLICIT:
-                self._go_on(end)
+                self._continue_to(end)
             else:
                 self._solve(end)
         except EvolventError:
@@ -433,14 +433,14 @@ class Stepper:
         if failure:
             raise RunFailed(failure, self)
 
-    def _go_on(self, end: float) -> None:
+    def _continue_to(self, end: float) -> None:
         run, loop = self._run, self._run.work.loop
         run.work.samples[:] = self.time, end
         loop.sample = 1
         if self._changed:  # loads that jump
             code = alpha_loop.restart(self.time, float(loop.step), run.model, run.plan.matrix, run.work)
             if code != alpha_state.DONE:
-                raise RunFailed(run.why(code), self)
+                raise RunFailed(run.failure_message(code), self)
         goes_on, failure = True, ""
         while goes_on and not failure:
             goes_on, failure = run.advance(1000)

@@ -323,7 +323,7 @@ def test_nothing_is_written_where_the_data_do_not_support_it(knock: str, tmp_pat
 def test_methods_without_uncertainty_give_a_table_only(knock: str, tmp_path: pathlib.Path) -> None:
     changes = {**rig.SET, "identification.method": "esprit", "identification.order": 3}
     found = mass_properties(knock, EXAMPLE, changes)
-    assert not found.certain
+    assert not found.has_uncertainties
     assert found["Ixx"] == pytest.approx(3703.0, rel=5e-3)
     with pytest.raises(InputError, match="'esprit', which gives no uncertainty; a certificate takes 'varpro'"):
         write(found, tmp_path / "report.html")

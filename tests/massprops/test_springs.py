@@ -37,7 +37,7 @@ def test_inertia_with_the_centre_of_mass_known(tmp_path: pathlib.Path, book: Boo
     e = found.evaluations[0]
     np.testing.assert_allclose(e.agreement, 1.0, atol=1e-4)
     assert 0.0 < e.consistency < 2.0
-    assert found.certain
+    assert found.has_uncertainties
     assert not found.warnings
     assert any("Iyy does not show" in why for _, why in e.cannot)
     assert e.candidates[0].mac > 0.99 > e.candidates[1].mac

@@ -5,7 +5,7 @@ import pytest
 
 from evolvent import papers, plots
 from evolvent.papers import Options, rib_figures, rib_runs
-from evolvent.papers.rib_schematics import straddling
+from evolvent.papers.rib_schematics import straddling_distances
 
 QUICK = Options(quick=True)
 
@@ -97,7 +97,7 @@ def test_schematics_are_drawn(number, tmp_path):
 
 
 def test_a_search_by_nodes_must_reach_beyond_the_hub():
-    outside, middle = straddling(1.2)
+    outside, middle = straddling_distances(1.2)
     assert middle == 0.6
     assert outside == pytest.approx(0.6 * np.sqrt(2.0))
 

@@ -304,7 +304,7 @@ def test_a_study_from_elsewhere_does_not_go_on_at_a_click(root, started):
     (root / OWN / "queue.json").write_text(json.dumps([WAITING | {"kind": "sweep", "status": "interrupted"}]))
     jobs = Jobs(Folder(root))
     with pytest.raises(InputError, match="queued by another installation"):
-        jobs.go_on("0001-a")
+        jobs.resume("0001-a")
     jobs.stop()
     assert started == []
 

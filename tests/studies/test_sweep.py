@@ -77,7 +77,7 @@ def test_results_are_labelled(study, reference, tmp_path):
 def test_the_same_bits_on_processes_in_batches_and_from_a_folder(study, reference, tmp_path):
     before = set(children())
     told = []
-    same(studies.sweep(study, output=tmp_path / "s", workers=2, tell=told.append), reference)
+    same(studies.sweep(study, output=tmp_path / "s", workers=2, report=told.append), reference)
     assert told == []
     same(studies.open(tmp_path / "s"), reference)
     seen = []
@@ -189,7 +189,7 @@ def test_a_torn_log_loses_only_its_last_record(study, reference, tmp_path, cut):
         path.rmdir() if path.is_dir() else path.unlink()
     (tmp_path / "s" / "results.zarr").rmdir()
     told, seen = [], []
-    again = studies.sweep(study, output=tmp_path / "s", tell=told.append, progress=lambda *n: seen.append(n))
+    again = studies.sweep(study, output=tmp_path / "s", report=told.append, progress=lambda *n: seen.append(n))
     xr.testing.assert_equal(again, reference)
     assert seen == [(4, 6), (6, 6)]
     assert len(told) == 1
@@ -289,7 +289,7 @@ def test_a_worker_that_dies_is_replaced(long_study):
             workers[0].kill()
 
     long_study["set"]["output.every"] = "0.05 ms"
-    found = studies.sweep(long_study, workers=2, progress=progress, tell=told.append)
+    found = studies.sweep(long_study, workers=2, progress=progress, report=told.append)
     assert victims
     assert (found.status == "success").all()
     assert any("a worker died" in sentence for sentence in told)
@@ -430,7 +430,7 @@ def test_a_long_sweep_is_forecast(study, monkeypatch):
     monkeypatch.setattr(runner, "_TASK", 0.0)
     monkeypatch.setattr(runner, "_LONG", 0.0)
     told = []
-    studies.sweep(study, tell=told.append)
+    studies.sweep(study, report=told.append)
     assert len(told) == 1
     assert re.fullmatch(r"\d cases of about [\d.e-]+ s each: about [\d.e-]+ s on one process", told[0])
     assert [runner._duration(s) for s in (12.3, 89.0, 114.0, 7300.0)] == ["12 s", "89 s", "1.9 min", "2 h"]

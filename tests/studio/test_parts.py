@@ -95,17 +95,17 @@ def test_what_is_no_yaml_is_told_beside_its_field():
 def test_what_no_field_shows_is_known():
     shown = form.describe(cases.system("heliogyro").Case, skip=("system",))
     content = cases.content_of("heliogyro")
-    assert form.strange(shown, content, ("system",)) == {}
+    assert form.unknown_content(shown, content, ("system",)) == {}
     content["blade"]["nodez"] = 3
     content["spool"] = [1, 2]
     content["colour"] = {"of": "blade"}
-    assert form.strange(shown, content, ("system",)) == {
+    assert form.unknown_content(shown, content, ("system",)) == {
         "blade.nodez": 3,
         "spool": [1, 2],
         "colour": {"of": "blade"},
     }
     typed = {"blade": {"nodes": 4}, "spool": {"rate": 2}}
-    for key, value in form.strange(shown, content, ("system",)).items():
+    for key, value in form.unknown_content(shown, content, ("system",)).items():
         form.put(typed, key, value)
     assert typed == {"blade": {"nodes": 4, "nodez": 3}, "spool": [1, 2], "colour": {"of": "blade"}}
 
@@ -338,12 +338,12 @@ def test_a_study_is_cancelled_and_goes_on(tmp_path):
         until(lambda: not job.open)
         if job.status == "interrupted":  # it may have been quicker
             assert jobs.result(job.key) is None
-            jobs.go_on(job.key)
+            jobs.resume(job.key)
             until(lambda: not job.open)
         assert job.status == "success"
         assert studies.open(jobs.result(job.key)).status.values.tolist() == ["success"] * 4
         with pytest.raises(InputError, match="no study that was cancelled"):
-            jobs.go_on(job.key)
+            jobs.resume(job.key)
     finally:
         jobs.stop()
 

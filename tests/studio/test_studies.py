@@ -68,7 +68,7 @@ def test_a_study_is_written_in_block_style_and_read_again(folder):
     assert all(len(line) <= 100 for line in text.splitlines())
     (folder.root / "s.yaml").write_text(text)
     assert studies.read(folder.root / "s.yaml").count == 6
-    assert studies.read(studydraft.whole(folder, one)).count == 6
+    assert studies.read(studydraft.study_with_case(folder, one)).count == 6
 
 
 def test_built_in_studies_can_be_edited(folder):
@@ -85,7 +85,7 @@ def test_a_case_file_is_named_from_the_folder_of_the_study_on(folder):
     (below / "s.yaml").write_text(json.dumps({"study": "s", "case": "own.yaml", "over": {"blade.nodes": [5, 6]}}))
     found = studydraft.opened(folder, "file:below/s.yaml")
     assert found.content["case"] == "below/own.yaml"
-    assert studies.read(studydraft.whole(folder, found)).count == 2
+    assert studies.read(studydraft.study_with_case(folder, found)).count == 2
     assert "case: own.yaml" in studydraft.text(found, pathlib.PurePosixPath("below"))
     with pytest.raises(InputError, match="save it in the folder of its case"):
         studydraft.text(draft(over={}), pathlib.PurePosixPath("below"))
@@ -96,7 +96,7 @@ def test_files_outside_are_refused(folder, tmp_path):
     with pytest.raises(InputError, match="outside the working folder"):
         studydraft.opened(folder, "file:s.yaml")
     with pytest.raises(InputError, match="outside the working folder"):
-        studydraft.whole(folder, StudyDraft("", "", {"case": "../out.yaml"}))
+        studydraft.study_with_case(folder, StudyDraft("", "", {"case": "../out.yaml"}))
     (folder.root / "none.yaml").write_text("over: {a: [1]}")
     with pytest.raises(InputError, match=r"none\.yaml: it holds no study"):
         studydraft.opened(folder, "file:none.yaml")
@@ -117,19 +117,19 @@ def test_keys_of_parts_are_offered_with_their_units(folder):
 def test_variables_to_keep_are_offered(folder):
     found = studydraft.responses(folder, draft(over={"blade.nodes": [5, 6]}))
     assert "body_rate.last" in found
-    assert studies.read(studydraft.whole(folder, draft(over={"blade.nodes": [5]}, keep=found[:3]))).count == 1
+    assert studies.read(studydraft.study_with_case(folder, draft(over={"blade.nodes": [5]}, keep=found[:3]))).count == 1
     with pytest.raises(InputError, match="nodes"):
         studydraft.responses(folder, draft(over={"blade.nodse": [5, 6]}))
 
 
 def test_an_estimate_computes_a_few_cases(folder):
     one = draft(set={"solver.duration": "0.4 s"}, over={"spool.rate": [2.0, 3.0, 3.5]}, keep=["steps"])
-    found = estimate.estimated(studydraft.text(StudyDraft("", "", studydraft.whole(folder, one))))
+    found = estimate.estimated(studydraft.text(StudyDraft("", "", studydraft.study_with_case(folder, one))))
     assert found["computed"] == 3
     assert found["seconds"] > 0.0
     assert found["reasons"] == []
     one = draft(set={"solver.duration": "0.4 s"}, over={"solver.step": ["1e-4 s", "2e-2 s", "3e-2 s"]}, keep=["steps"])
-    failed = estimate.estimated(studydraft.text(StudyDraft("", "", studydraft.whole(folder, one))))
+    failed = estimate.estimated(studydraft.text(StudyDraft("", "", studydraft.study_with_case(folder, one))))
     assert 0 < len(failed["reasons"]) < failed["computed"]
     assert "stability limit" in failed["reasons"][0]
 

@@ -234,7 +234,7 @@ def test_only_elements_that_are_bent_far_are_named(angle: float, named: bool) ->
     y = assembly.y.copy()
     first, last = (int(body["iq"]) + 3 for body in assembly.model.bodies[-2:])
     y[last : last + 4] = _after(y[first : first + 4], math.radians(angle))
-    assert ("'rod' is bent or twisted" in rod_messages.bent_too_far(assembly, y)) == named
+    assert ("'rod' is bent or twisted" in rod_messages.bending_hint(assembly, y)) == named
 
 
 def _after(q: np.ndarray, angle: float) -> np.ndarray:

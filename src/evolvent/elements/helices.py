@@ -52,14 +52,14 @@ def helix(
 
     def nearest(angle: float) -> float:
         """Distance from the axis of the contact point that is nearest to it."""
-        _, sizes = _bent(*element, radius, advance, angle)
+        _, sizes = _bent_element(*element, radius, advance, angle)
         ends = np.concatenate([_node(s * angle, advance, sizes)[:2] for s in (-0.5, 0.5)])
         places = np.einsum("jk,ji->ki", shapes, ends)
         return float(np.hypot(places[:, 0], places[:, 1]).min())
 
     flat = length / math.hypot(radius, advance)
     angle = brentq(lambda a: nearest(a) - radius, 0.7 * flat, 1.3 * flat, xtol=1e-14)
-    _, sizes = _bent(*element, radius, advance, angle)
+    _, sizes = _bent_element(*element, radius, advance, angle)
     return np.stack([_node(k * angle, advance, sizes) for k in range(count + 1)])
 
 
@@ -84,11 +84,11 @@ def helix_stiffness_ratio(
         for modulus, values in ((material.E, [p.Iz for p in found]), (material.shear_modulus, [p.J for p in found]))
     )
     energy = 0.5 * length * (EI * radius**2 + (0.0 if formulation in _CABLES else GJ * advance**2)) / square**2
-    least, _ = _bent(formulation, length, section, material, radius, advance, length / math.sqrt(square))
+    least, _ = _bent_element(formulation, length, section, material, radius, advance, length / math.sqrt(square))
     return least / energy
 
 
-def _bent(
+def _bent_element(
     formulation: str, length: float, section: CrossSection, material: Material, radius: float, advance: float,
     angle: float,
 ) -> tuple[float, Array]:  # fmt: skip

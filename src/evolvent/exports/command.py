@@ -61,7 +61,7 @@ def export(
 
     found = results.open(path)
     target = os.path.splitext(path)[0] + ENDINGS[kind] if output is None else output
-    _claim(path, target, folder=kind in _FOLDERS)
+    _check_target(path, target, folder=kind in _FOLDERS)
     from evolvent.exports.request import Request
 
     with watch():
@@ -80,7 +80,7 @@ def report(path: str, output: str | None) -> None:
 
     found = results.open(path)
     target = os.path.splitext(path)[0] + "-report.html" if output is None else output
-    _claim(path, target, folder=False)
+    _check_target(path, target, folder=False)
     from evolvent.exports import report as page
     from evolvent.exports.request import shown_size
 
@@ -91,7 +91,7 @@ def report(path: str, output: str | None) -> None:
     _print_label(found)
 
 
-def _claim(path: str, target: str, *, folder: bool) -> None:
+def _check_target(path: str, target: str, *, folder: bool) -> None:
     """Refuse what could not be written, or is the run itself."""
     from evolvent import results
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent import variables
 from evolvent.errors import InputError
-from evolvent.exports.request import Request, about, kept, motion_of, shown_size, size_of
+from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
 from evolvent.results import writing
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def write(run: Any, path: str, request: Request) -> str:
     }
     with writing(path) as temporary, open(temporary, "wb") as file:
         savemat(file, {"run": content}, do_compression=True, long_field_names=True, oned_as="column")
-    return f"{path}: {kept(samples, count)}, {shown_size(size_of(path))}"
+    return f"{path}: {samples_text(samples, count)}, {shown_size(size_of(path))}"
 
 
 def _structs(parts: Sequence[Any], fields: dict[str, str]) -> np.ndarray:

@@ -73,7 +73,7 @@ def gif(run: Any, path: str, request: Request) -> str:
             duration=[int(10 * d) for d in np.diff(ends)],
             loop=0,
         )
-    return _said(path, time, speed, length)
+    return _summary(path, time, speed, length)
 
 
 def _swatches(width: int, height: int) -> np.ndarray:
@@ -131,7 +131,7 @@ def mp4(run: Any, path: str, request: Request) -> str:
             if process.wait() != 0:
                 reason = said.splitlines()[-1] if said else f"it ended with code {process.returncode}"
                 raise InputError(f"cannot write {path!r}: ffmpeg says: {reason}")
-    return _said(path, time, speed, length)
+    return _summary(path, time, speed, length)
 
 
 def ffmpeg() -> str:
@@ -169,5 +169,5 @@ def _drawn(run: Any, motion: Motion, time: np.ndarray, size: tuple[int, int], re
     return pictures(motion, time, size=size, inertial=request.axes != "body", label=unfinished(run))
 
 
-def _said(path: str, time: np.ndarray, speed: float, length: float) -> str:
+def _summary(path: str, time: np.ndarray, speed: float, length: float) -> str:
     return f"{path}: {time.size} frames in {length:.3g} s, {speed:g} times real time, {shown_size(size_of(path))}"

@@ -84,7 +84,7 @@ def size_of(path: str) -> int:
     return sum(os.path.getsize(os.path.join(folder, name)) for folder, _, names in os.walk(path) for name in names)
 
 
-def kept(samples: np.ndarray, count: int) -> str:
+def samples_text(samples: np.ndarray, count: int) -> str:
     """How many samples a file holds, as words."""
     if samples.size == count:
         return counted(count, "sample")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases, variables
-from evolvent.exports.request import Request, about, kept, motion_of, shown_size, size_of
+from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
 from evolvent.results import make_folder, unfinished, writing
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def write(run: Any, path: str, request: Request) -> str:
     motion = motion_of(run).at(moments)
     numbers = cases.presenter(run).numbers(run)
     run = variables.flat(run)
-    held = _held(run, motion)
+    held = _moving_variables(run, motion)
     narrow, wide = [], []
     for name, variable in run.variables.items():
         if variable.dims[:1] == ("time",) and name != "time" and variable.dtype.kind in "biuf":
@@ -89,13 +89,13 @@ def write(run: Any, path: str, request: Request) -> str:
             open(temporary, "w", encoding="utf-8-sig", newline="") as file,
         ):
             csv.writer(file).writerows(content)
-    said = f"{', '.join(tables)} in {path}: {kept(rows, count)}, shapes at {moments.size}"
+    said = f"{', '.join(tables)} in {path}: {samples_text(rows, count)}, shapes at {moments.size}"
     if moments.size * points >= SHEET:
         said += f" (shapes.csv has {moments.size * points:,} rows; a spreadsheet shows {SHEET:,}, so lower --frames)"
     return f"{said}, {shown_size(size_of(path))}"
 
 
-def _held(run: Any, motion: Motion) -> set[str]:
+def _moving_variables(run: Any, motion: Motion) -> set[str]:
     """Variables that `shapes.csv` holds."""
     names = {value.partition(" [")[0].replace(" ", "_") for s in motion.lines for value in s.values}
     held = {"position"}

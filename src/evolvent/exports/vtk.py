@@ -17,7 +17,7 @@ import numpy as np
 
 from evolvent import progress
 from evolvent.errors import InputError
-from evolvent.exports.request import Request, about, kept, motion_of, shown_size, size_of
+from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
 from evolvent.motion import turned
 from evolvent.results import make_folder, unfinished, writing
 
@@ -107,13 +107,13 @@ def write(run: Any, path: str, request: Request) -> str:
         frames=", ".join(frame.name for frame in motion.frames),
         folder=_FOLDER,
         axes="those of the main body" if request.axes == "body" else "inertial",
-        kept=kept(samples, count),
+        kept=samples_text(samples, count),
     )
     with writing(os.path.join(path, "about.txt")) as temporary:
         told = "".join(f"{what}: {words}\n" for what, words in about(run))
         pathlib.Path(temporary).write_text(f"{text}{told}\ncase:\n{run.attrs['case']}", encoding="utf-8")
     names = ", ".join(f"{kind}{suffix}.pvd" for kind in kinds)
-    return f"{names} in {path}: {kept(samples, count)}, {shown_size(size_of(path))}"
+    return f"{names} in {path}: {samples_text(samples, count)}, {shown_size(size_of(path))}"
 
 
 def _library() -> tuple[Callable[[str], Any], Any]:

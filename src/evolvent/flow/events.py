@@ -141,7 +141,7 @@ def apply_event(t, y, s, model, k, g):
     elif s[p] < model.threads[p].n:
         release_nodes(t, y, s, model, g)
     else:
-        let_go(t, y, s, model, p)
+        separate(t, y, s, model, p)
     add_to_balance(t, y, s, model, 1.0)
     return 0
 
@@ -335,7 +335,7 @@ def capture_node(t, y, s, model, p):
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64))
-def let_go(t, y, s, model, p):
+def separate(t, y, s, model, p):
     """The thread's end leaves the spool: the last node flies free (separation)."""
     threads, nodes = model.threads, model.nodes
     rigid.kinematics(t, y, model)

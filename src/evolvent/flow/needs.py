@@ -87,7 +87,7 @@ def changes(model: Model) -> Iterator[Any]:
         yield explicit_flexible.release_by_event
     if model.threads.size:
         yield from preparation(model)
-        yield from (impulse.impulse, events.release_nodes, events.capture_node, events.let_go)
+        yield from (impulse.impulse, events.release_nodes, events.capture_node, events.separate)
 
 
 def balance(model: Model) -> Iterator[Any]:

@@ -36,7 +36,7 @@ def write(found: MassProperties, path: str | os.PathLike[str], *, date: datetime
     InputError
         If a number has no uncertainty, or the file cannot be written; nothing is written then.
     """
-    if not found.certain:
+    if not found.has_uncertainties:
         method = found.description.identification.method
         raise InputError(
             f"identification.method is {method!r}, which gives no uncertainty; a certificate takes 'varpro'"

@@ -177,7 +177,7 @@ def _table(found: MassProperties) -> None:
     results = _made("result", "", "value", "u", "k", "U", "unit")
     for k, output in enumerate(found.outputs):
         u, U = found.std[k], found.expanded[k]
-        known = found.certain and u > 0.0
+        known = found.has_uncertainties and u > 0.0
         results.add_row(
             output.key,
             rounded(found.values[k], u) if known else f"{found.values[k]:.6g}",
@@ -204,5 +204,5 @@ def _table(found: MassProperties) -> None:
         console.print(Text.assemble(("warning: ", "yellow"), text), soft_wrap=True)
     if left > 1:
         console.print(Text(f"and {left} warnings more, all in the certificate"))
-    if not found.certain:
+    if not found.has_uncertainties:
         console.print(Text("the method gives no uncertainty of the frequencies; take varpro for a certificate"))

@@ -182,7 +182,7 @@ def _together(given: Description, sources: Sequence[files.Signals], evaluations:
         dof=dof,
         factor=factor,
         interval=interval,
-        certain=all(e.modal.certain for e in evaluations),
+        has_uncertainties=all(e.modal.has_uncertainties for e in evaluations),
         warnings=tuple(warnings),
     )
 

@@ -61,7 +61,7 @@ class Modal:
         return np.sqrt(np.diag(self.frequency_covariance))
 
     @property
-    def certain(self) -> bool:
+    def has_uncertainties(self) -> bool:
         """Whether the method gives uncertainties."""
         return bool(np.all(np.isfinite(self.frequency_covariance)))
 
@@ -100,7 +100,7 @@ def find(reading: Reading, given: Signalling) -> Modal:
         frequency_covariance=modes.natural_frequency_covariance * widened,
         shapes=found.real,
         shape_covariance=found.shape_covariance * np.diag(widened)[:, None, None],
-        warnings=(*_said(modes, widening, p, reading), *_edge(modes, reading)),
+        warnings=(*_identification_warnings(modes, widening, p, reading), *_edge(modes, reading)),
     )
 
 
@@ -139,7 +139,7 @@ def late_start_warning(reading: Reading) -> str:
     return f"the samples are quiet until {begins:.4g} s, where the swing seems to begin; set signals.start to it"
 
 
-def _said(modes: Modes, widening: np.ndarray, p: float, reading: Reading) -> list[str]:
+def _identification_warnings(modes: Modes, widening: np.ndarray, p: float, reading: Reading) -> list[str]:
     """Warnings of the identification, that on the residual with what was done about it."""
     said = [text for text in modes.warnings if not text.startswith("the residual is not white")]
     if reading.noise is not None:

@@ -95,7 +95,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
         share, warn = bias
         shares, covariance = (*shares, share), covariance + np.outer(share.contribution, share.contribution)
         warnings += warn(np.sqrt(np.diag(covariance)))
-    warnings += _folded(task, inertia, consistency)
+    warnings += _aliasing_warnings(task, inertia, consistency)
     draws = None
     if given.uncertainty.method == "gum":
         warnings += budget.warnings
@@ -118,7 +118,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
         shares=shares,
         why=(*why, _how(p)),
         assumed=assumptions(given, body, start_assumed, np.pi * modal.reading.rate),
-        cannot=_cannot(p, values),
+        cannot=_undetermined_properties(p, values),
         model_frequency=model_frequency,
         agreement=agreement,
         model_shapes=model_shapes,
@@ -194,14 +194,14 @@ def _fit(task: Task, body: Body) -> Inertia:
     shapes: dict[str, Any] = {}
     if given.identification.shapes:
         shapes = {"shapes": modal.shapes[rows], "points": task.sensors, "directions": task.directions}
-        if modal.certain:
+        if modal.has_uncertainties:
             shapes["shape_covariance"] = modal.shape_covariance[rows]
     return fit(
         task.stand,
         body,
         unknown,
         modal.frequency[rows],
-        frequency_covariance=modal.frequency_covariance[np.ix_(rows, rows)] if modal.certain else None,
+        frequency_covariance=modal.frequency_covariance[np.ix_(rows, rows)] if modal.has_uncertainties else None,
         model=given.identification.model,
         prior=prior,
         **shapes,
@@ -232,7 +232,7 @@ def _compare(
     return w[pick], agreement, v
 
 
-def _folded(task: Task, inertia: Inertia, consistency: float) -> list[str]:
+def _aliasing_warnings(task: Task, inertia: Inertia, consistency: float) -> list[str]:
     """Warn of other bodies, with modes above half the sampling rate, that give the same samples.
 
     Notes
@@ -316,7 +316,7 @@ def _others(task: Task, inertia: Inertia) -> tuple[Candidate, ...]:
         return ()
 
 
-def _cannot(p: Problem, values: np.ndarray) -> tuple[tuple[str, str], ...]:
+def _undetermined_properties(p: Problem, values: np.ndarray) -> tuple[tuple[str, str], ...]:
     """Properties that were not asked for and that these data do not determine, each with the reason."""
     rows = []
     for key, name in (*PROPERTIES.items(), ("common_factor", "stiffness")):

@@ -118,7 +118,7 @@ def _ends(p: Problem, values: np.ndarray, inputs: Sequence[Input], share: float)
     raise InputError("the uncertainties lead to what cannot be evaluated; state smaller ones")
 
 
-def _bent(p: Problem, values: np.ndarray, inputs: Sequence[Input], P: np.ndarray) -> np.ndarray:
+def _second_order_terms(p: Problem, values: np.ndarray, inputs: Sequence[Input], P: np.ndarray) -> np.ndarray:
     """(q, p) f'' u^2 / sqrt(2) of each output f for each input, from evaluations one deviation up and down.
 
     Notes
@@ -171,7 +171,7 @@ def budget_of(task: Task, p: Problem, values: np.ndarray, inputs: Sequence[Input
     should have the covariance 1 + D D^T, D = dr/dx u(x); what is left of it off the columns of J is held against that,
     and where it is larger the data's deviations are widened by the root of the mean square (Birge 1932).
     """
-    scale, certain = p.scale, task.modal.certain
+    scale, certain = p.scale, task.modal.has_uncertainties
     J = p.jacobian(values) * scale
     P = scale[:, None] * np.linalg.pinv(J)
     D = np.zeros((len(J), 0))
@@ -189,7 +189,7 @@ def budget_of(task: Task, p: Problem, values: np.ndarray, inputs: Sequence[Input
     widened = max(1.0, consistency) if np.isfinite(consistency) else 1.0
     m = len(p.frequency)
     last = len(r) - len(p.prior)
-    first, second = -(P @ D).T, np.nan_to_num(_bent(p, values, inputs, P), posinf=0.0, neginf=0.0)
+    first, second = -(P @ D).T, np.nan_to_num(_second_order_terms(p, values, inputs, P), posinf=0.0, neginf=0.0)
     sign = np.sign(np.where(np.abs(first) >= np.abs(second), first, second))
     given = sign * np.hypot(first, second)
     given[np.abs(given) < ROUNDING * scale] = 0.0

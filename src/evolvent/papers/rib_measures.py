@@ -25,7 +25,7 @@ def _materials() -> tuple[Any, Any]:
 # ------------------------------------------------------------------------------------------------ element
 
 
-def _stout() -> tuple[float, Any, Any]:
+def _short_element() -> tuple[float, Any, Any]:
     """An element of comparable sizes, on which no product is lost in round-off: length, section, material."""
     from evolvent.elements import Material, Rectangle
 
@@ -80,7 +80,7 @@ def element() -> Values:
     """Force, Jacobian and damping Jacobian by the paper's formulas beside our form and differences, relative."""
     from evolvent.elements import beam_form, straight_beam
 
-    length, section, material = _stout()
+    length, section, material = _short_element()
     rng = np.random.default_rng(5)
     e = straight_beam(length) + rng.uniform(-0.3, 0.3, 24)
     u = rng.uniform(-1.0, 1.0, 24)
@@ -132,7 +132,7 @@ def spinning() -> Values:
     """Power of b K_e e' and of the objective damping on an undeformed element that spins at 1 rad/s, of E V b."""
     from evolvent.elements import straight_beam
 
-    length, section, material = _stout()
+    length, section, material = _short_element()
     e = straight_beam(length)
     x = e.reshape(8, 3)
     u = np.cross([0.0, 0.0, 1.0], x).ravel()
@@ -419,6 +419,6 @@ def hinge() -> Values:
 
 def search() -> Values:
     """Distance of the paper's nodes from the hub's surface when the middle of their element touches, m."""
-    from evolvent.papers.rib_schematics import straddling
+    from evolvent.papers.rib_schematics import straddling_distances
 
-    return {"outside": straddling(LENGTH)[0] - R}
+    return {"outside": straddling_distances(LENGTH)[0] - R}

@@ -137,7 +137,7 @@ def figure_2(options: Options) -> Made:
     return _made(2, "Hub, rib, inertial axes and drive", lines, notes, rows)
 
 
-def straddling(length: float) -> tuple[float, float]:
+def straddling_distances(length: float) -> tuple[float, float]:
     """Distances from the axis of the ends and of the middle of a straight element that touches the hub there, m."""
     return math.hypot(R, 0.5 * length), R
 
@@ -145,7 +145,7 @@ def straddling(length: float) -> tuple[float, float]:
 def figure_3(options: Options) -> Made:
     """Search for contact: an element whose nodes are both outside although its middle touches."""
     length = LENGTH / ELEMENTS
-    ends, _ = straddling(length)
+    ends, _ = straddling_distances(length)
     sunk = 0.06
     at = np.array([[-0.5 * length, R - sunk], [0.5 * length, R - sunk]])
     share = np.arange(1, 5) / 4.0

@@ -229,7 +229,7 @@ _SIMULATION = (
         "falls within about 2 s. One that hangs needs none: sway {lateral:.2f} rad/s, yaw {yaw:.2f} rad/s.",
         values={"time": 0.166963, "lateral": 4.22141, "yaw": 5.41421},
         tolerance=1e-4,
-        measure=measures.falls,
+        measure=measures.upright_instability,
         command="evolvent run inertia-stand --set stand.support=standing",
     ),
     Claim(

@@ -187,7 +187,7 @@ def scheme_order() -> Values:
     return {"frequency": float(found[0]), "lag": 1e6 * float(lag[0]), "theory": 1e6 * float(theta[0] ** 2 / 48.0)}
 
 
-def falls() -> Values:
+def upright_instability() -> Values:
     """Time, s, in which a body that stands on pinned axial springs leaves the upright by a factor e."""
     over = _over()
     springs = over.stand

@@ -35,7 +35,7 @@ def _rigid(nodes: int) -> Deployment:
     return deployed(RIGID | {"blade.nodes": nodes})
 
 
-def _apart(a: Deployment, b: Deployment, since: float = LATE) -> float:
+def _largest_difference(a: Deployment, b: Deployment, since: float = LATE) -> float:
     """Largest difference of two lags, deg."""
     return largest(a.lag - b.lag, a.t, since)
 
@@ -68,7 +68,7 @@ def model_size() -> Numbers:
     """Springs beside links of fixed length: lag in degrees, relative rate of the body."""
     springs, rigid = deployed(SPRINGS), _rigid(20)
     rate = float(np.max(np.abs(springs.rate / rigid.rate - 1.0)))
-    return {"lag": _apart(springs, rigid), "rate": 1e5 * rate}
+    return {"lag": _largest_difference(springs, rigid), "rate": 1e5 * rate}
 
 
 def boundary() -> Numbers:
@@ -147,7 +147,7 @@ def damping() -> Numbers:
     It is largest in the first seconds, so that 20 s are run; figure IV.3 has the whole deployment.
     """
     least, most = (deployed(SPRINGS | {"blade.damping": d, "solver.duration": 20.0}) for d in (1e-6, 1.0))
-    return {"lag": _apart(least, most, since=1.0)}
+    return {"lag": _largest_difference(least, most, since=1.0)}
 
 
 def nodes() -> Numbers:
@@ -155,7 +155,7 @@ def nodes() -> Numbers:
     a, b = _rigid(20), _rigid(40)
     late = a.t >= LATE
     return {
-        "lag": _apart(a, b),
+        "lag": _largest_difference(a, b),
         "percent": float(np.max(np.abs(a.lag / b.lag - 1.0)[late])) * 100.0,
         "mean": float(np.abs(np.subtract(means(a), means(b))).max()),
     }
@@ -164,7 +164,7 @@ def nodes() -> Numbers:
 def convergence() -> Numbers:
     """Largest difference of the lag from that with n = 160 after 5 s, deg."""
     fine = _rigid(160)
-    return {f"n{n}": _apart(_rigid(n), fine, since=5.0) for n in (20, 40, 80)}
+    return {f"n{n}": _largest_difference(_rigid(n), fine, since=5.0) for n in (20, 40, 80)}
 
 
 def stiffness() -> Numbers:
@@ -173,12 +173,12 @@ def stiffness() -> Numbers:
         deployed({"blade.stiffness": c, "solver.method": "generalized-alpha", "solver.step": 1e-3})
         for c in (1e7, 1e8, 1e9)
     )
-    return {"c8": 1e6 * _apart(soft, middle, 1.0), "c9": 1e6 * _apart(soft, stiff, 1.0)}
+    return {"c8": 1e6 * _largest_difference(soft, middle, 1.0), "c9": 1e6 * _largest_difference(soft, stiff, 1.0)}
 
 
 def film() -> Numbers:
     """Largest difference of the lag with the film's stiffness from that of links of fixed length, deg."""
-    return {"lag": _apart(deployed(SPRINGS | {"blade.stiffness": 2e3}), _rigid(20))}
+    return {"lag": _largest_difference(deployed(SPRINGS | {"blade.stiffness": 2e3}), _rigid(20))}
 
 
 def taut() -> Numbers:

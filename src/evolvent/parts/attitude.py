@@ -297,7 +297,7 @@ def _wheel_shares(name: str, rows: list[dict[str, Any]], active: np.ndarray) -> 
     shares = -np.linalg.pinv(axes)
     for c in np.flatnonzero(active):
         if np.linalg.norm(-axes @ shares[:, c] - np.eye(3)[c]) > 1e-9:
-            raise InputError(_cannot(name, "xyz"[c], "wheels"))
+            raise InputError(_no_torque_message(name, "xyz"[c], "wheels"))
     return shares
 
 
@@ -318,12 +318,12 @@ def _thruster_shares(name: str, rows: list[dict[str, Any]], active: np.ndarray) 
         if left > 1e-9:
             share, left = nnls(torques / reach, wanted)
         if left > 1e-9:
-            raise InputError(_cannot(name, ("" if k < 3 else "-") + "xyz"[k % 3], "thrusters"))
+            raise InputError(_no_torque_message(name, ("" if k < 3 else "-") + "xyz"[k % 3], "thrusters"))
         found[:, k] = share / reach
     return found
 
 
-def _cannot(name: str, axis: str, what: str) -> str:
+def _no_torque_message(name: str, axis: str, what: str) -> str:
     return (
         f"{name}.actuators: these {what} cannot produce a torque about {axis} alone; add one, or set the gains about "
         f"{axis.removeprefix('-')} to 0"

@@ -14,7 +14,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 from evolvent.errors import InputError, nearest
 from evolvent.parts.base import Part
 from evolvent.references import check_name
-from evolvent.schema import sentence, shown, urgent
+from evolvent.schema import error_priority, sentence, shown
 
 #: Entry points by which a package outside adds parts: name of a kind -> class.
 GROUP = "evolvent.parts"
@@ -26,12 +26,12 @@ def kinds() -> Mapping[str, type[Part]]:
     A package outside adds one by an entry point of the group ``evolvent.parts``, whose object is a subclass of
     `parts.base.Part` with a field ``kind`` of its own. Those that cannot be used are left out, see `unusable`.
     """
-    return _found()[0]
+    return _kinds_and_failures()[0]
 
 
 def unusable() -> Mapping[str, str]:
     """Sentences on parts of packages outside that cannot be loaded, are none, or have a kind that is taken, by name."""
-    return _found()[1]
+    return _kinds_and_failures()[1]
 
 
 def not_known(kind: Any) -> str:
@@ -42,7 +42,7 @@ def not_known(kind: Any) -> str:
 
 
 @functools.cache
-def _found() -> tuple[Mapping[str, type[Part]], Mapping[str, str]]:
+def _kinds_and_failures() -> tuple[Mapping[str, type[Part]], Mapping[str, str]]:
     """Kinds of parts that can be used, and why others cannot."""
     from evolvent import parts
 
@@ -143,7 +143,7 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
             try:
                 found[name] = part.__pydantic_validator__.validate_python(dict(given))
             except ValidationError as error:
-                for one in sorted(error.errors(include_url=False), key=urgent):
+                for one in sorted(error.errors(include_url=False), key=error_priority):
                     wrong(sentence([one], part, before=f"{here}."), one["input"], name, *one["loc"])
     return found, errors
 

@@ -80,7 +80,7 @@ class Problem:
         p = min(count + 4, self.size)
         S = self.K if self.symmetric else 0.5 * (self.K + self.K.T)
         X = self.rng.standard_normal((self.n, p)) * self.weight[:, None]
-        s2 = last = _apart(self.fastest, self.K.diagonal() / self.M.diagonal())
+        s2 = last = _regular_shift(self.fastest, self.K.diagonal() / self.M.diagonal())
         for _ in range(40):
             try:
                 X = self.inverse(s2)(self.M @ X)
@@ -96,7 +96,7 @@ class Problem:
             if target <= 10.0 * noise[order[count - 1]]:  # zero; with a shift as small the inverse is round-off
                 return s2
             if target > 0.2 * s2:
-                return _apart(target, values)
+                return _regular_shift(target, values)
             last, s2 = s2, target
         return s2
 
@@ -247,7 +247,7 @@ class Problem:
         return pole, (V * (np.abs(phase) / phase)).T
 
 
-def _apart(s2: float, squares: Array) -> float:
+def _regular_shift(s2: float, squares: Array) -> float:
     """A shift from s2 on that is not close to the negative of a square: K + s2 M would be singular."""
     while np.any(np.abs(squares + s2) < 0.05 * s2):
         s2 *= 1.2

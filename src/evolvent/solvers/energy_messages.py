@@ -9,7 +9,7 @@ from evolvent.families import owner
 from evolvent.kernels import flexible, rigid
 from evolvent.solvers import energy_loop
 from evolvent.solvers.laws import what_may_jump
-from evolvent.solvers.rod_messages import bent_too_far
+from evolvent.solvers.rod_messages import bending_hint
 
 Array = np.ndarray
 
@@ -25,7 +25,7 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
     """
     t, h = float(work.loop.time), float(work.step.step.h)
     smaller = "take a smaller `step`, or None" if fixed else "take a smaller `tolerance`"
-    bent = bent_too_far(assembly, work.step.y0)
+    bent = bending_hint(assembly, work.step.y0)
     when = f"in the step of {h:.3g} s from t = {t:.6g} s"
     if code == energy_loop.NOT_FINITE:
         # a correction that is not finite says less than the residual from which it comes
@@ -57,7 +57,7 @@ def stalled(work: energy_loop.EnergyLoop, assembly: Assembly, steps: int, time: 
         f"by t = {float(work.loop.time):.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the "
         f"mean, that the rest would take {rest:.1e} of them; Newton's method corrects most at {where}"
         f"{what_may_jump(assembly)}"
-        f"{bent_too_far(assembly, work.step.y0)}; take a greater `tolerance` or `step`{softer}, and look at the last "
+        f"{bending_hint(assembly, work.step.y0)}; take a greater `tolerance` or `step`{softer}, and look at the last "
         f"samples"
     )
 

@@ -292,7 +292,7 @@ class Run(implicit.Run):
                 self._couple_layers()
             if code != energy_loop.BUDGET:
                 break
-        return code == energy_loop.BUDGET, "" if code >= 0 else self.why(code)
+        return code == energy_loop.BUDGET, "" if code >= 0 else self.failure_message(code)
 
     def gaps(self) -> np.ndarray:
         """Gaps of the joints at the end of the last step, (nj,)."""
@@ -304,7 +304,7 @@ class Run(implicit.Run):
         t, h = float(step.step.t), float(step.step.h)
         return [(t + 0.5 * h, step.ym, s), (t + h, step.y1, s), (t, step.y0, s)]
 
-    def why(self, code: int) -> str:
+    def failure_message(self, code: int) -> str:
         """Why the loop has ended with a status below zero.
 
         Raises

@@ -225,7 +225,7 @@ class Run:
         """Time reached, s."""
         return float(self.work.loop.time)
 
-    def why(self, code: int) -> str:
+    def failure_message(self, code: int) -> str:
         """Why the loop has ended with a status below zero."""
         return reason(code, self.work, self.plan.step, self.assembly) + broken_law(self.assembly, self.moments())
 
@@ -250,7 +250,7 @@ class Run:
                 self.assembly, self.plan.matrix, self.plan.weight, mass, self.reached, self.work.y
             )
             code = alpha_loop.begin(self.model, self.plan.matrix, self.work)
-        return "" if code == alpha_state.DONE else self.why(code)
+        return "" if code == alpha_state.DONE else self.failure_message(code)
 
     def advance(self, budget: int) -> tuple[bool, str]:
         """Take `budget` steps; returns whether the loop goes on after them, and why it failed, '' where it did not."""
@@ -259,7 +259,7 @@ class Run:
             return True, "" if self.releases.resume(self.work) >= 0 else reason_of_outrun(self.reached)
         if code == alpha_state.BUDGET:
             return True, ""
-        return False, "" if code == alpha_state.DONE else self.why(code)
+        return False, "" if code == alpha_state.DONE else self.failure_message(code)
 
     def solution(self, progress: Callable[[float], None] | None) -> Solution:
         """Run to the end, or as far as the run comes."""

@@ -9,7 +9,7 @@ from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import alpha_state, ordering
 from evolvent.solvers import balance as eb
 from evolvent.solvers.laws import what_may_jump
-from evolvent.solvers.rod_messages import bent_too_far
+from evolvent.solvers.rod_messages import bending_hint
 
 
 def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
@@ -45,11 +45,11 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
         joined = "" if not law else " " if step is None else ", " if jumps else ", or "
         return (
             f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}{why}"
-            f"{what_may_jump(assembly)}{bent_too_far(assembly, work.y0)}; "
+            f"{what_may_jump(assembly)}{bending_hint(assembly, work.y0)}; "
             f"{smaller}{joined}{law}"
         )
     if code == alpha_state.NOT_FINITE:
-        bent = bent_too_far(assembly, work.y0)
+        bent = bending_hint(assembly, work.y0)
         return f"the state stopped being finite in the step of {h:.3g} s from t = {t:.6g} s{bent}; {smaller}"
     if code in (alpha_state.SINGULAR, alpha_state.REDUNDANT):
         return (

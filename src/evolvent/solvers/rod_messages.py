@@ -14,7 +14,7 @@ from evolvent.kernels.rotations import rotation_from_quaternion
 LARGE = 90.0
 
 
-def bent_too_far(assembly: Assembly, y: np.ndarray) -> str:
+def bending_hint(assembly: Assembly, y: np.ndarray) -> str:
     """Hint on the element with the largest angle between its ends, "" below `LARGE`.
 
     Parameters

@@ -14,7 +14,7 @@ from evolvent.kernels.body_contact import contact_values
 from evolvent.kernels.contact import friction_values
 from evolvent.solvers import balance as eb
 from evolvent.solvers import equilibrium as eq
-from evolvent.solvers.rod_messages import bent_too_far
+from evolvent.solvers.rod_messages import bending_hint
 from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, TOUCHED, empty, rubbing_points
 from evolvent.solvers.solution import Path, Solution
 from evolvent.solvers.static_work import Work, add_turn
@@ -63,7 +63,7 @@ class Search:
         slopes = self.work.slopes
         return bool(np.any(np.einsum("ij,ij->i", before[slopes], self.work.balance.y[slopes]) < 0.0))
 
-    def _keep(self, factor: float) -> None:
+    def _store_point(self, factor: float) -> None:
         """Accept the state, and keep it as a point of the path."""
         w = self.work
         b, f = w.balance, w.model.flexible
@@ -132,7 +132,7 @@ class Search:
             b.start[:] = 0.0
         if balanced:
             eq.unbalance(w.time, w.step, 0.0, 1.0, w.model, b, b.r)
-            self._keep(0.0)
+            self._store_point(0.0)
         self._advance(lambda s: (s, s), targets)
 
     def _advance(self, at: Callable[[float], tuple[float, float]], targets: Array) -> bool:
@@ -154,15 +154,15 @@ class Search:
                         continue
                     if not self._slide(at(1.0)[0]):
                         self._back(state)
-                        return self._fail(at(reached)[0], self._why(found, at(s)[0]))
-                    self._keep(at(1.0)[0])
+                        return self._fail(at(reached)[0], self._failure_message(found, at(s)[0]))
+                    self._store_point(at(1.0)[0])
                     self.message = f"no path of equilibria leads on from load factor {at(reached)[0]:.4g}; it slid"
                     return self._end(at(1.0)[0])
                 self.steps += 1
                 reached = s
                 step = max(step, 0.0) * (2.0 if found <= 5 else 1.0 if found <= 9 else 0.5)
                 if at(s)[0] > 0.0 or at(s)[1] == 1.0:
-                    self._keep(at(s)[0])
+                    self._store_point(at(s)[0])
         return self._end(at(1.0)[0])
 
     def _end(self, factor: float) -> bool:
@@ -192,17 +192,17 @@ class Search:
             return
         b.start[:] = 0.0
         self.kept.clear()
-        self._keep(0.0)
+        self._store_point(0.0)
         state = self._state()
         if self._balance(1e-3 * first) < 0:
-            self._fail(0.0, self._why(eq.NO_CONVERGENCE, 1e-3 * first))
+            self._fail(0.0, self._failure_message(eq.NO_CONVERGENCE, 1e-3 * first))
             return
         length = 1e3 * math.sqrt(float(np.mean((b.total / b.weight) ** 2)))
         if length == 0.0:
             if self._balance(1.0) < 0:
-                self._fail(0.0, self._why(eq.NO_CONVERGENCE, 1.0))
+                self._fail(0.0, self._failure_message(eq.NO_CONVERGENCE, 1.0))
                 return
-            self._keep(1.0)
+            self._store_point(1.0)
             self._end(1.0)
             return
         self._back(state)
@@ -221,7 +221,7 @@ class Search:
                 self.rejected += 1
                 length *= 0.5 if sharp else 0.25
                 if length < shortest:
-                    self._fail(factor, self._why(int(found), factor))
+                    self._fail(factor, self._failure_message(int(found), factor))
                     return
                 continue
             self.steps += 1
@@ -229,14 +229,14 @@ class Search:
             if factor < 1.0 <= now:
                 b.before[:] = b.total
                 if self._balance(1.0) < 0:
-                    self._fail(factor, self._why(eq.NO_CONVERGENCE, 1.0))
+                    self._fail(factor, self._failure_message(eq.NO_CONVERGENCE, 1.0))
                     return
                 self.steps += 1
-                self._keep(1.0)
+                self._store_point(1.0)
                 self._end(1.0)
                 return
             b.before[:] = b.total
-            self._keep(now)
+            self._store_point(now)
             length = min(length * min(2.0, max(0.5, math.sqrt(4.0 / max(found, 1)))), longest)
 
     def _cosine(self, before: Array) -> float:
@@ -247,7 +247,7 @@ class Search:
 
     # ------------------------------------------------------------------------------------------ the end
 
-    def _why(self, code: int, factor: float) -> str:
+    def _failure_message(self, code: int, factor: float) -> str:
         """Why a step failed, in words."""
         w, b = self.work, self.work.balance
         found = w.probe(self.reached)
@@ -257,15 +257,15 @@ class Search:
                 self.free = free
                 return f"nothing holds {_names(free)} against {_motions(found)}{self._acting(free)}"
         if code == eq.NOT_FINITE:
-            return f"the state stopped being finite at load factor {factor:.6g}{self._bent()}"
+            return f"the state stopped being finite at load factor {factor:.6g}{self._bending_hint()}"
         if code in (eq.SINGULAR, eq.UNBALANCED) or b.loop.quality < 1e-11:
             return f"the tangent is singular at load factor {factor:.6g}: a limit of the load, or something is not held"
-        beyond = f"{self.reached:.6g}{self._bent()}"
+        beyond = f"{self.reached:.6g}{self._bending_hint()}"
         return f"Newton's method does not converge beyond load factor {beyond}; arc_length may lead on"
 
-    def _bent(self) -> str:
+    def _bending_hint(self) -> str:
         """Which element of a rod is bent too far in the last equilibrium, in words; "" of none."""
-        return bent_too_far(self.work.assembly, self.kept[-1][1] if self.kept else self._start)
+        return bending_hint(self.work.assembly, self.kept[-1][1] if self.kept else self._start)
 
     def _acting(self, free: list[str]) -> str:
         """Which loads act on parts that nothing holds, in words."""
@@ -293,7 +293,7 @@ class Search:
 
     def _fail(self, factor: float, why: str) -> bool:
         if not self.kept:  # a search that reaches nothing keeps where it stood
-            self._keep(factor)
+            self._store_point(factor)
         self.reached = factor
         self.status, self.message = "failed", why
         return False

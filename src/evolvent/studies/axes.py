@@ -48,7 +48,7 @@ class Axis:
         return f"{value!r} {self.unit}" if self.entry and self.unit and is_number else value
 
 
-def whole(content: Mapping[str, Any], key: str, default: int, *, least: int, most: int, where: str = "") -> int:
+def whole_number(content: Mapping[str, Any], key: str, default: int, *, least: int, most: int, where: str = "") -> int:
     """A whole number of a mapping, or the default.
 
     Raises
@@ -201,7 +201,7 @@ def _points(where: str, given: Mapping[str, Any], reader: Any) -> list[Any]:
     first, last = (_number(where, given, key, reader) for key in ("from", "to"))
     if "points" not in given:
         raise InputError(f"{where}.points is missing; it must be the number of points, such as 11")
-    points = whole(given, "points", 0, least=1, most=MOST_CASES, where=f"{where}.")
+    points = whole_number(given, "points", 0, least=1, most=MOST_CASES, where=f"{where}.")
     spacing = given.get("spacing", "linear")
     if spacing not in ("linear", "log"):
         raise InputError(f"{where}.spacing is {spacing!r}; it must be 'linear' or 'log'")

@@ -55,10 +55,10 @@ def sweep(
             results.check_writable_folder(figures)
         try:
             found = runner.sweep(
-                asked, output=folder, workers=workers, scheduler=scheduler, progress=reached.reach, tell=say
+                asked, output=folder, workers=workers, scheduler=scheduler, progress=reached.reach, report=say
             )
         except KeyboardInterrupt:
-            done = f"{store.kept(folder)} of {asked.count} cases are kept in {folder}"
+            done = f"{store.finished_cases(folder)} of {asked.count} cases are kept in {folder}"
             say(f"stopped; {done}, and the same command continues from there")
             raise click.exceptions.Exit(INTERRUPTED) from None
     if not quiet:

@@ -69,10 +69,10 @@ def outcome(index: int, run: xr.Dataset | xr.DataTree | Exception, keep: Sequenc
     status = str(run.attrs["status"])
     if status == "failed":
         return Outcome(index=index, status=status, reason=" ".join(str(run.attrs["message"]).split()))
-    return _kept(index, status, results.regular(run), keep)  # at times that all cases have
+    return _outcome(index, status, results.regular(run), keep)  # at times that all cases have
 
 
-def _kept(index: int, status: str, run: xr.Dataset | xr.DataTree, keep: Sequence[str]) -> Outcome:
+def _outcome(index: int, status: str, run: xr.Dataset | xr.DataTree, keep: Sequence[str]) -> Outcome:
     """What is kept of a run that did not fail."""
     numbers = _numbers(run)
     if not keep:

@@ -38,7 +38,7 @@ _AHEAD = 2
 _DEATHS = 2
 
 Progress = Callable[[int, int], None]
-Tell = Callable[[str], None]
+Report = Callable[[str], None]
 
 
 def sweep(
@@ -48,7 +48,7 @@ def sweep(
     workers: int | None = 1,
     scheduler: str | None = None,
     progress: Progress | None = None,
-    tell: Tell | None = None,
+    report: Report | None = None,
 ) -> xr.Dataset:
     """Run all cases of a study and return what is kept of them, labelled.
 
@@ -65,7 +65,7 @@ def sweep(
     scheduler : str, optional
         Address of a Dask scheduler (``tcp://host:8786``) whose workers have the same evolvent.
     progress : called with the number of cases done and of all
-    tell : called with a sentence about what a user should know (a compilation, a worker that died)
+    report : called with a sentence about what a user should know (a compilation, a worker that died)
 
     Returns
     -------
@@ -96,7 +96,7 @@ def sweep(
         if output is None:
             output = stack.enter_context(tempfile.TemporaryDirectory(prefix="evolvent-study-"))
         store = stack.enter_context(opened(output, asked))
-        _Sweep(store, progress, tell).run(workers, scheduler)
+        _Sweep(store, progress, report).run(workers, scheduler)
         if not store.complete:
             store.write(label.dataset(asked, record.join(store.rows)))
         return read(output)
@@ -121,10 +121,10 @@ def check_installed() -> None:
 class _Sweep:
     """One call of `sweep`."""
 
-    def __init__(self, store: Store, progress: Progress | None, tell: Tell | None) -> None:
+    def __init__(self, store: Store, progress: Progress | None, report: Report | None) -> None:
         self.store, self.study = store, store.study
         self._progress = progress or (lambda done, count: None)
-        self.tell = tell or (lambda sentence: None)
+        self.report = report or (lambda sentence: None)
         self.pending = deque(store.pending())
         self.cost = 0.0  # s, of a case in the last task
         self._tasks = 0
@@ -133,7 +133,7 @@ class _Sweep:
     def run(self, workers: int | None, scheduler: str | None) -> None:
         """Compute all cases that are pending."""
         if self.store.torn:
-            self.tell("the log ends in an unfinished record, which is cut off; its cases are computed again")
+            self.report("the log ends in an unfinished record, which is cut off; its cases are computed again")
         self._progress(self._done, self.study.count)
         if not self.pending:
             return
@@ -193,7 +193,7 @@ class _Sweep:
         from evolvent import codecache
 
         if not codecache.is_warm(solver):
-            with compiling(self.tell):
+            with compiling(self.report):
                 self._here([self.pending.popleft()])
 
     def _cost_of_a_case(self) -> float:
@@ -206,13 +206,13 @@ class _Sweep:
         return (time.perf_counter() - began) / max(self._done - before, 1)
 
     def _forecast(self, each: float, workers: int) -> None:
-        """Tell how long the cases that are left will take, where that is long."""
+        """Report how long the cases that are left will take, where that is long."""
         left = len(self.pending)
         expected = each * left / max(workers, 1)
         if expected < _LONG:
             return
         on = "one process" if workers == 1 else f"{workers} processes"
-        self.tell(f"{left} cases of about {each:.2g} s each: about {_duration(expected)} on {on}")
+        self.report(f"{left} cases of about {each:.2g} s each: about {_duration(expected)} on {on}")
 
 
 def _duration(seconds: float) -> str:
@@ -308,7 +308,7 @@ class _Spread:
         self.sweep.keep(tasks.Result(content=content, seconds=self.sweep.cost, refused=""), 1)
 
     def _look(self, *, at_once: bool = False) -> None:
-        """Tell of workers that are gone, looking every second."""
+        """Report of workers that are gone, looking every second."""
         if time.monotonic() - self.looked < 1.0 and not at_once:
             return
         self.looked = time.monotonic()
@@ -319,9 +319,9 @@ class _Spread:
         except (OSError, TimeoutError):
             return
         for _ in self.workers - now:
-            self.sweep.tell(f"a worker died; its cases go to others ({len(now)} left)")
+            self.sweep.report(f"a worker died; its cases go to others ({len(now)} left)")
         if self.workers and not now:
-            self.sweep.tell("no worker is left; waiting for one")
+            self.sweep.report("no worker is left; waiting for one")
         self.workers = now
 
 

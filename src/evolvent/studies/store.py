@@ -126,7 +126,7 @@ class Store:
         except OSError as error:
             with contextlib.suppress(OSError):
                 os.ftruncate(number, before)
-            raise InputError(f"cannot write {str(self.folder / _LOG)!r}: {_why(error)}") from None
+            raise InputError(f"cannot write {str(self.folder / _LOG)!r}: {_reason(error)}") from None
         self.rows.append(rows)
         return rows
 
@@ -142,7 +142,7 @@ class Store:
             _sync(self.folder)
         except OSError as error:
             shutil.rmtree(temporary, ignore_errors=True)
-            raise InputError(f"cannot write {str(target)!r}: {_why(error)}") from None
+            raise InputError(f"cannot write {str(target)!r}: {_reason(error)}") from None
 
 
 @contextlib.contextmanager
@@ -171,14 +171,14 @@ def opened(folder: str | os.PathLike[str], study: Study) -> Iterator[Store]:
         try:
             log = (place / _LOG).open("a+b")
         except OSError as error:
-            raise InputError(f"cannot write {str(place / _LOG)!r}: {_why(error)}") from None
+            raise InputError(f"cannot write {str(place / _LOG)!r}: {_reason(error)}") from None
         with log:
             _sync(place)
             rows, torn = _read_log(log)
             yield Store(place, study, log, rows, torn)
 
 
-def kept(folder: str | os.PathLike[str]) -> int:
+def finished_cases(folder: str | os.PathLike[str]) -> int:
     """Number of cases that a study's folder keeps."""
     try:
         with (pathlib.Path(folder) / _LOG).open("r+b") as log:
@@ -269,7 +269,7 @@ def _write_text(path: pathlib.Path, content: str) -> None:
     try:
         _sync(path.parent)
     except OSError as error:
-        raise InputError(f"cannot write {str(path)!r}: {_why(error)}") from None
+        raise InputError(f"cannot write {str(path)!r}: {_reason(error)}") from None
 
 
 def _sync(folder: pathlib.Path) -> None:
@@ -289,13 +289,13 @@ def locked(place: pathlib.Path) -> Iterator[None]:
     try:
         file = (place / _LOCK).open("a+b")
     except OSError as error:
-        raise InputError(f"cannot write {str(place / _LOCK)!r}: {_why(error)}") from None
-    with file, held(file, place):
+        raise InputError(f"cannot write {str(place / _LOCK)!r}: {_reason(error)}") from None
+    with file, locked_file(file, place):
         yield
 
 
 @contextlib.contextmanager
-def held(file: Any, place: pathlib.Path) -> Iterator[None]:
+def locked_file(file: Any, place: pathlib.Path) -> Iterator[None]:
     """Lock a file that is open; `place` is the folder that a message names."""
     try:
         if sys.platform == "win32":
@@ -311,5 +311,5 @@ def held(file: Any, place: pathlib.Path) -> Iterator[None]:
     yield
 
 
-def _why(error: OSError) -> str:
+def _reason(error: OSError) -> str:
     return (error.strerror or str(error)).lower()

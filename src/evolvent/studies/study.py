@@ -19,7 +19,7 @@ from evolvent import cases, safe_open, schema
 from evolvent.errors import InputError, nearest
 from evolvent.studies import catalogue
 from evolvent.studies import stages as st
-from evolvent.studies.axes import MOST_CASES, Axis, annotation, axes, whole
+from evolvent.studies.axes import MOST_CASES, Axis, annotation, axes, whole_number
 from evolvent.studies.record import REDUCTIONS, check_names, stored_name
 
 SAMPLES = ("grid", "list", "latin-hypercube", "monte-carlo")
@@ -143,12 +143,12 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     if sample not in SAMPLES:
         raise InputError(f"sample is {schema.shown(sample)}; {nearest(str(sample), SAMPLES)}")
     random = sample in ("latin-hypercube", "monte-carlo")
-    seed = whole(content, "seed", 0, least=0, most=2**63 - 1)
+    seed = whole_number(content, "seed", 0, least=0, most=2**63 - 1)
     if random and "samples" not in content:
         raise InputError(f"samples is missing; sample: {sample} needs the number of cases, such as 100")
     if not random and "samples" in content:
         raise InputError(f"samples is given, but sample: {sample} takes the values that stand in 'over'")
-    samples = whole(content, "samples", 0, least=1, most=MOST_CASES)
+    samples = whole_number(content, "samples", 0, least=1, most=MOST_CASES)
     case = _case(content, folder)
     fixed = _section(content, "set")
     system = case.get("system")
@@ -179,9 +179,9 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
                     f"over varies {axis.key!r}, which the stage {stage.name!r} sets; leave one of them out"
                 )
     seed_key, seed_most = _seed_key(module, varied | set(fixed))
-    keep = _keep(content)
+    keep = _kept_variables(content)
     st.check_keep(keep, stages)
-    batch = whole(content, "batch", 0, least=1, most=MOST_CASES)
+    batch = whole_number(content, "batch", 0, least=1, most=MOST_CASES)
     found = Study(
         name=name,
         content=case,
@@ -270,7 +270,7 @@ def _section(content: Mapping[str, Any], key: str) -> dict[str, Any]:
     return section
 
 
-def _keep(content: Mapping[str, Any]) -> tuple[str, ...]:
+def _kept_variables(content: Mapping[str, Any]) -> tuple[str, ...]:
     keep = content.get("keep") or []
     if not isinstance(keep, list) or not all(isinstance(name, str) for name in keep):
         raise InputError(f"keep is {schema.shown(keep)}; it must be a list of variables, such as [body_rate.last]")

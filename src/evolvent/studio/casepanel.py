@@ -48,7 +48,7 @@ class CasePanel:
             with ui.element("div").classes("ev-drop w-full"):  # it stays: a file may still be on its way through it
                 upload(
                     label="drop a case (YAML) here, or choose", most=LARGEST, handle=self._dropped,
-                    refused=lambda: self.page.tell("a case is a YAML file of at most 500 kB"),
+                    refused=lambda: self.page.show_message("a case is a YAML file of at most 500 kB"),
                 ).props('flat dense accept=".yaml,.yml" data-testid="case-upload"')  # fmt: skip
             self._body = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):
@@ -163,7 +163,7 @@ class CasePanel:
         for button in self._analyses:
             if isinstance(button, ui.button):
                 button.set_enabled(not count)
-        self.start.soon()
+        self.start.schedule()
         self._state.set_text(errors_text(count))
 
     def submit(self) -> None:

@@ -58,7 +58,7 @@ class Context(abc.ABC):
         """Show a panel by its name."""
 
     @abc.abstractmethod
-    def keep(self, ref: str) -> None:
+    def save_run(self, ref: str) -> None:
         """Copy a run into the working folder under a name that is asked for."""
 
     def attempt(self, action: Callable[[], Any]) -> bool:
@@ -66,15 +66,15 @@ class Context(abc.ABC):
         try:
             action()
         except EvolventError as error:
-            self.tell(str(error))
+            self.show_message(str(error))
             return False
         except OSError as error:  # a full disk, a folder that may not be written to
             name = f" {pathlib.Path(error.filename).name!r}" if isinstance(error.filename, str) else ""
-            self.tell(f"the file{name} cannot be read or written: {(error.strerror or str(error)).lower()}")
+            self.show_message(f"the file{name} cannot be read or written: {(error.strerror or str(error)).lower()}")
             return False
         return True
 
-    def tell(self, text: str) -> None:
+    def show_message(self, text: str) -> None:
         """Show what went wrong."""
         word = text.partition(" ")[0]
         if word.isalpha():  # else it is a key, or the name of a file

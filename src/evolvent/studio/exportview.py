@@ -47,7 +47,7 @@ def write(page: Context, ref: str, kind: str, label: str) -> None:
             text.set_text(export.text)
             if export.error:
                 close()
-                page.tell(f"{label}: {export.error}")
+                page.show_message(f"{label}: {export.error}")
             elif export.ready:
                 close()
                 ui.download(f"/studio/export?ref={export.key}", export.name)

@@ -236,7 +236,7 @@ class Folder:
                 file = open(place.open("lock", flags), "r+b", buffering=0)  # noqa: SIM115
         except OSError as error:
             raise InputError(f"cannot write '{OWN}/lock': {(error.strerror or str(error)).lower()}") from None
-        with file, store.held(file, self.root):
+        with file, store.locked_file(file, self.root):
             yield
 
     def existing(self, *parts: str) -> pathlib.Path | None:

@@ -347,7 +347,7 @@ def given(form: Group, content: Mapping[str, Any]) -> set[str]:
     return {g.key for g in form.groups() if g.optional and isinstance(_at(content, g.key), Mapping)}
 
 
-def strange(form: Group, content: Mapping[str, Any], skip: tuple[str, ...] = ()) -> dict[str, Any]:
+def unknown_content(form: Group, content: Mapping[str, Any], skip: tuple[str, ...] = ()) -> dict[str, Any]:
     """What a case holds that its form has no field for, dotted key -> value.
 
     Parameters

@@ -56,7 +56,7 @@ class FormView:
         self.form = form.describe(kind, skip=skip, flat=flat)
         self.texts = form.texts(self.form, content)
         self.given = form.given(self.form, content)
-        self._strange = form.strange(self.form, content, skip)  # it is told, and left out only when one says so
+        self._strange = form.unknown_content(self.form, content, skip)  # it is told, and left out only when one says so
         self._rows: dict[str, ui.element] = {}
         self._errors: dict[str, ui.label] = {}
         self._counts: dict[str, ui.label] = {}
@@ -184,21 +184,21 @@ class FormView:
     def _typed(self, field: Field, value: Any) -> None:
         self.texts[field.key] = "" if value is None else str(value)
         self._touched.add(field.key)
-        self._soon()
+        self._schedule()
 
     def _give(self, group: Group, on: bool, expansion: ui.expansion) -> None:
         (self.given.add if on else self.given.discard)(group.key)
         self._bodies[group.key].set_visibility(on)
         if on:
             expansion.open()
-        self._soon()
+        self._schedule()
 
     def _leave_out(self) -> None:
         self._strange = {}
         self._leave.set_visibility(False)
         self.check()
 
-    def _soon(self) -> None:
+    def _schedule(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
         with self._banner.parent_slot or ui.element():

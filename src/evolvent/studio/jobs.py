@@ -269,7 +269,7 @@ class Jobs:
                     _stop(self._process)
             self._changed()
 
-    def go_on(self, key: str) -> None:
+    def resume(self, key: str) -> None:
         """Put a study that was cancelled back into the queue; cases that are done are not computed again."""
         with self._lock:
             job = self.get(key)

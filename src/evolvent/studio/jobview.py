@@ -116,7 +116,9 @@ def draw_without(page: Context, job: Job) -> None:
         message += f"; {job.reached:.0f} of {job.end:.0f} cases are done"
     ui.label(message).classes(f"ev-banner {kind}").props('data-testid="message"')
     if job.kind == "sweep":
-        button = ui.button("Continue the study", on_click=lambda: page.attempt(lambda: page.studio.jobs.go_on(job.key)))
+        button = ui.button(
+            "Continue the study", on_click=lambda: page.attempt(lambda: page.studio.jobs.resume(job.key))
+        )
         button.props('unelevated color=primary data-testid="continue"').style("align-self:flex-start")
         ui.label("Cases that are done are not computed again.").classes("ev-what")
     if job.kind in COMPUTED:

@@ -76,7 +76,7 @@ class MeasurePanel:
             with ui.element("div").classes("ev-drop w-full"):
                 upload(
                     label="or drop a description (YAML)", most=LARGEST, handle=self._described,
-                    refused=lambda: self.page.tell("a description is a YAML file of at most 500 kB"),
+                    refused=lambda: self.page.show_message("a description is a YAML file of at most 500 kB"),
                 ).props('flat dense data-testid="stand-upload"')  # fmt: skip
             self._body = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):
@@ -175,7 +175,7 @@ class MeasurePanel:
 
     def _refused(self) -> None:
         most = LARGEST_SIGNALS // 1_000_000
-        self.page.tell(
+        self.page.show_message(
             f"the upload was not taken: {most} MB are taken at once; keep larger files in the working folder"
         )
 
@@ -186,7 +186,7 @@ class MeasurePanel:
             try:
                 await asyncio.to_thread(_recording, self.studio.folder.file(name, LARGEST_RECORDING))
             except EvolventError as error:
-                self.page.tell(str(error))
+                self.page.show_message(str(error))
             else:
                 good.append(name)
         if not good:

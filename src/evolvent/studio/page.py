@@ -181,9 +181,9 @@ class Page(Context):
         self._turn_to("panel")
         self.tabs.set_value(tab)
 
-    def keep(self, ref: str) -> None:
+    def save_run(self, ref: str) -> None:
         """Copy a run into the working folder under a name that is asked for."""
-        self.runs.keep(ref)
+        self.runs.save_run(ref)
 
     def look(self) -> None:
         """Follow the queue, and keep what the tab shows."""

@@ -133,7 +133,7 @@ class ResultView:
                     ui.label(reason).classes("ev-what ev-missing")
             if loaded.ref.startswith("job:"):
                 ui.separator()
-                ui.menu_item("Keep the run in the folder", lambda: self.page.keep(loaded.ref))
+                ui.menu_item("Keep the run in the folder", lambda: self.page.save_run(loaded.ref))
 
     def _tabs(self, figures: Sequence[tuple[str, Sequence[tuple[str, Figure]]]], loaded: Sequence[Loaded]) -> None:
         """Charts, one tab for each figure, and last the variables that one chooses."""

@@ -140,9 +140,9 @@ class RunsPanel:
             if job.kind in COMPUTED:
                 ui.menu_item("Open its case", lambda: self.open_case(job.key))
                 if job.kind != "modes" and self.studio.jobs.result(job.key) is not None:
-                    ui.menu_item("Keep it in the folder", lambda: self.keep(f"job:{job.key}"))
+                    ui.menu_item("Keep it in the folder", lambda: self.save_run(f"job:{job.key}"))
             if job.kind == "sweep" and job.status != "success":
-                ui.menu_item("Continue", lambda: self.page.attempt(lambda: self.studio.jobs.go_on(job.key)))
+                ui.menu_item("Continue", lambda: self.page.attempt(lambda: self.studio.jobs.resume(job.key)))
             ui.menu_item("Rename", lambda: ask_title(self.page, job.key))
             ui.menu_item("Remove", lambda: self._remove(job.key))
 
@@ -156,7 +156,7 @@ class RunsPanel:
 
         self.page.attempt(take)
 
-    def keep(self, ref: str) -> None:
+    def save_run(self, ref: str) -> None:
         """Copy a run into the working folder."""
 
         def copy(name: str) -> str:
@@ -206,7 +206,7 @@ class RunsPanel:
         try:
             self.studio.jobs.remove(key)
         except EvolventError as error:
-            self.page.tell(str(error))
+            self.page.show_message(str(error))
             return
         ref = f"job:{key}"
         self._set(ref, False)

@@ -65,9 +65,9 @@ class StartView:
         self._error.set_visibility(False)
         with ui.element("div").classes("ev-card ev-start").props('data-testid="start"') as self._body:
             self._motion = MotionElement([], [])
-        self.soon(0.01)
+        self.schedule(0.01)
 
-    def soon(self, pause: float = _PAUSE) -> None:
+    def schedule(self, pause: float = _PAUSE) -> None:
         """The case has changed: assemble it after a pause, where the start is shown."""
         if self.page.view.kind != "start" or self._body is None or self._body.is_deleted:
             return
@@ -90,7 +90,7 @@ class StartView:
             wrong = case.wrong()
             if wrong:
                 shown = case.shown_wrong()
-                self._tell(_first(shown) if shown else f"Not drawn yet. {_first(wrong)}", missing=not shown)
+                self._show_reason(_first(shown) if shown else f"Not drawn yet. {_first(wrong)}", missing=not shown)
                 return
             content = copy.deepcopy(case.draft.content)
             self._doing = "assembling"
@@ -98,14 +98,14 @@ class StartView:
                 name = await asyncio.to_thread(self.studio.start, content, self._say)
             except EvolventError as error:
                 if asked == self._asked:
-                    self._tell(str(error))
+                    self._show_reason(str(error))
                     case.note(str(error))
                 return
             finally:
                 self._doing = ""
         if asked != self._asked or self._body is None or self._body.is_deleted:
             return
-        self._tell("")
+        self._show_reason("")
         case.note("")
         self._about.set_text(_counted(content))
         self._motion.show_start(name)
@@ -113,7 +113,7 @@ class StartView:
     def _say(self, text: str) -> None:
         self._doing = text
 
-    def _tell(self, sentence: str, *, missing: bool = False) -> None:
+    def _show_reason(self, sentence: str, *, missing: bool = False) -> None:
         """Show why the start cannot be drawn; '' takes it away.
 
         Parameters

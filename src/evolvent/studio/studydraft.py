@@ -121,7 +121,7 @@ def case_of(folder: Folder, draft: StudyDraft) -> dict[str, Any]:
     return cases.content_of(case, changes if isinstance(changes, Mapping) else {})
 
 
-def whole(folder: Folder, draft: StudyDraft) -> dict[str, Any]:
+def study_with_case(folder: Folder, draft: StudyDraft) -> dict[str, Any]:
     """The study with its case in it, as it is run.
 
     Raises
@@ -296,7 +296,7 @@ def responses(folder: Folder, draft: StudyDraft) -> list[str]:
     from evolvent import studies, variables
     from evolvent.studies.study import corners
 
-    study = studies.read(whole(folder, draft))
+    study = studies.read(study_with_case(folder, draft))
     module, run = cases.system(study.system), None
     for index in corners(study):
         try:

@@ -88,7 +88,7 @@ class StudyPanel:
             self._draw_head()
         if self.studio.folder.studies() != self._finished:
             self._draw_done()
-        self._soon()
+        self._schedule()
 
     def edit(self, content: Any, about: str) -> None:
         """Put a study into the form.
@@ -363,9 +363,9 @@ class StudyPanel:
         if "" in (self.draft.content.get("over") or {}):
             self._wrong["over."] = "choose a key"
         self._show()
-        self._soon()
+        self._schedule()
 
-    def _soon(self) -> None:
+    def _schedule(self) -> None:
         self._asked += 1
         if self._timer is not None:
             self._timer.cancel()
@@ -421,7 +421,7 @@ class StudyPanel:
 
         runner.check_installed()
         with self.studio.computing:
-            return studies.read(studydraft.whole(self.studio.folder, self.draft))
+            return studies.read(studydraft.study_with_case(self.studio.folder, self.draft))
 
     async def _submit(self) -> None:
         self._go.props("loading")
@@ -431,7 +431,7 @@ class StudyPanel:
         except EvolventError as error:
             self._error = str(error)
             self._show()
-            self.page.tell(str(error))
+            self.page.show_message(str(error))
             return
         finally:
             self._go.props(remove="loading")
@@ -451,10 +451,10 @@ class StudyPanel:
                 stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.DEVNULL,
             )  # fmt: skip
         except EvolventError as error:
-            self.page.tell(str(error))
+            self.page.show_message(str(error))
             return
         except OSError as error:
-            self.page.tell(f"no process can be started: {error.strerror}")
+            self.page.show_message(f"no process can be started: {error.strerror}")
             return
         finally:
             self._guess.props(remove="loading")

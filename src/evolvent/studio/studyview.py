@@ -251,7 +251,7 @@ class _Results:
         study = self.asked
         place: Sequence[int] = [at.get(dim, self.places.get(dim, 0)) for dim in study.dims]
         if any(k < 0 or k >= size for k, size in zip(place, study.shape, strict=True)):
-            self.page.tell("there is no case at that point")
+            self.page.show_message("there is no case at that point")
             return
         self._open_index(int(np.ravel_multi_index(tuple(place), study.shape)))
 

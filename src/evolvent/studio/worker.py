@@ -166,7 +166,7 @@ def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
         output=place / STUDY,
         workers=1,
         progress=lambda done, count: report.reached(done, count),
-        tell=lambda sentence: report.send(note=sentence),
+        report=lambda sentence: report.send(note=sentence),
     )
     failed = int((found.status == "failed").sum())
     message = f"{failed} of {found.status.size} cases failed" if failed else ""
@@ -187,7 +187,7 @@ def _identify(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None
     rows = []
     for k, output in enumerate(found.outputs):
         u, U = found.std[k], found.expanded[k]
-        known = found.certain and np.isfinite(u) and u > 0.0
+        known = found.has_uncertainties and np.isfinite(u) and u > 0.0
         value = rounded(found.values[k], u) if known else f"{found.values[k]:.6g}"
         rows.append([output.key, value, rounded(u, u) if known else "-", rounded(U, U) if known else "-", output.unit])
     modes = found.evaluations[0].modal.modes

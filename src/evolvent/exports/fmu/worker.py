@@ -239,7 +239,7 @@ def _set(instance: Instance, payload: bytes) -> bytes:
     return b""
 
 
-def _nothing(call: Callable[..., None]) -> Callable[[Instance, bytes], bytes]:
+def _without_answer(call: Callable[..., None]) -> Callable[[Instance, bytes], bytes]:
     """An operation on doubles that returns nothing."""
 
     def answer(instance: Instance, payload: bytes) -> bytes:
@@ -250,13 +250,13 @@ def _nothing(call: Callable[..., None]) -> Callable[[Instance, bytes], bytes]:
 
 
 _ANSWERS: Mapping[Operation, Callable[[Instance, bytes], bytes]] = {
-    Operation.INITIALIZE: _nothing(Instance.initialize),
-    Operation.BEGIN: _nothing(Instance.begin),
+    Operation.INITIALIZE: _without_answer(Instance.initialize),
+    Operation.BEGIN: _without_answer(Instance.begin),
     Operation.STEP: lambda instance, payload: struct.pack("=d", instance.step(*struct.unpack("=2d", payload))),
     Operation.GET: _get,
     Operation.SET: _set,
-    Operation.RESET: _nothing(Instance.reset),
-    Operation.TERMINATE: _nothing(Instance.terminate),
+    Operation.RESET: _without_answer(Instance.reset),
+    Operation.TERMINATE: _without_answer(Instance.terminate),
 }
 
 

@@ -23,9 +23,9 @@ from evolvent.massprops.identification.variable_projection import (
     fit,
     modes_of_fit,
     own_unknowns,
-    settled,
     unsupported,
     whiteness,
+    with_shared_noise,
 )
 
 __all__ = ["MOST_MODES", "PATIENCE", "WHITE", "criteria", "search", "whiteness"]
@@ -113,5 +113,5 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
     chosen = low if low.whiteness >= WHITE else high
     best_modes = tried[chosen.order]
     if best_modes is not None:
-        best_modes = settled(best_modes, signal)
+        best_modes = with_shared_noise(best_modes, signal)
     return best_modes, OrderCriteria(*(np.array(column) for column in zip(*rows, strict=True)))

@@ -285,7 +285,7 @@ def _check_sensors(values: Array, names: tuple[str, ...]) -> None:
         raise InputError(f"{names[c]} is constant ({highest[c] + 0.0:.6g}): a dead sensor; leave it out")
     for side, extremes in (("highest", highest), ("lowest", lowest)):
         for c in np.flatnonzero((values == extremes).sum(axis=0) >= FLAT_RUN).tolist():
-            held = _held(values[:, c], float(extremes[c]))
+            held = _clipped_samples(values[:, c], float(extremes[c]))
             if held:
                 raise InputError(
                     f"{names[c]} is clipped or held: {held} samples stand at its {side} value {extremes[c]:.6g}; "
@@ -293,7 +293,7 @@ def _check_sensors(values: Array, names: tuple[str, ...]) -> None:
                 )
 
 
-def _held(column: Array, extreme: float) -> int:
+def _clipped_samples(column: Array, extreme: float) -> int:
     """Number of samples at the extreme value if it is held like a clipped signal's; else 0."""
     flat = column == extreme
     edges = np.flatnonzero(np.diff(np.concatenate(([0], flat.astype(int), [0]))))

@@ -331,7 +331,7 @@ def checked_modes(found: Fit, signal: Signal) -> Modes:
             f"the data do not support {order} modes in the band {signal.band[0]:.6g} to {signal.band[1]:.6g} rad/s: "
             f"the fit leaves it ({outside} rad/s)"
         )
-    return settled(modes_of_fit(found, signal), signal)
+    return with_shared_noise(modes_of_fit(found, signal), signal)
 
 
 def acceptable(found: Fit, signal: Signal) -> bool:
@@ -339,7 +339,7 @@ def acceptable(found: Fit, signal: Signal) -> bool:
     return found.converged and len(in_band(found.point.poles, signal)) == len(found.point.poles)
 
 
-def settled(modes: Modes, signal: Signal) -> Modes:
+def with_shared_noise(modes: Modes, signal: Signal) -> Modes:
     """The same modes with shared noise taken into account, and with all that speaks against them.
 
     Raises

@@ -28,7 +28,7 @@ STRETCH = 1.0
 def findings(case: Case, solution: Solution) -> tuple[Variables, str]:
     """Variables of the root, and the warning of the run."""
     setup, view = setup_of(case), View(solution)
-    rest, body = setup.rest, view.pose(view.index("body"))
+    rest, body = setup.equilibrium_pose, view.pose(view.index("body"))
     true = _displacement(case, setup, body.x, body.R)
     sensors = case.sensors
     measured = recorded(true, noise=sensors.noise, quantisation=sensors.quantisation, seed=sensors.seed)
@@ -58,7 +58,7 @@ def findings(case: Case, solution: Solution) -> tuple[Variables, str]:
 
 def _displacement(case: Case, setup: Setup, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     """(nt, c) m, displacement of the sensors' points from the rest along their directions."""
-    rest, arm = setup.rest, case.sensor_points - setup.body.centre
+    rest, arm = setup.equilibrium_pose, case.sensor_points - setup.body.centre
     moved = position[:, None] - rest.position + np.einsum("tij,cj->tci", rotation - rest.rotation, arm)
     return np.einsum("tci,ci->tc", moved, case.sensor_directions)
 
@@ -85,7 +85,7 @@ def _linear(case: Case, setup: Setup) -> Variables:
         "linear_axis_direction": (axis, directions, "1", "direction of the mode's axis of rotation, body axes"),
         "partial_motion": (("partial_motion",), np.array(["heave", "roll", "pitch"]), "1", "motion without the others"),
         "partial_frequency": (("partial_motion",), partial, "rad s-1", "frequency of the motion without the others"),
-        "static_tilt": ((), setup.rest.tilt, "rad", "angle of the body's y axis to the vertical at rest"),
+        "static_tilt": ((), setup.equilibrium_pose.tilt, "rad", "angle of the body's y axis to the vertical at rest"),
         "least_energy": ((), energies[modes.vertical].min(), "J", "energy of the weakest of heave, roll, pitch"),
         "loaded_spring": ((), np.array(setup.loaded), "1", "spring at which the excitation acts, 0 for none"),
         "inertia_true": (("component",), true, "kg m2", "inertia of the case"),
@@ -99,7 +99,7 @@ def _linear(case: Case, setup: Setup) -> Variables:
 
 def _at_limits(setup: Setup, body: Pose) -> str:
     """A sentence where springs reach their natural length, at which a real one goes slack, or stretch beyond reason."""
-    stand, rest, found = setup.stand, setup.rest, []
+    stand, rest, found = setup.stand, setup.equilibrium_pose, []
     numbers, at_rest = np.arange(1, len(stand.stiffness) + 1), _extension(setup, rest.position, rest.rotation)
     extension = _extension(setup, body.x, body.R)
     passed = numbers[np.any(extension * np.sign(at_rest) < 0.0, axis=0)]

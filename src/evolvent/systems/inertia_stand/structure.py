@@ -34,7 +34,7 @@ class Setup(NamedTuple):
     start: Start
 
     @property
-    def rest(self) -> Pose:
+    def equilibrium_pose(self) -> Pose:
         """The body at rest on its springs, whose tilt and stretch it has."""
         return self.modes.model.pose
 
