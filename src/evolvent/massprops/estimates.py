@@ -108,7 +108,7 @@ class MassProperties:
     dof : (p,) effective degrees of freedom (Welch and Satterthwaite)
     factor : (p,) coverage factor k
     interval : (2, p) coverage interval: value -+ k u, or quantiles of the Monte Carlo
-    certain : whether there are uncertainties of the data; no certificate is written without
+    has_uncertainties : whether there are uncertainties of the data; no certificate is written without
     warnings : sentences
     """
 
@@ -122,7 +122,7 @@ class MassProperties:
     dof: np.ndarray
     factor: np.ndarray
     interval: np.ndarray
-    certain: bool
+    has_uncertainties: bool
     warnings: tuple[str, ...]
 
     @property
