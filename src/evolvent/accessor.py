@@ -112,7 +112,7 @@ class RunAccessor:
 
         found = self.motion()
         if found is None:
-            raise InputError("the run holds nothing to draw, which makes no animation")
+            raise InputError("the run has nothing to draw, so there is no animation")
         return animation.write(found.labelled(unfinished(self._run)), path)
 
     def regular(self) -> xr.DataTree:

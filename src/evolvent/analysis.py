@@ -262,7 +262,7 @@ def judged(solution: Solution) -> Solution:
     if not gain > LARGEST_GAIN * largest or gain <= _resolved(solution):
         return solution
     message = (
-        f"the run has gained {gain:.2g} J from nothing, {100.0 * gain / max(largest, 1e-300):.2g} % of its largest "
+        f"the run has gained {gain:.2g} J without work, {100.0 * gain / max(largest, 1e-300):.2g} % of its largest "
         f"energy or work; take a smaller tolerance or step"
     )
     return dataclasses.replace(solution, status="failed", message=message)
@@ -290,7 +290,7 @@ def unresolved(solution: Solution) -> str:
         return ""
     return (
         f"the largest energy of the run, {largest:.2g} J, is round-off beside the energies of its elements and "
-        f"weights; its energy balance says nothing"
+        f"weights; the energy balance is no check here"
     )
 
 

@@ -221,7 +221,7 @@ def _count(node: yaml.Node, known: dict[int, int]) -> int:
             problem = f"it holds more than {_MOST_VALUES} values, aliases written out"
             raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
     elif known[id(node)] < 0:
-        raise yaml.constructor.ConstructorError(None, None, "an alias stands inside what it names", node.start_mark)
+        raise yaml.constructor.ConstructorError(None, None, "an alias is inside what it names", node.start_mark)
     return known[id(node)]
 
 

@@ -172,7 +172,7 @@ FAMILIES = (
         forces=(thread.spring_thread, *_THREAD), tangents=_THREAD_TANGENT,
     ),
     Family(
-        "a thread that goes slack", "threads", _IN_TIME, "take a Spring with a law of its own",
+        "a thread that goes slack", "threads", _IN_TIME, "take a Spring with its own law",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] != 0),
         forces=(thread.spring_thread, *_THREAD), tangents=_THREAD_TANGENT,
     ),

@@ -42,7 +42,7 @@ class Measurements:
     overrides : mapping, keys of the case that the data set in every run
     series : tuple of Series
     rows : tuple of mappings, keys that each run of a table sets; one empty mapping for one run
-    notes : tuple of str, what the data cannot tell
+    notes : tuple of str, what the data do not determine
     """
 
     source: str

@@ -158,7 +158,7 @@ def _short(name: str) -> str:
 def check_hdf5(file: BinaryIO, name: str) -> None:
     """Refuse an HDF5 or NetCDF file that is not whole in itself; no link is followed.
 
-    All links are hard, no group lies in two places, all data sets are compact, contiguous or in chunks in the file
+    All links are hard, no group is in two places, all data sets are compact, contiguous or in chunks in the file
     itself, their filters are those of the HDF5 library, and all values and texts fit `check_declared`.
 
     Parameters
@@ -209,7 +209,7 @@ class _Hdf5:
                 if isinstance(item, h5g.GroupID):
                     address = h5o.get_info(item).addr
                     if address in groups:
-                        raise self._error(f"the group {_short(place)} lies in two places")
+                        raise self._error(f"the group {_short(place)} is in two places")
                     if deep >= _DEEPEST:
                         raise self._error(f"its groups are nested more than {_DEEPEST} levels deep")
                     groups.add(address)

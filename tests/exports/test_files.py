@@ -312,7 +312,7 @@ def test_html_keeps_frames_and_speed(runs, tmp_path):
 
 
 def test_nothing_enormous_without_being_told():
-    with pytest.raises(InputError, match=r"may take up to 201 MB; ask for fewer \(--frames\), or for all of it"):
+    with pytest.raises(InputError, match=r"may take up to 201 MB; write fewer \(--frames\), or everything"):
         Request().allow(LARGE + 1e6, "this")
     Request(large=True).allow(1e12, "this")
 

@@ -233,9 +233,9 @@ def test_frequencies_alone_list_all_pairs(knock: str) -> None:
         ({"signals.sensors.0.direction": "up"}, "vertical, x, y, z, or three numbers"),
         ({"uncertainty.method": "guess"}, "uncertainty.method is 'guess'; did you mean"),
         ({"uncertainty.coverage_factor": -1}, "uncertainty.coverage_factor is -1"),
-        # what the data cannot tell
-        ({"body.Iyy": "unknown"}, "the data cannot tell the unknowns: Iyy does not show in the data"),
-        ({"body.mass": "unknown", "stand.common_factor": "unknown"}, "vibrations tell only their ratio"),
+        # what the data do not determine
+        ({"body.Iyy": "unknown"}, "the data do not determine the unknowns: Iyy does not show in the data"),
+        ({"body.mass": "unknown", "stand.common_factor": "unknown"}, "vibrations determine only their ratio"),
         ({"identification.order": 1, "identification.shapes": False}, "the data cannot tell the unknowns"),
         # what an uncertainty leads to
         ({"body.mass": "15190 kg +- 200 %"}, r"the standard uncertainty of body.mass, 3.04e\+04 kg, leads to"),

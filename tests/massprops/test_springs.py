@@ -133,7 +133,7 @@ def test_gaps_are_bridged_and_told(tmp_path: pathlib.Path) -> None:
     path = rig.write_csv(tmp_path / "a.csv", t[keep], x[keep])
     found = mass_properties(path, EXAMPLE, rig.SET)
     within(found, {"Ixx": 3703.0, "Izz": 43920.0}, times=1.0)
-    assert "20 rows that are missing in the file stand as gaps" in found.warnings[0]
+    assert "20 rows that are missing in the file are gaps" in found.warnings[0]
     assert "sensor 3 lacks 60 of 612 samples" in found.warnings[1]
 
 
@@ -319,7 +319,7 @@ def test_a_hanging_stand_with_products_and_two_sways_in_one(tmp_path: pathlib.Pa
     e = found.evaluations[0]
     np.testing.assert_allclose(e.modal.frequency[list(e.used)], [5.414, 13.964, 16.421, 24.584], rtol=2e-3)
     assert any("makes of stronger modes: " in why and "is twice 4.2" in why for why in e.why)
-    told = "the body's modes at 4.2214 and 4.2214 rad/s cannot be told apart in 20 s and are seen as one at 4.2"
+    told = "the body's modes at 4.2214 and 4.2214 rad/s cannot be distinguished in 20 s and appear as one at 4.2"
     assert any(w.startswith(told) for w in found.warnings)
 
 

@@ -99,7 +99,7 @@ def suspended_of(assembly: Assembly) -> Suspended:
         row = model.springs[assembly.index(name)]
         a, b = model.markers[row["a"]], model.markers[row["b"]]
         if row["law"] != 0:
-            _refuse(name, "has a law of its own")
+            _refuse(name, "has its own law")
         on = [int(end["index"]) if end["kind"] == springs.ON_BODY else -1 for end in (a, b)]
         if sorted(on) != sorted([ground, bodies[0]]):
             _refuse(name, "does not join body and ground")
@@ -268,7 +268,8 @@ def _checked(case: BatchCase, solution: Solution) -> Solution:
     )
     if moving < ROUNDING * max(float(np.abs(potential).max()), fall):
         message = (
-            f"the motion holds {moving:.2g} J at most, which rounding hides beside the potential energy at rest; "
+            f"the motion holds {moving:.2g} J at most, which is below the rounding of the potential energy at "
+            f"equilibrium; "
             f"set the body in stronger motion"
         )
     return dataclasses.replace(solution, status="failed", message=message)

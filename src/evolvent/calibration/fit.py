@@ -67,7 +67,7 @@ class Calibration:
     residuals : (n,) float, modelled less measured of all series, in their units
     evaluations : int, of which `reused` were read from the folder
     message : str, of the least squares
-    notes : what the data cannot tell
+    notes : what the data do not determine
     case : dict, the content of the case with the fitted values
     """
 
@@ -117,7 +117,7 @@ def calibrate(
     Raises
     ------
     InputError
-        For keys, columns and units that cannot be used, and parameters that the data cannot tell apart.
+        For keys, columns and units that cannot be used, and parameters that the data do not distinguish.
     RunFailed
         Where the run with the values at the start fails.
     """

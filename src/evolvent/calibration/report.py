@@ -92,7 +92,7 @@ def figure(found: Calibration) -> Figure:
             residuals.append(Line(y=other.modelled[k] - one.values, label=label, color=c, marker="+", **points))
         residuals.append(Line(x=x[[0, -1]], y=np.zeros(2), color="grey", width=0.8))
         panels.append(Panel(x_label=x_label, y_label=f"{one.name}{unit}", lines=values))
-        panels.append(Panel(x_label=x_label, y_label=f"model less measured{unit}", lines=residuals))
+        panels.append(Panel(x_label=x_label, y_label=f"model minus measured{unit}", lines=residuals))
     return Figure(name="calibration", title="Measured values, model and residuals", panels=panels, height=140.0)
 
 

@@ -25,7 +25,9 @@ _AXES = ("inertial", "body")
 @click.option(
     "-o", "--output", multiple=True, callback=once, metavar="OUT", help="File or folder.  [default: beside the run]"
 )
-@click.option("--frames", type=click.IntRange(min=1), metavar="N", help="Moments that are kept, evenly spread.")
+@click.option(
+    "--frames", type=click.IntRange(min=1), metavar="N", help="Number of samples that are written, evenly spaced."
+)
 @click.option("--speed", type=float, metavar="X", help="Time of the run over time of the clock (gif, mp4, html).")
 @click.option("--axes", metavar="|".join(_AXES), help="Axes of positions (vtk, gif, mp4).")
 @click.option("--large", is_flag=True, help="Write even more than 200 MB.")

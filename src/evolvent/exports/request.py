@@ -65,7 +65,7 @@ class Request:
         """
         if size > LARGE and not self.large:
             raise InputError(
-                f"{what} may take up to {shown_size(size)}; ask for fewer (--frames), or for all of it (--large)"
+                f"{what} may take up to {shown_size(size)}; write fewer (--frames), or everything (--large)"
             )
 
 

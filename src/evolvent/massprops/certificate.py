@@ -42,7 +42,7 @@ def write(found: MassProperties, path: str | os.PathLike[str], *, date: datetime
             f"identification.method is {method!r}, which gives no uncertainty; a certificate takes 'varpro'"
         )
     if not (np.all(np.isfinite(found.values)) and np.all(np.isfinite(found.std)) and np.all(found.std > 0.0)):
-        raise InputError("the data give no finite uncertainty; nothing is certified")
+        raise InputError("the data give no finite uncertainty; no certificate is written")
     page = _page(found, date or datetime.datetime.now().astimezone())
     write_file(path, page)
     return os.fspath(path)
@@ -213,7 +213,7 @@ def _recording(found: MassProperties, e: Evaluation) -> dict[str, Any]:
         figures.append((pictures.shapes(e), caption))
     if e.draws is not None:
         figures.append((pictures.draws(e, found), "Monte Carlo: distributions and coverage intervals."))
-    figures.append((pictures.signals(modal), "Signals with the fit, and what it leaves."))
+    figures.append((pictures.signals(modal), "Signals with the fit, and the residual."))
     figures.append((pictures.spectrum(modal), "Spectra, over the level of white noise of the same power."))
     return {
         "name": os.path.basename(modal.reading.source.path),
@@ -257,16 +257,17 @@ def _steps(found: MassProperties) -> list[str]:
             "rest on the springs, with gravity, tensions and lateral stiffness (after Belyakov 2002)."
         )
     elif given.stand.kind == "torsion":
-        steps.append("Moment of inertia: I = κ / ω², less the tare; ω the undamped frequency.")
+        steps.append("Moment of inertia: I = κ / ω², minus the tare; ω the undamped frequency.")
     elif given.stand.kind == "compound":
         steps.append(
-            "Moment of inertia about the pivot: I = M g d / ω², less the tare, with M and d mass and centre of mass of "
+            "Moment of inertia about the pivot: I = M g d / ω², minus the tare, with M and d mass and centre "
+            "of mass of "
             "all that swings, ω the undamped frequency of a small swing, that of a finite one corrected by the "
             "elliptic integral; about the body's own centre of mass M d² of the body less."
         )
     else:
         steps.append(
-            "Moment of inertia: I = (M g R r / H + κ) / ω², less the tare, with M all that hangs, R and r the wires' "
+            "Moment of inertia: I = (M g R r / H + κ) / ω², minus the tare, with M all that hangs, R and r the wires' "
             "radii above and below, H the height of the wires, ω the undamped frequency; at a finite amplitude the "
             "exact period."
         )

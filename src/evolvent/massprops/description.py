@@ -113,7 +113,7 @@ class Sensor(Section):
 
     column: Column
     name: str | None = Field(None, description="in tables and figures; the column's unless given")
-    point: Point | None = Field(None, description="where it sits on the body; not needed for a pendulum")
+    point: Point | None = Field(None, description="its position on the body; not needed for a pendulum")
     direction: Annotated[Any, _Direction()] = Field("vertical", description="along which it is positive, level axes")
     unit: str | None = Field(None, description="of the column, where file and signals.unit state none: mm, V, px, ...")
     sensitivity: Annotated[str, _Text("a reading per quantity, such as '0.5 V/mm +- 0.2 %'")] | None = Field(
@@ -242,7 +242,7 @@ class _Wires(Section):
     radius: uncertain.Length = Field(description="of the wires' ends at the body, from the axis")
     top_radius: uncertain.Length | None = Field(None, description="of their ends above; as radius unless given")
     length: uncertain.Length = Field(description="of the wires")
-    amplitude: uncertain.Turn = Field(Uncertain(0.0), description="of the swing; 0 stands for a small one")
+    amplitude: uncertain.Turn = Field(Uncertain(0.0), description="of the swing; 0 means a small one")
     wire_stiffness: uncertain.TorsionOrZero = Field(Uncertain(0.0), description="torsional, of all wires together")
     gravity: uncertain.Gravity = Uncertain(9.80665)
 
@@ -271,7 +271,7 @@ class CompoundPendulum(Section):
 
     kind: Literal["compound"] = "compound"
     distance: uncertain.Length = Field(description="of the body's centre of mass from the axis of the pivot")
-    amplitude: uncertain.Turn = Field(Uncertain(0.0), description="of the swing; 0 stands for a small one")
+    amplitude: uncertain.Turn = Field(Uncertain(0.0), description="of the swing; 0 means a small one")
     gravity: uncertain.Gravity = Uncertain(9.80665)
 
 
@@ -376,11 +376,12 @@ class OnSprings(_Description):
                     f"signals.sensors.{k}.point is {sensor.point}, but there are {self.stand.number} springs"
                 )
         if not self.body.unknown:
-            raise InputError("body asks for nothing; write 'unknown' for what is to be found, such as Ixx: unknown")
+            raise InputError("body has no unknown; write 'unknown' for what is to be identified, such as Ixx: unknown")
         factor = self.stand.common_factor.unknown
         if factor and "mass" in self.body.unknown and not (self.body.mass.std or self.stand.common_factor.std):
             raise InputError(
-                "body.mass and stand.common_factor are both unknown; vibrations tell only their ratio: give one of them"
+                "body.mass and stand.common_factor are both unknown; vibrations determine only their ratio: "
+                "give one of them"
             )
         return self
 

@@ -141,7 +141,7 @@ def _evaluation(given: Description, source: files.Signals) -> Evaluation:
 def _together(given: Description, sources: Sequence[files.Signals], evaluations: list[Evaluation]) -> MassProperties:
     first, n = evaluations[0], len(evaluations)
     if any(e.outputs != first.outputs for e in evaluations):
-        raise InputError("recordings ask for different quantities; they must ask for the same")
+        raise InputError("recordings have different unknowns; they must have the same")
     values = np.array([e.values for e in evaluations])
     mean = values.mean(axis=0)
     if n == 1:
@@ -165,8 +165,8 @@ def _together(given: Description, sources: Sequence[files.Signals], evaluations:
         warnings += [f"{name}: {text}" if n > 1 else text for text in told]
     if not any(np.isfinite(s.std) and s.label[:6] != "noise:" for e in evaluations for s in e.shares):
         warnings.append(
-            "the description states no uncertainty of any mass, length or stiffness; u holds what the signals tell, "
-            "and nothing of the stand's calibration"
+            "the description states no uncertainty of any mass, length or stiffness; u includes the signals alone, "
+            "not the stand's calibration"
         )
     if n > 1:
         warnings += _scattered(evaluations, values)
@@ -240,4 +240,4 @@ def _outliers(evaluations: list[Evaluation], values: np.ndarray) -> list[str]:
     scale = 1.4826 * np.median(off, axis=0)
     bad = np.flatnonzero(np.any(off > 4.5 * np.where(scale > 0.0, scale, np.inf), axis=1))
     names = [os.path.basename(evaluations[k].modal.reading.source.path) for k in bad]
-    return [f"{name} lies far from the other recordings; it counts all the same" for name in names]
+    return [f"{name} is far from the other recordings; it is used all the same" for name in names]

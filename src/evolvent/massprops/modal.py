@@ -151,7 +151,7 @@ def _identification_warnings(modes: Modes, widening: np.ndarray, p: float, readi
                 *said,
                 f"the noise of {reading.names[c]} is stated as {reading.noise[c]:.3g} {reading.unit}, but the modes "
                 f"leave {found[c]:.3g} {reading.unit}: it is stated too small, or the signals hold more than these "
-                "modes; deviations are widened by what is left",
+                "modes; deviations are widened by the residual",
             ]
     if p < WHITE:
         most = int(np.argmax(widening))

@@ -46,7 +46,7 @@ def signals(time: Array, read: Array, fitted: Array | None, names: Sequence[str]
         if fitted is not None:
             left = [Line(x=time, y=read[:, k] - fitted[:, k], color=1, width=0.8)]
             span = LEAST_SCALE * float(np.nanmax(np.abs(read[:, k]), initial=0.0))
-            label = f"signal less modes, {unit}"
+            label = f"signal minus modes, {unit}"
             panels.append(Panel(x_label="time, s", y_label=label, lines=left, title=name, y_span=span))
     height = stacked(min(len(names), MOST))
     return Figure(name="signals", title="Signals and identified modes", panels=panels, columns=columns, height=height)

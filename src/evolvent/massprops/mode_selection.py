@@ -31,12 +31,12 @@ def select(given: OnSprings, modal: Modal) -> tuple[tuple[int, ...], list[str], 
     used = tuple(sorted(left[:most]))
     why = [f"All {m} modes found in the signals are used."] if len(used) == m else []
     if told := [f"{modal.frequency[k]:.6g} rad/s is {text}" for k, text in products.items() if k not in faint]:
-        why.append(f"Left out as what a swing that is not quite linear makes of stronger modes: {', '.join(told)}.")
+        why.append(f"Left out as harmonics of stronger modes in a motion that is not quite linear: {', '.join(told)}.")
     if faint:
         why.append(
             f"Fainter than {FAINT:g} of the strongest, by velocity, and left out: "
             + ", ".join(f"{modal.frequency[k]:.6g} rad/s" for k in faint)
-            + ". So small a mode may be what a swing that is not quite linear makes of the others."
+            + ". So small a mode may be a harmonic of the others in a motion that is not quite linear."
         )
     m = len(left)
     if m > most:
@@ -106,8 +106,8 @@ def separate(
                 gap = float(np.ptp(w[near]))
                 longer = f"; record for {2.0 * np.pi / gap:.3g} s to see them" if gap > 1e-6 * w[near[0]] else ""
                 told.append(
-                    f"the body's modes at {' and '.join(f'{x:.5g}' for x in w[near])} rad/s cannot be told apart in "
-                    f"{T:.3g} s and are seen as one at {modal.frequency[k]:.6g} rad/s, which is left out{longer}"
+                    f"the body's modes at {' and '.join(f'{x:.5g}' for x in w[near])} rad/s cannot be distinguished in "
+                    f"{T:.3g} s and appear as one at {modal.frequency[k]:.6g} rad/s, which is left out{longer}"
                 )
                 continue
         kept.append(k)
@@ -117,14 +117,14 @@ def separate(
 def missing_modes_warning(
     given: OnSprings, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, directions: np.ndarray
 ) -> str:
-    """What to say of fewer modes than the sensors could show; else nothing."""
+    """A warning if fewer modes are identified than the sensors could show; else none."""
     motions = np.concatenate([directions, np.cross(sensors, directions)], axis=1)
     most = min(int(np.linalg.matrix_rank(motions, tol=1e-6 * float(np.abs(motions).max()))), most_modes(given))
     if len(used) >= most or given.identification.band is not None:
         return ""
     told = ", ".join(f"{modal.frequency[k]:.6g}" for k in used)
     return (
-        f"only {len(used)} of the {most} modes that these sensors can show were found (at {told} rad/s); let go at a "
+        f"only {len(used)} of the {most} modes that these sensors can show were found (at {told} rad/s); release at a "
         "point that sets all of them going, or record for longer"
     )
 

@@ -108,7 +108,7 @@ def evaluate(given: Pendulum, modal: Modal, own: Sequence[str] = ()) -> Evaluati
 
 _CANNOT = (
     ("moments about other axes, products of inertia", "the body turns about one axis only; turn it over on the wires"),
-    ("mass and offset of the centre of mass", "the torsion mode does not tell them; weigh the body"),
+    ("mass and offset of the centre of mass", "the torsion mode does not determine them; measure them separately"),
 )
 
 

@@ -87,7 +87,7 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     else:
         time, data, filled = _even(time, data)
         if filled:
-            notes.append(f"{filled} rows that are missing in the file stand as gaps")
+            notes.append(f"{filled} rows that are missing in the file are gaps")
     time, data = _cut(time, data, given, notes)
     converted = [_converted(s, source.units[c], given, k) for k, (s, c) in enumerate(zip(sensors, places, strict=True))]
     unit = converted[0].unit

@@ -29,7 +29,7 @@ from evolvent.massprops.springs_inputs import (
 )
 from evolvent.massprops.springs_uncertainty import amplitude_share, budget_of, monte_carlo
 
-#: Agreement of measured and model shapes below which nothing is certified, and below which there is a warning.
+#: Agreement of measured and model shapes below which no certificate is written, and below which there is a warning.
 LEAST_MAC, GOOD_MAC = 0.8, 0.98
 #: A misfit above it gives a warning; the data's deviations are widened by any misfit above 1.
 MISFIT_WARNED = 3.0

@@ -273,5 +273,8 @@ def monte_carlo(
             r[..., -len(p.prior) :] -= other
         found = found - r @ P.T
     if not np.all(np.isfinite(found)):
-        raise InputError("the Monte Carlo leaves what the stand can hold; the uncertainties are too large for it")
+        raise InputError(
+            "the Monte Carlo leaves the range in which the stand supports the body; the "
+            "uncertainties are too large for it"
+        )
     return np.asarray(found)

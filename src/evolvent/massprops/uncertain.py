@@ -72,7 +72,7 @@ class Measured:
         std: Any = 0.0
         if isinstance(value, Mapping):
             if not {"value"} <= set(value) <= {"value", "std"}:
-                raise units.UnitError("a mapping holds value and std, nothing else")
+                raise units.UnitError("a mapping has the keys value and std only")
             value, std = value["value"], value.get("std", 0.0)
         elif isinstance(value, str):
             parts = _BETWEEN.split(value.strip())
@@ -164,7 +164,7 @@ def _shared_unit(value: str, std: str) -> tuple[str, str]:
     """Both texts with a unit: where one has none it takes the other's."""
     first, second = _PART.fullmatch(value), _PART.fullmatch(std)
     if not first or not second:
-        raise units.UnitError("on both sides of +- stands a number")
+        raise units.UnitError("both sides of +- must be numbers")
     if not second[2]:
         return value, f"{std} {first[2]}"
     if not first[2] and second[2] != "%":

@@ -166,7 +166,7 @@ def observe_motor(view: View, name: str) -> Observed:
         parameters = view.model.parameters[int(row["first"]) : int(row["last"])]
         wanted = np.array([drive(int(row["drive"]), parameters, int(row["law"]), float(t))[0] for t in view.t])
         found.scalar("reference", wanted, called.unit, f"reference {called.value} of the motor")
-        found.scalar("error", wanted - x, called.unit, f"reference {called.value} of the motor less the actual one")
+        found.scalar("error", wanted - x, called.unit, f"reference {called.value} of the motor minus the actual one")
     found.plots = [called.value, called.torque]
     return found
 

@@ -106,7 +106,7 @@ def observe_spring(view: View, name: str) -> Observed:
     e = np.divide(apart, length[:, None], out=np.zeros_like(apart), where=length[:, None] > 0.0)
     extension, rate = length - float(row["length"]), dot(e, moves)
     found.scalar("length", length, "m", "length")
-    found.scalar("extension", extension, "m", "length less the natural length")
+    found.scalar("extension", extension, "m", "length minus the natural length")
     found.scalar("extension_rate", rate, "m s-1", "rate of the extension")
     tension = np.where(length > 0.0, _tension(view, index, extension, rate), 0.0)  # without a line there is no force
     found.scalar("force", tension, "N", "tension, elastic and damping part, positive where the spring pulls")

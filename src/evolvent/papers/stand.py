@@ -228,7 +228,7 @@ def figure_5(options: Options) -> Made:
     ]
     panels = [
         Panel(x_label=chart.LABELS[0], y_label="frequency, rad/s", lines=lines),
-        Panel(x_label=chart.LABELS[0], y_label="simulated less linear, ppm", lines=apart, y_span=20.0),
+        Panel(x_label=chart.LABELS[0], y_label="simulated minus linear, ppm", lines=apart, y_span=20.0),
     ]
     rows = []
     for x in (0.0, 0.4, 0.8):

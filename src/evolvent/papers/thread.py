@@ -86,7 +86,7 @@ def figure_4_1(options: Options) -> Made:
         rows.append(row)
     panels = [
         Panel(x_label="time, s", y_label="rate of the body, rad/s", lines=rates, y_zero=True),
-        Panel(x_label="time, s", y_label="formula less computed, %", lines=gaps),
+        Panel(x_label="time, s", y_label="formula minus simulation, %", lines=gaps),
     ]
     head = ["n", "rate at the end, rad/s", "largest gap to (18)", "largest gap to the corrected formula"]
     note = (

@@ -285,9 +285,7 @@ class AttitudeController(Part):
             found.append((family, index))
         families = {family for family, _ in found}
         if len(families) > 1:
-            raise InputError(
-                f"{name}.actuators has reaction wheels and thrusters; give each kind a controller of its own"
-            )
+            raise InputError(f"{name}.actuators has reaction wheels and thrusters; give each kind its own controller")
         return families.pop(), [index for _, index in found]
 
 

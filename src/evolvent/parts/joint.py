@@ -156,7 +156,7 @@ class Joint(Part):
             raise InputError(f"{name}.hold is 'all'; it needs a joint of type 'clamp' between a body and a beam's node")
         if self.type == "distance":
             if apart == 0.0:
-                raise InputError(f"{name}: its two places coincide; a joint of type 'distance' needs them apart")
+                raise InputError(f"{name}: its two points coincide; a joint of type 'distance' needs a distance")
             add_row(builder, kernels.DISTANCE, a, b, value=apart, **common)
         elif self.type in _SLIDING:
             self._write_slide(builder, name, a, b, axis, common)

@@ -64,7 +64,7 @@ class Spring(Part):
         if self.lateral_stiffness > 0.0 or self.lateral_damping > 0.0:
             marker = builder.rows["markers"][a]
             if marker["kind"] != springs.ON_BODY or marker["index"] != builder.names["ground"][1]:
-                raise InputError(f"{name}.a is {self.a!r}; a spring with lateral stiffness must stand on the ground")
+                raise InputError(f"{name}.a is {self.a!r}; a spring with lateral stiffness must be on the ground")
             if self.axis is None and not np.any(apart):
                 raise InputError(f"{name}.axis is missing; the spring's ends coincide at the start")
             axis = unit(apart if self.axis is None else self.axis)

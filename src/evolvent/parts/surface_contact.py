@@ -62,7 +62,7 @@ def _add_to_rods(part: Any, builder: Builder, name: str, rods: list[str], surfac
     other = next((beam for beam in part.beams if beam not in rods), None)
     if other is not None:
         raise InputError(
-            f"{name}.beams holds the rod {rods[0]!r} and {other!r}, which is no rod; give each a contact of its own"
+            f"{name}.beams holds the rod {rods[0]!r} and {other!r}, which is no rod; give each its own contact"
         )
     if surface.kind == surfaces.CYLINDER:
         if math.isfinite(surface.half):

@@ -471,8 +471,8 @@ def _reason(code: int, reached: float, work: ex.ExplicitWorkspace, of: Plan) -> 
         )
     if code == ex.TOO_SMALL:
         return (
-            f"the step shrank to nothing at t = {reached:.6g} s with {method}: the motion is singular there "
-            "or a law jumps; look at the last samples, or loosen the tolerance"
+            f"the step became too small at t = {reached:.6g} s with {method}: the motion is singular there "
+            "or a law jumps; check the last samples, or loosen the tolerance"
         )
     if code == ex.NO_THREAD:
         return reason_of_outrun(reached)

@@ -33,7 +33,7 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
     if code in (energy_loop.SINGULAR, energy_loop.REDUNDANT):
         return (
             f"the equations are singular {when}: something has no mass, constraints have become redundant, or the step "
-            f"leads too far; {smaller}, and look at the last samples"
+            f"leads too far; {smaller}, and check the last samples"
         )
     if code == energy_loop.GAINED:
         return (
@@ -46,7 +46,7 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
     return (
         f"Newton's method found no solution {when}, the shortest that was tried; the largest correction, {size:.2g} of "
         f"the size of the system, is at {where}{what_may_jump(assembly)}{bent}; {smaller}{softer}{rounding}, and "
-        f"look at the last samples"
+        f"check the last samples"
     )
 
 

@@ -34,14 +34,17 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
         why = law = ""
         if jumps:
             why = (
-                f": under the law paper the force jumps by c delta' where {jumps} is touched, and no end of the step "
-                f"need fit: outside there is no force and it would lie inside, inside the whole force throws it out"
+                f": under the law paper the force jumps by c delta' where {jumps} is touched, and neither end "
+                f"of the step "
+                f""
+                f"is consistent: outside there is no force and the point would penetrate, inside the force "
+                f"pushes it out"
             )
             law = "a law without jump (`law` hunt-crossley), or less `damping`"
         elif met:
             law = "a softer contact"
         if step is None:  # only of the smallest of steps is that final
-            smaller = "look at the last samples" if not law else "take"
+            smaller = "check the last samples" if not law else "take"
         joined = "" if not law else " " if step is None else ", " if jumps else ", or "
         return (
             f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}{why}"
@@ -54,12 +57,12 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
     if code in (alpha_state.SINGULAR, alpha_state.REDUNDANT):
         return (
             f"the equations of the step of {h:.3g} s from t = {t:.6g} s are singular: something has no mass, "
-            f"constraints have become redundant, or the step leads too far; {smaller}, and look at the last samples"
+            f"constraints have become redundant, or the step leads too far; {smaller}, and check the last samples"
         )
     scale = float(eb.scale(work.balance, work.loop.peak_energy)) + float(work.options.floor)
     share = float(work.loop.gain - work.loop.lowest_gain) / max(scale, 1e-300)
     return (
-        f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work from nothing, more than "
+        f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work without cause, more than "
         f"{float(work.options.gain):.2g}: the step of {h:.3g} s does not resolve the motion or a contact"
         f"{what_may_jump(assembly)}; {smaller}, or a lower `spectral_radius`"
     )
@@ -69,8 +72,8 @@ def stalled(t: float, steps: int, time: float, rest: float) -> str:
     """Why a run of ever smaller steps was ended at t."""
     return (
         f"by t = {t:.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the mean, that the rest "
-        f"would take {rest:.1e} of them: what moves so fast or is so stiff there must be damped less by velocity "
-        f"(`stiffness_damping`), touch more softly, or take a greater `tolerance` or a fixed `step`"
+        f"would take {rest:.1e} of them: reduce the damping (`stiffness_damping`) or the contact stiffness of what "
+        f"moves there, or take a greater `tolerance` or a fixed `step`"
     )
 
 

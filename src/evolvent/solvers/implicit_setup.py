@@ -147,12 +147,12 @@ def check_start(assembly: Assembly, t: float) -> None:
         if not abs(gap) <= _FITS * length:
             raise InputError(
                 f"{owner(assembly, 'joints', k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
-                f"move what it joins, or its drive"
+                f"move the parts that it joins, or its drive"
             )
         if not abs(rate) <= _FITS * speed:
             raise InputError(
-                f"{owner(assembly, 'joints', k)!r} does not fit the velocities at the start: what it holds together "
-                f"parts at {rate:.6g}{unit}/s; give velocities that keep it"
+                f"{owner(assembly, 'joints', k)!r} does not fit the velocities at the start: its two points separate "
+                f"at {rate:.6g}{unit}/s; give velocities that keep it"
             )
 
 

@@ -107,7 +107,7 @@ def check(assembly: Assembly, end: float) -> None:
         below = np.flatnonzero(out[:, p] < -_ROUND_OFF * whole[p])
         if below.size:
             raise InputError(
-                f"the drive reels in more of the thread {thread!r} than is out: nothing is left at about "
+                f"the drive reels in more of the thread {thread!r} than is out: none is left at about "
                 f"{times[below[0]]:.6g} s; shorten `until`, end the reeling in `drive` before, or "
                 f"start with more thread out (`angle`)"
             )

@@ -155,5 +155,5 @@ def reason_of_outrun(reached: float) -> str:
     """What happened where a drive outruns its thread."""
     return (
         f"the drive outruns its thread at t = {reached:.6g} s: it pays out more than there is, or reels in what is "
-        "already wound; stop the drive in time, end the run earlier, or let the thread go"
+        "already wound; stop the drive in time, end the run earlier, or release the thread's end"
     )

@@ -69,7 +69,7 @@ def sweep(
         with watch(quiet=quiet):
             paths = draw.write(found, figures, kind=kind)
         if not quiet:
-            click.echo(f"figures: {len(paths)} in {figures}" if paths else "figures: none, for nothing varies")
+            click.echo(f"figures: {len(paths)} in {figures}" if paths else "figures: none, since nothing varies")
     if bool((found.status == "failed").all()):
         raise RunFailed(f"all {found.status.size} cases failed; the first: {found.reason.values.flat[0]}", found)
 

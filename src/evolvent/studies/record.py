@@ -278,7 +278,7 @@ def _join_columns(name: str, tables: Sequence[Table], rows: Sequence[np.ndarray]
         if column.dims != lead.dims or (column.values.dtype.kind == "U") != (lead.values.dtype.kind == "U"):
             raise EvolventError(
                 f"the variable {name!r} has the dimensions {lead.dims} in case {lead.first}, but {column.dims} in case "
-                f"{column.first}; leave it out of 'keep', or sweep such cases apart"
+                f"{column.first}; leave it out of 'keep', or sweep such cases separately"
             )
     shape = tuple(np.max([column.values.shape[1:] for column, _ in own], axis=0)) if lead.dims else ()
     kind = np.result_type(*(column.values.dtype for column, _ in own))

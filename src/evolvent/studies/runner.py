@@ -293,7 +293,7 @@ class _Spread:
             for index in indices:
                 self._suspect(index)
         elif error is None:
-            raise EvolventError("the scheduler dropped a task; sweep again to go on with what is left")
+            raise EvolventError("the scheduler lost a task; run the sweep again to continue")
         else:
             raise error
 
@@ -313,13 +313,13 @@ class _Spread:
             return
         self.looked = time.monotonic()
         if self.client.status not in ("running", "connecting"):
-            raise EvolventError("the scheduler is gone; sweep again to go on with what is left")
+            raise EvolventError("the scheduler has stopped; run the sweep again to continue")
         try:
             now = set(self.client.nthreads())
         except (OSError, TimeoutError):
             return
         for _ in self.workers - now:
-            self.sweep.report(f"a worker died; its cases go to others ({len(now)} left)")
+            self.sweep.report(f"a worker stopped; its cases are given to others ({len(now)} left)")
         if self.workers and not now:
             self.sweep.report("no worker is left; waiting for one")
         self.workers = now

@@ -147,7 +147,7 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     if random and "samples" not in content:
         raise InputError(f"samples is missing; sample: {sample} needs the number of cases, such as 100")
     if not random and "samples" in content:
-        raise InputError(f"samples is given, but sample: {sample} takes the values that stand in 'over'")
+        raise InputError(f"samples is given, but sample: {sample} takes the values listed in 'over'")
     samples = whole_number(content, "samples", 0, least=1, most=MOST_CASES)
     case = _case(content, folder)
     fixed = _section(content, "set")
@@ -252,9 +252,7 @@ def _case(content: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
     else:
         path = (folder / case).resolve()
         if not path.is_relative_to(folder.resolve()):
-            raise InputError(
-                f"case is {schema.shown(case)}; a case file must stand in the folder of its study, or below"
-            )
+            raise InputError(f"case is {schema.shown(case)}; a case file must be in the folder of its study, or below")
         found = cases.parse_yaml(safe_open.text(path), case)
     if not isinstance(found, dict):
         raise InputError(f"{case}: a case is a mapping of keys to values, this is not")
@@ -279,7 +277,7 @@ def _kept_variables(content: Mapping[str, Any]) -> tuple[str, ...]:
         other = stored.setdefault(stored_name(name), name)
         if other != name:
             raise InputError(
-                f"keep holds {other!r} and {name!r}, which would both stand in the results as {stored_name(name)!r}"
+                f"keep holds {other!r} and {name!r}, which would both be in the results as {stored_name(name)!r}"
             )
     return tuple(stored.values())
 

@@ -25,8 +25,8 @@ from evolvent.studio.state import Draft, view_of
 
 #: What the analyses beside a run find.
 _TIPS = {
-    "equilibrium": "the shape at rest under the loads, as the key equilibrium asks for",
-    "modes": "frequencies and shapes about the equilibrium, as the keys equilibrium and modes ask for",
+    "equilibrium": "static equilibrium under the loads, as set by the key equilibrium",
+    "modes": "frequencies and shapes about the equilibrium, as set by the keys equilibrium and modes",
 }
 
 

@@ -19,7 +19,7 @@ PORT = 8421
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="Port; 0 takes any that is free."
 )
-@click.option("--token", metavar="TOKEN", help="A secret that the page asks for; needed where others can reach it.")
+@click.option("--token", metavar="TOKEN", help="A secret that the page requires; needed where others can reach it.")
 @click.option("--no-browser", is_flag=True, help="Do not open a browser.")
 def studio(host: str, port: int, token: str | None, no_browser: bool) -> None:
     """Open a page in the browser: cases, runs in 3-D, charts, measurements, studies.

@@ -279,7 +279,7 @@ class Folder:
         if not isinstance(name, str) or not name or "\0" in name:
             raise InputError(f"{name!r:.200} does not name a file of the working folder")
         if name.startswith(("\\\\", "//")):  # of a network: not even asked for
-            raise InputError(f"{name!r:.200} lies outside the working folder; the studio opens nothing there")
+            raise InputError(f"{name!r:.200} is outside the working folder, where the studio opens no files")
         try:
             path = (self.root / name).resolve()
             with contextlib.suppress(FileNotFoundError, NotADirectoryError, PermissionError):
@@ -287,7 +287,7 @@ class Folder:
         except (OSError, RuntimeError, ValueError):
             raise InputError(f"{name!r:.200} does not name a file of the working folder") from None
         if path == self.root or not path.is_relative_to(self.root):
-            raise InputError(f"{name!r:.200} lies outside the working folder; the studio opens nothing there")
+            raise InputError(f"{name!r:.200} is outside the working folder, where the studio opens no files")
         return path
 
     def file(self, name: str, most: int | None = None) -> pathlib.Path:
@@ -329,7 +329,7 @@ class Folder:
             raise InputError(f"the name takes {size} bytes; at most 200 are taken")
         path = self.inside(name)
         if path.is_relative_to(self.root / OWN):
-            raise InputError(f"{name!r} lies among the studio's own files; give a name of yours")
+            raise InputError(f"{name!r} is among the studio's own files; choose another name")
         if path.name.startswith("."):
             raise InputError(f"{name!r} begins with a dot, and such files are not listed; give another name")
         if path.exists():

@@ -56,7 +56,9 @@ class FormView:
         self.form = form.describe(kind, skip=skip, flat=flat)
         self.texts = form.texts(self.form, content)
         self.given = form.given(self.form, content)
-        self._strange = form.unknown_content(self.form, content, skip)  # it is told, and left out only when one says so
+        self._strange = form.unknown_content(
+            self.form, content, skip
+        )  # it is reported, and left out only if the user confirms
         self._rows: dict[str, ui.element] = {}
         self._errors: dict[str, ui.label] = {}
         self._counts: dict[str, ui.label] = {}

@@ -93,7 +93,7 @@ class Job:
     title : str
     status : "waiting", "running", "cancelling", or how it ended: "success", "stopped by event", "interrupted", "failed"
     message : str
-    note : str, what it does before it can tell how far it is
+    note : str, what it does before its progress is known
     reached, end : float, s or cases
     elapsed : float, s, that it took or takes
     extra : when it was added ("date"), and what a job of its kind has: the case that it is a change of and what

@@ -176,7 +176,7 @@ class MeasurePanel:
     def _refused(self) -> None:
         most = LARGEST_SIGNALS // 1_000_000
         self.page.show_message(
-            f"the upload was not taken: {most} MB are taken at once; keep larger files in the working folder"
+            f"the upload was not taken: {most} MB can be uploaded at once; put larger files in the working folder"
         )
 
     async def _add(self, names: Sequence[str]) -> None:

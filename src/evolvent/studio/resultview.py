@@ -133,15 +133,13 @@ class ResultView:
                     ui.label(reason).classes("ev-what ev-missing")
             if loaded.ref.startswith("job:"):
                 ui.separator()
-                ui.menu_item("Keep the run in the folder", lambda: self.page.save_run(loaded.ref))
+                ui.menu_item("Save the run in the folder", lambda: self.page.save_run(loaded.ref))
 
     def _tabs(self, figures: Sequence[tuple[str, Sequence[tuple[str, Figure]]]], loaded: Sequence[Loaded]) -> None:
         """Charts, one tab for each figure, and last the variables that one chooses."""
         if not figures:
             several = len(loaded) > 1
-            ui.label("The runs have no figure in common." if several else "The run has no figure of its own.").classes(
-                "ev-dim"
-            )
+            ui.label("The runs have no figure in common." if several else "The run has no figures.").classes("ev-dim")
         with (
             ui.tabs()
             .props("dense align=left no-caps indicator-color=primary outside-arrows mobile-arrows")
@@ -241,7 +239,7 @@ def _messages(attrs: Any, *, name: str = "") -> None:
     """Why a run did not end as it should, and its warnings."""
     before = f"{name}: " if name else ""
     if attrs["status"] == "failed":
-        text = f"{before}This run failed; what stands here is what was computed before. {attrs['message']}"
+        text = f"{before}This run failed; the results are those before the failure. {attrs['message']}"
         ui.label(text).classes("ev-banner bad").props('data-testid="failed"')
     elif attrs["status"] == "interrupted":
         ui.label(f"{before}{attrs['message']}").classes("ev-banner warn").props('data-testid="interrupted"')

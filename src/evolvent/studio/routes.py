@@ -49,7 +49,7 @@ def install(app: FastAPI, studio: Studio) -> None:
     def start(ref: str) -> Response:
         content = studio.start_of(ref)
         if content is None:
-            return Response("this start is kept no longer", status_code=404, media_type="text/plain")
+            return Response("this start is no longer stored", status_code=404, media_type="text/plain")
         return Response(content, media_type="application/octet-stream", headers={"Cache-Control": "no-cache"})
 
     def run(ref: str) -> Response:

@@ -32,7 +32,7 @@ class RunsPanel:
         self._rows: dict[str, tuple[ui.element, tuple[object, ...]]] = {}  # of jobs: where, and what it shows
         self._bars: dict[str, tuple[ui.element, ui.label]] = {}
         with ui.element("div").classes("ev-scroll").props('data-testid="runs"'):
-            self._none = ui.label("No runs yet. What you run stands here, and stays after a reload.").classes("ev-what")
+            self._none = ui.label("No runs yet. Runs are listed here, and stay after a reload.").classes("ev-what")
             self._jobs = ui.element("div").classes("ev-part")
             with ui.element("div").classes("ev-row"):
                 ui.label("saved in the folder").classes("ev-h")
@@ -140,7 +140,7 @@ class RunsPanel:
             if job.kind in COMPUTED:
                 ui.menu_item("Open its case", lambda: self.open_case(job.key))
                 if job.kind != "modes" and self.studio.jobs.result(job.key) is not None:
-                    ui.menu_item("Keep it in the folder", lambda: self.save_run(f"job:{job.key}"))
+                    ui.menu_item("Save it in the folder", lambda: self.save_run(f"job:{job.key}"))
             if job.kind == "sweep" and job.status != "success":
                 ui.menu_item("Continue", lambda: self.page.attempt(lambda: self.studio.jobs.resume(job.key)))
             ui.menu_item("Rename", lambda: ask_title(self.page, job.key))

@@ -60,7 +60,7 @@ class StudyPanel:
             self._go.props('unelevated color=primary data-testid="run-study"')
             self._guess = ui.button("Estimate", on_click=self._estimate)
             self._guess.props('outline color=primary data-testid="estimate"')
-            self._guess.tooltip("computes a few cases of the study and takes their time")
+            self._guess.tooltip("runs a few cases of the study and measures their time")
             ui.button("Save as", on_click=self._save).props('flat dense color=primary data-testid="save-study"')
             ui.button("YAML", on_click=self._text).props('flat dense color=primary data-testid="yaml-of-study"')
             self._state = ui.label("").classes("ev-status ev-wrap").props('data-testid="state-of-study"')

@@ -28,7 +28,7 @@ class Simulate(Section):
     step: units.Duration | None = Field(None, description="of a method with fixed steps; chosen if left out")
     tolerance: units.Tolerance | None = Field(None, description="of an adaptive method")
     absolute_tolerance: units.Tolerance | None = Field(
-        None, description="of dopri5, beside tolerance; a hundredth of it if left out"
+        None, description="of dopri5, in addition to tolerance; a hundredth of it if left out"
     )
     spectral_radius: units.Fraction | None = Field(
         None, description="of generalized-alpha and energy-momentum, at infinite frequency"
@@ -42,7 +42,7 @@ class Simulate(Section):
 class Equilibrium(Section):
     """How the equilibrium is found, of ``evolvent equilibrium`` and ``evolvent modes``."""
 
-    time: units.DurationOrZero = Field(0.0, description="at which loads and drives stand")
+    time: units.DurationOrZero = Field(0.0, description="at which loads and drives are evaluated")
     rotating: units.AngularVelocity | None = Field(None, description="steady turn of everything, inertial axes")
     load_steps: Annotated[int, units.Whole(least=1, most=10_000)] | None = Field(
         None, description="equal steps of the load factor on whose equilibria the path lands"
@@ -60,7 +60,7 @@ class StructureCase(Section):
     """A case of the system `structure`."""
 
     system: Literal["structure"] = "structure"
-    title: str = Field("", description="what it is, for titles of figures")
+    title: str = Field("", description="title of figures")
     gravity: units.Acceleration = Field((0.0, 0.0, 0.0), description="acts on every mass, inertial axes")
     parts: PartsByName
     simulate: Simulate | None = None

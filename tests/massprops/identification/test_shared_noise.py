@@ -58,7 +58,7 @@ def test_with_gaps_shared_noise_is_told() -> None:
 def test_a_copy_of_a_sensor_is_refused(copy, order) -> None:
     """It would make the deviations smaller by up to sqrt 2."""
     x = three_modes().samples(200, np.random.default_rng(16))
-    with pytest.raises(InputError, match="sensor 5 is a copy of sensor 2, noise and all, and would count twice"):
+    with pytest.raises(InputError, match="sensor 5 is a copy of sensor 2, including its noise, and would count twice"):
         identify(np.column_stack([x, copy(x[:, 1])]), rate=200 / DURATION, order=order)
 
 

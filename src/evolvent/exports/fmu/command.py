@@ -22,7 +22,7 @@ from evolvent.errors import InputError
     multiple=True,
     callback=once,
     metavar="NAME,NAME",
-    help="Results beside position, attitude, velocity and rate of bodies.",
+    help="Results in addition to position, attitude, velocity and rate of bodies.",
 )
 def fmu(case: str, assignments: tuple[str, ...], output: str | None, inputs: str | None, outputs: str | None) -> None:
     """Write a CASE as a functional mock-up unit (FMI 3.0, co-simulation).

@@ -24,7 +24,7 @@ def model_description(contents: Contents, identifier: str) -> bytes:
         fmiVersion="3.0",
         modelName=contents.title,
         instantiationToken=contents.data()["token"],
-        description=f"{contents.title}, stepped by evolvent in a process of its own",
+        description=f"{contents.title}, stepped by evolvent in a separate process",
         generationTool=f"evolvent {__version__}",
         variableNamingConvention="flat",
     )

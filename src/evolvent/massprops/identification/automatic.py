@@ -95,7 +95,7 @@ def identify(
             return METHODS[method](data, order, **options)
         modes, criteria = search(read_signal(data, **options), highest_order)
         if modes is None:
-            raise InputError("no mode stands out of the noise; give the order if one must be there")
+            raise InputError("no mode is above the noise; give the order if there must be one")
         if method != "varpro":
             modes = METHODS[method](data, modes.order, **options)
         return replace(modes, criteria=criteria)
@@ -103,5 +103,5 @@ def identify(
         asked = f"{order} modes" if order is not None else "the modes"
         raise InputError(
             f"{method} cannot find {asked}: its equations have no solution in floating-point numbers ({error}); "
-            "ask for fewer modes or for another method"
+            "take fewer modes or another method"
         ) from None

@@ -80,7 +80,7 @@ def refuse_copies(signal: Signal) -> None:
     same = np.argwhere(np.triu(np.abs(data.T @ data) > 1.0 - COPY, 1))
     if same.size:
         first, second = (signal.names[k] for k in same[0])
-        raise InputError(f"{second} is a copy of {first}, noise and all, and would count twice; leave it out")
+        raise InputError(f"{second} is a copy of {first}, including its noise, and would count twice; leave it out")
 
 
 def pair(names: tuple[str, ...], shared: Array) -> str:

@@ -205,13 +205,14 @@ def unsupported(modes: Modes) -> tuple[str, ...]:
     """Modes that the data do not support: not apart from their neighbours or not above the noise; a sentence each."""
     w, C = modes.frequency, modes.pole_covariance
     if not np.all(np.isfinite(C)):
-        return ("the modes cannot be told apart: no standard deviations follow",)
+        return ("the modes cannot be distinguished: there are no standard deviations",)
     found = []
     for k in range(modes.order - 1):
         apart = np.sqrt(max(C[k, k] + C[k + 1, k + 1] - 2.0 * C[k, k + 1], 0.0))
         if w[k + 1] - w[k] < APART * apart:
             found.append(
-                f"modes {k + 1} and {k + 2} ({w[k]:.6g} and {w[k + 1]:.6g} rad/s) cannot be told apart: they differ by "
+                f"modes {k + 1} and {k + 2} ({w[k]:.6g} and {w[k + 1]:.6g} rad/s) cannot be distinguished: they "
+                f"differ by "
                 f"{w[k + 1] - w[k]:.2g} ± {apart:.2g} rad/s"
             )
     above = (modes.amplitude / modes.amplitude_std).max(axis=1)
@@ -227,7 +228,7 @@ def remarks(modes: Modes) -> tuple[str, ...]:
     for k, (w, decay) in enumerate(zip(modes.frequency, modes.decay_rate, strict=True)):
         name = f"mode {k + 1} ({w:.6g} rad/s)"
         if modes.time[-1] * w < 2.0 * np.pi:
-            found.append(f"{name} is seen for less than one period")
+            found.append(f"{name} is recorded for less than one period")
         if decay > w:
             found.append(f"{name} decays within less than a period: hardly an oscillation")
         if decay < -4.0 * modes.decay_rate_std[k]:
@@ -323,7 +324,7 @@ def checked_modes(found: Fit, signal: Signal) -> Modes:
     if not found.converged:
         raise InputError(
             f"the data do not support {order} modes: their fit did not converge in {found.steps} steps; "
-            "ask for fewer, or let identify find the order"
+            "take fewer, or let identify find the order"
         )
     if len(in_band(found.point.poles, signal)) < order:
         outside = ", ".join(f"{w:.6g}" for w in found.point.poles.imag if not signal.band[0] <= w <= signal.band[1])

@@ -129,7 +129,7 @@ def from_three_frequencies(
     if shapes is not None and best.mac < 0.9:
         warnings.append(f"the shapes agree badly with any candidate: the best has a MAC of {best.mac:.2f}")
     if len(found) > 1 and best.mac - found[1].mac < 0.01:
-        warnings.append(f"the shapes hardly tell the candidates apart: MAC {best.mac:.4f} and {found[1].mac:.4f}")
+        warnings.append(f"the shapes hardly distinguish the candidates: MAC {best.mac:.4f} and {found[1].mac:.4f}")
     values = np.array([best.stiffness, best.Ixx, best.Izz])
     return finish(p, values, "three frequencies", inputs=inputs, found=found, warnings=warnings)
 

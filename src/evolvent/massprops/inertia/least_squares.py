@@ -83,7 +83,7 @@ def solve(
     if np.all(residual(first / scale) >= 1e9):
         p.residual(given)  # says why
         raise InputError(
-            "the search has no start at which the stand holds the body; give a body nearer to the true one"
+            "the search has no start at which the stand supports the body; give a body nearer to the true one"
         )
     if rows < len(p.unknown):
         raise InputError(_too_little(undetermined(p.jacobian(first), p.unknown, scale)))
@@ -116,7 +116,7 @@ def solve(
 
 def _too_little(reasons: Sequence[str]) -> str:
     """The sentence on unknowns that the data do not determine."""
-    return f"the data cannot tell the unknowns: {'; '.join(reasons)}"
+    return f"the data do not determine the unknowns: {'; '.join(reasons)}"
 
 
 def finish(
@@ -169,5 +169,5 @@ def finish(
                 f"the data give an inertia tensor{because} that no body has: {reason}; check the data "
                 "and the stand's description"
             )
-        warnings.append(f"the inertia tensor{because} is at the edge of what a body can have: {reason}")
+        warnings.append(f"the inertia tensor{because} is at the limit of what a rigid body can have: {reason}")
     return dataclasses.replace(result, warnings=tuple(warnings))

@@ -53,7 +53,8 @@ def rigid_shapes(p: Problem, J: np.ndarray, basis: np.ndarray) -> np.ndarray:
     size = np.max(np.abs(A), axis=0)
     if len(A) < A.shape[1] or np.linalg.matrix_rank(A / np.where(size > 0.0, size, 1.0), tol=1e-6) < A.shape[1]:
         raise InputError(
-            f"{len(A)} sensors do not show the {A.shape[1]} motions of the body; set them apart, in more directions"
+            f"{len(A)} sensors do not show the {A.shape[1]} motions of the body; place them further apart, in "
+            f"more directions"
         )
     phi = []
     for a, C in zip(p.shapes, p.shape_covariance, strict=True):

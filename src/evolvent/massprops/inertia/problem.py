@@ -36,7 +36,7 @@ def check_names(what: str, names: Sequence[str], springs: int) -> tuple[str, ...
         if name not in known:
             raise InputError(f"{what} names {name!r}; {nearest(str(name), known)}")
     if len(set(names)) < len(names):
-        raise InputError(f"{what} is {tuple(names)}; no name may stand twice")
+        raise InputError(f"{what} is {tuple(names)}; no name may occur twice")
     return tuple(names)
 
 
@@ -369,12 +369,12 @@ def problem(
     """A checked `Problem`; parameters as of `evolvent.massprops.inertia.fit`."""
     s = setup(stand, body)
     if s.batch:
-        raise InputError("stand and body carry leading axes; one identification takes one stand and one body")
+        raise InputError("stand and body have leading axes; one identification takes one stand and one body")
     unknown = check_names("unknown", unknown, len(stand.points))
     if model not in MODELS:
         raise InputError(f"model is {model!r}; {nearest(str(model), MODELS)}")
     if not unknown:
-        raise InputError("unknown is empty; name what is to be found")
+        raise InputError("unknown is empty; name what is to be identified")
     frequency = array("frequency", frequency, (-1,), least=np.nextafter(0.0, 1.0))
     m = len(frequency)
     most = 3 if model == "vertical" or s.guided else 6
@@ -393,7 +393,7 @@ def problem(
         points = array("points", points, (-1, 3))
         shapes = array("shapes", shapes, (m, len(points)))
         if np.any(np.max(np.abs(shapes), axis=1) == 0.0):
-            raise InputError("shapes hold a mode that no sensor sees; leave it out")
+            raise InputError("shapes have a mode that no sensor shows; leave it out")
         if shape_covariance is None:
             weighted = False
             S = np.eye(len(points)) * (SHAPE_STD * np.max(np.abs(shapes), axis=1))[:, None, None] ** 2
@@ -401,7 +401,7 @@ def problem(
             S = array("shape_covariance", shape_covariance, (m, len(points), len(points)))
         whitener(S)
     elif release is not None:
-        raise InputError("release tells the scale of shapes; give the shapes too")
+        raise InputError("release gives the scale of shapes; give the shapes too")
     rows = []
     for name, (value, std) in (prior or {}).items():
         if name not in unknown:
@@ -451,6 +451,6 @@ def undetermined(J: np.ndarray, names: Sequence[str], scale: np.ndarray) -> list
             first = share[part[0]]
             mix = ", ".join(f"{names[j]} {share[j] / first:+.2g}" for j in part)
             sentences.append(
-                f"{' and '.join(names[j] for j in part)} are not told apart (they change together as {mix})"
+                f"{' and '.join(names[j] for j in part)} are not distinguished (they change together as {mix})"
             )
     return sentences

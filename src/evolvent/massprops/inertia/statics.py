@@ -189,7 +189,9 @@ def equilibrium_pose(s: Setup, force: np.ndarray | None = None, point: np.ndarra
         try:
             step = -np.linalg.solve(A, b[..., None])[..., 0]
         except np.linalg.LinAlgError:
-            raise InputError("the springs leave the body a motion without any stiffness; it has no one rest") from None
+            raise InputError(
+                "the springs leave the body a motion without any stiffness; it has no unique equilibrium"
+            ) from None
         longest = np.max(np.abs(step[..., :6] * scale), axis=-1)
         if not np.all(np.isfinite(longest)):
             break

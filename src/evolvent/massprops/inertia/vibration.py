@@ -134,7 +134,7 @@ def instability_message(model: LinearModel, square: np.ndarray, shapes: np.ndarr
     phi = shapes[where][:, square[where] <= 1e-9 * square[where][-1]]
     motions = dict.fromkeys(MOTIONS[i] for i in np.argmax(phi * (M @ phi), axis=0))
     growth = np.sqrt(max(-square[(*where, 0)], 0.0))
-    pace = f"growing e-fold in {1.0 / growth:.2g} s" if growth > 0.0 else "with nothing to bring it back"
+    pace = f"growing e-fold in {1.0 / growth:.2g} s" if growth > 0.0 else "without a restoring force"
     return (
         f"the springs cannot hold the body: it {', '.join(motions)}, {pace}; "
         "hang it, guide it, give the springs lateral stiffness, or bring the centre of mass nearer to the middle"
@@ -161,7 +161,7 @@ def damped(
         pole, vector = scipy.linalg.eig(A)
         upper = pole.imag > 1e-9 * np.abs(pole)
         if np.count_nonzero(upper) < f:
-            raise InputError("stand.damping is too high: a mode does not oscillate any more; lower it")
+            raise InputError("stand.damping is too high: a mode no longer oscillates; lower it")
         pole, vector = pole[upper], np.abs(vector[:f, upper])
         order = scipy.optimize.linear_sum_assignment(-vector)[1]
         pole = pole[order]

@@ -137,7 +137,7 @@ def _numbers(lines: list[str], separator: str, width: int, name: str, first: int
         if wrong.size and np.isnan(values).sum() < len(values) // 2:
             raise InputError(
                 f"cannot read {name!r}: line {first + 1 + wrong[0]} holds {str(column.iloc[wrong[0]])[:40]!r} "
-                f"in column {c + 1}, where a number must stand"
+                f"in column {c + 1}, where a number must be"
             )
         found.append(None if wrong.size else values)
     return found

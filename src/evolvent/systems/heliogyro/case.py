@@ -98,7 +98,7 @@ class Spool(Section):
 
     radius: units.Length
     rate: units.AngularRates | None = Field(None, description="positive pays out")
-    ramp: units.DurationOrZero = Field(0.0, description="time in which the rate is smoothly reached from rest")
+    ramp: units.DurationOrZero = Field(0.0, description="time in which the rate rises smoothly from zero")
     changes: tuple[Change, ...] = Field((), description="later changes of the rate, in order of time")
     table: tuple[tuple[units.Time, units.AngularRate], ...] | None = Field(
         None, description="pairs (time, rate) in place of rate, with a smooth monotone curve through them"

@@ -152,7 +152,7 @@ def _rate_figure(run: Any) -> Figure:
             gaps.append(Line(x=time, y=100.0 * (values - rate) / rate, label=label, color=color, style="--"))
     panels = [Panel(x_label="time, s", y_label="body rate, rad/s", lines=lines)]
     if gaps:
-        panels.append(Panel(x_label="time, s", y_label="formula less simulation, %", lines=gaps, y_span=2.0))
+        panels.append(Panel(x_label="time, s", y_label="formula minus simulation, %", lines=gaps, y_span=2.0))
     return Figure(name="body_rate", title="Rate of the body", panels=panels, height=stacked(len(panels)))
 
 

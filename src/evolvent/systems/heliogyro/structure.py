@@ -95,7 +95,10 @@ def _drive(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
         if spool.free is not None:
             raise InputError("spool.free and laws['drive'] are both given; give one of them")
         if spool.start_length > 0.0:
-            raise InputError("spool.start_length is given beside laws['drive'], whose angle at t = 0 says what is out")
+            raise InputError(
+                "spool.start_length and laws['drive'] are both given; the drive's angle at t = 0 "
+                "sets the deployed length"
+            )
         return parts.LawDrive(law=law[0], parameters=law[1])
     if spool.free is not None:
         return parts.FreeSpool(angle=angle, **spool.free.model_dump())

@@ -127,7 +127,7 @@ class Excitation(Section):
             raise InputError("excitation.at is given, but an initial state acts nowhere; leave it out")
         for key in (*kinds[:1], *state):
             if not any(getattr(self, key)) and len(state) < 2:
-                raise InputError(f"excitation.{key} is zero; nothing would move")
+                raise InputError(f"excitation.{key} is zero, so there is no motion")
         return self
 
 
@@ -135,7 +135,7 @@ class Sensors(Section):
     """Displacements from the rest, along fixed directions, at points of the body."""
 
     points: Literal["springs"] | Annotated[tuple[units.Position, ...], Field(min_length=1)] = Field(
-        "springs", description="where they sit; body axes"
+        "springs", description="their positions; body axes"
     )
     directions: Literal["vertical", "horizontal and vertical"] | tuple[units.Direction, ...] = Field(
         "vertical", description="of each point's sensor, level axes; 'horizontal and vertical' puts three at each point"
@@ -151,7 +151,7 @@ class Sensors(Section):
         if self.rate * self.duration < 8.0:
             raise InputError(
                 f"sensors.duration is {self.duration:g} s, which at {self.rate:g} Hz makes {self.samples} samples; "
-                f"nothing can be identified from so few"
+                f"too few for an identification"
             )
         return self
 

@@ -100,7 +100,7 @@ def _frequencies(study: xr.Dataset) -> Figure:
     apart = [Line(x=x, y=y, style="", marker=".", color=1 + k) for k, y in enumerate(ratio.T)]
     panels = [
         Panel(x_label=LABELS[0], y_label="frequency, rad/s", lines=_both(x, found, linear)),
-        Panel(x_label=LABELS[0], y_label="identified less linear, ppm", lines=apart, y_span=20.0),
+        Panel(x_label=LABELS[0], y_label="identified minus linear, ppm", lines=apart, y_span=20.0),
     ]
     return Figure(name="frequencies", title=f"Frequencies, {at}", panels=panels, columns=2, height=84.0)
 

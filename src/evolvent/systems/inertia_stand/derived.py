@@ -109,7 +109,8 @@ def _at_limits(setup: Setup, body: Pose) -> str:
     far = numbers[stretch > STRETCH]
     if far.size:
         found.append(
-            f"{_listed(far)} up to {1.0 + stretch.max():.4g} times the natural length; no spring stays linear so far"
+            f"{_listed(far)} up to {1.0 + stretch.max():.4g} times the natural length; no spring stays linear "
+            f"at this stretch"
         )
     return "; ".join(found)
 
@@ -132,5 +133,5 @@ def _coinciding(modes: NormalModes) -> str:
         return ""
     return (
         f"{same.size + 1} of heave, roll and pitch have the same frequency, {frequency[same[0]]:.6g} rad/s: no signal "
-        "tells them apart, and how their energy is divided between them (linear_energy, least_energy) is arbitrary"
+        "distinguishes them, and how their energy is divided between them (linear_energy, least_energy) is arbitrary"
     )

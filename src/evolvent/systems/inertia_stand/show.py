@@ -132,7 +132,7 @@ def _inertia(run: Any) -> Figure:
     panel = Panel(
         x_label="identified moments and products of inertia" if products else "identified moments of inertia",
         x_names={float(at): f"$I_{{{names[k]}}}$" for at, k in enumerate(identified_ones)},
-        y_label="identified less true, %",
+        y_label="identified minus true, %",
         lines=lines,
         title="bars: 95 % by the signals' noise alone"
         + ("; products in % of the geometric mean of their moments" if products else ""),

@@ -66,7 +66,7 @@ class Case(Section):
     """A case of the system `wire-booms`."""
 
     system: Literal["wire-booms"] = "wire-booms"
-    title: str = Field("", description="what it is, for titles of figures")
+    title: str = Field("", description="title of figures")
     body: Body
     wire: Wire
     reel_radius: units.Length = Field(0.05, description="of every spool")

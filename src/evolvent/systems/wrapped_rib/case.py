@@ -212,7 +212,7 @@ class Drive(Section):
             if getattr(self, key) != type(self).model_fields[key].default:
                 yield f"drive.{key} is given, but {kind} has none; leave it out"
         if self.rate == 0.0:
-            yield "drive.rate is 0 rad/s; nothing would move, give one such as '0.1 rad/s'"
+            yield "drive.rate is 0 rad/s; there would be no motion, give one such as '0.1 rad/s'"
 
 
 class Hold(Section):
@@ -253,7 +253,7 @@ class Contact(Section):
     dissipation: units.ContactDampingOrZero = _key(0.5, "a, of law hunt-crossley")
     points: Points = _key(4, "contact points in each element")
     friction: units.NumberOrZero = _key(0.0, "mu, Coulomb friction with the hub, and between turns")
-    self: bool = _key(False, "whether turns touch and lie over one another; takes several times as long")
+    self: bool = _key(False, "whether turns touch and lie on one another; takes several times as long")
 
 
 class Solver(Section):
