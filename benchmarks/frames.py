@@ -7,7 +7,7 @@ Frame: two legs of n cable elements with a bar between their tips, a rigid body 
 
 Four-bars: the IFToMM benchmark A02 with 40 loops, 81 rigid bodies in space; generalized-alpha, spectral radius 0.9,
 2000 steps of 0.5 ms, one core, nothing written, our Newton's method to 1e-10 of the system's size. Exudyn's bodies have
-rotation vectors (Lie group) in space with revolute and spherical joints, and in a row of its own three coordinates in
+rotation vectors (Lie group) in space with revolute and spherical joints, and in its own row three coordinates in
 the plane with revolute joints, which is less work; it solves with EigenSparse and its modified Newton method. Errors
 are those of the first rod's tip after 1 s against the equation of one angle.
 """

@@ -3,7 +3,7 @@
     python benchmarks/startup.py [-o benchmarks/startup.json] [--repeat 7] [--systems heliogyro ...]
 
 Every figure is a median of fresh processes that take turns, after one of each that is not counted: kernels, bytecode
-and files are then in their caches (bytecode in a folder of its own, since some environments switch it off). A run
+and files are then in their caches (bytecode in its own folder, since some environments switch it off). A run
 counts without the solution's own wall time. Two ratios stand beside each other: of the time by the clock, and of
 processor time, which other processes on the machine disturb less.
 """

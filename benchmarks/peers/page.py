@@ -17,7 +17,7 @@ HEAD = """# Comparison with other programs
 
 <!-- written by `python3 start.py bench compare` -->
 
-The same work in evolvent and in other programs, measured in one session. Each program runs in a process of its own;
+The same work in evolvent and in other programs, measured on one machine. Each program runs in its own process;
 start, imports and compilation are not counted. `python3 start.py bench compare` installs the other programs in an
 environment of their own, measures, and writes this page.
 """

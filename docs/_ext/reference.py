@@ -29,7 +29,7 @@ def gallery_text() -> str:
 
 
 def _skip(app: Any, what: str, name: str, item: Any, skip: bool, options: Any) -> bool | None:
-    """Fields of named tuples are told in the docstring of their class."""
+    """Fields of named tuples are documented in the docstring of their class."""
     return True if (getattr(item, "__doc__", "") or "").startswith("Alias for field number") else None
 
 

@@ -144,7 +144,7 @@ def _outside_cases() -> dict[str, str]:
     """Cases of systems of other packages, name -> YAML text; a system that cannot be loaded has none."""
     found: dict[str, str] = {}
     for name in _outside():
-        with contextlib.suppress(InputError):  # said where that system is asked for
+        with contextlib.suppress(InputError):  # reported where that system is used
             found |= {case: source for case, source in system(name).cases.items() if case not in _files()}
     return found
 

@@ -215,7 +215,7 @@ class Cache(_Folder):
 
 
 def without_path(function: Any) -> Any:
-    """The same function, said to come from a file of the package and not of this machine.
+    """The same function, recorded as if from a file of the package and not of this machine.
 
     Exceptions that machine code raises carry the name of the file.
     """
@@ -253,9 +253,9 @@ class _Compiling:
 
     Notes
     -----
-    It compiles for the baseline, through a code generator of its own. Indices and bounds of slices are taken as they
+    It compiles for the baseline, through its own code generator. Indices and bounds of slices are taken as they
     are: numba tests each for a place counted from the end, of which kernels make no use, and that took 8 to 25 % of a
-    step (``NUMBA_BOUNDSCHECK=1`` checks all of them; it needs a cache folder of its own). And compiler flags are hashed
+    step (``NUMBA_BOUNDSCHECK=1`` checks all of them; it needs its own cache folder). And compiler flags are hashed
     and compared quickly: numba 0.68 does so for every operator that it types, by building a dictionary option by
     option, which is a fifth of the time of compilation. The functions here return the same.
     """

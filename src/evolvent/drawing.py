@@ -22,7 +22,7 @@ Each group's attribute ``drawn`` is a list of mappings with one key:
 ``spool``
     `body` (a part), `centre`, `axis` (body axes), `radius`, `width` (m), and `angle` (a variable).
 ``symbol``
-    Of a part without an extent of its own: `body` (a part, or 'ground') and `centre` (body axes), or `origin` and
+    Of a part without its own extent: `body` (a part, or 'ground') and `centre` (body axes), or `origin` and
     `along` (variables; z of the symbol is along the second). `solids` as of a frame about the place, in units of the
     symbols' size, each with `turned` (a variable, rad) or `scaled` and `most` (a variable and its largest value);
     `outline` (polylines, m); `lift` (true to draw it over its body).

@@ -136,7 +136,7 @@ class Kernel:
 
 
 def kernel(function: Callable) -> Any:
-    """Compile `function` into its compiled callers, as a function of its own there."""
+    """Compile `function` into its compiled callers, as its own function there."""
     _check_followed(function)
     return function if config.DISABLE_JIT else Kernel(function, inline=False)
 
@@ -175,7 +175,7 @@ _BY_SLOT: dict[int, Any] = {}
 
 
 class Indirect:
-    """A function with a signature of its own that compiled code calls by its address.
+    """A function with its own signature that compiled code calls by its address.
 
     It is compiled once, whoever calls it, and only where it is loaded: a caller may name functions that a model never
     needs. The address is taken from the table `addresses` of the first struct among the arguments.

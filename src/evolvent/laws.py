@@ -80,8 +80,8 @@ def describe_law(law: Any) -> str:
 def _one_line(message: str) -> str:
     """What numba says first, without its account of what it was doing."""
     lines = [line.strip(" >") for line in message.splitlines()]
-    said = [line for line in lines if line and not line.startswith("Failed in nopython mode")]
-    return " ".join(said[: 2 if said[0].endswith(":") else 1])
+    kept_lines = [line for line in lines if line and not line.startswith("Failed in nopython mode")]
+    return " ".join(kept_lines[: 2 if kept_lines[0].endswith(":") else 1])
 
 
 #: What a law of each kind returns, in words.
@@ -131,7 +131,7 @@ def _what(law: Any, arguments: tuple[Any, ...], error: Exception) -> str:
             getattr(law, "py_func", law)(*arguments)
         except IndexError as plain:
             error = plain
-        except Exception:  # noqa: BLE001  (another one: what it said when compiled stands)
+        except Exception:  # noqa: BLE001  (another one: its error at compilation is reported)
             pass
     return " ".join(str(error).split())
 

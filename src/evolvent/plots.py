@@ -16,9 +16,9 @@ from evolvent.errors import InputError
 from evolvent.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, y_limits
 from evolvent.results import make_folder, write_file
 
-#: Okabe and Ito's palette, told apart with any kind of colour vision; black leads.
+#: Okabe and Ito's palette, distinguishable with any kind of colour vision; black leads.
 PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-#: Dashes of solid lines that share a panel, by the place of their color in the palette: grey tells them apart.
+#: Dashes of solid lines that share a panel, by the place of their color in the palette: distinguishable in grey.
 DASHES: tuple[Any, ...] = (
     "-", (0, (7, 1.5)), (0, (1.5, 1)), (0, (7, 1.5, 1.5, 1.5)), (0, (3, 1.2)), (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2)),
     (0, (12, 2)),
@@ -105,7 +105,7 @@ def save(figure: Figure, path: str | os.PathLike[str], *, label: str = "") -> st
 
 
 def sheet(figure: Figure, *, dpi: float = DPI, title: bool = True, label: str = "") -> Any:
-    """A figure as one of matplotlib's, with a canvas of its own; `label` stands in large letters below it."""
+    """A figure as one of matplotlib's, with its own canvas; `label` stands in large letters below it."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as Sheet
@@ -262,7 +262,7 @@ def _legend_width(labels: Sequence[str], rows: int) -> float:
 
 
 def _is_dashed(panel: Panel) -> bool:
-    """Whether dashes tell the lines of a panel apart: solid ones of two or more colors of the palette."""
+    """Whether dashes distinguish the lines of a panel: solid ones of two or more colors of the palette."""
     solid = {line.color for line in panel.lines if line.style == "-" and isinstance(line.color, int) and line.label}
     return len(solid) > 1 and all(
         line.style == "-" for line in panel.lines if isinstance(line.color, int) and line.style.strip()

@@ -146,7 +146,7 @@ def statistics_of(run: Any) -> dict[str, Any]:
 
 
 def closing_numbers(run: Any) -> list[Number]:
-    """The rows of a run's table that tell of any run: its warning, steps, and the time that they took."""
+    """The rows of a run's table that are common to all runs: its warning, steps, and the time that they took."""
     found = []
     if run.attrs.get("warning"):
         found.append(Number(label="warning", value=run.attrs["warning"]))

@@ -165,7 +165,7 @@ class OneOf:
             name: core_schema.no_info_before_validator_function(self._inner, handler.generate_schema(kind))
             for name, kind in self.kinds.items()
         }
-        # the union itself must not see what it cannot choose for: its own error tells less
+        # the union itself must not see what it cannot choose for: its own error says less
         return core_schema.no_info_before_validator_function(
             lambda value: (self._choose(value), value)[1],
             core_schema.tagged_union_schema(choices, discriminator=self._choose),
@@ -352,7 +352,7 @@ def dotted(location: Sequence[Any]) -> str:
 def error_priority(error: Any) -> tuple[bool, bool]:
     """Key by which pydantic's errors are sorted: what a user should read first comes first.
 
-    Unknown keys explain others; last come the words that a list might have been, for what is wrong with it tells more.
+    Unknown keys explain others; last come the words that a list might have been, since their errors say more.
     """
     kind = error["type"]
     return kind != "extra_forbidden", kind == "literal_error" and isinstance(error["input"], (list, dict))
@@ -400,7 +400,7 @@ def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") ->
 
 
 def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
-    """What a missing key wants, where its annotation says so."""
+    """What a missing key requires, where its annotation says so."""
     here, choice = kind, None
     for part in location[:-1]:
         if choice is not None and part in choice.kinds:

@@ -70,7 +70,7 @@ def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = No
 
 
 def _tags(found: xr.DataArray, count: int) -> list[str]:
-    """What tells the columns of a variable apart."""
+    """Names that distinguish the columns of a variable."""
     dims = [d for d in found.dims if d != "time"]
     if count == 1:
         return [""]
@@ -121,7 +121,7 @@ def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "
 
 
 def _short(full: str, names: Sequence[str]) -> str:
-    """What tells a variable from the others of its panel: its part, its own name or both; nothing of a single one."""
+    """Label that distinguishes a variable from the others of its panel: its part, its name or both; empty for a single one."""
     if len(names) == 1:
         return full.partition(".")[0] if "." in full else ""
     part, _, own = full.partition(".")
@@ -278,7 +278,7 @@ def _largest(run: xr.DataTree, variable: str) -> float:
 
 
 def _coloured(lines: list[Line]) -> list[Line]:
-    """Lines of one panel in colours that tell them apart; of many, along a scale, the first and last one named."""
+    """Lines of one panel in distinguishable colours; of many, along a scale, the first and last one named."""
     if len(lines) <= _NAMED:
         return [dataclasses.replace(line, color=k) for k, line in enumerate(lines)]
     last = len(lines) - 1

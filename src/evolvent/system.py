@@ -86,7 +86,7 @@ class System:
         return MappingProxyType(self._parts)
 
     def copy(self) -> System:
-        """The same parts in a system of its own."""
+        """The same parts in its own system."""
         other = System(gravity=self._gravity.tolist(), title=self.title, settings=self.settings, sections=self.sections)
         other._parts = dict(self._parts)
         return other

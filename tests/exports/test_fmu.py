@@ -61,7 +61,7 @@ class Unit:
         return fmi3.FMU3Slave(unzipDirectory=self.folder, **given)
 
     def made(self, **changes):
-        """An instance, as an object of its own with the library of this unit; freed at the end of the test."""
+        """An instance, as its own object with the library of this unit; freed at the end of the test."""
         found = self.loaded(**changes)
         assert found.dll._handle == self.library.dll._handle
         try:
@@ -348,7 +348,7 @@ def test_an_interpreter_that_does_not_serve_is_named(unit, tmp_path, monkeypatch
         python.write_text(script)
         python.chmod(0o755)
     monkeypatch.setenv("EVOLVENT_PYTHON", str(python))
-    folder = tmp_path / "unit"  # a library of its own, which has no server yet
+    folder = tmp_path / "unit"  # its own library, which has no server yet
     shutil.copytree(unit.folder, folder)
     found = fmi3.FMU3Slave(guid=unit.about.guid, modelIdentifier="unit", instanceName="one", unzipDirectory=str(folder))
     logged = []

@@ -325,7 +325,7 @@ def test_panel_latches_with_its_energy_balance(book: Book, method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_energy_lost_at_a_latch(book: Book, method: str) -> None:
-    """With a damper of its own the latch takes all that is left: the kinetic energy, and the spring's change."""
+    """With its own damper the latch takes all that is left: the kinetic energy, and the spring's change."""
     J, k, x0, rest, kl = 0.4, 0.5, math.pi, -0.3, 60.0
     hinge = {"stiffness": k, "rest": rest, "angle": x0, "latch": 0.0, "latch_stiffness": kl, "latch_damping": 3.0}
     found = run(wheel(J, **hinge), np.linspace(0.0, 12.0, 25), method)

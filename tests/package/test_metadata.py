@@ -73,7 +73,7 @@ def test_core_packages_are_supported_for_two_years():
     day = re.search(r"Bounds were last set on\s+(\d{4})-(\d{2})-\d{2}", CONTRIBUTING)
     limit = (int(day[1]) - 2, int(day[2]))
     rows = re.findall(r"^\| (\w+) \| [\d.]+ \| (\d{4})-(\d{2}) \| SPEC 0 \|", CONTRIBUTING, flags=re.MULTILINE)
-    assert {name for name, _, _ in rows} == {"numpy", "scipy", "matplotlib"}  # xarray's bound has a reason of its own
+    assert {name for name, _, _ in rows} == {"numpy", "scipy", "matplotlib"}  # xarray's bound has its own reason
     for name, year, month in rows:
         months = 12 * (int(year) - limit[0]) + int(month) - limit[1]
         assert 0 <= months <= 3, name  # the oldest series inside the window

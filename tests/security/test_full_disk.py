@@ -44,7 +44,7 @@ def listed(folder: pathlib.Path) -> list[str]:
 
 
 def test_a_run_that_cannot_be_kept_ends_without_a_fault(tmp_path: pathlib.Path) -> None:
-    """In a process of its own: HDF5 files that could not be written ended it with a fault after its message."""
+    """In its own process: HDF5 files that could not be written ended it with a fault after its message."""
     done = subprocess.run([sys.executable, "-c", CODE], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "evolvent: cannot write 'run.nc': file too large\n"

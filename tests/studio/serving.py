@@ -1,4 +1,4 @@
-"""A studio that is served from a folder, by a process of its own."""
+"""A studio that is served from a folder, by its own process."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def choose(page: Any, select: str, option: str) -> None:
 
 
 class Server:
-    """A studio that runs in a process of its own."""
+    """A studio that runs in its own process."""
 
     def __init__(self, folder: pathlib.Path, *options: str) -> None:
         self.folder = folder

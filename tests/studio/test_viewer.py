@@ -1,4 +1,4 @@
-"""The viewer in a page of its own, in a browser: what it shows at first, its keys, and where it draws points."""
+"""The viewer in its own page, in a browser: what it shows at first, its keys, and where it draws points."""
 
 import dataclasses
 import json

@@ -177,7 +177,7 @@ def test_contacts_of_a_case_file() -> None:
 
 
 def test_contacts_are_drawn() -> None:
-    """The plane as a disc of its own frame, shapes on their bodies, and the forces at the places where they act."""
+    """The plane as its own disc frame, shapes on their bodies, and the forces at the places where they act."""
     system = System(gravity=(0.0, 0.0, -9.81))
     system.add(parts.RigidBody(mass=1.0, inertia=0.01, position=(0.0, 0.0, 0.0999)), "ball")
     plane, sphere = parts.Plane(normal=(0.0, 0.0, 1.0), size=2.0), parts.Sphere(radius=0.1)

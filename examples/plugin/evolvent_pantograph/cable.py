@@ -1,4 +1,4 @@
-"""Tension cable: a part with a force law of its own."""
+"""Tension cable: a part with its own force law."""
 
 from __future__ import annotations
 

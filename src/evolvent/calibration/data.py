@@ -2,7 +2,7 @@
 
 Three kinds of files are read. A **history** has a column of times and one for each observed variable: one run is
 compared with it at these times. A **table of runs** has columns named by keys of the case and one for each observed
-variable: each row is a run of its own with these keys. A **log** is in a form that a system reads itself
+variable: each row is its own run with these keys. A **log** is in a form that a system reads itself
 (`SystemDefinition.measurements`).
 """
 

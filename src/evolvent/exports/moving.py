@@ -127,9 +127,9 @@ def mp4(run: Any, path: str, request: Request) -> str:
             except BaseException:
                 process.kill()
                 raise
-            said = process.stderr.read().decode(errors="replace").strip()
+            output = process.stderr.read().decode(errors="replace").strip()
             if process.wait() != 0:
-                reason = said.splitlines()[-1] if said else f"it ended with code {process.returncode}"
+                reason = output.splitlines()[-1] if output else f"it ended with code {process.returncode}"
                 raise InputError(f"cannot write {path!r}: ffmpeg says: {reason}")
     return _summary(path, time, speed, length)
 

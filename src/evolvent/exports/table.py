@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from evolvent.figures import Number
     from evolvent.motion import Motion
 
-#: Columns of one variable above which it has a table of its own.
+#: Columns of one variable above which it has its own table.
 WIDE = 12
 #: Moments whose shapes are written unless more are asked for.
 MOST_SHAPES = 200
@@ -85,14 +85,14 @@ def write(run: Any, path: str, request: Request) -> str:
     for name, content in tables.items():
         with (
             writing(os.path.join(path, name)) as temporary,
-            # a spreadsheet tells UTF-8 by its mark
+            # a spreadsheet recognizes UTF-8 by its mark
             open(temporary, "w", encoding="utf-8-sig", newline="") as file,
         ):
             csv.writer(file).writerows(content)
-    said = f"{', '.join(tables)} in {path}: {samples_text(rows, count)}, shapes at {moments.size}"
+    summary = f"{', '.join(tables)} in {path}: {samples_text(rows, count)}, shapes at {moments.size}"
     if moments.size * points >= SHEET:
-        said += f" (shapes.csv has {moments.size * points:,} rows; a spreadsheet shows {SHEET:,}, so lower --frames)"
-    return f"{said}, {shown_size(size_of(path))}"
+        summary += f" (shapes.csv has {moments.size * points:,} rows; a spreadsheet shows {SHEET:,}, so lower --frames)"
+    return f"{summary}, {shown_size(size_of(path))}"
 
 
 def _moving_variables(run: Any, motion: Motion) -> set[str]:

@@ -1,6 +1,6 @@
 """Time series for ParaView: collections (.pvd) of polygonal data (.vtp): lines, strips, bodies, forces, marks, axes.
 
-`pyevtk` writes the files: it is pure Python on NumPy alone and permissive, where VTK's own writers weigh half a
+`pyevtk` writes the files: it is pure Python on NumPy alone and permissive, where VTK's own writers take half a
 gigabyte. Polygonal data are what ParaView's filter Tube takes; it does not take unstructured grids.
 """
 
@@ -110,8 +110,8 @@ def write(run: Any, path: str, request: Request) -> str:
         kept=samples_text(samples, count),
     )
     with writing(os.path.join(path, "about.txt")) as temporary:
-        told = "".join(f"{what}: {words}\n" for what, words in about(run))
-        pathlib.Path(temporary).write_text(f"{text}{told}\ncase:\n{run.attrs['case']}", encoding="utf-8")
+        header = "".join(f"{what}: {words}\n" for what, words in about(run))
+        pathlib.Path(temporary).write_text(f"{text}{header}\ncase:\n{run.attrs['case']}", encoding="utf-8")
     names = ", ".join(f"{kind}{suffix}.pvd" for kind in kinds)
     return f"{names} in {path}: {samples_text(samples, count)}, {shown_size(size_of(path))}"
 

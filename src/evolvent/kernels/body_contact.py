@@ -327,7 +327,7 @@ def end_body_contacts(model):
 
 @inlined
 def count_body_contacts(model):
-    """A number that tells which bodies touch, as `contact.count_touching`."""
+    """A number that encodes which bodies touch, as `contact.count_touching`."""
     rows, total = model.flexible.body_contacts, 0
     for k in range(rows.size):
         if rows[k].gap1 < 0.0:

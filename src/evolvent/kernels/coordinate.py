@@ -66,7 +66,7 @@ def bristle_energy(hinges, k):
 
 @inlined
 def count_slipping(model):
-    """A number that tells which coordinates slip, and in which sense."""
+    """A number that encodes which coordinates slip, and in which sense."""
     hinges, found = model.flexible.hinges, 0
     for k in range(hinges.size):
         if hinges[k].friction > 0.0:

@@ -38,7 +38,7 @@ from evolvent.model import MODEL, family_type
 
 _I = types.int64
 TURN, QUARTER = 2.0 * math.pi, 0.5 * math.pi
-#: Angle that a step may turn a hinge by, rad; the quarter turns of its start tell turns apart up to 3/4 pi.
+#: Angle that a step may turn a hinge by, rad; the quarter turns of its start distinguish turns up to 3/4 pi.
 MOST_TURNED = 1.5
 #: An angle this near to the latch's, rad, has reached it.
 REACHED = 1e-10

@@ -43,8 +43,8 @@ def shift(s: Setup, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, di
 
     Notes
     -----
-    The body that was found is let go as the measured modes have it, in full geometry and with the measured decay, once
-    at the measured amplitude and once at a tiny one; the modes of both motions are identified as those of the signals.
+    The identified body is simulated with full geometry and the measured decay, once from the measured amplitude and once from
+    a tiny one. The modes of both simulations are identified in the same way as those of the signals.
     """
     order = _derivatives(modal.reading.unit)
     if order is None:

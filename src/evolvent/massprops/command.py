@@ -88,7 +88,7 @@ def identify(
 
 
 def _draw(folder: str | None, several: Sequence[Modal]) -> None:
-    """Draw the modes of every recording; of several, each in a folder of its own, named as its file."""
+    """Draw the modes of every recording; of several, each in its own folder, named as its file."""
     from evolvent import plots
     from evolvent.massprops import mode_figures
 

@@ -1,4 +1,4 @@
-"""What one recording, and all of them together, tell."""
+"""Results of one recording, and of all of them together."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Share(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Evaluation:
-    """What one recording tells.
+    """Results of one recording.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Evaluation:
     shares : Share each
     why : sentences: how modes and solution were chosen
     assumed : (what, value) that was not measured
-    cannot : (what, why) that these data do not tell
+    cannot : (what, why) that these data do not determine
     model_frequency : (used,) rad/s, of the model with the values found; nan without one
     agreement : (used,) MAC of measured and model shapes; nan without one
     model_shapes : (used, c) at the sensors, scaled to the measured ones, or None

@@ -160,9 +160,9 @@ def _together(given: Description, sources: Sequence[files.Signals], evaluations:
         interval = np.quantile(first.draws, [0.5 - 0.5 * probability, 0.5 + 0.5 * probability], axis=0)
     warnings = []
     for e in evaluations:
-        told = [*e.modal.reading.notes, *e.warnings]
+        texts = [*e.modal.reading.notes, *e.warnings]
         name = os.path.basename(e.modal.reading.source.path)
-        warnings += [f"{name}: {text}" if n > 1 else text for text in told]
+        warnings += [f"{name}: {text}" if n > 1 else text for text in texts]
     if not any(np.isfinite(s.std) and s.label[:6] != "noise:" for e in evaluations for s in e.shares):
         warnings.append(
             "the description states no uncertainty of any mass, length or stiffness; u includes the signals alone, "

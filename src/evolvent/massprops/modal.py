@@ -13,7 +13,7 @@ from evolvent.massprops.identification.orders import WHITE, whiteness
 from evolvent.massprops.identification.signals import power, read_signal
 from evolvent.massprops.recordings import Reading
 
-#: Lines of the residual's spectrum on each side of a mode that tell the noise there.
+#: Lines of the residual's spectrum on each side of a mode that show the noise there.
 NEAR = 12
 #: A mode this near to half the sampling rate may be a faster one seen through too few samples.
 EDGE = 0.9
@@ -141,25 +141,25 @@ def late_start_warning(reading: Reading) -> str:
 
 def _identification_warnings(modes: Modes, widening: np.ndarray, p: float, reading: Reading) -> list[str]:
     """Warnings of the identification, that on the residual with what was done about it."""
-    said = [text for text in modes.warnings if not text.startswith("the residual is not white")]
+    texts = [text for text in modes.warnings if not text.startswith("the residual is not white")]
     if reading.noise is not None:
         found = np.sqrt(np.nanmean(modes.residual**2, axis=0))
         ratio = found / reading.noise
         c = int(np.argmax(ratio))
         if ratio[c] > UNDERSTATED:
             return [
-                *said,
+                *texts,
                 f"the noise of {reading.names[c]} is stated as {reading.noise[c]:.3g} {reading.unit}, but the modes "
                 f"leave {found[c]:.3g} {reading.unit}: it is stated too small, or the signals hold more than these "
                 "modes; deviations are widened by the residual",
             ]
     if p < WHITE:
         most = int(np.argmax(widening))
-        said.append(
+        texts.append(
             f"the residual is not white (p = {p:.1g}): it holds more than these modes and white noise; deviations are "
             f"widened by the noise near each mode, at most {widening[most]:.1f} times (mode {most + 1})"
         )
-    return said
+    return texts
 
 
 def _edge(modes: Modes, reading: Reading) -> list[str]:

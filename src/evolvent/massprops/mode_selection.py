@@ -30,8 +30,8 @@ def select(given: OnSprings, modal: Modal) -> tuple[tuple[int, ...], list[str], 
     left = [int(k) for k in np.argsort(-strength) if k not in faint and k not in products]
     used = tuple(sorted(left[:most]))
     why = [f"All {m} modes found in the signals are used."] if len(used) == m else []
-    if told := [f"{modal.frequency[k]:.6g} rad/s is {text}" for k, text in products.items() if k not in faint]:
-        why.append(f"Left out as harmonics of stronger modes in a motion that is not quite linear: {', '.join(told)}.")
+    if texts := [f"{modal.frequency[k]:.6g} rad/s is {text}" for k, text in products.items() if k not in faint]:
+        why.append(f"Left out as harmonics of stronger modes in a motion that is not quite linear: {', '.join(texts)}.")
     if faint:
         why.append(
             f"Fainter than {FAINT:g} of the strongest, by velocity, and left out: "
@@ -74,11 +74,11 @@ def _products(modal: Modal, strength: np.ndarray) -> dict[int, str]:
             ways = [(w[i] + w[j], f"{w[i]:.6g} + {w[j]:.6g}" if i != j else f"twice {w[i]:.6g}")]
             if i != j:
                 ways.append((abs(w[i] - w[j]), f"{max(w[i], w[j]):.6g} - {min(w[i], w[j]):.6g}"))
-            told = [
+            texts = [
                 text for at, text in ways if abs(at - w[k]) < max(near, 5.0 * np.nan_to_num(modal.frequency_std[k]))
             ]
-            if told:
-                found[k] = told[0]
+            if texts:
+                found[k] = texts[0]
                 break
     return found
 
@@ -96,7 +96,7 @@ def separate(
     T = float(modal.reading.time[-1])
     line = 2.0 * np.pi / T
     w, v = np.sqrt(model.eigenvalue), model.at(sensors, directions)
-    kept, told = [], []
+    kept, texts = [], []
     for k in used:
         near = np.flatnonzero(np.abs(w - modal.frequency[k]) < line)
         shape = modal.shapes[k]
@@ -105,13 +105,13 @@ def separate(
             if np.sum((U.T @ shape) ** 2) > SINGLE * np.sum(shape**2):
                 gap = float(np.ptp(w[near]))
                 longer = f"; record for {2.0 * np.pi / gap:.3g} s to see them" if gap > 1e-6 * w[near[0]] else ""
-                told.append(
+                texts.append(
                     f"the body's modes at {' and '.join(f'{x:.5g}' for x in w[near])} rad/s cannot be distinguished in "
                     f"{T:.3g} s and appear as one at {modal.frequency[k]:.6g} rad/s, which is left out{longer}"
                 )
                 continue
         kept.append(k)
-    return tuple(kept), told
+    return tuple(kept), texts
 
 
 def missing_modes_warning(
@@ -122,9 +122,9 @@ def missing_modes_warning(
     most = min(int(np.linalg.matrix_rank(motions, tol=1e-6 * float(np.abs(motions).max()))), most_modes(given))
     if len(used) >= most or given.identification.band is not None:
         return ""
-    told = ", ".join(f"{modal.frequency[k]:.6g}" for k in used)
+    texts = ", ".join(f"{modal.frequency[k]:.6g}" for k in used)
     return (
-        f"only {len(used)} of the {most} modes that these sensors can show were found (at {told} rad/s); release at a "
+        f"only {len(used)} of the {most} modes that these sensors can show were found (at {texts} rad/s); release at a "
         "point that sets all of them going, or record for longer"
     )
 

@@ -212,9 +212,9 @@ def _rotation(given: Pendulum, modal: Modal, sway: float | None) -> tuple[int, t
     if sway is not None and band is None:
         swaying = np.abs(w / sway - 1.0) < SWAY
         if swaying.any():
-            told = ", ".join(f"{x:.6g}" for x in w[swaying])
+            listed = ", ".join(f"{x:.6g}" for x in w[swaying])
             why.append(
-                f"A body on these wires sways at sqrt(g / H) = {sway:.5g} rad/s; so does the mode at {told} rad/s."
+                f"A body on these wires sways at sqrt(g / H) = {sway:.5g} rad/s; so does the mode at {listed} rad/s."
             )
     left = [int(k) for k in np.argsort(-strength) if not swaying[k]]
     ask = f"give identification.band around the {_mode(given)}, such as [5 rad/s, 7 rad/s]"

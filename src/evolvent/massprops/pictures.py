@@ -17,7 +17,7 @@ from evolvent.massprops.modal import Modal
 from evolvent.plots import PALETTE, STYLE
 
 _BLUE, _RED, _GREEN = PALETTE[1], PALETTE[2], PALETTE[3]
-#: Most shares that a bar tells apart.
+#: Most shares that a bar shows.
 _MOST_SHARES = 7
 
 

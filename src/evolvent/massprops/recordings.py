@@ -209,7 +209,7 @@ def _cut(time: np.ndarray, data: np.ndarray, given: schema.Signals, notes: list[
 
 
 def _gaps(data: np.ndarray, names: tuple[str, ...], given: schema.Signals, notes: list[str]) -> None:
-    """Refuse gaps that are not wanted or too large; tell of the others."""
+    """Refuse gaps that are not allowed or too large; report the others."""
     missing = np.isnan(data).sum(axis=0)
     if not missing.any():
         return

@@ -47,7 +47,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
     Raises
     ------
     InputError
-        Springs that cannot hold the body, a rate too low for its modes, unknowns that the data cannot tell, shapes
+        Springs that cannot hold the body, a rate too low for its modes, unknowns that the data do not determine, shapes
         that no motion of the body has, an inertia that no body has.
     """
     stand = stand_of(given)
@@ -285,7 +285,7 @@ def _aliasing_warnings(task: Task, inertia: Inertia, consistency: float) -> list
 
 
 def _off(given: OnSprings, found: Inertia) -> float:
-    """How far a body is from where the unknowns were said to be, in logarithms; 0 where nothing was said."""
+    """How far a body is from the expected values of the unknowns, in logarithms; 0 where there are none."""
     starts = {n: getattr(given.body, n) for n in ("mass", "Ixx", "Iyy", "Izz")}
     known = {n: v.value for n, v in starts.items() if v is not None and v.unknown and v.value > 0.0}
     return round(sum(abs(float(np.log(found.values[n] / v))) for n, v in known.items()), 3)

@@ -24,7 +24,7 @@ def solids_of(view: View, name: str, row: Any) -> list[dict[str, Any]]:
     Notes
     -----
     Without a shape: bars between the places of its joints and springs, where two joints that turn, or more, hold a body
-    whose moments of inertia are equal and tell nothing of its shape; else the box of uniform density with its mass and
+    whose moments of inertia are equal and do not show its shape; else the box of uniform density with its mass and
     moments of inertia, whose edges a, b, c follow from a^2 = 6 (Iy + Iz - Ix)/m and so on; of a body without mass that
     turns about an axis a disc which reaches the places that other parts are attached to.
     """

@@ -128,7 +128,7 @@ def _entry(view: View, found: Observed, seat: Seat, **drawn: Any) -> dict[str, A
     if seat.body >= 0 and name is not None:
         return {"symbol": {"body": name, "centre": np.asarray(seat.place).tolist(), **drawn}}
     axis = np.broadcast_to(seat.axis, (view.t.size, 3))
-    if seat.body >= 0:  # a body without a name of its own: a node of a rod
+    if seat.body >= 0:  # a body without its own name: a node of a rod
         axis = turned(view.pose(seat.body).R, seat.axis)
     if "position" not in found.variables:
         found.vector("position", _moved(view, seat), "m", "position, inertial axes")

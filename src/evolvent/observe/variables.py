@@ -108,7 +108,7 @@ def integral(t: Array, rate: Array) -> Array:
 def unwrapped(t: Array, angle: Array, rate: Array) -> Array:
     """An angle (nt,) over any number of turns, of one to whole turns and its rate.
 
-    The rate tells how many turns lie between two samples, so that there may be several.
+    The rate determines how many turns lie between two samples, so that there may be several.
     """
     about = integral(t, rate)
     return angle[:1] + about + np.unwrap(angle - angle[:1] - about)

@@ -45,7 +45,7 @@ def _off(data: Data, found: Deployment) -> float:
 
 
 def scheme() -> Mapping[str, float]:
-    """The paper's scheme by a model of its own, beside the engine."""
+    """The paper's scheme by its own model, beside the engine."""
     import evolvent
 
     own = _deploy()

@@ -161,7 +161,7 @@ def thread_accelerations(model, matrix, work):
     -----
     A thread's springs are not resolved by a step: to it they are links. What pulls them on without stretch is not seen
     in the accelerations of the state, but in those v' of a step d of spectral radius 0, which has the increments
-    d v + d^2 v'/2 and so v' + d v''/3 in place of v'. Steps of h/2 and h tell v' from v'', and with them
+    d v + d^2 v'/2 and so v' + d v''/3 in place of v'. Steps of h/2 and h separate v' from v'', and with them
     a0 = v'(t0 + (alpha_m - alpha_f) h), as the method goes on (Arnold, Bruls & Cardona, 2015).
     """
     n_v, h, t, options = work.dq.size, work.loop.step, work.loop.time, work.options

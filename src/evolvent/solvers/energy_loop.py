@@ -138,7 +138,7 @@ def functions() -> list[Any]:
 
 @inlined
 def _count_touching(model):
-    """A number that tells which contact points press, and which coordinates of joints slip."""
+    """A number that encodes which contact points press, and which coordinates of joints slip."""
     contacts, found = model.flexible.contact_points, 0
     for i in range(contacts.size):
         if contacts[i].force > 0.0:
@@ -220,7 +220,7 @@ def iterate(most, searches, model, matrix, work):
     rounding = min(ROUND_OFF, 1e4 * options.newton) if flexible > 0 else 0.0
     residual(model, step)
     soft, last, ratio, touching = step.step.soft != 1.0, math.inf, 0.0, loop.contact_set
-    # what keeps momenta or energy takes a tangent of its own, for it converges to round-off
+    # what keeps momenta or energy takes its own tangent, for it converges to round-off
     stale = soft or step.step.chi_v == 0.0 or loop.factored != step.step.h
     kept = not stale
     loop.factored = 0.0

@@ -74,7 +74,7 @@ def law_failure(assembly: Assembly, error: Exception, moments: Iterable[Moment] 
     Parameters
     ----------
     error : Exception
-    moments : the states at which the law may have been called last; they tell laws apart where the exception does not
+    moments : the states at which the law may have been called last; they distinguish laws where the exception does not
 
     Notes
     -----

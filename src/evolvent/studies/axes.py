@@ -150,8 +150,8 @@ def axes(
         found.append(Axis(key=str(key), values=tuple(values), unit=unit, what=what, stage=stage, entry=entry))
     lengths = {axis.key: len(axis.values) for axis in found}
     if sample == "list" and len(set(lengths.values())) > 1:
-        told = ", ".join(f"{key} has {n}" for key, n in lengths.items())
-        raise InputError(f"the lists of 'over' must be equally long with sample: list, but {told}")
+        listed = ", ".join(f"{key} has {n}" for key, n in lengths.items())
+        raise InputError(f"the lists of 'over' must be equally long with sample: list, but {listed}")
     return tuple(found)
 
 

@@ -41,7 +41,7 @@ class Study:
     sample : str, one of `SAMPLES`
     axes : tuple of Axis
     seed : int
-    seed_key : str, key of the case that takes a seed of its own in every case; '' for none
+    seed_key : str, key of the case that takes its own seed in every case; '' for none
     seed_most : int, largest seed that it takes
     keep : tuple of str, what is kept of every run; empty for the default
     batch : int, cases a task; 0 for automatic
@@ -361,8 +361,8 @@ def _loaded(study: Study, index: int, module: Any) -> Iterator[tuple[str, Any]]:
             varied = zip(study.axes, places, strict=True)
             where = ", ".join(f"{axis.key}: {schema.shown(axis.values[int(k)])}" for axis, k in varied)
             at = f", stage {stage.name!r}" if stage else ""
-            told = str(error).replace(f"the run {st.UNKNOWN!r}", "the stage before it")
-            raise InputError(f"case {index} of the study ({where}){at}: {told}") from None
+            message = str(error).replace(f"the run {st.UNKNOWN!r}", "the stage before it")
+            raise InputError(f"case {index} of the study ({where}){at}: {message}") from None
         yield (stage.name if stage else ""), case
         before = case
 

@@ -121,7 +121,7 @@ def _outcomes(task: Task) -> list[record.Outcome]:
     if run_batch is not None and len({case.system for case in loaded}) == 1:
         try:
             runs = run_batch(loaded)
-        except Exception:  # noqa: BLE001  (the cases one by one then tell which of them is to blame)
+        except Exception:  # noqa: BLE001  (the cases one by one then show which of them is to blame)
             runs = None
     found = []
     for k, (index, case) in enumerate(zip(task.indices, loaded, strict=True)):

@@ -65,7 +65,7 @@ class CasePanel:
         self.draw()
 
     def draw(self, draft: Draft | None = None) -> None:
-        """Draw the form of a draft, that of the studio unless given; the page goes on with a copy of its own."""
+        """Draw the form of a draft, that of the studio unless given; the page goes on with its own copy."""
         draft = self.draft = dataclasses.replace(draft or self.studio.draft)
         self._body.clear()
         with self._body:
@@ -104,7 +104,7 @@ class CasePanel:
         self._changed(self.draft.content, self._wrong)
 
     def list(self) -> None:
-        """List the cases of the folder anew."""
+        """List the cases of the folder again."""
         self._chosen.set_options(self._options(), value=self.draft.source)
 
     def _options(self) -> dict[str, str]:

@@ -70,7 +70,7 @@ def compared(figures: Sequence[tuple[str, Figure]]) -> list[Chart]:
                 sheet.series += [_series(line, name, None, panel.log) for line in lines]
                 continue
             labels = list(dict.fromkeys(line.label for line in lines))
-            few = len(labels) <= len(_OF_RUNS)  # the color is the run's then, and the dashes tell its lines apart
+            few = len(labels) <= len(_OF_RUNS)  # the color is the run's then, and the dashes distinguish its lines
             for line in lines:
                 style = _OF_RUNS[labels.index(line.label)] if few and line.style.strip() else line.style
                 sheet.series.append(_series(dataclasses.replace(line, style=style), name, run, panel.log))

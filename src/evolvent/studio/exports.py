@@ -1,4 +1,4 @@
-"""Downloads that take long: each is written by a process of its own, whose progress the page shows."""
+"""Downloads that take long: each is written by its own process, whose progress the page shows."""
 
 from __future__ import annotations
 

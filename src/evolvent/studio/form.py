@@ -226,7 +226,7 @@ def _keys_of(kind: type[Section]) -> str:
 
 
 def _marks(info: FieldInfo) -> Iterator[Any]:
-    """What pydantic was told about a field, also inside unions and tuples."""
+    """Annotations of a field for pydantic, also inside unions and tuples."""
     yield from info.metadata
     yield from _inner(info.annotation)
 

@@ -265,7 +265,7 @@ class Jobs:
                 job.status, job.message = "interrupted", "cancelled before it began"
             elif job.status == "running":
                 job.status = "cancelling"
-                if self._process is not None:  # else it is about to start, and is told then
+                if self._process is not None:  # else it is about to start, and is cancelled then
                     _stop(self._process)
             self._changed()
 

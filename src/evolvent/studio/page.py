@@ -90,7 +90,7 @@ class Page(Context):
         )
 
     def _turn(self, tab: str) -> None:
-        """Another panel is looked at; what it lists of the folder is listed anew."""
+        """Another panel is shown; what it lists of the folder is listed again."""
         self.studio.tab = tab
         if tab == "case":
             self.case_drawn()
@@ -126,7 +126,7 @@ class Page(Context):
             self.draw()
 
     def draw(self) -> None:
-        """Draw what is beside the panels anew."""
+        """Draw what is beside the panels again."""
         self.main.clear()
         with self.main:
             match self.view.kind:

@@ -69,7 +69,7 @@ def install(app: FastAPI, studio: Studio) -> None:
         path = studio.path(ref)
         if not ref.startswith("job:") or path.name != CERTIFICATE:
             return Response("this is no certificate", status_code=404, media_type="text/plain")
-        # a page without a script of its own; nothing in it may run one
+        # a page without its own script; nothing in it may run one
         headers = {"Content-Security-Policy": "sandbox; script-src 'none'"}
         return FileResponse(path, media_type="text/html", headers=headers)
 

@@ -73,7 +73,7 @@ class RunsPanel:
         self._count()
 
     def list(self) -> None:
-        """List the runs of the folder anew, where they are others."""
+        """List the runs of the folder again, where they are others."""
         files = self.studio.folder.files(".nc")
         if files == self._files:
             return

@@ -143,7 +143,7 @@ def _number(value: float) -> float | None:
 
 
 def _failed(points: Sequence[tuple[list[Any], str]]) -> dict[str, Any]:
-    """Crosses where cases failed; under the mouse each tells its reason."""
+    """Crosses where cases failed; the tooltip of each is its reason."""
     data = [{"value": at, "tooltip": {"formatter": f"failed: {_wrapped(reason)}"}} for at, reason in points]
     return {
         "type": "scatter", "name": "failed", "data": data, "symbol": "path://M0,0L10,10M10,0L0,10", "symbolSize": 9,

@@ -321,7 +321,7 @@ class StudyPanel:
                 typed.on_value_change(lambda e, k=key: self._read(k, k, str(e.value or ""), self._put))
 
     def _read(self, row: str, where: str, text: str, take: Any) -> None:
-        """Read what was typed in a field; what cannot be read is said beside it."""
+        """Read what was typed in a field; an error is shown beside it."""
         try:
             value = form.value_of(text, where) if text.strip() else None
         except InputError as error:
@@ -439,7 +439,7 @@ class StudyPanel:
         self.page.show(View("study", (f"job:{job.key}",)), tab="runs")
 
     async def _estimate(self) -> None:
-        """Compute a few cases in a process of its own; the same button cancels it."""
+        """Compute a few cases in its own process; the same button cancels it."""
         if self._process is not None:
             self._end()
             return

@@ -296,7 +296,7 @@ def serve(folder: str) -> NoReturn:
 
 
 def _be_worker(prepared: Instance | None, connection: int, output: int) -> NoReturn:
-    """Serve an instance, in a process of its own."""
+    """Serve an instance, in its own process."""
     code = 1
     try:
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)

@@ -224,7 +224,7 @@ def _along(c_rate, p, i, model):
 def add_segment_tangent(dx, dy, dz, along, tension, body, outer, inner, copies, p, n_q, model, matrix):
     """Tangent of the segment (dx, dy, dz) from what is inwards to the node at velocity `outer`.
 
-    Inwards is the node at velocity `inner`, or where that is -1 the departure point, whose body bears all copies.
+    Inwards is the node at velocity `inner`, or where that is -1 the departure point, whose body carries all copies.
     """
     threads, f = model.threads, model.flexible
     Ja, Jb = f.J[0], f.J[1]

@@ -53,7 +53,7 @@ def covariance(factors: Sequence[Factor], amplitudes: Array, noise: Array) -> Ar
     -------
     (n, n), n = 2 m + 2 m c + c
         Order: frequency (m), decay_rate (m), Re amplitude (m c), Im amplitude (m c), offset (c); amplitudes run over
-        the sensors first. NaN where the parameters cannot be told apart at all.
+        the sensors first. NaN where the parameters cannot be distinguished at all.
 
     Notes
     -----

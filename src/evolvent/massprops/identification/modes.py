@@ -19,7 +19,7 @@ class OrderCriteria(NamedTuple):
     mdl : (k,) description length, natural units; least is best
     bic : (k,) Bayesian information criterion; least is best
     whiteness : (k,) p-value of the residual's highest line, were it white noise; small where a mode is left in it
-    supported : (k,) bool; False where a mode cannot be told from its neighbour or from the noise
+    supported : (k,) bool; False where a mode cannot be distinguished from its neighbour or from the noise
     """
 
     order: Array

@@ -84,8 +84,8 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
 
     Notes
     -----
-    Orders with a mode that cannot be told from its neighbour or from the noise, or whose fit leaves the band or does
-    not converge, are out of the question. Where MDL and BIC differ, the lower order is taken if its residual is white,
+    An order is rejected if one of its modes cannot be distinguished from its neighbour or from the noise, if its fit leaves
+    the band, or if the fit does not converge. Where MDL and BIC differ, the lower order is taken if its residual is white,
     else the higher.
     """
     most = min(MOST_MODES if limit is None else limit, highest_order(signal))

@@ -70,7 +70,7 @@ class Signal:
 
     @functools.cached_property
     def rounding(self) -> Array:
-        """(c,) the least noise that can be told from rounding: 1e-13 of each sensor's largest value."""
+        """(c,) the least noise that can be distinguished from rounding: 1e-13 of each sensor's largest value."""
         return np.asarray(1e-13 * np.nanmax(np.abs(self.data), axis=0))
 
     def part(self, rows: slice) -> Signal:

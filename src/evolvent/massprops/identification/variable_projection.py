@@ -28,14 +28,14 @@ from evolvent.massprops.identification.subspace import Starts, add_peaks, in_ban
 MOST_STEPS = 100
 #: Converged where a step changes the sum of squares (in units of the noise) by less: 1e-3 standard deviations.
 TOLERANCE = 1e-6
-#: Noise is estimated anew, and the fit repeated, while a sensor's estimate moves by more than this share ...
+#: Noise is estimated again, and the fit repeated, while a sensor's estimate moves by more than this share ...
 NOISE_CHANGE = 0.02
 #: ... and at most so many times.
 MOST_REWEIGHTS = 4
 
 #: A residual whose highest line has a smaller p-value is not white.
 WHITE = 1e-3
-#: Two frequencies are told apart where they differ by so many standard deviations of their difference.
+#: Two frequencies are distinguished where they differ by so many standard deviations of their difference.
 APART = 2.0
 
 
@@ -145,7 +145,7 @@ def _attempt(poles: Array, signal: Signal) -> Point | None:
 
 
 def fit(poles: Array, signal: Signal) -> Fit:
-    """Fit common poles from a start, with each sensor weighted by its noise, known or estimated anew."""
+    """Fit common poles from a start, with each sensor weighted by its noise, known or estimated again."""
     m = len(poles)
     point = evaluate(poles, signal)
     noise = signal.noise if signal.noise is not None else noise_of(signal, point.squares, m)
@@ -166,7 +166,7 @@ def fit(poles: Array, signal: Signal) -> Fit:
 def whiteness(signal: Signal, residual: Array, noise: Array, unknowns: int = 0) -> float:
     """p-value of the highest line of the residual's periodogram, summed over sensors, were the residual white.
 
-    Noise that sensors share is told apart from lines: its components are taken in place of the sensors. `unknowns` is
+    Noise that sensors share is separated from lines: its components are taken in place of the sensors. `unknowns` is
     the number of parameters that were fitted to each sensor.
 
     Notes
@@ -349,16 +349,16 @@ def with_shared_noise(modes: Modes, signal: Signal) -> Modes:
         If a sensor is a copy of another.
     """
     shared = correlation(signal, modes.residual, modes.noise, own_unknowns(modes, signal))
-    said = ""
+    effect = ""
     if shared is not None:
         joint = fit_jointly(modes, signal, shared)
         if joint is not None and not colour(joint, signal):  # what is not white is no noise to weight by
             modes = joint
-            said = "all sensors were weighted by the joint covariance of their noise"
+            effect = "all sensors were weighted by the joint covariance of their noise"
         elif not colour(modes, signal):
             refuse_copies(signal)  # not earlier: without noise, sensors may well move alike
-            said = "the standard deviations take it for independent and are too small"
-    told = (f"{pair(modes.names, shared)} share noise: {said}",) if shared is not None and said else ()
+            effect = "the standard deviations take it for independent and are too small"
+    told = (f"{pair(modes.names, shared)} share noise: {effect}",) if shared is not None and effect else ()
     return replace(modes, warnings=(*unsupported(modes), *remarks(modes), *colour(modes, signal), *told))
 
 

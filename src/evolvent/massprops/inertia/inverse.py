@@ -70,7 +70,7 @@ def from_modes(
             return from_shapes(stand, body, frequency, model="full", **options)
         return from_six_modes(stand, body, frequency, directions=directions, **options)
     seen: dict[str, Any] = {}
-    if not np.any(directions - (0.0, 1.0, 0.0)):  # only vertical amplitudes tell the candidates apart
+    if not np.any(directions - (0.0, 1.0, 0.0)):  # only vertical amplitudes distinguish the candidates
         seen = {"shapes": shapes, "points": points}
     first = from_three_frequencies(stand, body, frequency, frequency_covariance=covariance, **seen)
     if way == "three-frequencies":
@@ -110,7 +110,7 @@ def from_three_frequencies(
     Raises
     ------
     InputError
-        Where no body has these frequencies, or several and no shapes tell which.
+        Where no body has these frequencies, or several and no shapes show which.
     """
     found = candidates(stand, body, frequency, shapes=shapes, points=points)
     if not found:
@@ -163,7 +163,7 @@ def from_shapes(
     Notes
     -----
     M_S = K Phi Omega^-2 Phi^-1 about the stiffness centre, as least squares for a symmetric M_S of a rigid body; then
-    `fit`, which weighs frequencies and shapes by their covariances.
+    `fit`, which weights frequencies and shapes by their covariances.
     """
     unknown = ("mass", "ex", "ez", "Ixx", "Izz", "Ixz")
     p = problem(
@@ -266,15 +266,15 @@ def fit(
         Of mass; ex, h, ez; Ixx, Iyy, Izz, Ixy, Ixz, Iyz; stiffness (of all springs in proportion), k1, k2, ...; and
         the other names of `assign`.
     frequency : (m,) float, rad/s, undamped
-    frequency_covariance : (m, m) float, optional; 1e-5 of each frequency weighs the data if left out
+    frequency_covariance : (m, m) float, optional; 1e-5 of each frequency weights the data if left out
     shapes : (m, s) float, optional, amplitudes of each mode at the sensors, to any scale
     shape_covariance : (m, s, s) float, optional; 1 % of each shape's largest amplitude if left out
     points, directions : (s, 3) float, m and level axes, of the sensors; vertical if left out
     model : {"full", "vertical"}
         `linear_model`, about the true equilibrium, or Belyakov's `vertical_model`.
     release : ((3,), (3,)) float, optional
-        Force, N, level axes, that was let go, and where, m, body axes. The shapes are then true amplitudes in metres,
-        and tell mass and stiffness apart. Without it their scale is free.
+        Force, N, level axes, that was released, and where, m, body axes. The shapes are then true amplitudes in metres,
+        and separate mass and stiffness. Without it their scale is free.
     prior : mapping of str to (value, standard deviation), optional
         Unknowns that were also measured otherwise, such as the mass.
     inputs : mapping of str to float, optional
@@ -287,13 +287,13 @@ def fit(
     Raises
     ------
     InputError
-        Where the data cannot tell the unknowns (it names which), no body fits, or the body found is none.
+        Where the data do not determine the unknowns (it names which), no body fits, or the body found is none.
 
     Notes
     -----
     Levenberg-Marquardt on the residual of `Problem`, whitened by the covariances. With shapes it starts from the best
     of: the given body, the candidates of three frequencies, the linear solutions from shapes of three or six modes.
-    Without shapes it starts from the given body, and where other bodies have the same frequencies a warning says so.
+    Without shapes it starts from the given body, and where other bodies have the same frequencies a warning reports it.
     """
     p = problem(
         stand,

@@ -1,7 +1,7 @@
 """Moments of inertia from pendulums: torsion, bifilar, trifilar, compound.
 
 All functions take numbers or arrays, broadcast. `frequency` is undamped, rad/s (2 pi over the period); `amplitude` is
-that of the swing, rad. With `budget` every one of them tells what its result is known to.
+that of the swing, rad. With `budget` each of them gives the uncertainty of its result.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Measured modes against a model: the unknowns by name, the residual, and what the data can tell."""
+"""Measured modes against a model: the unknowns by name, the residual, and what the data determine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CENTRE = {"ex": (0, 1.0), "h": (1, -1.0), "ez": (2, 1.0)}
 BODY_NAMES = ("mass", *CENTRE, *MOMENTS)
 STAND_NAMES = ("stiffness", "a", "b", "length", "lateral_stiffness", "gravity")
 MODELS = {"full": linearise, "vertical": level}
-#: Standard deviations that weigh the data where none are given: of a frequency, of a shape's largest amplitude.
+#: Standard deviations that weight the data where none are given: of a frequency, of a shape's largest amplitude.
 FREQUENCY_STD, SHAPE_STD = 1e-5, 1e-2
 
 
@@ -426,7 +426,7 @@ def problem(
 
 
 def undetermined(J: np.ndarray, names: Sequence[str], scale: np.ndarray) -> list[str]:
-    """Sentences naming the unknowns that the data cannot tell.
+    """Sentences naming the unknowns that the data do not determine.
 
     Parameters
     ----------
@@ -435,7 +435,7 @@ def undetermined(J: np.ndarray, names: Sequence[str], scale: np.ndarray) -> list
 
     Notes
     -----
-    From the singular values of J diag(scale): a combination of unknowns counts as told if it is known to better
+    From the singular values of J diag(scale): a combination of unknowns counts as determined if it is known to better
     than 0.3 of its scale, and changes the data by more than 1e-7 of what the best known one does.
     """
     p = len(names)

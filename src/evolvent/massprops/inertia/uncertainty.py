@@ -282,7 +282,7 @@ def monte_carlo(inertia: Inertia, inputs: Mapping[str, float], *, samples: int =
 
     Notes
     -----
-    Every sample is identified anew, all at once: six Gauss-Newton steps with the Jacobian of the nominal case.
+    Every sample is identified again, all at once: six Gauss-Newton steps with the Jacobian of the nominal case.
     """
     p = inertia.problem
     names, std = check_inputs(p, inputs)

@@ -128,7 +128,7 @@ class LinearModel:
 
 
 def instability_message(model: LinearModel, square: np.ndarray, shapes: np.ndarray) -> str:
-    """The sentence that tells in which motion a body leaves its springs."""
+    """A message with the motion in which a body leaves its springs."""
     where = np.unravel_index(np.argmin(square[..., 0]), square.shape[:-1])
     M = np.broadcast_to(model.mass, (*square.shape[:-1], 6, 6))[where]
     phi = shapes[where][:, square[where] <= 1e-9 * square[where][-1]]

@@ -1,4 +1,4 @@
-"""Readers of files, one a format; the file's content tells which, not its name."""
+"""Readers of files, one a format; the file's content determines the format, not its name."""
 
 from __future__ import annotations
 

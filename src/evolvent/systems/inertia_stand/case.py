@@ -98,7 +98,7 @@ class Stand(Section):
 
 
 class Excitation(Section):
-    """What sets the body in motion at t = 0: a `force` that is let go, an `impulse`, or an initial state."""
+    """What sets the body in motion at t = 0: a `force` that is released, an `impulse`, or an initial state."""
 
     force: units.ForceVector | None = Field(None, description="pulls the body at rest, and is released at once")
     impulse: units.ImpulseVector | None = Field(None, description="strikes the body at rest")

@@ -84,7 +84,7 @@ def _add_hub(system: System, case: Case, begin: Start) -> None:
     if hub.motion == "free":
         given = {"motion": "free", "mass": hub.given_mass, "inertia": hub.given_inertia, **at}
     elif hub.motion in ("spin", "driven"):
-        # a driven hub without inertia of its own gets a small share of the ribs', which its drive moves
+        # a driven hub without its own inertia gets a small share of the ribs', which its drive moves
         light = 1e-3 * case.strip.line_density * case.rib.length * hub.radius**2
         inertia = hub.given_inertia
         given |= {"motion": "spin", "inertia": light if inertia is None and hub.motion == "driven" else inertia}
