@@ -121,7 +121,7 @@ def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "
 
 
 def _short(full: str, names: Sequence[str]) -> str:
-    """Label that distinguishes a variable from the others of its panel: its part, its name or both; empty for a single one."""
+    """Part of a variable's name that distinguishes it in its panel; empty for a single one."""
     if len(names) == 1:
         return full.partition(".")[0] if "." in full else ""
     part, _, own = full.partition(".")

@@ -43,8 +43,8 @@ def shift(s: Setup, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, di
 
     Notes
     -----
-    The identified body is simulated with full geometry and the measured decay, once from the measured amplitude and once from
-    a tiny one. The modes of both simulations are identified in the same way as those of the signals.
+    The identified body is simulated with full geometry and the measured decay, once from the measured amplitude and
+    once from a tiny one. The modes of both simulations are identified in the same way as those of the signals.
     """
     order = _derivatives(modal.reading.unit)
     if order is None:

@@ -84,9 +84,9 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
 
     Notes
     -----
-    An order is rejected if one of its modes cannot be distinguished from its neighbour or from the noise, if its fit leaves
-    the band, or if the fit does not converge. Where MDL and BIC differ, the lower order is taken if its residual is white,
-    else the higher.
+    An order is rejected if one of its modes cannot be distinguished from its neighbour or from the noise, if its fit
+    leaves the band, or if the fit does not converge. Where MDL and BIC differ, the lower order is taken if its residual
+    is white, else the higher.
     """
     most = min(MOST_MODES if limit is None else limit, highest_order(signal))
     starts = Starts(signal)
