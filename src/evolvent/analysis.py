@@ -44,8 +44,9 @@ NUMERICAL_LOSS = 0.01
 #: Share of the largest energy or work of a run that it may gain from nothing, and share of the energies that its steps
 #: do not resolve below which a gain is round-off.
 LARGEST_GAIN, RESOLVED = 0.1, 1e-5
-#: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release.
-PUSH = 0.05
+#: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release, and
+#: segments of fixed length do not.
+PUSH_OF_SPRINGS, PUSH_OF_FIXED_LENGTHS = 0.05, 1e-6
 _TIME = units.Quantity(what="a time", unit="s", example="20 s", above=0.0)
 
 
@@ -337,8 +338,11 @@ def _numerical_loss(solution: Solution) -> str:
     )
 
 
-def slack_threads(solution: Solution, share: float = PUSH) -> str:
-    """A sentence on threads whose segments push by more than a share of their largest tension; '' where none does."""
+def slack_threads(solution: Solution, share: float | None = None) -> str:
+    """A sentence on threads whose segments push by more than a share of their largest tension; '' where none does.
+
+    By default the share is `PUSH_OF_SPRINGS` or, of inextensible segments, `PUSH_OF_FIXED_LENGTHS`.
+    """
     model, found = solution.assembly.model, []
     names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "threads"}
     if not names or not solution.t.size:
@@ -347,7 +351,9 @@ def slack_threads(solution: Solution, share: float = PUSH) -> str:
         first = int(row["node"])
         tension = solution.observations.tension[:, first : first + int(row["n"])]  # zero of wound nodes
         least = tension.min(axis=1)
-        count = int(np.sum(least < -share * max(float(tension.max()), 0.0) - 1e-9))
+        allowed = PUSH_OF_SPRINGS if row["kind"] == thread.SPRINGS else PUSH_OF_FIXED_LENGTHS
+        allowed = allowed if share is None else share
+        count = int(np.sum(least < -allowed * max(float(tension.max()), 0.0) - 1e-9))
         if count:
             found.append((float(least.min()), names[index], count, float(solution.t[np.argmin(least)])))
     if not found:

@@ -242,3 +242,19 @@ def test_a_thread_that_pushes_is_warned_of() -> None:
     system = from_a_satellite(parts.RampDrive(rate=0.0, angle=10.0, steps=[(0.0, 1.0, 20.0)]))
     warning = system.simulate(until=5.0).attrs["warning"]
     assert warning.startswith("'tether' pushes where a thread would go slack: tension below zero in ")
+
+
+@pytest.mark.parametrize(("speed", "warned"), [(0.05, False), (0.15, True), (0.2, True), (0.4, True)])
+def test_a_tether_that_is_paid_out_too_fast_is_warned_of(speed: float, warned: bool) -> None:
+    """No steady lag exists above 0.125 m/s: the tension falls below zero by less than a thousandth of its largest."""
+    system = System()
+    satellite = parts.RigidBody(mass=100.0, inertia=(15.0, 20.0, 20.0), angular_velocity=(0.0, 0.0, 0.5))
+    system.add(satellite, "satellite")
+    drive = parts.RampDrive(rate=0.0, angle=10.0, steps=[(0.0, 5.0, speed / 0.05)])
+    axes = {"payout_axis": (1.0, 0.0, 0.0), "spool_axis": (0.0, 0.0, 1.0)}
+    system.add(parts.Reel(body="satellite", radius=0.05, centre=(0.5, 0.0, 0.0), drive=drive, **axes), "reel")
+    thread = parts.Thread(reel="reel", length=11.0, line_density=1e-3, tip_mass=1.0, segments="inextensible")
+    system.add(thread, "tether")
+    run = system.simulate(until=10.0 / speed, every=0.25)
+    assert (float(run["tether"].hub_tension.min()) < 0.0) is warned
+    assert ("pushes where a thread would go slack" in run.attrs.get("warning", "")) is warned

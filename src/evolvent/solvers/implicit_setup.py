@@ -25,6 +25,8 @@ from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, rubbing_points
 MOST_REDUNDANT = 64
 #: Share of energies of the system's size that is round-off, and of weights on threads.
 ROUND_OFF, LIFTED = 1e-9, 1e-2
+#: Least energy beside which a gain counts, J: a structure at rest without a load has none but round-off.
+LEAST_ENERGY = 1e-18
 #: Strain of a rod that is round-off: it is the difference of places beside the length of an element.
 ROUND_OFF_STRAIN = 1e-10
 #: What a joint may be off at the start, beside the size of the system and its speed.
@@ -123,7 +125,7 @@ def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     )
     rods = flexible.rod_elements
     stretched = 0.5 * ROUND_OFF_STRAIN**2 * float(np.sum(rods["length"] * rods["stiffness"][:, 0, 0]))
-    return ROUND_OFF * (lifted + strained) + stretched
+    return ROUND_OFF * (lifted + strained) + stretched + LEAST_ENERGY
 
 
 def check_start(assembly: Assembly, t: float) -> None:
