@@ -18,6 +18,7 @@ from evolvent import cases
 from evolvent.errors import RunFailed
 from evolvent.exports.pictures import pictures
 from evolvent.exports.request import animation_of
+from evolvent.results import unfinished
 
 FOLDER = pathlib.Path(__file__).with_name("cases")
 SIZE = (720, 540)  # pixels, in which it is drawn
@@ -65,7 +66,7 @@ def draw(name: str) -> pathlib.Path:
     motion = animation_of(run)
     start, end = float(motion.time[0]), float(motion.time[-1])
     time = np.array([start + frame.share * (end - start)])
-    (pixels,) = pictures(motion, time, size=SIZE, inertial=True)
+    (pixels,) = pictures(motion, time, size=SIZE, inertial=True, label=unfinished(run))
     picture = Image.fromarray(pixels[..., :3]).resize(SHOWN, Image.Resampling.LANCZOS)
     path = FOLDER / f"{name}.png"
     picture.quantize(colors=128).save(path, optimize=True)

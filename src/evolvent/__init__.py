@@ -1,4 +1,4 @@
-"""evolvent: how spacecraft structures are wound up, measured and deployed."""
+"""evolvent: a package for simulating how cables, booms, ribs, blades and panels deploy from spacecraft."""
 
 from __future__ import annotations
 

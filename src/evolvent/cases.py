@@ -551,7 +551,7 @@ def with_system(content: dict[str, Any]) -> dict[str, Any]:
 def _read(case: Any) -> dict[str, Any]:
     """Content of a case as it is written."""
     if isinstance(case, (Section, Mapping)):
-        return copied(case.model_dump() if isinstance(case, Section) else case)
+        return copied(case.model_dump(mode="json", exclude_none=True) if isinstance(case, Section) else case)
     if not isinstance(case, (str, os.PathLike)):
         raise InputError(f"a case is a name, a file or a mapping, not {type(case).__name__}")
     name = os.fspath(case)

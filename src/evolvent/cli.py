@@ -110,7 +110,7 @@ class _Commands(click.Group):
 @click.version_option(__version__, prog_name="evolvent", message="%(prog)s %(version)s")
 @click.pass_context
 def commands(ctx: click.Context) -> None:
-    """How spacecraft structures are wound up, measured and deployed.
+    """Simulate how cables, booms, ribs, blades and panels deploy from spacecraft.
 
     Start with: evolvent run heliogyro
     """

@@ -129,7 +129,15 @@ def sheet(figure: Figure, *, dpi: float = DPI, title: bool = True, label: str = 
         if label:
             text = _wrapped(label, 9.0, 0.9 * WIDTH)
             found.supxlabel(text, x=0.01, ha="left", color="#b00020", fontsize=9, fontweight="bold")
+    found._repr_png_ = functools.partial(_png, found)  # Jupyter draws it even where pyplot was never imported
     return found
+
+
+def _png(sheet: Any) -> bytes:
+    """A figure of matplotlib as a PNG file."""
+    content = io.BytesIO()
+    sheet.savefig(content, format="png")
+    return content.getvalue()
 
 
 def picture(figure: Figure, kind: str, *, dpi: float = DPI, title: bool = True, label: str = "") -> bytes:

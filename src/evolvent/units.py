@@ -75,7 +75,7 @@ def parse(text: str, unit: str) -> float:
 
     Parameters
     ----------
-    text : str, a number and a unit ('0.735 g/m', '0.004 kg m^2', '30 rpm'); a number alone is in `unit`
+    text : str, a number and a unit ('0.735 g/m', '0.004 kg m^2' or 'kg m2', '30 rpm'); a number alone is in `unit`
     unit : str, the wanted unit, '' for none
 
     Raises
@@ -101,7 +101,8 @@ def parse(text: str, unit: str) -> float:
         raise UnitError("hertz does not say whether it counts turns or radians")
     pint, registry = startup.load("pint"), _registry()
     try:
-        quantity = registry.Quantity(value, registry.parse_units(given))
+        exponents = re.sub(r"(?<=[A-Za-z])(-?[2-6])(?![\w.])", r"^\1", given)  # "kg m2" and "m/s2" as well
+        quantity = registry.Quantity(value, registry.parse_units(exponents))
         wanted = registry.parse_units(unit)
         return float(quantity.to(wanted).magnitude)
     except pint.DimensionalityError:

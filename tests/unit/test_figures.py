@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import evolvent
 from evolvent import System, parts, plots, show
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Map, Panel
@@ -46,6 +47,11 @@ def test_a_run_draws_the_spectrum_of_its_variables(tmp_path):
     assert run.ev.spectrum("spring.extension", path=tmp_path / "s.png").endswith("s.png")
     with pytest.raises(InputError, match="no variable is named"):
         run.ev.spectrum()
+
+
+def test_a_figure_is_a_picture_in_a_notebook_without_pyplot():
+    run = evolvent.run("hanging-chain")
+    assert run.ev.plot()[0]._repr_png_().startswith(b"\x89PNG")
 
 
 def test_a_map_is_drawn_with_its_contours_and_lines():

@@ -144,6 +144,19 @@ def test_a_stepper_takes_a_system() -> None:
         Stepper("heliogyro")
 
 
+def test_a_stepper_takes_a_loaded_case() -> None:
+    """A section of one of several kinds keeps its kind when a checked case is read again."""
+    tube = {"tube": {"radius": "5 mm", "thickness": "1 mm"}}
+    material = {"young_modulus": "70 GPa", "poisson_ratio": 0.3, "density": "2700 kg/m^3"}
+    mast = {"kind": "beam", "length": "1 m", "elements": 2, "section": tube, "material": material}
+    bus = {"kind": "rigid-body", "mass": "10 kg", "inertia": "1 kg m^2"}
+    fixed = {"kind": "joint", "a": "mast.root", "b": "bus", "type": "fixed"}
+    content = {"parts": {"bus": bus, "mast": mast, "fixed": fixed}, "simulate": {"until": "1 s"}}
+    loaded = evolvent.cases.load(content)
+    assert evolvent.cases.load(loaded) == loaded
+    assert Stepper.of_case(loaded).until == Stepper.of_case(content).until == 1.0
+
+
 def test_one_input_may_be_given_by_its_name_alone() -> None:
     assert Stepper(mass(), inputs="body", until=1.0).inputs == ("body",)
 

@@ -40,6 +40,7 @@ class Thing(BaseModel):
         ("density", "0.735 mg / mm", 7.35e-4),
         ("inertia", "0.004 kg m^2", 0.004),
         ("inertia", "0.004  kg*m**2", 0.004),
+        ("inertia", "0.004 kg m2", 0.004),
         ("inertia", "40 kg cm^2", 0.004),
         ("damping", "1e-3 N s/m", 1e-3),
         ("damping", "1e-3 kg/s", 1e-3),
