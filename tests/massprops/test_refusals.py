@@ -187,7 +187,7 @@ def test_a_sensitivity_in_the_wrong_unit(tmp_path: pathlib.Path) -> None:
 def test_a_drift_and_a_late_release_are_named(tmp_path: pathlib.Path) -> None:
     t, x = rig.knock()
     drifting = rig.write_csv(tmp_path / "a.csv", t, x + 0.01 * t[:, None])
-    refused("no mode stands out of the noise; .*; sensor 1 drifts by .*: set identification.detrend=linear", drifting)
+    refused("no mode is above the noise; .*; sensor 1 drifts by .*: set identification.detrend=linear", drifting)
     mass_properties(drifting, EXAMPLE, {**rig.SET, "identification.detrend": "linear"})
     quiet = 1e-4 * np.random.default_rng(5).standard_normal((60, 4))
     late = rig.write_csv(tmp_path / "b.csv", np.arange(672) / rig.RATE, np.concatenate([quiet, x]))
@@ -226,7 +226,7 @@ def test_frequencies_alone_list_all_pairs(knock: str) -> None:
         ({"stand.half_width": None}, "stand.half_width is missing"),
         ({"body.mass": "15190 +- 3 m"}, "body.mass is '15190 .- 3 m'; it must be a mass .* something else"),
         ({"body.colour": "red"}, "unknown key 'body.colour'"),
-        ({"body.Ixx": 3703, "body.Izz": 43920}, "body asks for nothing; write 'unknown'"),
+        ({"body.Ixx": 3703, "body.Izz": 43920}, "body has no unknown; write 'unknown'"),
         ({"signals.sensors": []}, "signals.sensors is missing"),
         ({"signals.sensors.0.point": 5}, r"signals.sensors.0.point is 5, but there are 4 springs"),
         ({"signals.sensors.0.point": [1, 2]}, "the number of a spring, or three lengths"),
@@ -236,7 +236,7 @@ def test_frequencies_alone_list_all_pairs(knock: str) -> None:
         # what the data do not determine
         ({"body.Iyy": "unknown"}, "the data do not determine the unknowns: Iyy does not show in the data"),
         ({"body.mass": "unknown", "stand.common_factor": "unknown"}, "vibrations determine only their ratio"),
-        ({"identification.order": 1, "identification.shapes": False}, "the data cannot tell the unknowns"),
+        ({"identification.order": 1, "identification.shapes": False}, "the data do not determine the unknowns"),
         # what an uncertainty leads to
         ({"body.mass": "15190 kg +- 200 %"}, r"the standard uncertainty of body.mass, 3.04e\+04 kg, leads to"),
         (

@@ -325,7 +325,7 @@ def test_sensors_that_no_mode_moves_are_told():
 
 
 def test_motion_below_rounding_is_told():
-    with pytest.raises(evolvent.RunFailed, match=r"rounding hides .* stronger motion"):
+    with pytest.raises(evolvent.RunFailed, match=r"below the rounding of .* stronger motion"):
         run(**{"excitation.force": [0.0, -1e-6, 0.0], **QUICK})
 
 

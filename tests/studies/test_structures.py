@@ -99,7 +99,7 @@ def test_a_misspelt_variable_is_refused_with_the_nearest(study, keep, sentence):
 
 def test_names_that_would_coincide_are_refused(study):
     study["keep"] = ["tip-mass.position.x.last", "tip_mass.position.x.last"]
-    with pytest.raises(InputError, match="would both stand in the results as 'tip_mass_position_x_last'"):
+    with pytest.raises(InputError, match="would both be in the results as 'tip_mass_position_x_last'"):
         studies.read(study)
 
 

@@ -88,7 +88,7 @@ def test_a_case_file_stands_beside_its_study(study, tmp_path):
     (tmp_path / "my.yaml").write_text(cases.text("heliogyro"))
     for name in ("../my.yaml", str(tmp_path / "my.yaml")):
         (folder / "s.yaml").write_text(dump(study | {"case": name}))
-        with pytest.raises(InputError, match="must stand in the folder of its study"):
+        with pytest.raises(InputError, match="must be in the folder of its study"):
             studies.read(folder / "s.yaml")
 
 

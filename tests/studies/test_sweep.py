@@ -46,9 +46,9 @@ def children():
 
 @pytest.fixture
 def long_study(study):
-    """A study of 60 cases, one a task, in each of which some time goes by."""
+    """A study of 24 cases, one a task, in each of which some time goes by."""
     study["set"]["output.every"] = "0.2 ms"
-    study["over"] = {"spool.rate": {"from": 3, "to": 4, "points": 30}, "blade.nodes": [3, 5]}
+    study["over"] = {"spool.rate": {"from": 3, "to": 4, "points": 12}, "blade.nodes": [3, 5]}
     study["batch"] = 1
     return study
 
@@ -240,14 +240,14 @@ def test_kill_9_loses_nothing_and_computes_nothing_twice(long_study, tmp_path):
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate(timeout=30)
     first = recorded(tmp_path / "out")
-    assert 6 <= len(first) < 60
+    assert 6 <= len(first) < 24
     seen = []
     again = studies.sweep(long_study, output=tmp_path / "out", progress=lambda *n: seen.append(n))
-    assert seen[0] == (len(first), 60)
-    assert len(seen) == 1 + 60 - len(first)
+    assert seen[0] == (len(first), 24)
+    assert len(seen) == 1 + 24 - len(first)
     every = recorded(tmp_path / "out")
     assert every[: len(first)] == first
-    assert sorted(case for cases in every for case in cases) == list(range(60))
+    assert sorted(case for cases in every for case in cases) == list(range(24))
     same(again, reference)
 
 
@@ -272,10 +272,10 @@ def test_ctrl_c_stops_and_says_how_to_go_on(long_study, tmp_path, workers):
     assert process.returncode == 130, err
     *estimate, last = err.splitlines()  # a slow machine shows an estimate of the time first
     assert last.startswith("evolvent: stopped; ")
-    assert "of 60 cases are kept in out, and the same command continues from there" in err
+    assert "of 24 cases are kept in out, and the same command continues from there" in err
     assert all(" cases of about " in line for line in estimate), err
     done = len(recorded(tmp_path / "out"))
-    assert f"; {done} of 60" in err
+    assert f"; {done} of 24" in err
     assert out == ""
 
 
@@ -293,7 +293,7 @@ def test_a_worker_that_dies_is_replaced(long_study):
     found = studies.sweep(long_study, workers=2, progress=progress, report=told.append)
     assert victims
     assert (found.status == "success").all()
-    assert any("a worker died" in sentence for sentence in told)
+    assert any("a worker stopped" in sentence for sentence in told)
 
 
 class _Future:

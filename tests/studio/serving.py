@@ -37,9 +37,19 @@ def part(name: str) -> str:
 
 
 def choose(page: Any, select: str, option: str) -> None:
-    """Choose an entry of one of the page's lists."""
-    page.locator(f".q-field:has({part(select)})").click()
-    page.locator(".q-menu .q-item").filter(has_text=re.compile(rf"^{re.escape(option)}$")).click()
+    """Choose an entry of one of the page's lists; opened again where the page redraws the list meanwhile."""
+    from playwright.sync_api import TimeoutError as PlaywrightTimeout
+
+    entry = page.locator(".q-menu .q-item").filter(has_text=re.compile(rf"^{re.escape(option)}$"))
+    for _ in range(4):
+        page.locator(f".q-field:has({part(select)})").click()
+        try:
+            entry.click(timeout=15_000)
+            break
+        except PlaywrightTimeout:
+            page.keyboard.press("Escape")
+    else:
+        raise AssertionError(f"{select} has no entry {option!r}")
     page.wait_for_timeout(400)
 
 

@@ -470,7 +470,7 @@ def test_case_that_reads_outside_is_refused(page, folder):
     page.click("button:has(i:text('refresh')) >> nth=0")
     page.wait_for_timeout(500)
     choose(page, "case", "sly.yaml")
-    page.locator("text=lies outside the working folder").first.wait_for()
+    page.locator("text=is outside the working folder").first.wait_for()
 
 
 @pytest.mark.parametrize(

@@ -205,7 +205,7 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
     "a kind that is no word": ({"hub": {"kind": [1]}}, ("hub", "kind"), r"parts.hub.kind is \[1\]; "),
     "a bad name": ({"2nd": {"kind": "point", "mass": 1}}, ("2nd",), "parts: the name of a part is '2nd'; it must"),
     "a name with a dot": ({"a.b": {"kind": "point"}}, ("a.b",), "the name of a part is 'a.b'"),
-    "the ground": ({"ground": {"kind": "point"}}, ("ground",), "'ground', which stands for the inertial frame"),
+    "the ground": ({"ground": {"kind": "point"}}, ("ground",), "'ground', which is the inertial frame"),
     "a misspelt key": (
         {"hub": {"kind": "rigid-body", "masss": 1}},
         ("hub", "masss"),
@@ -334,7 +334,7 @@ class Entry:
 )
 def test_a_package_adds_a_kind(value: Any, words: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: [Entry(value)])
-    registry._found.cache_clear()
+    registry._kinds_and_failures.cache_clear()
     try:
         assert "point" in kinds()  # whatever the package does, the other parts can be used
         assert read_parts({"bob": {"kind": "point", "mass": 2}})["bob"] == parts.Point(mass=2.0)
@@ -345,7 +345,7 @@ def test_a_package_adds_a_kind(value: Any, words: str | None, monkeypatch: pytes
                 read_parts({"ring": {"kind": "hoops", "radius": 2}})
             assert any(sentence.startswith(words) for sentence in cases.unusable())
     finally:
-        registry._found.cache_clear()
+        registry._kinds_and_failures.cache_clear()
 
 
 # ---------------------------------------------------------------------------------------------- sections and shapes

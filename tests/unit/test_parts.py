@@ -248,7 +248,7 @@ def test_a_name_is_taken_once():
     system.add(body(), "hub")
     with pytest.raises(InputError, match="'hub' is already taken"):
         system.add(POINT, "hub")
-    with pytest.raises(InputError, match="'ground', which stands for the inertial frame"):
+    with pytest.raises(InputError, match="'ground', which is the inertial frame"):
         system.add(POINT, "ground")
 
 

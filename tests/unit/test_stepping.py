@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import evolvent
-from evolvent import InputError, RunFailed, Stepper, System, elements, parts, variables
+from evolvent import InputError, RunFailed, Stepper, System, cases, elements, parts, variables
 from evolvent.solvers.implicit import solve_implicit
 
 
@@ -152,8 +152,8 @@ def test_a_stepper_takes_a_loaded_case() -> None:
     bus = {"kind": "rigid-body", "mass": "10 kg", "inertia": "1 kg m^2"}
     fixed = {"kind": "joint", "a": "mast.root", "b": "bus", "type": "fixed"}
     content = {"parts": {"bus": bus, "mast": mast, "fixed": fixed}, "simulate": {"until": "1 s"}}
-    loaded = evolvent.cases.load(content)
-    assert evolvent.cases.load(loaded) == loaded
+    loaded = cases.load(content)
+    assert cases.load(loaded) == loaded
     assert Stepper.of_case(loaded).until == Stepper.of_case(content).until == 1.0
 
 

@@ -31,12 +31,15 @@ def select(given: OnSprings, modal: Modal) -> tuple[tuple[int, ...], list[str], 
     used = tuple(sorted(left[:most]))
     why = [f"All {m} modes found in the signals are used."] if len(used) == m else []
     if texts := [f"{modal.frequency[k]:.6g} rad/s is {text}" for k, text in products.items() if k not in faint]:
-        why.append(f"Left out as harmonics of stronger modes in a motion that is not quite linear: {', '.join(texts)}.")
+        why.append(
+            f"Left out as harmonics or combinations of stronger modes in a motion that is not quite linear: "
+            f"{', '.join(texts)}."
+        )
     if faint:
         why.append(
             f"Fainter than {FAINT:g} of the strongest, by velocity, and left out: "
             + ", ".join(f"{modal.frequency[k]:.6g} rad/s" for k in faint)
-            + ". So small a mode may be a harmonic of the others in a motion that is not quite linear."
+            + ". So small a mode may be a harmonic or combination of the others in a motion that is not quite linear."
         )
     m = len(left)
     if m > most:

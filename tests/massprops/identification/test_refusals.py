@@ -71,7 +71,7 @@ GAP = np.where(np.arange(600) == 7, np.nan, X)
         (X, {"rate": None, "time": np.delete(np.arange(601), 300)}, "time is not even: sample"),
         (X, {"band": (10.0, 200.0)}, "nothing above 157.08 rad/s .*sample at 63.662 Hz or more"),
         (X, {"band": (20.0, 10.0)}, "0 <= low < high"),
-        (X, {"band": (40.0, 80.0)}, "no mode stands out"),
+        (X, {"band": (40.0, 80.0)}, "no mode is above the noise"),
         (X, {"noise": [1.0, 2.0]}, "one number or 1"),
         (X, {"noise": -1.0}, "finite and above 0"),
         (X, {"detrend": "lineal"}, "did you mean 'linear'"),
@@ -103,7 +103,7 @@ def test_any_unit_within_reason_and_order_auto(scale: float) -> None:
 def test_noise_alone_is_refused() -> None:
     rng = np.random.default_rng(7)
     for _ in range(5):
-        with pytest.raises(InputError, match="no mode stands out"):
+        with pytest.raises(InputError, match="no mode is above the noise"):
             identify(rng.standard_normal((300, 2)), rate=RATE)
 
 
@@ -113,7 +113,7 @@ def test_equations_without_a_solution_are_refused(order: int | None, monkeypatch
         raise np.linalg.LinAlgError("Singular matrix")
 
     monkeypatch.setitem(automatic.METHODS, "esprit", fails)
-    with pytest.raises(InputError, match=r"esprit cannot find .* modes: .*\(Singular matrix\); ask for fewer modes"):
+    with pytest.raises(InputError, match=r"esprit cannot find .* modes: .*\(Singular matrix\); take fewer modes"):
         identify(X, rate=RATE, order=order, method="esprit")
 
 
