@@ -290,8 +290,8 @@ def unresolved(solution: Solution) -> str:
     if not 0.0 < largest < _resolved(solution):
         return ""
     return (
-        f"the largest energy of the run, {largest:.2g} J, is round-off beside the energies of its elements and "
-        f"weights; the energy balance is no check here"
+        f"the largest energy of the run, {largest:.2g} J, is round-off compared with the energies of its "
+        f"elements and weights; the energy balance is not checked"
     )
 
 

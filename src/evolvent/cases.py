@@ -252,7 +252,7 @@ def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[Any, Any]:
             problem = "the merge key '<<' is not supported; write the keys of the other mapping out"
             raise yaml.constructor.ConstructorError(None, None, problem, name.start_mark)
         key = loader.construct_object(name, deep=True)
-        problem = _key_problem(key) or (f"the key {key!r} stands twice" if key in keys else "")
+        problem = _key_problem(key) or (f"the key {key!r} is given twice" if key in keys else "")
         if problem:
             raise yaml.constructor.ConstructorError(None, None, problem, name.start_mark)
         keys.add(key)

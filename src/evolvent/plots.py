@@ -112,7 +112,7 @@ def sheet(figure: Figure, *, dpi: float = DPI, title: bool = True, label: str = 
 
     with mpl.rc_context(STYLE):
         height = _schematic_height(figure) or figure.height
-        found = Sheet(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained", dpi=dpi)
+        found: Any = Sheet(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained", dpi=dpi)
         FigureCanvasAgg(found)
         if title:
             found.suptitle(_wrapped(figure.title, 9.0, WIDTH - 10.0), x=0.01, ha="left")

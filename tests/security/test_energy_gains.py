@@ -1,4 +1,4 @@
-"""A run that gains energy that matters fails; round-off beside the energies of its parts does not, and is said."""
+"""A run that gains energy that matters fails; round-off does not, and the warning names it."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_round_off_is_no_failure(speed: float, method: str, step: float) -> None
     run = beam(speed).simulate(until=0.3, every=0.05, method=method, step=step)
     assert run.attrs["status"] == "success"
     assert float(np.abs(run.energy_defect).max()) > 0.1 * float(run.energy.max())
-    assert "is round-off beside the energies of its elements and weights" in run.attrs["warning"]
+    assert "is round-off compared with the energies of its elements and weights" in run.attrs["warning"]
     assert "the method itself" not in run.attrs["warning"]
 
 

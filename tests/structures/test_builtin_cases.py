@@ -364,7 +364,7 @@ BAD = {
         "  energy: {kind: point, mass: 1 kg}\n",
         "the name of a part is 'energy', which is a result of the whole run; take another",
     ),
-    "two parts of one name": (BOB + BOB, "the key 'bob' stands twice"),
+    "two parts of one name": (BOB + BOB, "the key 'bob' is given twice"),
     "no parts": ("", "parts is empty"),
     "a missing key": ("  bob: {kind: point}\n", "parts.bob.mass is missing"),
     "an expression that is none": (

@@ -184,7 +184,7 @@ def test_missing_keys_say_what_they_want():
     ("name", "content", "words"),
     [
         ("open.yaml", b"body: {inertia: 3\n", "line 2, column 1"),
-        ("twice.yaml", b"a: 1\na: 2\n", "line 2, column 1: the key 'a' stands twice"),
+        ("twice.yaml", b"a: 1\na: 2\n", "line 2, column 1: the key 'a' is given twice"),
         ("binary.yaml", b"\xff\xfe\x00", "not a text file"),
         ("word.yaml", b"hello\n", "it holds 'hello'; a case is a mapping"),
         ("empty.yaml", b"# nothing\n", "it is empty; a case is a mapping"),

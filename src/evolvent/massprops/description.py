@@ -320,10 +320,10 @@ class Identification(Section):
         | None
     ) = Field(None, description="modes are looked for inside it")
     detrend: Literal["constant", "linear"] = Field("constant", description="an offset of each sensor, or also a drift")
-    shapes: bool = Field(True, description="whether mode shapes are used beside the frequencies (springs)")
+    shapes: bool = Field(True, description="whether mode shapes are used in addition to the frequencies (springs)")
     model: Literal["full", "vertical"] = Field(
         "full",
-        description="about the true rest in six degrees of freedom; vertical: heave, roll, pitch of a level body",
+        description="six degrees of freedom about the true equilibrium; vertical: heave, roll, pitch of a level body",
     )
 
 

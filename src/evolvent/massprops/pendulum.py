@@ -219,7 +219,7 @@ def _rotation(given: Pendulum, modal: Modal, sway: float | None) -> tuple[int, t
     left = [int(k) for k in np.argsort(-strength) if not swaying[k]]
     ask = f"give identification.band around the {_mode(given)}, such as [5 rad/s, 7 rad/s]"
     if not left or strength[left[0]] < LEAST_SHARE * strength.max():
-        raise InputError(f"no mode but the sway at {sway:.6g} rad/s stands out; {ask}")
+        raise InputError(f"no mode but the sway at {sway:.6g} rad/s is above the noise; {ask}")
     if len(left) > 1 and strength[left[1]] > RIVAL * strength[left[0]]:
         a, b = w[left[0]], w[left[1]]
         raise InputError(

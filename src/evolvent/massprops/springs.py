@@ -294,7 +294,7 @@ def _off(given: OnSprings, found: Inertia) -> float:
 def _how(p: Problem) -> str:
     """How the unknowns were found, for the certificate."""
     with_shapes = "frequencies and mode shapes" if p.shapes is not None else "frequencies"
-    model = "six degrees of freedom about the true rest" if p.model == "full" else "three of a level body"
+    model = "six degrees of freedom about the true equilibrium" if p.model == "full" else "three of a level body"
     return (
         f"Least squares of {with_shapes}, weighted by their covariances, on the linear model with {model}; begun at "
         "the best of the stated body and of the direct solutions from the modes."

@@ -209,5 +209,5 @@ def assumptions(given: OnSprings, body: Body, extra: list[Input], half: float) -
         rows.append(("sampling", f"no mode of the body lies above half the sampling rate, {half:.6g} rad/s"))
     if any(v.value for v in (*s.damping, *s.lateral_damping)):
         rows.append(("damping of the springs", "as stated it is not used: the decay is measured with the frequencies"))
-    rows.append(("body and sensors", "rigid; small motion about the rest; springs linear and without mass"))
+    rows.append(("body and sensors", "rigid; small motion about the equilibrium; springs linear and without mass"))
     return tuple(rows)

@@ -49,7 +49,7 @@ def observe_wheel(view: View, name: str) -> Observed:
     text = "angular momentum relative to the body, inertial axes"
     found.vector("angular_momentum", inertia * rate[:, None] * n, "kg m2 s-1", text)
     energy = inertia * rate * (0.5 * rate + dot(n, pose.w))
-    found.scalar("energy_kinetic", energy, "J", "kinetic energy beyond that of the wheel at rest in its body")
+    found.scalar("energy_kinetic", energy, "J", "kinetic energy beyond that of the wheel fixed in its body")
     part = view.part(name)
     if part.radius is not None:
         found.drawn = [

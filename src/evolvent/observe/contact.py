@@ -33,7 +33,7 @@ def observe_contact(view: View, name: str) -> Observed:
     force, gap = view.contacts
     text = "normal force of each contact point, positive where it pushes: of the sample, or the mean over its step"
     found.along("point_force", "contact_point", force[:, inside], "N", text)
-    text = "distance of each contact point, negative where it overlaps, NaN where it is too far away or beside"
+    text = "distance of each contact point, negative where it overlaps, NaN where it is too far away or past the edge"
     found.along("gap", "contact_point", gap[:, inside], "m", text)
     points, beams, elements = flexible.contact_points[inside], flexible.beams, flexible.elements
     owner = elements["beam"][points["element"]]

@@ -120,7 +120,7 @@ THREAD: dict[str, Entry] = {
     "thread-figure-4-1": Entry(
         kind="figure",
         paper=TENENBAUM,
-        title="rate of the body beside eq. (18) and the corrected formula, n = 20 and 40",
+        title="rate of the body compared with eq. (18) and the corrected formula, n = 20 and 40",
         seconds=(95, 6),
         function="thread.figure_4_1",
     ),
@@ -228,7 +228,7 @@ STAND: dict[str, Entry] = {
     "stand-prony": Entry(
         kind="figure",
         paper=BELYAKOV,
-        title="accuracy of Prony's method over samples per period, number of samples, noise; VARPRO beside it",
+        title="accuracy of Prony's method over samples per period, number of samples, noise; VARPRO compared",
         seconds=(40, 6),
         function="stand_prony.figure_prony",
     ),

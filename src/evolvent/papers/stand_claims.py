@@ -102,7 +102,7 @@ _THEORY = (
     Claim(
         name="stand-one-knock",
         where="text on the method",
-        claim="One load that is released at once sets all three modes in motion.",
+        claim="One load that is released suddenly sets all three modes in motion.",
         verdict="in part",
         ours="A mode whose axis of rotation passes through the loaded spring gets nothing: pitch at an x offset of "
         "sqrt(a^2 - Izz/M) = {at:.3f} m, and along curves that cross the plane.",
@@ -154,7 +154,7 @@ _THEORY = (
         claim="The body is taken as level at rest.",
         verdict="in part",
         ours="At a corner of the box of 20 % the static tilt makes Ixx {Ixx:.3f} % too large; the fit at the "
-        "tilted rest is free of it.",
+        "tilted equilibrium is free of it.",
         values={"Ixx": 0.0650688},
         measure=measures.tilt,
         command="evolvent figure stand-error",

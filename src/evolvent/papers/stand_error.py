@@ -21,7 +21,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "DOP853 in place of modified Euler": {"solver.method": "dop853", "solver.step": "auto"},
     "VARPRO in place of Prony": {"identification.method": "varpro"},
     "DOP853 and VARPRO": {"solver.method": "dop853", "solver.step": "auto", "identification.method": "varpro"},
-    "DOP853, VARPRO, fit at the tilted rest": {
+    "DOP853, VARPRO, fit at the tilted equilibrium": {
         "solver.method": "dop853", "solver.step": "auto", "identification.method": "varpro",
         "identification.way": "fit",
     },

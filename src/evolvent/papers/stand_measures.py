@@ -198,7 +198,7 @@ def upright_instability() -> Values:
 
 
 def tilt() -> Values:
-    """Error of Ixx, %, at a corner of the box, by three frequencies of the hanging body at its tilted rest."""
+    """Error of Ixx, %, at a corner of the box, by three frequencies of the hanging body at its tilted equilibrium."""
     over = _over()
     body = over.body(0.8, 0.4 * over.case.stand.half_width)
     frequency = linear_model(over.stand, body).modes().natural_frequency[3:]

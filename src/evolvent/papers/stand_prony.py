@@ -1,4 +1,4 @@
-"""Accuracy of Prony's method over samples per period, number of samples and noise, with VARPRO beside it."""
+"""Accuracy of Prony's method over samples per period, number of samples and noise, with VARPRO compared."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def figure_1(options: Options) -> Made:
         ["springs at x, z", f"+-{stand.half_length:g} m, +-{stand.half_width:g} m"],
         ["stiffness k of each", f"{stand.stiffness:g} N/m"],
         ["natural length", f"{stand.natural_length:g} m"],
-        ["load at spring 1", f"{-case.excitation.force[1]:g} N down, released at once"],
+        ["load at spring 1", f"{-case.excitation.force[1]:g} N down, released suddenly"],
         ["offset drawn", f"e_x {OFFSET['body.offset_x']:g} m, e_z {OFFSET['body.offset_z']:g} m"],
     ]
     return Made(text=f"Drawn from the case `inertia-stand`.\n\n{markdown(('quantity', 'value'), rows)}", figure=figure)

@@ -93,7 +93,7 @@ def figure_4_1(options: Options) -> Made:
         f"{DATA} Corrected: (18) with the offset L0 of the spools, from the momentum (J + 2 m_k L0^2) W0 of body and "
         "tip masses at the start. Gaps: of the computed rate, over the whole deployment.\n"
     )
-    title = "Rate of the body beside eq. (18) (Tenenbaum 2014, figure IV.1)"
+    title = "Rate of the body compared with eq. (18) (Tenenbaum 2014, figure IV.1)"
     figure = Figure(name="thread-figure-4-1", title=title, panels=panels, height=140.0)
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
 

@@ -221,7 +221,7 @@ RESULTS: tuple[Claim, ...] = (
     Claim(
         name="thread-figure-4-1",
         where="figure IV.1",
-        claim="The body's rate over time beside (18).",
+        claim="The body's rate over time compared with (18).",
         verdict="in part",
         ours="The curves have one shape; (18) lies up to {n20:.2f} % (n = 20) and {n40:.2f} % (n = 40) above.",
         values={"n20": 4.28008, "n40": 4.00401},

@@ -174,7 +174,7 @@ def test_tilt_shifts_ixx_where_yaw_is_held_about_the_vertical(book):
 
 
 def test_full_model_has_no_bias_where_modes_can_be_seen():
-    """Frequencies of the full model, identified at the tilted rest, over the box where 0.3 J is left in every mode."""
+    """Frequencies of the full model, at the tilted equilibrium, over the box where 0.3 J is left in every mode."""
     s = stand()
     unknown = ("stiffness", "Ixx", "Izz")
     seen = 0

@@ -288,7 +288,7 @@ def _check_sensors(values: Array, names: tuple[str, ...]) -> None:
             held = _clipped_samples(values[:, c], float(extremes[c]))
             if held:
                 raise InputError(
-                    f"{names[c]} is clipped or held: {held} samples stand at its {side} value {extremes[c]:.6g}; "
+                    f"{names[c]} is clipped or held: {held} samples are at its {side} value {extremes[c]:.6g}; "
                     "measure again with a wider range, or put NaN in place of these samples"
                 )
 

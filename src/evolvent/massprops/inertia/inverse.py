@@ -35,8 +35,8 @@ def from_modes(
         know the stiffness and find mass and centre of mass too. Moments that are to be found are not used.
     modes : evolvent.massprops.identification.Modes, of displacements
     way : {"fit", "three-frequencies", "shapes", "six-modes"}
-        `from_three_frequencies`, or the least squares that start from it ("fit": at the tilted rest); `from_shapes`;
-        `from_six_modes`.
+        `from_three_frequencies`, or the least squares that start from it ("fit": at the tilted equilibrium);
+        `from_shapes`; `from_six_modes`.
     points, directions : (s, 3) float, m and level axes, of the sensors
 
     Returns

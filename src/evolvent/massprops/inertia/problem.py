@@ -30,7 +30,7 @@ def spring_number(name: str) -> int:
 
 
 def check_names(what: str, names: Sequence[str], springs: int) -> tuple[str, ...]:
-    """`names` as a tuple; refused where one is unknown or stands twice."""
+    """`names` as a tuple; refused where one is unknown or is given twice."""
     known = (*BODY_NAMES, *STAND_NAMES, *(f"k{i + 1}" for i in range(springs)))
     for name in names:
         if name not in known:

@@ -1,4 +1,4 @@
-"""Small vibrations of a body on springs about its rest: linear models, normal modes, modal coordinates."""
+"""Small vibrations of a body on springs about its equilibrium: linear models, normal modes, modal coordinates."""
 
 from __future__ import annotations
 

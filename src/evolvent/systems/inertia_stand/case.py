@@ -100,16 +100,16 @@ class Stand(Section):
 class Excitation(Section):
     """What sets the body in motion at t = 0: a `force` that is released, an `impulse`, or an initial state."""
 
-    force: units.ForceVector | None = Field(None, description="pulls the body at rest, and is released at once")
-    impulse: units.ImpulseVector | None = Field(None, description="strikes the body at rest")
+    force: units.ForceVector | None = Field(None, description="pulls the body at equilibrium, and is released suddenly")
+    impulse: units.ImpulseVector | None = Field(None, description="strikes the body at equilibrium")
     at: Annotated[int, units.Whole(least=1, most=10_000)] | Literal["best"] | units.Position = Field(
         1,
         description="where it acts: a spring by number, a point, or best: the spring that gives the weakest mode most",
     )
     displacement: units.Position | None = Field(
-        None, description="of the centre of mass from its rest, of an initial state"
+        None, description="of the centre of mass from equilibrium, of an initial state"
     )
-    rotation: units.RotationVector | None = Field(None, description="rotation vector from rest")
+    rotation: units.RotationVector | None = Field(None, description="rotation vector from equilibrium")
     velocity: units.Velocity | None = None
     rate: units.AngularVelocity | None = Field(None, description="angular velocity, level axes")
 
@@ -187,8 +187,9 @@ class Identification(Section):
     )
     way: Literal["fit", "three-frequencies", "shapes", "six-modes", "none"] = Field(
         "fit",
-        description="fit: least squares on the six-degree-of-freedom model at the tilted rest; three-frequencies: the "
-        "paper's, with the centre of mass known; shapes: with the stiffness known; six-modes: the whole tensor",
+        description="fit: least squares on the six-degree-of-freedom model at the tilted equilibrium; "
+        "three-frequencies: the paper's, with the centre of mass known; "
+        "shapes: with the stiffness known; six-modes: the whole tensor",
     )
 
 

@@ -38,16 +38,21 @@ def findings(case: Case, solution: Solution) -> tuple[Variables, str]:
     potential = potential - energy(setup.stand, setup.body, rest.position, rest.rotation)
     axis, sensor = ("time", "axis"), ("time", "sensor")
     turned = quaternions(np.einsum("tij,kj->tik", body.R, rest.rotation))
-    text = "displacement of the centre of mass from its rest, level axes"
+    text = "displacement of the centre of mass from equilibrium, level axes"
     data: Variables = {
         "component": (("component",), np.array([name[1:] for name in MOMENTS]), "1", "component of the inertia tensor"),
         "spring": (("spring",), np.arange(1, len(setup.stand.stiffness) + 1), "1", "spring"),
         "sensor": (("sensor",), np.arange(1, true.shape[1] + 1), "1", "sensor"),
         "displacement": (axis, body.x - rest.position, "m", text),
-        "rotation": (("time", "quaternion"), turned, "1", "rotation from the rest, level axes, scalar first"),
-        "energy_potential": (("time",), potential, "J", "energy of the springs and of the weight above that at rest"),
-        "sensor_displacement": (sensor, measured, "m", "displacement from the rest as the sensor reads it"),
-        "sensor_true": (sensor, true, "m", "displacement from the rest along the sensor"),
+        "rotation": (("time", "quaternion"), turned, "1", "rotation from equilibrium, level axes, scalar first"),
+        "energy_potential": (
+            ("time",),
+            potential,
+            "J",
+            "energy of the springs and of the weight above that at equilibrium",
+        ),
+        "sensor_displacement": (sensor, measured, "m", "displacement from equilibrium as the sensor reads it"),
+        "sensor_true": (sensor, true, "m", "displacement from equilibrium along the sensor"),
         **_linear(case, setup),
         **numbers,
     }
@@ -64,7 +69,7 @@ def _displacement(case: Case, setup: Setup, position: np.ndarray, rotation: np.n
 
 
 def _linear(case: Case, setup: Setup) -> Variables:
-    """The linear model at the rest, of the stand as it is tilted."""
+    """The linear model at equilibrium, of the stand as it is tilted."""
     modes, mode = setup.modes, ("linear_mode",)
     at_springs = modes.amplitude(setup.start.z, setup.stand.points).real
     at_sensors = np.abs(modes.amplitude(setup.start.z, case.sensor_points, case.sensor_directions))
@@ -76,7 +81,7 @@ def _linear(case: Case, setup: Setup) -> Variables:
     nearest = "point of the mode's axis of rotation nearest to the centre of mass, from the stiffness centre, body axes"
     data: Variables = {
         "linear_kind": (mode, np.array(modes.kinds), "1", "what the mode mostly is"),
-        "linear_frequency": (mode, modes.frequency, "rad s-1", "frequency of the linear model at the rest"),
+        "linear_frequency": (mode, modes.frequency, "rad s-1", "frequency of the linear model at equilibrium"),
         "linear_decay_rate": (mode, modes.decay_rate, "s-1", "decay rate of the linear model"),
         "linear_energy": (mode, energies, "J", "energy that the excitation gives the mode"),
         "linear_amplitude": (sensor, at_sensors, "m", "amplitude at the sensor, linear model"),

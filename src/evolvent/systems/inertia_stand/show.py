@@ -93,7 +93,7 @@ def figures(run: Any) -> list[Figure]:
     time, read = run.time.values, 1e3 * run.sensor_displacement.values
     fitted = 1e3 * run.sensor_fitted.values if "sensor_fitted" in run else None
     names = [f"sensor {k}" for k in run.sensor.values]
-    rows = {"energy_kinetic": "kinetic", "energy_potential": "springs and gravity, above the rest"}
+    rows = {"energy_kinetic": "kinetic", "energy_potential": "springs and gravity, above equilibrium"}
     return [
         mode_figures.signals(time, read, fitted, names, unit="mm"),
         mode_figures.spectra(time, read, names, run.mode_frequency.values, unit="mm"),
@@ -148,7 +148,7 @@ def _motion(run: Any) -> Figure:
     forces = {f"spring {k + 1}": 1e-3 * run[f"spring-{k + 1}"].force.values for k in range(count)}
     panels = []
     for label, title, columns in (
-        ("displacement, mm", "centre of mass, from its rest", dict(zip("xyz", moved.T, strict=True))),
+        ("displacement, mm", "centre of mass, from equilibrium", dict(zip("xyz", moved.T, strict=True))),
         ("rotation, mrad", "", {f"about {n}": y for n, y in zip("xyz", turned.T, strict=True)}),
         ("force, kN", "", forces),
     ):
@@ -179,7 +179,7 @@ def motion(run: Any) -> Motion:
         forces=[pulls],
         marks=[Marks(name="fixed end", points=ground)],
         frames=[dataclasses.replace(found.frames[0], solids=[box])],
-        numbers={"kinetic energy [J]": run.energy_kinetic.values, "height above rest [mm]": height},
+        numbers={"kinetic energy [J]": run.energy_kinetic.values, "height above equilibrium [mm]": height},
         up="y",
         magnification=float(f"{max(1.0, SHOWN * reach / moved):.1g}") if moved > 0.0 else 1.0,
     )

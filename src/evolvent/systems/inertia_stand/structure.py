@@ -22,7 +22,7 @@ class Setup(NamedTuple):
     Attributes
     ----------
     stand, body : Stand, Body
-    modes : NormalModes, of the linear model at the rest
+    modes : NormalModes, of the linear model at equilibrium
     loaded : int, the spring at which the excitation acts, from 1; 0 for none
     start : Start, the state that the excitation gives the body
     """
