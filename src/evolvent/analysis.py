@@ -245,7 +245,7 @@ def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:
     return nothing.or_start(t)
 
 
-def judged(solution: Solution) -> Solution:
+def check_energy_gain(solution: Solution) -> Solution:
     """The solution, failed where its energy balance gains too much.
 
     Notes
@@ -419,7 +419,7 @@ def latches_of(solution: Solution) -> str:
 def _attributes(solution: Solution, *, case: str, system: str) -> dict[str, Any]:
     from evolvent import results
 
-    solution = judged(solution)
+    solution = check_energy_gain(solution)
     laws = {str(k): getattr(law, "__name__", str(k)) for k, law in solution.assembly.laws.items()}
     return results.attributes(
         system=system,

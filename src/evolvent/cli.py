@@ -22,7 +22,7 @@ import click
 from evolvent import __version__, progress, startup
 from evolvent.analysis_command import equilibrium, modes
 from evolvent.calibration.command import calibrate
-from evolvent.console import figure_format, note, once, watch
+from evolvent.console import figure_format, note, once, showing_progress
 from evolvent.errors import EvolventError, InputError, RunFailed, abbreviated, nearest
 from evolvent.exports.command import export, report
 from evolvent.exports.fmu.command import fmu
@@ -276,7 +276,7 @@ def run(
     plan = module.plan(loaded)
     if plan.note and not quiet:
         note(plan.note)
-    with watch(quiet=quiet or not plan.solver):
+    with showing_progress(quiet=quiet or not plan.solver):
         found = plan.run(lambda reached: progress.report("running", reached, plan.duration, "s"))
     _store(found, targets, kind, quiet)
     status, message = found.attrs["status"], found.attrs["message"]
@@ -375,7 +375,7 @@ def _store(found: xr.Dataset, targets: _Targets, kind: str, quiet: bool) -> None
     if targets.report is not None:
         from evolvent.exports import report
 
-        with watch(quiet=quiet):
+        with showing_progress(quiet=quiet):
             progress.report("writing the report")
             report.write(found, targets.report)
     if quiet:
@@ -401,7 +401,7 @@ def _draw(found: xr.Dataset, folder: str, kind: str, quiet: bool) -> list[str]:
     """Figures and animation of a run; returns the files' paths."""
     from evolvent import animation, cases
 
-    with watch(quiet=quiet):
+    with showing_progress(quiet=quiet):
         progress.report("drawing figures")
         figures, motion = cases.presenter(found).figures(found), animation.of_run(found)
         if not figures and motion is None:

@@ -39,7 +39,7 @@ def note(sentence: str) -> None:
 
 
 @contextlib.contextmanager
-def watch(*, quiet: bool = False) -> Iterator[Callable[[str], None]]:
+def showing_progress(*, quiet: bool = False) -> Iterator[Callable[[str], None]]:
     """Show on stderr how far the operations inside are.
 
     On a terminal every operation that takes longer than a second has a bar with the time left. Elsewhere one line says

@@ -50,16 +50,16 @@ def test_a_gain_that_matters_fails(swing: Solution) -> None:
     """The solver itself passes gains up to 1e-4 of the weight lifted by the string's length, here 98 uJ."""
     largest = analysis.exchanged(swing)
     assert 1e-6 < largest < 2e-3
-    assert analysis.judged(swing) is swing
-    assert analysis.judged(gaining(swing, 0.05 * largest)).success
-    failed = analysis.judged(gaining(swing, 1.7 * largest))
+    assert analysis.check_energy_gain(swing) is swing
+    assert analysis.check_energy_gain(gaining(swing, 0.05 * largest)).success
+    failed = analysis.check_energy_gain(gaining(swing, 1.7 * largest))
     assert failed.status == "failed"
     assert "% of its largest energy or work; take a smaller tolerance or step" in failed.message
 
 
 def test_a_failed_or_interrupted_run_stays_what_it_is(swing: Solution) -> None:
     other = dataclasses.replace(gaining(swing, 1.0), status="interrupted", message="interrupted at t = 1 s")
-    assert analysis.judged(other) is other
+    assert analysis.check_energy_gain(other) is other
 
 
 @pytest.mark.parametrize("speed", [0.0, 1e-6])

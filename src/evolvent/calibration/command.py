@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from evolvent import progress
-from evolvent.console import once, watch
+from evolvent.console import once, showing_progress
 from evolvent.studies.command import INTERRUPTED
 
 
@@ -54,7 +54,7 @@ def calibrate(
     def show(count: int, rms: float) -> None:
         progress.report(f"fitting: root mean square {rms:.4g}", count, unit="evaluations")
 
-    with watch(quiet=quiet) as say:
+    with showing_progress(quiet=quiet) as say:
         try:
             found = fitting.calibrate(
                 case, data, fit=fit, observe=observe, model=model, deviations=deviations, folder=folder,

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from evolvent import progress
-from evolvent.console import once, watch
+from evolvent.console import once, showing_progress
 from evolvent.errors import InputError, nearest
 
 #: Formats: ending of what is written unless named.
@@ -66,7 +66,7 @@ def export(
     _check_target(path, target, folder=kind in _FOLDERS)
     from evolvent.exports.request import Request
 
-    with watch():
+    with showing_progress():
         progress.report(f"writing {kind}")
         written = _writer(kind)(found, target, Request(frames=frames, speed=speed, axes=axes, large=large))
     click.echo(f"{kind}: {written}")
@@ -86,7 +86,7 @@ def report(path: str, output: str | None) -> None:
     from evolvent.exports import report as page
     from evolvent.exports.request import shown_size
 
-    with watch():
+    with showing_progress():
         progress.report("writing the report")
         size = page.write(found, target)
     click.echo(f"report: {target} ({shown_size(size)})")

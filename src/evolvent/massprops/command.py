@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from evolvent import progress
-from evolvent.console import once, watch
+from evolvent.console import once, showing_progress
 from evolvent.errors import InputError
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def identify(
             raise InputError(
                 f"-o {output!r} asks for a certificate, which needs a description of the stand: give --stand"
             )
-        with watch(quiet=quiet):
+        with showing_progress(quiet=quiet):
             found_modes = [vibration(path, columns, overrides) for path in progress.track(signals, "finding modes")]
         for found in found_modes if not quiet else ():
             _vibration(found)
@@ -75,7 +75,7 @@ def identify(
     if columns:
         overrides = {"signals.sensors": [{"column": name} for name in columns]} | overrides
     given = description.load(stand, overrides)
-    with watch(quiet=quiet):
+    with showing_progress(quiet=quiet):
         measured = mass_properties(signals, given)
         if output is not None:
             progress.report("writing the certificate")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from evolvent.console import note, watch
+from evolvent.console import note, showing_progress
 
 
 @click.command()
@@ -55,7 +55,7 @@ def _show(one: object) -> None:
     if one.measure is None:
         return
     note(f"measuring, about {max(one.seconds, 1)} s of CPU time")
-    with watch():
+    with showing_progress():
         values = one.measure()
     click.echo(f"measured now: {one.text(values)}")
     differences = one.differences(values)

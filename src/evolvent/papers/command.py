@@ -6,7 +6,7 @@ import os
 
 import click
 
-from evolvent.console import figure_format, note, once, watch
+from evolvent.console import figure_format, note, once, showing_progress
 from evolvent.errors import InputError
 from evolvent.studies.command import INTERRUPTED
 
@@ -34,7 +34,7 @@ def figure(name: str, output: str | None, kind: str, quick: bool) -> None:
     entry = papers.entry(name)
     path = _claimed(output if output is not None or entry.kind == "table" else f"{name}.{kind}", entry.kind)
     note(f"{entry.paper}, {entry.title}: {_minutes(entry.seconds[quick])}")
-    with watch() as say:
+    with showing_progress() as say:
         made = entry.make(papers.Options(quick=quick, report=say))
     click.echo(made.text)
     if path is not None:

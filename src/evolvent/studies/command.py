@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from evolvent import progress
-from evolvent.console import figure_format, once, watch
+from evolvent.console import figure_format, once, showing_progress
 from evolvent.errors import RunFailed
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def sweep(
 
     runner.check_installed()
     reached = _Reached()
-    with watch(quiet=quiet) as say:
+    with showing_progress(quiet=quiet) as say:
         asked = read_study(study)  # the variables of a run are found by observing its start: this compiles
         folder = output or asked.name
         if figures is not None:
@@ -66,7 +66,7 @@ def sweep(
     if figures is not None:
         from evolvent.studies import draw
 
-        with watch(quiet=quiet):
+        with showing_progress(quiet=quiet):
             paths = draw.write(found, figures, kind=kind)
         if not quiet:
             click.echo(f"figures: {len(paths)} in {figures}" if paths else "figures: none, since nothing varies")

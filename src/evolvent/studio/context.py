@@ -38,7 +38,7 @@ class Context(abc.ABC):
         """Draw the place beside the panels again."""
 
     @abc.abstractmethod
-    def look(self) -> None:
+    def update(self) -> None:
         """Read the state of the queue now."""
 
     @abc.abstractmethod

@@ -42,7 +42,7 @@ class Page(Context):
         self.dialogs = ui.element("div")  # they stay while what is shown changes
         self.result = ResultView(self)
         self.modes = ModesView(self)
-        ui.timer(_LOOK, self.look)
+        ui.timer(_LOOK, self.update)
         ui.timer(0.01, self._first, once=True)
 
     def _first(self) -> None:
@@ -185,7 +185,7 @@ class Page(Context):
         """Copy a run into the working folder under a name that is asked for."""
         self.runs.save_run(ref)
 
-    def look(self) -> None:
+    def update(self) -> None:
         """Follow the queue, and keep what the tab shows."""
         self.case.start.follow()
         self.studio.save()

@@ -200,7 +200,7 @@ class RunsPanel:
 
     def _cancel(self, key: str) -> None:
         self.page.attempt(lambda: self.studio.jobs.cancel(key))
-        self.page.look()
+        self.page.update()
 
     def _remove(self, key: str) -> None:
         try:
