@@ -340,7 +340,7 @@ def test_bad_hinges() -> None:
     system.add(beam(), "beam")
     hinge = parts.RotationalSpring(a="ground", b="beam.root", zero=(1.0, 0.0, 0.0), angle=1.0)
     system.add(hinge, "hinge")
-    with pytest.raises(InputError, match=r"hinge.angle is 1 rad, but hinge.b stands at 0 rad from hinge.zero"):
+    with pytest.raises(InputError, match=r"hinge.angle is 1 rad, but hinge.b is at 0 rad from hinge.zero"):
         system.assemble()
 
 

@@ -131,7 +131,7 @@ def ends_of_joint(builder: Builder, key: str, joint: str, types: Sequence[str]) 
         known = [name for name, part in builder.specs.items() if isinstance(part, Joint)]
         what = f"a {type(spec).__name__}" if spec is not None else "no part"
         raise InputError(
-            f"{key} is {joint!r}, {what}; it must be a Joint of type {_either(types)}; {_known(joint, known)}"
+            f"{key} is {joint!r}, {what}; it must be a Joint of type {_either(types)}; {nearest_joint(joint, known)}"
         )
     if spec.type not in types:
         raise InputError(
@@ -152,7 +152,8 @@ def _either(types: Sequence[str]) -> str:
     return " or ".join(repr(one) for one in types)
 
 
-def _known(name: str, known: list[str]) -> str:
+def nearest_joint(name: str, known: list[str]) -> str:
+    """End of a sentence: the nearest of the known names."""
     return nearest(name, known) if known else "there is no joint"
 
 
@@ -161,34 +162,3 @@ def _owner(place: Any) -> Any:
     if isinstance(place, str):
         return split_reference(place)[0]
     return place[0] if isinstance(place[0], str) else "ground"
-
-
-def find_coordinate(builder: Builder, key: str, name: str) -> int:
-    """Row of the family `hinges` of a spring, or a new one of a joint, which counts from 0 at the start.
-
-    Parameters
-    ----------
-    key : str, that holds the name, for messages
-    """
-    from evolvent.parts.rotational_spring import RotationalSpring
-    from evolvent.parts.translational_spring import TranslationalSpring
-
-    family, index = builder.names.get(name, ("", -1))
-    if family == "hinges":
-        return index
-    spec = builder.specs.get(name)
-    if not isinstance(spec, Joint):
-        known = [n for n, part in builder.specs.items() if isinstance(part, Joint | CoordinateSpring)]
-        what = f"a {type(spec).__name__}" if spec is not None else "no part"
-        raise InputError(
-            f"{key} is {name!r}, {what}, which has no coordinate; name a RotationalSpring, a TranslationalSpring, or a "
-            f"revolute or prismatic Joint; {_known(name, known)}"
-        )
-    kinds: dict[str, Any] = {"revolute": RotationalSpring, "prismatic": TranslationalSpring}
-    if spec.type not in kinds:
-        raise InputError(
-            f"{key} is {name!r}, a joint of type {spec.type!r}, which has no single coordinate; name a revolute or "
-            f"prismatic joint, or a RotationalSpring or TranslationalSpring on one of its axes"
-        )
-    kinds[spec.type](joint=name).write(builder, own := f"{name} (coordinate)")
-    return builder.names.pop(own)[1]

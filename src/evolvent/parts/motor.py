@@ -12,7 +12,7 @@ from evolvent.kernels import coordinate
 from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.drive import FreeSpool
-from evolvent.parts.joint_coordinate import find_coordinate
+from evolvent.parts.find_coordinate import find_coordinate
 from evolvent.parts.law import Constants, MotorLaw, Parameters, PathDrive, write_law
 from evolvent.parts.profile import TorqueOrForceProfile, write_profile
 

@@ -152,8 +152,8 @@ class RotationalSpring(CoordinateSpring):
             off = math.remainder(angle - self.angle, 2.0 * math.pi)
             if abs(off) > _LEAST_OFF:
                 raise InputError(
-                    f"{name}.angle is {self.angle:.9g} rad, but {name}.b stands at {angle:.9g} rad from {name}.zero "
-                    f"(or whole turns beside); give that, or leave out one of the two"
+                    f"{name}.angle is {self.angle:.9g} rad, but {name}.b is at {angle:.9g} rad from {name}.zero "
+                    f"(plus or minus whole turns); give that, or leave out one of the two"
                 )
             angle = self.angle + off
         iq, iv = place.iq + 3 * which, place.iv + 3 * which

@@ -10,7 +10,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.parts.base import CoordinateNames, Part
 from evolvent.parts.checks import check_units
-from evolvent.parts.joint_coordinate import find_coordinate
+from evolvent.parts.find_coordinate import find_coordinate
 
 
 class Synchronization(Part):
