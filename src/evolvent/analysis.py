@@ -170,7 +170,7 @@ def plan(
     if absolute_tolerance is not None and (method != "dopri5" or tolerance is None):
         raise InputError(
             f"absolute_tolerance is {absolute_tolerance!r}, but the method is {method}; only dopri5 has one, "
-            f"beside `tolerance`"
+            f"in addition to `tolerance`"
         )
     if method in _IMPLICIT:
         options: dict[str, Any] = {"step": step}
@@ -210,7 +210,7 @@ def check_run(assembly: Assembly, samples: np.ndarray, step: float | None = None
     if step is not None and 0.0 < MOST_STEPS * step < duration:
         raise InputError(
             f"step is {step:.3g} s; that makes {duration / step:.2g} steps over {duration:.6g} s, more than "
-            f"{MOST_STEPS:.0e}; take a longer `step`, or shorten `until`"
+            f"{MOST_STEPS:.0e}; use a longer `step`, or shorten `until`"
         )
     with refusing_laws(assembly):
         payout.check(assembly, float(samples[-1]))
@@ -264,7 +264,7 @@ def check_energy_gain(solution: Solution) -> Solution:
         return solution
     message = (
         f"the run has gained {gain:.2g} J without work, {100.0 * gain / max(largest, 1e-300):.2g} % of its largest "
-        f"energy or work; take a smaller tolerance or step"
+        f"energy or work; use a smaller tolerance or step"
     )
     return dataclasses.replace(solution, status="failed", message=message)
 
@@ -333,8 +333,8 @@ def _numerical_loss(solution: Solution) -> str:
     if lost <= NUMERICAL_LOSS * scale:
         return ""
     return (
-        f"the method itself has taken {100.0 * lost / scale:.2g} % of the largest energy; "
-        f"take a smaller tolerance or step, or a higher spectral_radius"
+        f"numerical damping has removed {100.0 * lost / scale:.2g} % of the largest energy; "
+        f"use a smaller tolerance or step, or a higher spectral_radius"
     )
 
 

@@ -173,7 +173,7 @@ def list_parts(kind: str | None) -> None:
         unit = next((f" [{found}]" for mark in own if (found := _unit_of(mark))), "")
         default = field.get_default(call_default_factory=True)
         if field.is_required():
-            value = ", needed"
+            value = ", required"
         else:
             value = "" if default in (None, (), {}, "") else f" = {_written(default)}"
         rows.append((f"{name}{unit}{value}", " ".join(filter(None, [texts[name], _choices(field.annotation, own)]))))

@@ -167,31 +167,31 @@ FAMILIES = (
     Family("a link", "links", EVERY),
     Family("a guide", "guides", EVERY),
     Family(
-        "a thread with segments of springs", "threads", _IN_TIME, "take a Beam",
+        "a thread with segments of springs", "threads", _IN_TIME, "use a Beam",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] == 0),
         forces=(thread.spring_thread, *_THREAD), tangents=_THREAD_TANGENT,
     ),
     Family(
-        "a thread that goes slack", "threads", _IN_TIME, "take a Spring with its own law",
+        "a thread that goes slack", "threads", _IN_TIME, "use a Spring with its own law",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] != 0),
         forces=(thread.spring_thread, *_THREAD), tangents=_THREAD_TANGENT,
     ),
     Family(
         "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
-        "take segments 'springs', or dopri5; for equilibrium and modes a Beam",
+        "use segments 'springs', or dopri5; for equilibrium and modes a Beam",
         which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] != FREE),
         forces=_THREAD,
     ),
     Family(
         "a thread on a free spool", "threads", _IN_TIME,
-        "take a drive that prescribes the spool's angle; for equilibrium and modes a Beam",
+        "use a drive that prescribes the spool's angle; for equilibrium and modes a Beam",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] == FREE),
         forces=(thread.spring_thread, profile.profile, *_THREAD),
         tangents=(thread.add_spool_tangent, thread.until_release, thread.has_release, *_THREAD_TANGENT),
     ),
     Family(
         "a thread with segments of fixed length on a free spool", "threads", _EXPLICIT,
-        "take segments 'springs', or rk4, heun or dopri5; for equilibrium and modes a Beam",
+        "use segments 'springs', or rk4, heun or dopri5; for equilibrium and modes a Beam",
         which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] == FREE),
         forces=(profile.profile, *_THREAD),
     ),
@@ -229,22 +229,22 @@ FAMILIES = (
         forces=_ACTUATORS, tangents=_ACTUATOR_TANGENTS,
     ),
     Family(
-        "a thruster", "thrusters", _MOTIONS, "take a Force", forces=_ACTUATORS, tangents=_ACTUATOR_TANGENTS,
+        "a thruster", "thrusters", _MOTIONS, "use a Force", forces=_ACTUATORS, tangents=_ACTUATOR_TANGENTS,
     ),
     Family(
-        "an attitude controller", "controllers", _MOTIONS, "leave it out, or take simulate", forces=_ACTUATORS,
+        "an attitude controller", "controllers", _MOTIONS, "leave it out, or use simulate", forces=_ACTUATORS,
         tangents=_ACTUATOR_TANGENTS,
     ),
     Family(
-        "an event that stops a run", "events", _EXPLICIT, "take rk4, heun or dopri5",
+        "an event that stops a run", "events", _EXPLICIT, "use rk4, heun or dopri5",
         which=lambda found: found["stops"] != 0,
     ),
-    Family("an event", "events", frozenset({EXPLICIT, IMPLICIT, ENERGY}), "take simulate", which=_is("stops", 0)),
+    Family("an event", "events", frozenset({EXPLICIT, IMPLICIT, ENERGY}), "use simulate", which=_is("stops", 0)),
     Family(
         "a beam", "beams", EVERY, which=_is("paper", 0), forces=_BEAM, tangents=(flexible.add_element_tangents,)
     ),
     Family(
-        "a beam with the paper's damping", "beams", _NOT_ENERGY, "take `damping` 'objective', or generalized-alpha",
+        "a beam with the paper's damping", "beams", _NOT_ENERGY, "use `damping` 'objective', or generalized-alpha",
         which=_is("paper", 1), forces=_BEAM, tangents=(flexible.add_element_tangents,),
     ),
     Family(
@@ -287,17 +287,17 @@ FAMILIES = (
     ),
     Family(
         "a gear that is a constraint", "joints", _NOT_EXPLICIT,
-        "give it a `stiffness` above 0, which makes it a penalty, or take energy-momentum or generalized-alpha",
+        "give it a `stiffness` above 0, which makes it a penalty, or use energy-momentum or generalized-alpha",
         which=lambda found: (found["stiffness"] == 0.0) & _is_gear(found), forces=(*_JOINT, *_GEAR),
         tangents=(*_JOINT_TANGENT, gear.add_gear),
     ),
     Family(
-        "a joint driven along a path", "joints", _NOT_EXPLICIT, "take energy-momentum or generalized-alpha",
+        "a joint driven along a path", "joints", _NOT_EXPLICIT, "use energy-momentum or generalized-alpha",
         which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found), forces=_JOINT, tangents=_JOINT_TANGENT,
     ),
     Family(
         "a joint that is a constraint", "joints", _NOT_EXPLICIT,
-        "give it a `stiffness` above 0, which makes it a penalty, or take energy-momentum or generalized-alpha",
+        "give it a `stiffness` above 0, which makes it a penalty, or use energy-momentum or generalized-alpha",
         which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found), forces=_JOINT,
         tangents=_JOINT_TANGENT,
     ),
@@ -318,7 +318,7 @@ FAMILIES = (
     ),
     Family(
         "a joint coordinate with friction", "hinges", _NOT_EXPLICIT,
-        "leave out `friction`, or take energy-momentum or generalized-alpha",
+        "leave out `friction`, or use energy-momentum or generalized-alpha",
         which=lambda found: found["friction"] > 0.0, forces=(hinge.add_hinges,), tangents=_HINGE_TANGENT,
     ),
     Family(
@@ -347,21 +347,21 @@ FAMILIES = (
     ),
     Family(
         "a contact with friction", "cylinders", _NOT_EXPLICIT,
-        "leave out `friction`, or take energy-momentum or generalized-alpha",
+        "leave out `friction`, or use energy-momentum or generalized-alpha",
         which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0), forces=(contact.add_contacts,),
         tangents=_CONTACT,
     ),
     Family(
         "a contact with the law conservative", "cylinders", EVERY - {IMPLICIT},
-        "take energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
+        "use energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
         forces=(contact.add_contacts,), tangents=_CONTACT,
     ),
     Family(
-        "a contact with the paper's law", "cylinders", _NOT_ENERGY, "take `law` 'hunt-crossley', or generalized-alpha",
+        "a contact with the paper's law", "cylinders", _NOT_ENERGY, "use `law` 'hunt-crossley', or generalized-alpha",
         which=_is("law", contact_laws.PAPER), forces=(contact.add_contacts,), tangents=_CONTACT,
     ),
     Family(
-        "a layer on other turns", "cylinders", _NOT_EXPLICIT, "take energy-momentum or generalized-alpha",
+        "a layer on other turns", "cylinders", _NOT_EXPLICIT, "use energy-momentum or generalized-alpha",
         which=lambda found: found["under"] >= 0,
         forces=(contact.add_contacts, layers.add_layers, layers.end_layer_step, layers.nearest),
         tangents=(*_CONTACT, layers.add_layer_tangents),
@@ -373,13 +373,13 @@ FAMILIES = (
     ),
     Family(
         "a contact between bodies with friction", "body_contacts", _NOT_EXPLICIT,
-        "leave out `friction`, or take energy-momentum or generalized-alpha",
+        "leave out `friction`, or use energy-momentum or generalized-alpha",
         which=lambda found: found["friction"] > 0.0,
         forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
     ),
     Family(
         "a contact between bodies with the law conservative", "body_contacts", EVERY - {IMPLICIT},
-        "take energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
+        "use energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
         forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
     ),
 )  # fmt: skip
@@ -436,9 +436,8 @@ def check(assembly: Any, solver: str) -> None:
     if len(found) == 1:
         who, name, advice = found[0]
         raise InputError(f"{who!r} is {name}, {refused}{advice}")
-    (first, name, _), *rest = found
-    several = "".join(f", nor {who!r}, {other}" for who, other, _ in rest[: MOST_NAMED - 1])
-    more = f", nor {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
+    several = ", ".join(f"{who!r} ({what})" for who, what, _ in found[:MOST_NAMED])
+    more = f" and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
     others = (EXPLICIT, ENERGY, IMPLICIT) if solver in (EXPLICIT, ENERGY, IMPLICIT) else ()
     whole = [SOLVERS[other] for other in others if other != solver and not any(_unsupported(assembly, other))]
     own = dict.fromkeys(one for _, _, one in found)
@@ -449,7 +448,7 @@ def check(assembly: Any, solver: str) -> None:
     else:
         advice = "".join(dict.fromkeys(one for _, _, one in found[:MOST_NAMED] if one))
         advice = f"; no method supports all of them{advice}" if others else advice
-    raise InputError(f"{first!r} is {name}, {refused}{several}{more}{advice}")
+    raise InputError(f"{SOLVERS[solver]} {what} not support {several}{more}{advice}")
 
 
 def _unsupported(assembly: Any, solver: str) -> Iterator[tuple[str, str, str]]:
@@ -521,7 +520,7 @@ def _refusal(assembly: Any, name: str, index: int, family: Family | None) -> tup
     advice = f"; {family.advice}" if family is not None and family.advice else ""
     part = assembly.parts.get(who)
     if name == "joints" and part is not None and "stiffness" not in type(part).model_fields:  # such as a Point with at
-        advice = "; take energy-momentum or generalized-alpha"
+        advice = "; use energy-momentum or generalized-alpha"
     return who, what, advice
 
 

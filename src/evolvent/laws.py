@@ -44,7 +44,7 @@ def _compile_law(signature: Any, function: Callable) -> Any:
 
 def _law(kind: str, function: Callable) -> Any:
     if not isinstance(function, FunctionType):
-        raise InputError(f"@evolvent.{kind}_law stands before a function, not before {function!r}")
+        raise InputError(f"@evolvent.{kind}_law decorates a function, not {function!r}")
     if config.DISABLE_JIT:
         return function
     try:

@@ -70,9 +70,9 @@ def check_name(name: Any) -> str:
             f"the name of a part is {name!r}; it must start with a letter and hold letters, digits, '-', '_' and blanks"
         )
     if name == "ground":
-        raise InputError("the name of a part is 'ground', which is the inertial frame; take another")
+        raise InputError("the name of a part is 'ground', which is the inertial frame; use another")
     if name in OF_THE_RUN:
-        raise InputError(f"the name of a part is {name!r}, which is a result of the whole run; take another")
+        raise InputError(f"the name of a part is {name!r}, which is a result of the whole run; use another")
     return name
 
 

@@ -28,7 +28,7 @@ _NOISE = 1e-12
 #: Units of energy in figures: largest energy above which one is taken (J), its factor and name.
 _ENERGY_UNITS = ((0.1, 1.0, "J"), (1e-4, 1e3, "mJ"), (0.0, 1e6, "µJ"))
 #: Smallest stored energy that is drawn, of the largest energy: less is round-off.
-_STORED_SHOWN = 1e-10
+_STORED_SHOWN = 1e-6
 #: Least length of the axis of the balance's defect, of the largest energy: it is drawn over ±0.1 % or more.
 _DEFECT_SCALE = 2e-3
 #: Most rows of the table that parts take.
@@ -356,8 +356,9 @@ def balance_numbers(run: xr.DataTree) -> list[Number]:
     found = [("energy at the end", ", ".join(f"{kind} {quantity(float(y[-1]), 'J')}" for kind, y in kinds.items()))]
     if "energy_losses" in root:
         taken = dict(zip(root["cause"].values, root["energy_losses"].values[-1], strict=True))
-        taken["numerical damping"] = -root["energy_defect"].values[-1]
-        largest = max(abs(value) for value in taken.values())
+        defect = float(root["energy_defect"].values[-1])
+        taken |= {"numerical damping": -defect} if defect < 0.0 else {}
+        largest = max([abs(value) for value in taken.values()] or [0.0])
         causes = [
             f"{name} {quantity(value, 'J')}" for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0
         ]

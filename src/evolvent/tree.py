@@ -95,7 +95,7 @@ def _balances(solution: Solution) -> dict[str, xr.Variable]:
     data["cause"] = xr.Variable(("cause",), list(CAUSES), {"units": "1", "long_name": "what dissipates energy"})
     data["energy_defect"] = energy(
         solution.energy_defect,
-        "energy minus that at the start and the work, plus the losses; negative: numerical damping",
+        "energy minus that at the start and the work, plus the losses; negative: dissipated by the method",
     )
     momentum = solution.momentum
     for name, values, unit, text in (

@@ -42,7 +42,7 @@ def no_solution(system: System, step: float | None) -> Solution:
     return found
 
 
-@pytest.mark.parametrize(("step", "wanted"), [(0.01, "take a smaller `step`, or None"), (None, "smaller `tolerance`")])
+@pytest.mark.parametrize(("step", "wanted"), [(0.01, "use a smaller `step`, or None"), (None, "smaller `tolerance`")])
 def test_a_step_without_a_solution(step: float | None, wanted: str) -> None:
     message = no_solution(ball(jumping), step).message
     assert re.search(r"found no solution in the step of \S+ s from t = \S+ s", message)

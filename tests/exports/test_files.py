@@ -366,7 +366,7 @@ def test_a_film_of_a_failed_run_is_labelled(runs, failed, tmp_path):
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_a_single_sample_has_tables_and_no_animation(runs, tmp_path, name):
     one = runs[name].isel(time=[0])
-    with pytest.raises(InputError, match="a single sample, which makes no animation; --to vtk, csv and mat take it"):
+    with pytest.raises(InputError, match="a single sample, which makes no animation; --to vtk, csv and mat accept it"):
         page.write(one, str(tmp_path / "a.html"), Request())
     assert ": 1 sample, " in vtk.write(one, str(tmp_path / "v"), Request())
     table.write(one, str(tmp_path / "t"), Request())

@@ -236,7 +236,7 @@ def test_refusals() -> None:
     system.add(parts.Beam(length=1.0, section=STRIP, material=STEEL, elements=2), "boom")
     system.add(parts.RigidBody(mass=1.0, inertia=1.0, at="boom[1]"), "head")
     with pytest.raises(
-        InputError, match=r"'head' .*, which rk4, .* do not support; take energy-momentum or generalized-alpha$"
+        InputError, match=r"'head' .*, which rk4, .* do not support; use energy-momentum or generalized-alpha$"
     ):
         system.simulate(until=0.1, every=0.1, method="rk4")
 

@@ -123,7 +123,7 @@ def test_refusals() -> None:
 
     ground = (1.5, 0.1, 0.0)
     for kind in ("revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical"):
-        refused(f"p.type is '{kind}', but p.b is 'tether.tip', the end of a thread, which has no rotation; take type "
+        refused(f"p.type is '{kind}', but p.b is 'tether.tip', the end of a thread, which has no rotation; use type "
                 "'spherical', or join a body to it", parts.Joint(a=ground, b="tether.tip", type=kind))  # fmt: skip
     refused("p.a is 'tether.tip', the end of a thread, to which no axis can be fixed; give it as p.b",
             parts.Joint(a="tether.tip", b=ground, type="in-plane"))  # fmt: skip

@@ -109,7 +109,7 @@ def test_a_step_that_is_stable_and_yet_too_long_fails_and_keeps_what_it_has():
         ),
         ({"contact.friction": 0.2}, "'contact-1' is a contact with friction, which rk4"),
         ({"contact.self": True}, "'layer-1' is a layer on other turns, which rk4"),
-        ({"solver.step": "1 ns", "solver.duration": 6}, "more than 1e+09; take a longer solver.step"),
+        ({"solver.step": "1 ns", "solver.duration": 6}, "more than 1e+09; use a longer solver.step"),
     ],
 )
 def test_what_it_cannot_do_is_refused_in_a_line(changes, words):

@@ -67,7 +67,7 @@ def test_what_a_rod_cannot_touch_is_refused() -> None:
     system.add(boom(), "boom")
     keys = {"body": "ground", "beams": ["boom"], "radius": 0.1, "centre": (1, 0, -0.1)}
     system.add(parts.CylinderContact(half_length=0.2, **keys), "drum")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=r"drum.half_length is given, .*the rod 'boom', .*take a capsule-contact"):
+    with pytest.raises(InputError, match=r"drum.half_length is given, .*the rod 'boom', .*use a capsule-contact"):
         system.assemble()
 
 

@@ -232,7 +232,7 @@ def test_refusals() -> None:
     words = "arm.inertia.inertia_yz is 1 kg m; its square must be below"
     assert words in refused(inertia=SectionInertia(inertia_yz=1.0))
     torque = parts.DistributedTorque(beam="arm", torque=1.0)
-    assert "is 'arm', a rod, which this load does not support; take a Torque" in refused(torque)
+    assert "is 'arm', a rod, which this load does not support; use a Torque" in refused(torque)
     assert "force is missing; give force, or direction and profile" in refused(parts.LineLoad(beam="arm"))
     late = parts.LineLoad(beam="arm", force=(0.0, 1.0, 0.0), start=2.0, end=1.0)
     assert "it must be after start 2.0" in refused(late)

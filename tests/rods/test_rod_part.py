@@ -33,7 +33,7 @@ def test_refusals() -> None:
     assert "J is 0" in refused(section={"general": no_torsion})
     assert "shear_y is 0" in refused(section={"general": no_torsion | {"J": 1.0, "shear_y": 0.0}})
     assert "arm.normal" in refused(normal=(1.0, 0.0, 0.0))
-    words = "is 95 deg; at most 90 deg is allowed, take 9 elements"
+    words = "is 95 deg; at most 90 deg is allowed, use 9 elements"
     assert words in refused(curvature=(0.0, 0.0, 6.6))
     assert "the angle between the ends of element 0 is 458 deg" in refused(curvature=(0.0, 32.0, 0.0))
     assert "arm.nodes has the shape" in refused(nodes=np.zeros((4, 4, 3)).tolist())
@@ -62,7 +62,7 @@ def test_places_that_are_none(at: str, words: str) -> None:
 def test_an_element_that_bends_too_far_is_named() -> None:
     EI = RUBBER.E * STRIP.properties(0.3).Iz
     system = cantilever(parts.Torque(at="rod.tip", torque=(0.0, 0.0, 5.0 * EI)), elements=2)
-    with pytest.raises(RunFailed, match=r"element [01] of 'rod' is bent or twisted by .* take more `elements`"):
+    with pytest.raises(RunFailed, match=r"element [01] of 'rod' is bent or twisted by .* use more `elements`"):
         system.equilibrium()
 
 

@@ -54,7 +54,7 @@ def test_a_gain_that_matters_fails(swing: Solution) -> None:
     assert analysis.check_energy_gain(gaining(swing, 0.05 * largest)).success
     failed = analysis.check_energy_gain(gaining(swing, 1.7 * largest))
     assert failed.status == "failed"
-    assert "% of its largest energy or work; take a smaller tolerance or step" in failed.message
+    assert "% of its largest energy or work; use a smaller tolerance or step" in failed.message
 
 
 def test_a_failed_or_interrupted_run_stays_what_it_is(swing: Solution) -> None:

@@ -362,7 +362,7 @@ BAD = {
     ),
     "the name of a result of the run": (
         "  energy: {kind: point, mass: 1 kg}\n",
-        "the name of a part is 'energy', which is a result of the whole run; take another",
+        "the name of a part is 'energy', which is a result of the whole run; use another",
     ),
     "two parts of one name": (BOB + BOB, "the key 'bob' is given twice"),
     "no parts": ("", "parts is empty"),

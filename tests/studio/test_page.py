@@ -174,7 +174,7 @@ def test_cancel_and_queue_after_reload(page, shots):
     page.click(part("tab-case"))
     choose(page, "case", "short.yaml")
     page.click(part("run"))
-    page.locator("text=waits for the runs before it").first.wait_for()
+    page.locator("text=queued").first.wait_for()
     page.reload()
     page.wait_for_selector(part("runs"))
     page.wait_for_timeout(500)

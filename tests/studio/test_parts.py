@@ -128,7 +128,7 @@ def test_yaml_files_are_read_again_only_when_they_changed(tmp_path, monkeypatch)
     assert read == ["a.yaml", "list.yaml"]
     (tmp_path / "a.yaml").write_text("system: wrapped-rib")
     assert folder.yaml() == {"a.yaml": {"system": "wrapped-rib"}}
-    for name, said in (("binary.yaml", "no text in UTF-8"), ("large.yaml", "too large"), ("none.yaml", "no such file")):
+    for name, said in (("binary.yaml", "not UTF-8 text"), ("large.yaml", "too large"), ("none.yaml", "no such file")):
         with pytest.raises(InputError, match=said):
             folder.text(name)
 

@@ -310,6 +310,6 @@ def test_what_has_no_modes_is_refused_before_it_waits(studio):
     thread = {"kind": "thread", "reel": "reel", "length": 1, "line_density": 0.1, "nodes": 5, "stiffness": 400}
     content = cases.content_of({"parts": {"hub": HUB | {"motion": "driven"}, "reel": reel, "thread": thread}})
     for kind, words in (("modes", "modes do"), ("equilibrium", "equilibrium does")):
-        with pytest.raises(InputError, match=f"'thread' is a thread .* which {words} not support; take a Beam"):
+        with pytest.raises(InputError, match=f"'thread' is a thread .* which {words} not support; use a Beam"):
             studio.submit(Draft("", "", content), kind)
     assert studio.jobs.listed() == []

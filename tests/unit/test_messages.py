@@ -26,8 +26,8 @@ def oscillator(**load: object) -> System:
 
 
 def test_arguments_become_keys():
-    assert in_keys("step is 3.0; take a smaller `step`, or None", KEYS) == (
-        "solver.step is 3.0; take a smaller solver.step, or auto"
+    assert in_keys("step is 3.0; use a smaller `step`, or None", KEYS) == (
+        "solver.step is 3.0; use a smaller solver.step, or auto"
     )
     assert in_keys("step is None, but", KEYS) == "solver.step is auto, but"
     assert in_keys("the step is long; give a `stiffness`", KEYS) == "the step is long; give a `stiffness`"
@@ -42,7 +42,7 @@ def test_arguments_become_keys():
     [
         ({"step": -1.0}, r"^step is -1.0; it must be a finite time above 0, or None$"),
         ({"step": "x"}, r"^step is 'x'; it must be a finite time"),
-        ({"step": 1.0}, r"^step is 1 s, above the stability limit .* take a smaller one, or None$"),
+        ({"step": 1.0}, r"^step is 1 s, above the stability limit .* use a smaller one, or None$"),
         ({"method": "rk5"}, r"^method is 'rk5'; did you mean 'rk4'"),
         ({"method": 4}, r"^method is 4; "),
         ({"method": "dopri5", "rtol": "tight"}, r"^rtol is 'tight'; it must be a finite number above 0$"),

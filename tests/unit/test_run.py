@@ -275,7 +275,7 @@ def test_springs_ring_and_their_tension_is_a_mean_beside_a_sample(quick):
 def test_an_energy_account_that_does_not_close_is_told(quick):
     assert "warning" not in quick.attrs
     run = evolvent.run("heliogyro", {**QUICK, "solver.rtol": 1e-3, "solver.atol": 1e-4})
-    words = re.search(r"the energy balance lacks up to (\S+) of the energy at the start", run.attrs["warning"])
+    words = re.search(r"the energy balance is off by up to (\S+) of the energy at the start", run.attrs["warning"])
     start = float(run.energy_kinetic[0] + run.energy_elastic[0])
     defect = float(abs(run.energy_defect).max())
     assert defect > 1e-5 * start
@@ -311,7 +311,7 @@ def test_a_pay_out_too_fast_for_a_steady_lag_is_reported():
         ({"solver.step": "1 ms"}, ["solver.step is 0.001 s", "stability limit"]),
         (
             {"solver.step": "1 ns"},
-            ["solver.step is 1e-09 s", "1.4e+11 steps", "take a longer solver.step, or shorten solver.duration"],
+            ["solver.step is 1e-09 s", "1.4e+11 steps", "use a longer solver.step, or shorten solver.duration"],
         ),
         ({"blade.stiffness": 1e15}, ["steps in all", "'blade-1'", "less damping or stiffness"]),
         ({"blade.stiffness": 1e15, "solver.method": "dopri5"}, ["steps in all", "less damping or stiffness"]),

@@ -126,7 +126,7 @@ def _is_guided(assembly: Assembly) -> bool:
 
 
 def _refuse(name: str, why: str) -> NoReturn:
-    raise InputError(f"the batch integrates one free body on springs to the ground, but {name!r} {why}; take dopri5")
+    raise InputError(f"the batch integrates one free body on springs to the ground, but {name!r} {why}; use dopri5")
 
 
 def plan(
@@ -159,11 +159,11 @@ def plan(
     if step is not None and step > limit:
         raise InputError(
             f"step is {step:.6g} s, above the stability limit {limit:.6g} s of {method} (highest frequency "
-            f"{frequency:.6g} rad/s); take a smaller step or auto"
+            f"{frequency:.6g} rad/s); use a smaller step or auto"
         )
     count = every / wanted * len(times)
     if count > MOST_STEPS:
-        raise InputError(f"step is {wanted:.3g} s; that makes {count:.2g} steps, too many; take a larger one")
+        raise InputError(f"step is {wanted:.3g} s; that makes {count:.2g} steps, too many; use a larger one")
     return BatchCase(
         assembly=assembly, suspended=suspended_of(assembly), every=every, samples=len(times),
         steps=max(1, int(np.ceil(every / wanted - 1e-9))), method=method, frequency=frequency,
@@ -242,7 +242,7 @@ def _in_body_axes(q: Array, v: Array) -> Array:
 
 
 def _advice(case: BatchCase) -> str:
-    return f"take a smaller step than {case.step:.3g} s"
+    return f"use a smaller step than {case.step:.3g} s"
 
 
 def _checked(case: BatchCase, solution: Solution) -> Solution:
@@ -283,5 +283,5 @@ def warning_of(solution: Solution, energy: float) -> str:
         return ""
     return (
         f"{solution.method} itself {'takes' if balance[-1] < 0.0 else 'adds'} {100.0 * worst:.2g} % of the energy at "
-        f"this step, which decay rates show; take a smaller {f'step than {step:.3g} s' if step else '`tolerance`'}"
+        f"this step, which decay rates show; use a smaller {f'step than {step:.3g} s' if step else '`tolerance`'}"
     )

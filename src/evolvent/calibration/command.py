@@ -13,7 +13,11 @@ from evolvent.studies.command import INTERRUPTED
 @click.argument("case", metavar="CASE|FILE")
 @click.argument("data", metavar="DATA")
 @click.option(
-    "--fit", multiple=True, required=True, metavar="KEY[,KEY]", help="Keys that are fitted; a list's entries all."
+    "--fit",
+    multiple=True,
+    required=True,
+    metavar="KEY[,KEY]",
+    help="Keys that are fitted; for a list, all its entries.",
 )
 @click.option("--observe", multiple=True, required=True, metavar="VARIABLE[=COLUMN]", help="What was measured.")
 @click.option("--std", metavar="X[,X]", help="Standard deviation of each observed variable, in its unit.")
@@ -33,7 +37,7 @@ def calibrate(
 
     DATA is a history (a column of times), a table of runs (columns named by keys of the case), or a log that the system
     reads. The folder keeps report.html, calibration.json, the case with the fitted values, a figure, and every
-    evaluation: the same command goes on where it was stopped.
+    evaluation: the same command continues where it was stopped.
     """
     import os
     import pathlib

@@ -202,7 +202,7 @@ def _is_closed_form(model: str, content: Mapping[str, Any]) -> bool:
         return False
     has_one = bool(cases.system(content["system"]).closed_form(cases.load(dict(content)), np.zeros(1)))
     if model == "closed-form" and not has_one:
-        raise InputError(f"--model is 'closed-form', but the system {content['system']!r} has none; take 'runs'")
+        raise InputError(f"--model is 'closed-form', but the system {content['system']!r} has none; use 'runs'")
     return has_one
 
 

@@ -21,14 +21,14 @@ _AXES = ("inertial", "body")
 
 @click.command()
 @click.argument("path", metavar="RUN.NC")
-@click.option("--to", "kind", multiple=True, callback=once, metavar="|".join(ENDINGS), help="Format, needed.")
+@click.option("--to", "kind", multiple=True, callback=once, metavar="|".join(ENDINGS), help="Format (required).")
 @click.option(
-    "-o", "--output", multiple=True, callback=once, metavar="OUT", help="File or folder.  [default: beside the run]"
+    "-o", "--output", multiple=True, callback=once, metavar="OUT", help="File or folder.  [default: next to the run]"
 )
 @click.option(
     "--frames", type=click.IntRange(min=1), metavar="N", help="Number of samples that are written, evenly spaced."
 )
-@click.option("--speed", type=float, metavar="X", help="Time of the run over time of the clock (gif, mp4, html).")
+@click.option("--speed", type=float, metavar="X", help="Playback speed; 1 is real time (gif, mp4, html).")
 @click.option("--axes", metavar="|".join(_AXES), help="Axes of positions (vtk, gif, mp4).")
 @click.option("--large", is_flag=True, help="Write even more than 200 MB.")
 def export(
@@ -77,7 +77,7 @@ def export(
 @click.argument("path", metavar="RUN.NC")
 @click.option("-o", "--output", multiple=True, callback=once, metavar="REPORT.HTML", help="[default: RUN-report.html]")
 def report(path: str, output: str | None) -> None:
-    """Write a report of a results file as one HTML page that needs nothing else."""
+    """Write a report of a results file as one self-contained HTML page."""
     from evolvent import results
 
     found = results.open(path)

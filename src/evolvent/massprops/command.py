@@ -203,6 +203,6 @@ def _table(found: MassProperties) -> None:
     for text in found.warnings[: _MOST_WARNINGS if left > 1 else None]:
         console.print(Text.assemble(("warning: ", "yellow"), text), soft_wrap=True)
     if left > 1:
-        console.print(Text(f"and {left} warnings more, all in the certificate"))
+        console.print(Text(f"and {left} more warnings, all in the certificate"))
     if not found.has_uncertainties:
-        console.print(Text("the method gives no uncertainty of the frequencies; take varpro for a certificate"))
+        console.print(Text("the method gives no uncertainty of the frequencies; use varpro for a certificate"))

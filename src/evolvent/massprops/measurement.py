@@ -63,7 +63,7 @@ def mass_properties(
         raise InputError("no signals are given; name at least one file")
     if len(several) > 1 and given.uncertainty.method == "monte-carlo":
         raise InputError(
-            f"uncertainty.method is 'monte-carlo', which takes one recording, not {len(several)}; take 'gum'"
+            f"uncertainty.method is 'monte-carlo', which takes one recording, not {len(several)}; use 'gum'"
         )
     sources = [_source(item, given) for item in several]
     same = [s.path for k, s in enumerate(sources) if s.sha256 in [other.sha256 for other in sources[:k]]]
@@ -226,7 +226,7 @@ def _scattered(evaluations: list[Evaluation], values: np.ndarray) -> list[str]:
     n = len(values) - 1
     return [
         f"{output.key} scatters over the recordings by {np.sqrt(s):.2g} {output.unit}, {np.sqrt(s / o):.1f} times what "
-        "noise and own inputs let expect: u of the mean holds it, u of a single recording does not"
+        "noise and own inputs predict: u of the mean includes it, u of a single recording does not"
         for output, s, o in zip(evaluations[0].outputs, scatter, own, strict=True)
         if o > 0.0 and s / o > scipy.stats.chi2.ppf(0.99, n) / n
     ]
@@ -240,4 +240,4 @@ def _outliers(evaluations: list[Evaluation], values: np.ndarray) -> list[str]:
     scale = 1.4826 * np.median(off, axis=0)
     bad = np.flatnonzero(np.any(off > 4.5 * np.where(scale > 0.0, scale, np.inf), axis=1))
     names = [os.path.basename(evaluations[k].modal.reading.source.path) for k in bad]
-    return [f"{name} is far from the other recordings; it is used all the same" for name in names]
+    return [f"{name} is far from the other recordings; it is still used" for name in names]

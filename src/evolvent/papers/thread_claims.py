@@ -94,7 +94,7 @@ MODEL: tuple[Claim, ...] = (
         where="eqs. (3) to (6)",
         claim="Free nodes are masses between springs and dampers; the tip has half a segment's mass and its own.",
         verdict="holds",
-        ours="Taken as printed. The masses sum to that of the blade less half a segment, the one next to the spool.",
+        ours="Taken as printed. The masses sum to that of the blade minus half a segment, the one next to the spool.",
         command="evolvent run heliogyro",
     ),
     Claim(

@@ -94,7 +94,7 @@ class DistributedTorque(Part):
         """Write the torque."""
         if builder.names.get(self.beam, ("",))[0] == "rods":
             raise InputError(
-                f"{name}.beam is {self.beam!r}, a rod, which this load does not support; take a Torque at a node "
+                f"{name}.beam is {self.beam!r}, a rod, which this load does not support; use a Torque at a node "
                 f"such as '{self.beam}.tip', a LineLoad by a law, or a Beam"
             )
         _either(name, "torque", self.torque, "", self.profile)

@@ -146,7 +146,7 @@ class TableDrive(DriveKind, Generic[A, R]):
 
         given = self.rate if self.rate is not None else self.angle
         if given is None or (self.rate is not None and self.angle is not None):
-            raise InputError(f"{name}: a table needs either rate or angle beside time")
+            raise InputError(f"{name}: a table needs either rate or angle in addition to time")
         t, values = np.array(self.time), np.array(given, dtype=float)
         if t.size < 2 or t.size != values.size:
             raise InputError(

@@ -111,8 +111,8 @@ def fixed_direction(builder: Builder, key: str, side: Side, direction: Array) ->
         axis = slope(builder, side, 1)
         if np.linalg.norm(np.cross(axis.u, direction)) <= 1e-6 * np.linalg.norm(axis.u):
             return axis
-        raise InputError(f"{key}, but a node of a cable has no twist, only its own axis is fixed to it; take a Beam")
-    raise InputError(f"{key}, but a point mass has no directions; take type 'spherical', or a body in its place")
+        raise InputError(f"{key}, but a node of a cable has no twist, only its own axis is fixed to it; use a Beam")
+    raise InputError(f"{key}, but a point mass has no directions; use type 'spherical', or a body in its place")
 
 
 def across(e1: Array) -> tuple[Array, Array]:
@@ -141,8 +141,8 @@ def clamped(builder: Builder, key: str, a: Side, b: Side) -> list[Held]:
         axis = slope(builder, b, 1)
         return [Held(node_direction(builder, a, e), axis) for e in across(axis.u / np.linalg.norm(axis.u))]
     if is_cable(a) and is_cable(b):
-        raise InputError(f"{key}, but nodes of two cables have no twist to hold; take type 'spherical', or a Beam")
-    raise InputError(f"{key}, but a point mass has no directions; take type 'spherical', or a body in its place")
+        raise InputError(f"{key}, but nodes of two cables have no twist to hold; use type 'spherical', or a Beam")
+    raise InputError(f"{key}, but a point mass has no directions; use type 'spherical', or a body in its place")
 
 
 def clamped_bodies(builder: Builder, a: Side, b: Side, f1: Array) -> list[Held]:
@@ -221,8 +221,8 @@ def hinged(builder: Builder, key: str, a: Side, b: Side, axis: Array) -> list[He
     if is_beam(a) and is_cable(b):
         return [Held(node_direction(builder, a, axis), slope(builder, b, 1))]
     if is_cable(a) and is_cable(b):
-        raise InputError(f"{key}, but nodes of two cables have no twist to hold; take type 'spherical', or a Beam")
-    raise InputError(f"{key}, but a point mass has no directions; take type 'spherical', or a body in its place")
+        raise InputError(f"{key}, but nodes of two cables have no twist to hold; use type 'spherical', or a Beam")
+    raise InputError(f"{key}, but a point mass has no directions; use type 'spherical', or a body in its place")
 
 
 def _hinged_to_body(builder: Builder, body: int, b: Side, axis: Array) -> list[Held]:

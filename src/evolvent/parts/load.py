@@ -305,7 +305,7 @@ class Torque(Part):
                 key = "torque" if self.torque is not None else "axis"
                 raise InputError(
                     f"{name}.{key} is {getattr(self, key)!r}, along the cable at {self.at!r}, which has no torsion; "
-                    f"give a direction perpendicular to it, or take a beam"
+                    f"give a direction perpendicular to it, or use a beam"
                 )
         _write_at_node(builder, name, beam_loads.MOMENT, self, node, vector)
 
@@ -358,7 +358,7 @@ def _write_at_node(builder: Builder, name: str, kind: int, load: Force | Torque,
     beam, formulation, iq, iv = node
     if load.frame == "body" and formulation == CABLE:
         raise InputError(
-            f"{name}.frame is 'body', but {name}.at is {load.at!r}, a node of a cable, which has no section; take "
+            f"{name}.frame is 'body', but {name}.at is {load.at!r}, a node of a cable, which has no section; use "
             f"'inertial', or a beam"
         )
     law: dict[str, Any] = {}

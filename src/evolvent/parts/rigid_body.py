@@ -140,7 +140,7 @@ class RigidBody(Part):
                 raise InputError(f"{name}.direction is given without {name}.drive, to which it belongs")
             return {}, (0.0, 0.0)
         if self.motion != "driven":
-            raise InputError(f"{name}.drive needs a driven body, but {name}.motion is {self.motion!r}; take 'driven'")
+            raise InputError(f"{name}.drive needs a driven body, but {name}.motion is {self.motion!r}; use 'driven'")
         if isinstance(self.drive, FreeSpool):
             raise InputError(f"{name}.drive is a free spool, which prescribes no motion; give another drive")
         row = self.drive.write(builder, f"{name}.drive")

@@ -175,7 +175,7 @@ class Rod(Part):
             k = int(turns.argmax())
             raise InputError(
                 f"{name}.elements is {n}, but the angle between the ends of element {k} is {turns[k]:.0f} deg; "
-                f"at most {LARGEST_TURN:g} deg is allowed, take {int(n * turns[k] / 45.0) + 1} elements or more"
+                f"at most {LARGEST_TURN:g} deg is allowed, use {int(n * turns[k] / 45.0) + 1} elements or more"
             )
         arms, rest = self.arms(), self.rest_strains(x, R)
         pieces = [self.section.between(*places) for places in itertools.pairwise(ends)]

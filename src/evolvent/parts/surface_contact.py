@@ -68,11 +68,11 @@ def _add_to_rods(part: Any, builder: Builder, name: str, rods: list[str], surfac
         if math.isfinite(surface.half):
             raise InputError(
                 f"{name}.half_length is given, but {name}.beams holds the rod {rods[0]!r}, for which a cylinder has no "
-                f"ends; leave it out, or take a capsule-contact"
+                f"ends; leave it out, or use a capsule-contact"
             )
         surface = surface._replace(kind=surfaces.CAPSULE)
     if part.law == "paper":
-        raise InputError(f"{name}.law is 'paper', which rods do not support; take 'hunt-crossley' or 'conservative'")
+        raise InputError(f"{name}.law is 'paper', which rods do not support; use 'hunt-crossley' or 'conservative'")
     surface = surface._replace(body=builder.find(part.body, "bodies"))
     pairs = []
     for rod in rods:

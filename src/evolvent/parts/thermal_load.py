@@ -112,7 +112,7 @@ class ThermalLoad(Part):
         if key == "beam" and gradients and beam.vectors == 2:
             raise InputError(
                 f"{name}.{gradients[0]} is given, but {self.beam!r} is a {beam.formulation}, whose section has no "
-                f"axes; leave it out, or take the formulation 'assumed_strain'"
+                f"axes; leave it out, or use the formulation 'assumed_strain'"
             )
         if key == "beam" and beam.formulation in ("full", "nu_split"):
             raise InputError(

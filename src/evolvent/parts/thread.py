@@ -133,7 +133,7 @@ class Thread(Part):
         motion = builder.rows["bodies"][body]["motion"]
         if self.wound_mass == "carried" and builder.rows["bodies"][body].get("path"):
             raise InputError(f"{name}.wound_mass is 'carried', but {reel.body!r} is driven along a line; "
-                             f"take 'ignored', or a free body")  # fmt: skip
+                             f"use 'ignored', or a free body")  # fmt: skip
         if self.copies > 1 and motion == rigid.FREE:
             raise InputError(f"{name}.copies is {self.copies!r}; only a spinning or driven body takes copies")
         X, Y, Z = reel.frame(self.reel)

@@ -55,7 +55,7 @@ def check_type(builder: Builder, name: str, joint: Any) -> None:
         if joint.type not in FREE_TO_TURN:
             raise InputError(
                 f"{name}.type is {joint.type!r}, but {name}.{key} is {where!r}, the end of a thread, which has no "
-                f"rotation; take type 'spherical', or join a body to it"
+                f"rotation; use type 'spherical', or join a body to it"
             )
         if key == "a" and joint.type in ("point-on-line", "in-plane"):
             raise InputError(

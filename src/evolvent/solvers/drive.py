@@ -81,7 +81,7 @@ def stable_step(assembly: Assembly, method: str, duration: float) -> tuple[Mode,
         raise InputError(
             f"{method} is stable with steps up to {limit:.2g} s here, {duration / limit:.2g} steps in all (highest "
             f"frequency {mode.frequency:.3g} rad/s, highest damping rate {mode.largest_damping_rate:.3g} 1/s, in "
-            f"{mode.where!r}); take less damping or stiffness, or an implicit method"
+            f"{mode.where!r}); use less damping or stiffness, or an implicit method"
         )
     return mode, limit
 
@@ -116,7 +116,7 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     if step > limit:
         raise InputError(
             f"step is {step:.6g} s, above the stability limit {limit:.6g} s of {method} "
-            f"(highest frequency {mode.frequency:.6g} rad/s, in {mode.where!r}); take a smaller one, or None"
+            f"(highest frequency {mode.frequency:.6g} rad/s, in {mode.where!r}); use a smaller one, or None"
         )
     return float(step), limit, mode
 
@@ -406,11 +406,11 @@ def _short(value: Any) -> str:
 
 def _unbalanced(of: Plan, worst: float, reached: float, work: ex.ExplicitWorkspace) -> str:
     """What is known of a run whose energy does not balance, and what to try."""
-    smaller = "take a smaller `rtol`"
+    smaller = "use a smaller `rtol`"
     if of.step is not None:
         f = of.assembly.model.flexible
         other = "energy-momentum" if f.beams.size or f.rods.size else "dopri5"
-        smaller = f"take a smaller `step` than {float(work.loop.step):.3g} s, or `method` {other}"
+        smaller = f"use a smaller `step` than {float(work.loop.step):.3g} s, or `method` {other}"
     return (
         f"the energy balance is off by {worst:.2g} of the energy at t = {reached:.6g} s, more than {ENERGY_LIMIT:g}: "
         f"the steps do not resolve the motion{what_may_jump(of.assembly)}; {smaller}"
@@ -467,7 +467,7 @@ def _reason(code: int, reached: float, work: ex.ExplicitWorkspace, of: Plan) -> 
         worst = int(np.argmax(~np.isfinite(work.y1)))
         return (
             f"the state stopped being finite at t = {reached:.6g} s (component {worst}) with {method}; "
-            "take a smaller `step`, or check loads, laws and constraints there"
+            "use a smaller `step`, or check loads, laws and constraints there"
         )
     if code == ex.TOO_SMALL:
         return (
@@ -476,4 +476,4 @@ def _reason(code: int, reached: float, work: ex.ExplicitWorkspace, of: Plan) -> 
         )
     if code == ex.NO_THREAD:
         return reason_of_outrun(reached)
-    return f"{work.loop.events} events by t = {reached:.6g} s: there one fires again and again"
+    return f"{work.loop.events} events by t = {reached:.6g} s: one of them fires repeatedly"

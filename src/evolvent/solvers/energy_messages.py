@@ -24,7 +24,7 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
     fixed : whether the steps are fixed
     """
     t, h = float(work.loop.time), float(work.step.step.h)
-    smaller = "take a smaller `step`, or None" if fixed else "take a smaller `tolerance`"
+    smaller = "use a smaller `step`, or None" if fixed else "use a smaller `tolerance`"
     bent = bending_hint(assembly, work.step.y0)
     when = f"in the step of {h:.3g} s from t = {t:.6g} s"
     if code == energy_loop.NOT_FINITE:
@@ -38,7 +38,8 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
     if code == energy_loop.GAINED:
         return (
             f"the energy balance has gained more than {100.0 * energy_loop.LARGEST_GAIN:g} % {when}, which no step of "
-            f"this method does: Newton's method leaves too much; take another `step` or `tolerance`, and report it"
+            f"this method does: Newton's method leaves too large a residual; use another `step` or `tolerance`, "
+            "and report it"
         )
     size = float(np.abs(work.x[: work.weight.size] / work.weight).max(initial=0.0))
     where, softer = _where(work, assembly)
@@ -54,10 +55,10 @@ def stalled(work: energy_loop.EnergyLoop, assembly: Assembly, steps: int, time: 
     """Why a run of ever smaller steps was ended: `steps` of them took `time` (s), the rest would take `rest`."""
     where, softer = _where(work, assembly)
     return (
-        f"by t = {float(work.loop.time):.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the "
-        f"mean, that the rest would take {rest:.1e} of them; Newton's method corrects most at {where}"
+        f"by t = {float(work.loop.time):.6g} s the steps have become so small, {time / max(steps, 1):.2g} s on "
+        f"average, that the remaining time would need {rest:.1e} steps; Newton's method corrects most at {where}"
         f"{what_may_jump(assembly)}"
-        f"{bending_hint(assembly, work.step.y0)}; take a greater `tolerance` or `step`{softer}, and look at the last "
+        f"{bending_hint(assembly, work.step.y0)}; use a greater `tolerance` or `step`{softer}, and look at the last "
         f"samples"
     )
 

@@ -17,8 +17,8 @@ def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
     rows = ordering.redundant_unknowns(matrix) - int(assembly.model.info.nv)
     names = sorted({owner(assembly, "joints", int(k)) for k in rows if k >= 0})
     return (
-        f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already say what "
-        f"{len(rows)} of its constraints say"
+        f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already impose "
+        f"{len(rows)} of its constraints"
     )
 
 
@@ -26,7 +26,7 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
     """What happened, where, when, and what to try."""
     t = float(work.loop.time)
     h = step if step is not None else float(work.loop.step)
-    smaller = "take a smaller `step`, or None" if step is not None else "take a smaller `tolerance`"
+    smaller = "use a smaller `step`, or None" if step is not None else "use a smaller `tolerance`"
     if code == alpha_state.NO_CONVERGENCE:
         met = work.loop.contact_set != 0
         touching = " with contact" if met else ""
@@ -62,7 +62,7 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
     scale = float(eb.scale(work.balance, work.loop.peak_energy)) + float(work.options.floor)
     share = float(work.loop.gain - work.loop.lowest_gain) / max(scale, 1e-300)
     return (
-        f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work without cause, more than "
+        f"by t = {t:.6g} s the run has gained {share:.2g} of its largest energy without work, more than "
         f"{float(work.options.gain):.2g}: the step of {h:.3g} s does not resolve the motion or a contact"
         f"{what_may_jump(assembly)}; {smaller}, or a lower `spectral_radius`"
     )
@@ -71,9 +71,9 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
 def stalled(t: float, steps: int, time: float, rest: float) -> str:
     """Why a run of ever smaller steps was ended at t."""
     return (
-        f"by t = {t:.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the mean, that the rest "
-        f"would take {rest:.1e} of them: reduce the damping (`stiffness_damping`) or the contact stiffness of what "
-        f"moves there, or take a greater `tolerance` or a fixed `step`"
+        f"by t = {t:.6g} s the steps have become so small, {time / max(steps, 1):.2g} s on average, that the "
+        f"remaining time would need {rest:.1e} steps: reduce the damping (`stiffness_damping`) or the contact "
+        f"stiffness of what moves there, or use a greater `tolerance` or a fixed `step`"
     )
 
 

@@ -200,7 +200,7 @@ class Modes:
         if np.iscomplexobj(self.shape):
             raise InputError(
                 "effective masses are defined for real modes: these are complex, since the structure spins, is damped "
-                "or has loads that follow its shape; take the modes at rest, with damped=False"
+                "or has loads that follow its shape; use the modes at rest, with damped=False"
             )
         return np.asarray(self.shape @ (self.M @ self._rigid))
 

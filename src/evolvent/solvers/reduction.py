@@ -119,7 +119,7 @@ def _independent(structure: Structure, rows: Array) -> Array:
     values, w = np.linalg.eigh(H)
     keep = values > IMPLIED
     if not np.any(keep):
-        raise InputError("no coordinate of the boundary can move; name other parts, or take method='modal'")
+        raise InputError("no coordinate of the boundary can move; name other parts, or use method='modal'")
     return (w[:, keep] / np.sqrt(values[keep])).T @ (rows / size[:, None])
 
 

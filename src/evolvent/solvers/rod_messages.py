@@ -34,6 +34,6 @@ def bending_hint(assembly: Assembly, y: np.ndarray) -> str:
             worst, element = float(turns.max()), int(turns.argmax())
             where = (
                 f"; element {element} of {owner(assembly, 'rods', k)!r} is bent or twisted by {worst:.0f} deg "
-                f"(limit: 120 deg): take more `elements`"
+                f"(limit: 120 deg): use more `elements`"
             )
     return where

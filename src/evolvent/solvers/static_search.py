@@ -156,7 +156,10 @@ class Search:
                         self._back(state)
                         return self._fail(at(reached)[0], self._failure_message(found, at(s)[0]))
                     self._store_point(at(1.0)[0])
-                    self.message = f"no path of equilibria leads on from load factor {at(reached)[0]:.4g}; it slid"
+                    self.message = (
+                        f"no equilibrium path continues beyond load factor {at(reached)[0]:.4g}; the state moved to "
+                        "another equilibrium"
+                    )
                     return self._end(at(1.0)[0])
                 self.steps += 1
                 reached = s

@@ -21,9 +21,16 @@ INTERRUPTED = 130
 @click.command()
 @click.argument("study", metavar="STUDY|FILE")
 @click.option(
-    "-o", "--output", multiple=True, callback=once, metavar="DIR", help="Folder of the study; left out, its name."
+    "-o",
+    "--output",
+    multiple=True,
+    callback=once,
+    metavar="DIR",
+    help="Folder of the study. [default: name of the study]",
 )
-@click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Processes; left out, as many as it is worth.")
+@click.option(
+    "--workers", type=click.IntRange(min=1), metavar="N", help="Number of processes. [default: chosen automatically]"
+)
 @click.option("--scheduler", metavar="ADDRESS", help="Use the workers of a Dask scheduler, such as tcp://host:8786.")
 @click.option("--figures", metavar="DIR", help="Draw lines and maps into a folder.")
 @figure_format
@@ -39,7 +46,7 @@ def sweep(
 ) -> None:
     """Run all cases of a built-in STUDY or a study FILE.
 
-    The same command goes on after Ctrl-C or any other end; cases that are done are not computed again.
+    Run the same command again to continue after Ctrl-C or any other end; finished cases are not computed again.
     """
     from evolvent.studies import read as read_study
     from evolvent.studies import runner, store

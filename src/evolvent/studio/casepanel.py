@@ -76,7 +76,7 @@ class CasePanel:
                 chosen.on_value_change(lambda e: self._choose(str(e.value)))
                 self._chosen = chosen
                 again = ui.button(icon="refresh", on_click=self._again).props("flat dense round size=sm color=primary")
-                again.tooltip("look for files again, and read this one again")
+                again.tooltip("reload the list of files and this file")
             ui.label(draft.about).classes("ev-what")
             self._draw_form(str(draft.content["system"]))
         self.page.case_drawn()

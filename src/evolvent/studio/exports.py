@@ -140,7 +140,7 @@ def missing(kind: str) -> str:
         try:
             moving.ffmpeg()
         except InputError:
-            return "MP4 needs the encoder ffmpeg; install it with: pip install 'evolvent[export]', or take GIF"
+            return "MP4 needs the encoder ffmpeg; install it with: pip install 'evolvent[export]', or use GIF"
     return ""
 
 

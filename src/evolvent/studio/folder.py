@@ -393,7 +393,7 @@ class Folder:
         try:
             return self.read(*path.relative_to(self.root).parts).decode("utf-8")
         except UnicodeDecodeError:
-            raise InputError(f"cannot read {name!r}: it is no text in UTF-8") from None
+            raise InputError(f"cannot read {name!r}: it is not UTF-8 text") from None
 
     def studies(self) -> list[str]:
         """Folders that hold a study."""

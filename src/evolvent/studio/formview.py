@@ -75,7 +75,7 @@ class FormView:
         self._leave = ui.element("button").classes("ev-more").props(f'type=button data-testid="{before}leave-out"')
         with self._leave:
             count = len(self._strange)
-            ui.label("Leave this key out" if count == 1 else f"Leave these {count} keys out")
+            ui.label("Remove this key" if count == 1 else f"Remove these {count} keys")
         self._leave.set_visibility(bool(self._strange))
         self._leave.on("click", self._leave_out)
         self._fields(self.form, fold=flat)
@@ -164,7 +164,7 @@ class FormView:
             choices = field.choices if field.kind == "choice" else ("true", "false")
             options = {choice: choice for choice in choices}
             if not field.required:
-                options = {"": f"{field.default} (left out)" if field.default else "left out", **options}
+                options = {"": f"{field.default} (not set)" if field.default else "not set", **options}
             if text not in options:
                 options[text] = text
             chosen = ui.select(options, value=text).props(f"outlined dense options-dense {mark}").classes("w-full")

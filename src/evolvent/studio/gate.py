@@ -89,7 +89,7 @@ class Gate:
         headers = _headers(scope)
         host = headers.get("host", "")
         if self.hosts is not None and _name(host) not in self.hosts:
-            await _refuse(scope, receive, send, 421, "this server answers to its own address alone")
+            await _refuse(scope, receive, send, 421, "requests must use this server's own address")
             return
         if _is_foreign(headers, host):
             await _refuse(scope, receive, send, 403, "the request comes from another page")

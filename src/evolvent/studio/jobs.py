@@ -255,7 +255,7 @@ class Jobs:
         try:
             return self.folder.read(OWN, job.key, CASE, most=_LARGEST).decode()
         except UnicodeDecodeError:
-            raise InputError(f"the case of {job.key} is no text in UTF-8") from None
+            raise InputError(f"the case of {job.key} is not UTF-8 text") from None
 
     def cancel(self, key: str) -> None:
         """End a job; what was computed is kept."""

@@ -69,12 +69,14 @@ def progress_text(job: Job) -> str:
             return job.note or "starting"
         if not job.reached:
             return job.note or "starting; where functions must be compiled first, this takes up to a minute"
-        unit = {"sweep": " cases", "run": " s", "equilibrium": " of the loads", "modes": " modes"}.get(job.kind, "")
+        unit = {"sweep": " cases", "run": " s", "equilibrium": " of the load factor", "modes": " modes"}.get(
+            job.kind, ""
+        )
         reached = f"{job.reached:.4g} of {job.end:.4g}{unit}"
         left = job.left
         return reached + (f", about {duration(left)} left" if left is not None else "")
     if job.status == "waiting":
-        return "waits for the runs before it"
+        return "queued"
     return job.message.removeprefix(job.status).strip() or f"took {duration(job.elapsed)}"
 
 

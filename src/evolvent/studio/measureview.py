@@ -176,7 +176,7 @@ class MeasurePanel:
     def _refused(self) -> None:
         most = LARGEST_SIGNALS // 1_000_000
         self.page.show_message(
-            f"the upload was not taken: {most} MB can be uploaded at once; put larger files in the working folder"
+            f"the upload was refused: {most} MB can be uploaded at once; put larger files in the working folder"
         )
 
     async def _add(self, names: Sequence[str]) -> None:
@@ -305,7 +305,7 @@ class MeasurePanel:
         with ui.element("div").classes("ev-card").style("padding:8px"):
             self._chart = ChartElement(_signal_chart(source, self.state["columns"], self._rate()))
             self._chart.props('data-testid="signal-chart"')
-        ui.label("What the columns are").classes("ev-h")
+        ui.label("Columns").classes("ev-h")
         self._columns()
 
     def _columns(self) -> None:

@@ -37,19 +37,19 @@ def install(app: FastAPI, studio: Studio) -> None:
     def mode(ref: str) -> Response:
         content = studio.mode(ref)
         if content is None:
-            return Response("there is no such mode", status_code=404, media_type="text/plain")
+            return Response("mode not found", status_code=404, media_type="text/plain")
         return Response(content, media_type="application/octet-stream", headers={"Cache-Control": "no-cache"})
 
     def modes(ref: str) -> Response:
         path = studio.path(ref)
         if not ref.startswith("job:") or path.name != MODES:
-            return Response("these are no modes", status_code=404, media_type="text/plain")
+            return Response("modes not found", status_code=404, media_type="text/plain")
         return FileResponse(path, filename=f"{plain(studio.name(ref))}-modes.nc", media_type="application/x-netcdf")
 
     def start(ref: str) -> Response:
         content = studio.start_of(ref)
         if content is None:
-            return Response("this start is no longer stored", status_code=404, media_type="text/plain")
+            return Response("initial state not found", status_code=404, media_type="text/plain")
         return Response(content, media_type="application/octet-stream", headers={"Cache-Control": "no-cache"})
 
     def run(ref: str) -> Response:
@@ -62,13 +62,13 @@ def install(app: FastAPI, studio: Studio) -> None:
     def export(ref: str) -> Response:
         found = studio.exports.ready(ref)
         if found is None:
-            return Response("there is no such download any more", status_code=404, media_type="text/plain")
+            return Response("download not found", status_code=404, media_type="text/plain")
         return FileResponse(found.path, filename=found.name, media_type="application/octet-stream")
 
     def certificate(ref: str) -> Response:
         path = studio.path(ref)
         if not ref.startswith("job:") or path.name != CERTIFICATE:
-            return Response("this is no certificate", status_code=404, media_type="text/plain")
+            return Response("certificate not found", status_code=404, media_type="text/plain")
         # a page without its own script; nothing in it may run one
         headers = {"Content-Security-Policy": "sandbox; script-src 'none'"}
         return FileResponse(path, media_type="text/html", headers=headers)

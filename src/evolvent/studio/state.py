@@ -321,7 +321,7 @@ class Studio:
         elif kind == "file":
             path = self.folder.inside(name)
         else:
-            raise InputError(f"{ref!r:.200} is no run")
+            raise InputError(f"{ref!r:.200} is not a run")
         if path.is_dir():  # of a study
             self.folder.check_plain(path)
             return path

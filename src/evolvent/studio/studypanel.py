@@ -303,7 +303,7 @@ class StudyPanel:
         keep = [str(name) for name in self.draft.content.get("keep") or []]
         self._keep = ui.select(
             [*dict.fromkeys([*keep, *self._responses])], multiple=True, with_input=True, value=keep,
-            new_value_mode="add-unique", label="variables; none: all without a time",
+            new_value_mode="add-unique", label="variables (empty: all without a time axis)",
         )  # fmt: skip
         self._keep.props('outlined dense options-dense use-chips data-testid="keep"').classes("w-full")
         self._keep.on_value_change(lambda e: self._put("keep", list(e.value or [])))

@@ -51,8 +51,8 @@ GAP = np.where(np.arange(600) == 7, np.nan, X)
         ({"left": np.clip(X, -1.2, 9.0)}, {}, "lowest value -1.2"),
         (X + 1j, {}, "data is complex; give real samples"),
         ({"left": X, "right": X + 1j}, {}, "data is complex"),
-        (1e200 * X, {}, r"sensor 1 has values of up to .*e\+200; take a unit"),
-        (1e-200 * X, {}, "sensor 1 has values of up to .*e-200; take a unit"),
+        (1e200 * X, {}, r"sensor 1 has values of up to .*e\+200; use a unit"),
+        (1e-200 * X, {}, "sensor 1 has values of up to .*e-200; use a unit"),
         (X, {"order": "all"}, "order is 'all'; .* or 'auto'"),
         (X, {"names": ["a", "b"]}, "must be 1 different names"),
         (X, {"rate": 0.0}, "rate is 0.0"),
@@ -113,7 +113,7 @@ def test_equations_without_a_solution_are_refused(order: int | None, monkeypatch
         raise np.linalg.LinAlgError("Singular matrix")
 
     monkeypatch.setitem(automatic.METHODS, "esprit", fails)
-    with pytest.raises(InputError, match=r"esprit cannot find .* modes: .*\(Singular matrix\); take fewer modes"):
+    with pytest.raises(InputError, match=r"esprit cannot find .* modes: .*\(Singular matrix\); use fewer modes"):
         identify(X, rate=RATE, order=order, method="esprit")
 
 

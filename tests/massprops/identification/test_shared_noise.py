@@ -49,7 +49,8 @@ def test_with_gaps_shared_noise_is_told() -> None:
     data = setup.samples(200, rng) + 3.0 * setup.noise * rng.standard_normal((200, 1))
     data[50, 1] = np.nan
     assert any(
-        "take it for independent and are too small" in said for said in varpro(data, 3, rate=200 / DURATION).warnings
+        "assume it to be independent and are too small" in said
+        for said in varpro(data, 3, rate=200 / DURATION).warnings
     )
 
 

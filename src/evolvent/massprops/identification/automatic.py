@@ -103,5 +103,5 @@ def identify(
         asked = f"{order} modes" if order is not None else "the modes"
         raise InputError(
             f"{method} cannot find {asked}: its equations have no solution in floating-point numbers ({error}); "
-            "take fewer modes or another method"
+            "use fewer modes or another method"
         ) from None

@@ -67,7 +67,7 @@ def prony(
     if len(kept) < 2 * size:
         raise InputError(
             f"every {stride}-th sample leaves {len(kept)}; prony of order {order} needs {2 * size}: "
-            "take more samples_per_period"
+            "use more samples_per_period"
         )
     windows = np.concatenate([sliding_window_view(column, size + 1) for column in kept.T])
     prediction = np.linalg.lstsq(windows[:, :-1], -windows[:, -1], rcond=None)[0]

@@ -276,7 +276,7 @@ def _check_sensors(values: Array, names: tuple[str, ...]) -> None:
     if np.any(wrong := (size > LARGEST) | ((size < LEAST) & (size > 0.0))):
         c = int(np.argmax(wrong))
         raise InputError(
-            f"{names[c]} has values of up to {size[c]:.3g}; take a unit in which they are between {LEAST:g} and "
+            f"{names[c]} has values of up to {size[c]:.3g}; use a unit in which they are between {LEAST:g} and "
             f"{LARGEST:g}"
         )
     dead = highest - lowest <= 1e-13 * size

@@ -235,7 +235,7 @@ def check_poles(signal: Signal, order: int, poles: Array, method: str) -> Array:
     poles = candidates(poles, signal)
     if len(poles) < order:
         raise InputError(
-            f"{method} finds {len(poles)} of {order} modes (poles that oscillate within the band); take fewer"
+            f"{method} finds {len(poles)} of {order} modes (poles that oscillate within the band); use fewer"
         )
     return strongest(signal, poles, order) if len(poles) > order else poles
 

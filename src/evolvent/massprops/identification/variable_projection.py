@@ -324,7 +324,7 @@ def checked_modes(found: Fit, signal: Signal) -> Modes:
     if not found.converged:
         raise InputError(
             f"the data do not support {order} modes: their fit did not converge in {found.steps} steps; "
-            "take fewer, or let identify find the order"
+            "use fewer, or let identify find the order"
         )
     if len(in_band(found.point.poles, signal)) < order:
         outside = ", ".join(f"{w:.6g}" for w in found.point.poles.imag if not signal.band[0] <= w <= signal.band[1])
@@ -357,7 +357,7 @@ def with_shared_noise(modes: Modes, signal: Signal) -> Modes:
             effect = "all sensors were weighted by the joint covariance of their noise"
         elif not colour(modes, signal):
             refuse_copies(signal)  # not earlier: without noise, sensors may well move alike
-            effect = "the standard deviations take it for independent and are too small"
+            effect = "the standard deviations assume it to be independent and are too small"
     told = (f"{pair(modes.names, shared)} share noise: {effect}",) if shared is not None and effect else ()
     return replace(modes, warnings=(*unsupported(modes), *remarks(modes), *colour(modes, signal), *told))
 

@@ -80,7 +80,7 @@ def displaced(
         if np.any([move[[0, 2]], velocity[[0, 2]]]) or turn[1] != 0.0 or rate[1] != 0.0:
             raise InputError(
                 "the initial state has motion along x or z or about y, which support 'guided' holds; leave it out, or "
-                "take support 'hanging'"
+                "use support 'hanging'"
             )
         R = rotation_matrix(np.array([0.0, np.arctan2(R[2, 0], R[0, 0]), 0.0])) @ R
         x, y, _ = R[:, 0]

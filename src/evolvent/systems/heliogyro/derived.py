@@ -65,7 +65,7 @@ def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], 
         first = 0 if case.body.motion == "free" else 2
         lost = np.linalg.norm(solution.momentum.drift_angular[:, first:], axis=1)
         scale = float(np.linalg.norm(solution.momentum.angular[0]))
-        text = "what the balance of angular momentum lacks, over the start"
+        text = "defect of the angular momentum balance, relative to its initial value"
         found["momentum_balance"] = (time, lost / scale if scale > 0.0 else lost, "1", text)
     return found
 
@@ -116,4 +116,4 @@ def _lacks(solution: Solution) -> str:
     if lacks <= LARGEST_DEFECT:
         return ""
     smaller = "solver.rtol" if solution.method == "dopri5" else "solver.step"
-    return f"the energy balance lacks up to {lacks:.2g} of the energy at the start; take a smaller {smaller}"
+    return f"the energy balance is off by up to {lacks:.2g} of the energy at the start; use a smaller {smaller}"

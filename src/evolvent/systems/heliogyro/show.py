@@ -271,6 +271,6 @@ def _momentum_figure(run: Any) -> Figure:
     ]
     if "momentum_balance" in run:
         defect = np.where(run.momentum_balance.values > 0.0, run.momentum_balance.values, np.nan)
-        line, title = Line(x=time, y=defect, color=2, width=1.0), "defect of the balance, of the start"
+        line, title = Line(x=time, y=defect, color=2, width=1.0), "defect of the balance, relative to the start"
         panels.append(Panel(x_label="time, s", y_label="relative defect", lines=[line], title=title, log=True))
     return Figure(name="momentum", title="Angular momentum", panels=panels, height=stacked(len(panels)))

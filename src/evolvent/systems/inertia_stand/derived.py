@@ -80,7 +80,7 @@ def _linear(case: Case, setup: Setup) -> Variables:
     partial = partial_frequencies(setup.stand, setup.body)
     nearest = "point of the mode's axis of rotation nearest to the centre of mass, from the stiffness centre, body axes"
     data: Variables = {
-        "linear_kind": (mode, np.array(modes.kinds), "1", "what the mode mostly is"),
+        "linear_kind": (mode, np.array(modes.kinds), "1", "dominant motion of the mode"),
         "linear_frequency": (mode, modes.frequency, "rad s-1", "frequency of the linear model at equilibrium"),
         "linear_decay_rate": (mode, modes.decay_rate, "s-1", "decay rate of the linear model"),
         "linear_energy": (mode, energies, "J", "energy that the excitation gives the mode"),
@@ -97,8 +97,8 @@ def _linear(case: Case, setup: Setup) -> Variables:
     }
     if case.excitation.force is not None or case.excitation.impulse is not None:
         least = least_energies(case, setup.stand, modes)
-        data["least_energy_best"] = ((), least.max(), "J", "the same, were the best spring loaded")
-        data["best_spring"] = ((), np.array(np.argmax(least) + 1), "1", "spring whose load does that")
+        data["least_energy_best"] = ((), least.max(), "J", "least energy with the best spring loaded")
+        data["best_spring"] = ((), np.array(np.argmax(least) + 1), "1", "number of the best spring to load")
     return data
 
 

@@ -27,8 +27,8 @@ PARTNER = 0.05
 SWING = 1e-5
 #: Warnings about methods that give no deviations, where the signals hold noise.
 PLAIN = {
-    name: f"{name} gives no standard deviations; take varpro" for name in ("esprit", "matrix-pencil", "tls-prony")
-} | {"prony": "noise biases the frequencies and decay rates of prony, which gives no standard deviations; take varpro"}
+    name: f"{name} gives no standard deviations; use varpro" for name in ("esprit", "matrix-pencil", "tls-prony")
+} | {"prony": "noise biases the frequencies and decay rates of prony, which gives no standard deviations; use varpro"}
 #: Names in `evolvent.massprops.inertia.from_modes` -> keys of the case.
 _KEYS = {"way": "identification.way", "order": "identification.order"}
 

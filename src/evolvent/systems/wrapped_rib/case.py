@@ -95,7 +95,7 @@ class Rib(Section):
             yield f"rib.thickness is {thickest:g} m, more than rib.width {self.width:g} m; exchange them"
         for key in ("root_stiffness", "root_damping", "root_friction"):
             if self.root == "clamp" and getattr(self, key) > 0.0:
-                yield f"rib.{key} is given, but rib.root is 'clamp', which does not turn; take a hinge"
+                yield f"rib.{key} is given, but rib.root is 'clamp', which does not turn; use a hinge"
 
     @property
     def element_length(self) -> float:
@@ -320,7 +320,7 @@ class Case(Section):
         if phase == "hold" and hold is None:
             yield "hold is missing; phase 'hold' needs it, such as {time: 60 s}"
         if phase != "hold" and hold is not None:
-            yield f"hold is given, but phase is {phase!r}; leave it out, or take phase hold"
+            yield f"hold is given, but phase is {phase!r}; leave it out, or use phase hold"
         if hold is not None and duration not in ("auto", hold.time):
             yield f"solver.duration is {duration:g} s, but hold.time is {hold.time:g} s; leave solver.duration out"
 
@@ -362,17 +362,17 @@ class Case(Section):
                 f"{int(rib.length / (rib.elements * 2.0 * R)) + 1} or more"
             )
         if contact.self and contact.law == "conservative":
-            yield "contact.law is 'conservative', which contact.self does not support; take hunt-crossley"
+            yield "contact.law is 'conservative', which contact.self does not support; use hunt-crossley"
         elif contact.law == "conservative" and self.solver.method == ALPHA:
             yield (
-                f"contact.law is 'conservative', which solver.method {ALPHA} does not support; take energy-momentum, "
+                f"contact.law is 'conservative', which solver.method {ALPHA} does not support; use energy-momentum, "
                 f"or contact.law hunt-crossley"
             )
         if isinstance(numbers, tuple) and max(numbers) > rib.elements:
             yield f"damping.elements names element {max(numbers)}, but rib.elements is {rib.elements}"
         if rib.root_friction > 0.0 and self.method not in IMPLICIT:
             yield (
-                f"rib.root_friction is given, but solver.method {self.method!r} does not support friction; take "
+                f"rib.root_friction is given, but solver.method {self.method!r} does not support friction; use "
                 f"{ENERGY} or {ALPHA}"
             )
 

@@ -45,21 +45,21 @@ def _of_mesh(case: Case) -> Iterator[str]:
         off = f"{ratio:.3g}" if ratio < 100.0 else f"{ratio:.2e}"
         yield (
             f"bent to the hub's radius, the mesh is {off} times as stiff as the rib: each of {rib.elements} "
-            f"{rib.formulation} elements spans {math.degrees(rib.element_length / R):.3g} deg; take more elements"
+            f"{rib.formulation} elements spans {math.degrees(rib.element_length / R):.3g} deg; use more elements"
             + ("" if rib.formulation in cables else ", or rib.formulation: cable")
         )
     if rib.formulation == "full" and rib.poisson != 0.0:
         factor = (1.0 - rib.poisson) / ((1.0 + rib.poisson) * (1.0 - 2.0 * rib.poisson))
         yield (
             f"however fine the mesh, rib.formulation 'full' bends {factor:.3g} times too stiff at rib.poisson "
-            f"{rib.poisson:g}; take nu_split, assumed_strain or cable"
+            f"{rib.poisson:g}; use nu_split, assumed_strain or cable"
         )
     half = 0.5 * case.contact_spacing
     depth = R - math.sqrt(R * R - half * half)  # of a straight rib between two contact points
     if depth > SUNK_WARNED * R:
         yield (
             f"contact points are {2.0 * half:.3g} m apart, between which the rib may sink {depth:.2g} m into the hub "
-            f"without contact; take more contact.points"
+            f"without contact; use more contact.points"
         )
 
 
@@ -68,7 +68,7 @@ def _of_helix(case: Case) -> Iterator[str]:
     if case.turns_overlap:
         yield (
             f"rib.pitch {rib.pitch:g} m is less than the rib's width on the hub, so that turns overlap in part and "
-            f"pass through one another; take one of {case.clear_pitch:.4g} m or more, or 0"
+            f"pass through one another; use one of {case.clear_pitch:.4g} m or more, or 0"
         )
 
 
@@ -90,8 +90,8 @@ def _of_drive(case: Case) -> Iterator[str]:
     size = math.sqrt(strip.bending_stiffness * strip.radius / drive.torque)
     if rib.root == "clamp" and case.begins == "straight" and turned >= 0.1 and size <= rib.element_length:
         yield (
-            f"the clamp stands {math.degrees(turned):.3g} deg from the hub's tangent, to which the tension bends the "
-            f"rib within {size:.2g} m, less than an element's {rib.element_length:.2g} m; take rib.root: hinge, or "
+            f"the clamp is {math.degrees(turned):.3g} deg from the hub's tangent, to which the tension bends the "
+            f"rib within {size:.2g} m, less than an element's {rib.element_length:.2g} m; use rib.root: hinge, or "
             f"rib.start_angle: 90 deg"
         )
 
@@ -102,13 +102,13 @@ def _of_steps(case: Case) -> Iterator[str]:
     if case.method == ALPHA and solver.step != "auto" and float(solver.step) > bounce:
         yield (
             f"solver.step {solver.step:g} s is too large for the contact, on which a contact point bounces in "
-            f"{bounce:.2g} s; longer steps can add energy: see energy_defect, or take step: auto"
+            f"{bounce:.2g} s; longer steps can add energy: see energy_defect, or use step: auto"
         )
     if case.method == ALPHA and contact.law == "paper" and contact.damping > 0.0:
-        yield "contact.law 'paper' jumps at the touch, where an implicit step may have no solution; take hunt-crossley"
+        yield "contact.law 'paper' jumps at the touch, where an implicit step may have no solution; use hunt-crossley"
     if case.method == ALPHA and (solver.spectral_radius or 0.0) > SPECTRAL_RADIUS_WARNED:
         yield (
-            f"solver.spectral_radius {solver.spectral_radius:g} keeps high-frequency vibration of the contact; take "
+            f"solver.spectral_radius {solver.spectral_radius:g} keeps high-frequency vibration of the contact; use "
             f"about 0.3"
         )
     if damping.beta > 0.0 and damping.kind == "paper":

@@ -94,7 +94,7 @@ def warning(case: Case, begin: Start, solution: Solution) -> str:
     gap = np.fmin.reduce(gaps, axis=1, initial=np.inf)
     if gap.min() < -case_checks.SUNK_WARNED * case.hub.radius:
         sunk = f"the rib sank {-gap.min():.3g} m into the hub at t = {t[np.argmin(gap)]:.6g} s"
-        found.append(f"{sunk}; take a greater contact.stiffness, or auto")
+        found.append(f"{sunk}; use a greater contact.stiffness, or auto")
     pivot = solution.statistics.get("smallest_pivot", 1.0)
     if pivot < PIVOT_WARNED:
         found.append(
@@ -108,9 +108,9 @@ def warning(case: Case, begin: Start, solution: Solution) -> str:
     if unresolved:
         return "; ".join(text for text in (*found, unresolved) if text)
     if gained > GAIN_WARNED:
-        found.append(f"the method itself has added {100.0 * gained:.2g} % of the energy; take a smaller {smaller}")
+        found.append(f"the method has added {100.0 * gained:.2g} % of the energy; use a smaller {smaller}")
     if lost > NUMERICAL_WARNED:
         radius = ", or a higher solver.spectral_radius" if case.method in IMPLICIT else ""
-        text = f"the method itself has dissipated {100.0 * lost:.2g} % of the energy"
-        found.append(f"{text}; take a smaller {smaller}{radius}")
+        text = f"numerical damping has removed {100.0 * lost:.2g} % of the energy"
+        found.append(f"{text}; use a smaller {smaller}{radius}")
     return "; ".join(text for text in found if text)

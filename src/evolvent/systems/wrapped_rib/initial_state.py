@@ -112,7 +112,7 @@ def _from_run(case: Case) -> Start:
     off = np.abs([*hub["position"], *hub["orientation"][1:3]]).max()
     if case.hub.motion != "free" and off > 1e-9:
         raise InputError(
-            f"hub.motion is {case.hub.motion!r}, but the hub of the run {case.start!r} has moved or tilted; take "
+            f"hub.motion is {case.hub.motion!r}, but the hub of the run {case.start!r} has moved or tilted; use "
             f"hub.motion: free"
         )
     stiffness, warning = case.contact_stiffness, ""

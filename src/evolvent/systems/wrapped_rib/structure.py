@@ -136,6 +136,6 @@ def _drive(case: Case, whole: float | None) -> RampDrive:
     if ends < ramp:
         raise InputError(
             f"drive.ramp is {drive.ramp:g} s, in which all of the rib would be wound at drive.rate {drive.rate:g} "
-            f"rad/s; take a shorter one"
+            f"rad/s; use a shorter one"
         )
     return parts.RampDrive(steps=[(0.0, ramp, drive.rate), (ends, stop, 0.0)])
