@@ -60,6 +60,15 @@ def call(command: list[str]) -> int:
                 continue
 
 
+def keep_bytecode() -> None:
+    """Keep bytecode in the virtual environment where the user wants none beside the sources.
+
+    Without any, every process compiles each module that it imports: 2 to 5 s.
+    """
+    if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
+        os.environ.setdefault("PYTHONPYCACHEPREFIX", str(VENV / "bytecode"))
+
+
 def set_up(extra: str | None) -> int:
     """Create the environment and install the checkout, unless that was done for this very pyproject.toml."""
     digest = hashlib.sha256((ROOT / "pyproject.toml").read_bytes() + sys.version.encode()).hexdigest()
@@ -228,6 +237,7 @@ def main() -> int:
     if len(sys.argv) < 2 or sys.argv[1] not in commands:
         say(USAGE)
         return 2
+    keep_bytecode()
     return commands[sys.argv[1]](sys.argv[2:])
 
 

@@ -57,3 +57,11 @@ def test_the_comparison_runs_by_its_name_alone(start: Any, monkeypatch: pytest.M
     assert start.bench(["compare", "--repeat", "2"]) == 0
     assert calls == [["compare", "--repeat", "2"]]
     assert start.bench(["--repeat", "2"]) == 2
+
+
+def test_bytecode_is_kept_in_the_environment(start: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    monkeypatch.delenv("PYTHONPYCACHEPREFIX", raising=False)
+    start.keep_bytecode()
+    assert "PYTHONDONTWRITEBYTECODE" not in start.os.environ
+    assert pathlib.Path(start.os.environ["PYTHONPYCACHEPREFIX"]) == start.VENV / "bytecode"
