@@ -35,19 +35,19 @@ def _skip(app: Any, what: str, name: str, item: Any, skip: bool, options: Any) -
 
 def _plain_types(app: Any, what: str, name: str, item: Any, options: Any, lines: list[str]) -> None:
     """What stands behind a parameter's colon is prose (shape, unit, meaning): text, and no names of classes."""
-    told: dict[str, str] = {}
+    descriptions: dict[str, str] = {}
     kept = []
     for line in lines:
         if line.startswith(":type: "):  # napoleon took a property's "what: shape" apart
             kept[0] = f"{line[7:]}: {kept[0]}"
         elif found := re.fullmatch(r":(?:type|vartype) ([^:]+): (.*)", line):
-            told[found[1].replace("\\", "")] = found[2]
+            descriptions[found[1].replace("\\", "")] = found[2]
         else:
             kept.append(line)
     lines[:] = []
     for line in kept:
         found = re.match(r":(param|ivar) ([^:]+):( .*)?$", line)
-        prose = told.pop(found[2].replace("\\", ""), "") if found else ""
+        prose = descriptions.pop(found[2].replace("\\", ""), "") if found else ""
         if found and prose:
             text = re.sub(r"([*|_])", r"\\\1", prose).replace("\\\\", "\\")
             line = f":{found[1]} {found[2].replace(', ', ',')}: {text}{'.' if found[3] else ''}{found[3] or ''}"

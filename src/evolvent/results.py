@@ -205,8 +205,8 @@ def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is 
     except InputError as error:
         raise InputError(f"cannot read {name!r}: it is no whole run of evolvent: {error}") from None
     if dataset.attrs.pop(DIGEST, known := digest(dataset)) != known:
-        told = dataset.attrs.get("warning", "")
-        dataset.attrs["warning"] = f"{told}; {_ALTERED}" if told else _ALTERED
+        before = dataset.attrs.get("warning", "")
+        dataset.attrs["warning"] = f"{before}; {_ALTERED}" if before else _ALTERED
     return dataset
 
 

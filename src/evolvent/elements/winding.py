@@ -145,7 +145,7 @@ def coil(
     """
     from scipy.optimize import brentq
 
-    def bent(angle: float, xi: Array) -> tuple[Array, Array]:
+    def distances_and_sizes(angle: float, xi: Array) -> tuple[Array, Array]:
         """Distances of points of an element from the axis, and the element's sizes."""
         _, sizes = bent_element(formulation, length, section, material, angle)
         (chord, slope), half = sizes[:2], 0.5 * angle
@@ -156,8 +156,8 @@ def coil(
         return np.hypot(x, y + 0.5 * chord / math.tan(half)), sizes
 
     touching, flat = np.arange(1, points + 1) / points, length / radius
-    angle = brentq(lambda a: bent(a, touching)[0].min() - radius, 0.5 * flat, 1.5 * flat, xtol=1e-15)
-    distance, (chord, slope, *directors) = bent(angle, np.linspace(0.0, 1.0, 41))
+    angle = brentq(lambda a: distances_and_sizes(a, touching)[0].min() - radius, 0.5 * flat, 1.5 * flat, xtol=1e-15)
+    distance, (chord, slope, *directors) = distances_and_sizes(angle, np.linspace(0.0, 1.0, 41))
     rate, growth = 0.0, 0.0  # of the chord with the angle; of the radius with the angle wound
     if thickness > 0.0:
         rate = (chord - bent_element(formulation, length, section, material, 0.99 * angle)[1][0]) / (0.01 * angle)

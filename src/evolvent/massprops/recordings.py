@@ -214,14 +214,14 @@ def _gaps(data: np.ndarray, names: tuple[str, ...], given: schema.Signals, notes
     if not missing.any():
         return
     worst = int(np.argmax(missing))
-    told = f"{names[worst]} lacks {missing[worst]} of {len(data)} samples"
+    lacking = f"{names[worst]} lacks {missing[worst]} of {len(data)} samples"
     if given.gaps == "refuse":
-        raise InputError(f"{told}, and signals.gaps is 'refuse'")
+        raise InputError(f"{lacking}, and signals.gaps is 'refuse'")
     if missing[worst] == len(data):
         raise InputError(f"{names[worst]} holds no sample in this range; leave it out")
     if missing[worst] > MOST_MISSING * len(data):
-        raise InputError(f"{told}, more than half; leave it out, or choose another range")
-    notes.append(f"{told} ({100.0 * missing[worst] / len(data):.2g} %); the fit goes around gaps")
+        raise InputError(f"{lacking}, more than half; leave it out, or choose another range")
+    notes.append(f"{lacking} ({100.0 * missing[worst] / len(data):.2g} %); the fit goes around gaps")
 
 
 # ------------------------------------------------------------------------------------------------ units

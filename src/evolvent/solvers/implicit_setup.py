@@ -24,7 +24,7 @@ from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, rubbing_points
 #: Redundant rows of joints that can be named.
 MOST_REDUNDANT = 64
 #: Share of energies of the system's size that is round-off, and of weights on threads.
-ROUND_OFF, LIFTED = 1e-9, 1e-2
+ROUND_OFF, LIFTED_SHARE = 1e-9, 1e-2
 #: Least energy beside which a gain counts, J: a structure at rest without a load has none but round-off.
 LEAST_ENERGY = 1e-18
 #: Strain of a rod that is round-off: it is the difference of places beside the length of an element.
@@ -107,7 +107,7 @@ def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
 
     That of weights lifted by the system's size, of forms of elements, and of rods stretched by `ROUND_OFF_STRAIN`. A
     weight at rest on a stiff thread has no energy but that of the thread, whose elongation is below the tolerance of a
-    step: there a gain counts beside weights lifted by `LIFTED` of the thread.
+    step: there a gain counts beside weights lifted by `LIFTED_SHARE` of the thread.
     """
     model = assembly.model
     flexible, gravity = model.flexible, float(np.linalg.norm(model.info["gravity"]))
@@ -116,7 +116,7 @@ def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
         free = model.bodies["mass"][model.bodies["motion"] == rigid.FREE]
         total = model.nodes["mass"].sum() + model.points["mass"].sum() + free.sum()
         length = float(np.max(model.threads["n"] * model.threads["segment"]))
-        lifted += LIFTED / ROUND_OFF * float(total) * gravity * length
+        lifted += LIFTED_SHARE / ROUND_OFF * float(total) * gravity * length
     strained = sum(
         abs(
             float((flexible.U12 if flexible.beams["kind"][element["beam"]] == CABLE else flexible.U24)[element["form"]])

@@ -36,7 +36,7 @@ MOST_REWEIGHTS = 4
 #: A residual whose highest line has a smaller p-value is not white.
 WHITE = 1e-3
 #: Two frequencies are distinguished where they differ by so many standard deviations of their difference.
-APART = 2.0
+RESOLUTION = 2.0
 
 
 class Point(NamedTuple):
@@ -209,7 +209,7 @@ def unsupported(modes: Modes) -> tuple[str, ...]:
     found = []
     for k in range(modes.order - 1):
         apart = np.sqrt(max(C[k, k] + C[k + 1, k + 1] - 2.0 * C[k, k + 1], 0.0))
-        if w[k + 1] - w[k] < APART * apart:
+        if w[k + 1] - w[k] < RESOLUTION * apart:
             found.append(
                 f"modes {k + 1} and {k + 2} ({w[k]:.6g} and {w[k + 1]:.6g} rad/s) cannot be distinguished: they "
                 f"differ by "
@@ -358,8 +358,8 @@ def with_shared_noise(modes: Modes, signal: Signal) -> Modes:
         elif not colour(modes, signal):
             refuse_copies(signal)  # not earlier: without noise, sensors may well move alike
             effect = "the standard deviations assume it to be independent and are too small"
-    told = (f"{pair(modes.names, shared)} share noise: {effect}",) if shared is not None and effect else ()
-    return replace(modes, warnings=(*unsupported(modes), *remarks(modes), *colour(modes, signal), *told))
+    shared_noise = (f"{pair(modes.names, shared)} share noise: {effect}",) if shared is not None and effect else ()
+    return replace(modes, warnings=(*unsupported(modes), *remarks(modes), *colour(modes, signal), *shared_noise))
 
 
 def fit_jointly(modes: Modes, signal: Signal, shared: Array) -> Modes | None:

@@ -31,7 +31,7 @@ Points = Annotated[int, units.Whole(least=1, most=64)]
 STRAIN_REFUSED = 0.5
 #: Depths, in radii of the hub, to which a wound rib and a piece of it that falls on the hub sink in at most; the
 #: automatic stiffness of the contact follows from them.
-SINKS, FALLS = 1e-4, 1e-3
+SINKS, TIP_FALL = 1e-4, 1e-3
 #: Most elements of a rib.
 MOST_ELEMENTS = 10_000
 #: Kinds of drive in each phase, motions of the hub with each kind, and keys of a drive that a kind needs and refuses.
@@ -525,7 +525,7 @@ class Case(Section):
             pull += self.damping.alpha * strip.line_density * abs(drive.rate) * third / R
         held = pull / R * spacing / (SINKS * R) ** n
         speed = closed_forms.deployment_speed(strip)
-        falls = 0.5 * (n + 1.0) * strip.line_density * spacing * speed**2 / (FALLS * R) ** (n + 1.0)
+        falls = 0.5 * (n + 1.0) * strip.line_density * spacing * speed**2 / (TIP_FALL * R) ** (n + 1.0)
         return max(held, falls)
 
     @property
