@@ -433,11 +433,14 @@ def check(assembly: Any, solver: str) -> None:
         return
     what = "does" if solver in (IMPLICIT, ENERGY, STATIC) else "do"
     refused = f"which {SOLVERS[solver]} {what} not support"
+    named: dict[str, list[str]] = {}
+    for who, name, _ in found:
+        named.setdefault(who, []).append(name)
     if len(found) == 1:
         who, name, advice = found[0]
         raise InputError(f"{who!r} is {name}, {refused}{advice}")
-    several = ", ".join(f"{who!r} ({what})" for who, what, _ in found[:MOST_NAMED])
-    more = f" and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
+    several = ", ".join(f"{who!r} ({' and '.join(names)})" for who, names in list(named.items())[:MOST_NAMED])
+    more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
     others = (EXPLICIT, ENERGY, IMPLICIT) if solver in (EXPLICIT, ENERGY, IMPLICIT) else ()
     whole = [SOLVERS[other] for other in others if other != solver and not any(_unsupported(assembly, other))]
     own = dict.fromkeys(one for _, _, one in found)

@@ -75,7 +75,7 @@ def test_parts_and_their_keys(call):
         assert code == 0
         assert set(kinds()[kind].model_fields) - {"kind"} <= set(re.findall(r"^(\w+)", out, re.MULTILINE))
     out = " ".join(call("parts", "beam")[1].split())
-    assert "length [m], needed Length of the axis without stress." in out
+    assert "length [m], required Length of the axis without stress." in out
     assert "rectangle: {thickness, width}; tube: {radius, thickness}" in out
     assert "One of spherical, revolute, universal, clamp, fixed," in " ".join(call("parts", "joint")[1].split())
     assert "ramp: {rate, angle, steps}" in " ".join(call("parts", "reel")[1].split())

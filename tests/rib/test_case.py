@@ -241,7 +241,7 @@ def test_parts_refuse_in_the_keys_of_the_case(overrides, sentence):
     [
         ("wind", {"drive.torque": 2}, ["drive.torque 2 N m", "7.41 %"]),
         ("wind", {"drive": {"kind": "tip", "rate": 1, "stretch": 0.1}}, ["drive.stretch 0.1"]),
-        ("wind", {"rib.root": "clamp"}, ["the clamp stands 90 deg", "hub's tangent", "rib.start_angle: 90 deg"]),
+        ("wind", {"rib.root": "clamp"}, ["the clamp is 90 deg", "hub's tangent", "rib.start_angle: 90 deg"]),
         ("wind", {"solver.step": 0.5} | ALPHA, ["solver.step 0.5 s is too large for the contact", "energy_defect"]),
         ("wind", {"contact.law": "paper"}, ["contact.law 'paper'", "hunt-crossley"]),
         ("wind", {"solver.spectral_radius": 0.9} | ALPHA, ["solver.spectral_radius 0.9"]),

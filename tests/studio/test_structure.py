@@ -158,7 +158,7 @@ def test_names_are_proposed_and_refused():
     assert parts.proposed_name({"beam": BOOM}, "beam") == "beam 2"
     assert parts.proposed_name({"beam": BOOM, "beam 2": BOOM}, "beam 2") == "beam 3"
     assert list(parts.added({"hub": HUB}, " boom ", BOOM)) == ["hub", "boom"]
-    refused = {"hub": "already taken", "1st": "start with a letter", "a.b": "letters", "ground": "take"}
+    refused = {"hub": "already taken", "1st": "start with a letter", "a.b": "letters", "ground": "use another"}
     for name, said in refused.items():
         with pytest.raises(InputError, match=said):
             parts.added({"hub": HUB}, name, BOOM)

@@ -142,7 +142,7 @@ def test_refused(case: str) -> None:
 WRITTEN: dict[str, tuple[Any, str]] = {
     "angle": (parts.ConstantDrive(rate=1, angle=-1), r"reel\.angle is -1\.0; it must be 0 or above"),
     "order": (parts.RampDrive(steps=[(2, 1, 1), (1, 1, 2)]), r"reel\.steps: the step at 1\.0 s starts before the last"),
-    "neither": (parts.TableDrive(time=[0, 1]), "reel: a table needs either rate or angle beside time"),
+    "neither": (parts.TableDrive(time=[0, 1]), "reel: a table needs either rate or angle in addition to time"),
     "sizes": (parts.TableDrive(time=[0, 1], rate=[1]), "reel: the table has 2 times and 1 value;"),
     "times": (parts.TableDrive(time=[0, 1, 1], rate=[1, 1, 1]), r"reel: row 3 of the table is at 1\.0 s, not after"),
     "name": (parts.ExpressionDrive(expression="w*t"), "reel.expression is 'w.t'; 'w' at character 1 is neither a var"),

@@ -242,7 +242,7 @@ def test_a_law_that_does_not_compile_is_refused_in_one_sentence(kind, law, said)
 
 
 def test_a_law_is_a_function():
-    with pytest.raises(InputError, match="stands before a function"):
+    with pytest.raises(InputError, match="decorates a function"):
         laws.event_law(5)
 
 

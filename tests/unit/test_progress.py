@@ -43,7 +43,7 @@ def test_a_terminal_shows_what_takes_longer_than_a_second(monkeypatch, slow):
     monkeypatch.setattr(console, "DELAY", 0.05 if slow else 1e9)
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "100")
-    with console.watch() as say:
+    with console.showing_progress() as say:
         progress.report("drawing frames", 0, 4)
         time.sleep(0.4)
         progress.report("drawing frames", 2, 4)
@@ -56,6 +56,6 @@ def test_a_terminal_shows_what_takes_longer_than_a_second(monkeypatch, slow):
 
 
 def test_quiet_shows_nothing(monkeypatch, capsys):
-    with console.watch(quiet=True):
+    with console.showing_progress(quiet=True):
         progress.report("drawing frames", 0, 4)
     assert capsys.readouterr() == ("", "")

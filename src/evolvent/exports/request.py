@@ -106,7 +106,7 @@ def animation_of(run: Any) -> Motion:
     """
     motion = animation.of_run(run)
     if motion is None:
-        raise InputError("the run holds a single sample, which makes no animation; --to vtk, csv and mat use it")
+        raise InputError("the run holds a single sample, which makes no animation; --to vtk, csv and mat accept it")
     return motion
 
 
