@@ -79,7 +79,7 @@ class Family:
     name : str, as messages call one of it
     records : str, its field in the model
     solvers : frozenset of str, those that support it
-    advice : str, what to take instead
+    advice : str, what to use instead
     which : function of the records to a mask of those that belong to the family; None for all
     forces, tangents : functions of the family that all solvers call, and those that implicit and static ones also call;
         only what is called by its address (`evolvent.jit.indirect`), the rest is compiled into its callers
@@ -426,7 +426,7 @@ def check(assembly: Any, solver: str) -> None:
     Raises
     ------
     InputError
-        Naming the parts that are not supported, what to take instead, and a solver that supports them all.
+        Naming the parts that are not supported, what to use instead, and a solver that supports them all.
     """
     found = list(_unsupported(assembly, solver))
     if not found:
@@ -439,7 +439,10 @@ def check(assembly: Any, solver: str) -> None:
     if len(found) == 1:
         who, name, advice = found[0]
         raise InputError(f"{who!r} is {name}, {refused}{advice}")
-    several = ", ".join(f"{who!r} ({' and '.join(names)})" for who, names in list(named.items())[:MOST_NAMED])
+    alike: dict[str, list[str]] = {}
+    for who, names in list(named.items())[:MOST_NAMED]:
+        alike.setdefault(" and ".join(names), []).append(repr(who))
+    several = ", ".join(f"{', '.join(parts)} ({kind})" for kind, parts in alike.items())
     more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
     others = (EXPLICIT, ENERGY, IMPLICIT) if solver in (EXPLICIT, ENERGY, IMPLICIT) else ()
     whole = [SOLVERS[other] for other in others if other != solver and not any(_unsupported(assembly, other))]
@@ -517,7 +520,7 @@ def rod_arms(model: Model, index: int) -> Array:
 
 
 def _refusal(assembly: Any, name: str, index: int, family: Family | None) -> tuple[str, str, str]:
-    """Name of a part, what it is, and what to take instead."""
+    """Name of a part, what it is, and what to use instead."""
     what = family.name if family is not None else f"one of the {name}"
     who = owner(assembly, name, index)
     advice = f"; {family.advice}" if family is not None and family.advice else ""

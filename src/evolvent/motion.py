@@ -366,7 +366,7 @@ def name_and_unit(label: str) -> tuple[str, str]:
 def quantity(x: float, unit: str, digits: int = 3) -> str:
     """A value with its unit, with a prefix where that is shorter: 0.0021, "N" -> "2.1 mN"."""
     factor, prefixed = prefixed_unit(x, unit)
-    return f"{x / factor:.{digits}g} {prefixed}".strip()
+    return f"{float(f'{x / factor:.{digits}g}'):g} {prefixed}".strip()  # 880 of two digits, and not 8.8e+02
 
 
 def prefixed_unit(x: float, unit: str) -> tuple[float, str]:

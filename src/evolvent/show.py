@@ -370,18 +370,39 @@ def balance_numbers(run: xr.DataTree) -> list[Number]:
     return [Number(label=label, value=value) for label, value in found]
 
 
+def latch_numbers(run: xr.DataTree) -> list[Number]:
+    """Rows of the table: when each latch locked, how fast the joint moved, and the latch's largest force or torque."""
+    found = []
+    for part in variables.parts(run):
+        group = variables.group_of(run, part)
+        if "latch_rate" not in group:
+            continue
+        time, rate = (float(group[name].values.flat[-1]) for name in ("latch_time", "latch_rate"))
+        if not np.isfinite(time):
+            found.append(Number(label=f"{part}, latch", value="has not locked"))
+            continue
+        peak = next(name for name in ("latch_torque_peak", "latch_force_peak") if name in group)
+        kind = peak.split("_")[1]
+        largest = quantity(float(group[peak].values.flat[-1]), unit_text(str(group[peak].attrs["units"])))
+        speed = quantity(abs(rate), unit_text(str(group["latch_rate"].attrs["units"])))
+        value = f"locks at {quantity(time, 's')} with a rate of {speed}, largest {kind} {largest}"
+        found.append(Number(label=f"{part}, latch", value=value))
+    return found
+
+
 def numbers(run: xr.DataTree) -> list[Number]:
     """Rows of the table on the screen: what the parts' default variables reach, balances, and how it was run."""
-    found: list[Number] = []
-    root, left = variables.root_dataset(run), 0
-    for part in variables.parts(run):
-        for variable in plots_of(run, part):
-            if variable not in run[part].data_vars or len(found) >= _ROWS:
-                left += variable in run[part].data_vars
-                continue
-            found.append(Number(label=f"{part}.{variable}", value=_reached(variables.get(run, f"{part}.{variable}"))))
-    if left:
-        found.append(Number(label="more variables", value=f"{left}; `evolvent info` lists them all"))
+    root = variables.root_dataset(run)
+    names = [
+        (rank, f"{part}.{variable}")
+        for part in variables.parts(run)
+        for rank, variable in enumerate(v for v in plots_of(run, part) if v in run[part].data_vars)
+    ]
+    shown = {name for _, name in sorted(names, key=lambda ranked: ranked[0])[:_ROWS]}  # of each part the first ones
+    found = [Number(label=name, value=_reached(variables.get(run, name))) for _, name in names if name in shown]
+    if len(names) > len(shown):
+        found.append(Number(label="more variables", value=f"{len(names) - len(shown)}; `evolvent info` lists them all"))
+    found += latch_numbers(run)
     if run.sizes.get("time", 1) > 1:
         found += balance_numbers(run)
     reason = run.attrs.get("method_reason", "")

@@ -145,7 +145,9 @@ def test_what_no_row_covers_is_refused(row: Family, monkeypatch: pytest.MonkeyPa
     for solver, name in SOLVERS.items():
         with pytest.raises(InputError) as refused:
             families.check(case.system().assemble(), solver)
-        assert re.match(f"{part!r} is one of the {row.records}, which {name} |{name} .*{part!r} [(]one of the", str(refused.value))
+        assert re.match(
+            f"{part!r} is one of the {row.records}, which {name} |{name} .*{part!r} [(]one of the", str(refused.value)
+        )
 
 
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")

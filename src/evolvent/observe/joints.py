@@ -106,7 +106,7 @@ def observe_joint(view: View, name: str) -> Observed:
     if np.any(joints["stiffness"][rows] > 0.0):
         found.scalar("energy_elastic", reaction.energy, "J", "elastic energy of the penalties that hold the joint")
     found.drawn = [{"marks": {"points": ["position"]}}, {"forces": {"points": "position", "vectors": "force"}}]
-    found.plots = ["force"]
+    found.plots = ["force", "moment"] if _restrains_rotation(joints[rows]) else ["force"]
     if row["kind"] == kernels.ANGLE:
         _observe_rotation(view, row, reaction.moment, found)
     elif row["kind"] == kernels.DISTANCE:
@@ -132,6 +132,12 @@ def observe_joint(view: View, name: str) -> Observed:
             found.scalar("rate", sign * turn[1], "rad s-1", f"rate {text}")
             found.plots = ["angle"]
     return found
+
+
+def _restrains_rotation(rows: Array) -> bool:
+    """Whether rows of a joint hold directions, so that the joint transmits a moment."""
+    of_sections = (rows["kind"] == kernels.ALONG) & (rows["on"][:, 0] == sides.ON_NODE)
+    return bool(np.any((rows["kind"] == kernels.DIRECTION) | of_sections))
 
 
 def _called(place: Any) -> str:
