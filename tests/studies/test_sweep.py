@@ -289,7 +289,7 @@ def test_a_worker_that_dies_is_replaced(long_study):
             victims.append(workers[0])
             workers[0].kill()
 
-    long_study["set"]["output.every"] = "0.05 ms"
+    long_study["set"]["output.every"] = "0.1 ms"
     found = studies.sweep(long_study, workers=2, progress=progress, report=told.append)
     assert victims
     assert (found.status == "success").all()
