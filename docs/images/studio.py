@@ -6,6 +6,7 @@ Needs the packages of the tests and a Chromium on the path.
 from __future__ import annotations
 
 import pathlib
+import shutil
 import sys
 import tempfile
 from typing import Any
@@ -23,9 +24,9 @@ from serving import choose, part, serving  # noqa: E402
 
 from conftest import ARGUMENTS, chromium  # noqa: E402
 
-VIEWER = "document.querySelector('.ev-motion').viewer"
+VIEWER = "document.querySelector('.ev-motion')?.viewer"
 #: Time that is shown of the winding rib, s.
-TIME = 65.55
+TIME = 40.0
 
 
 def opened(browser: Any, url: str, width: int, height: int) -> Any:
@@ -42,25 +43,25 @@ def show_run(page: Any) -> None:
     """Open the run of the rib at the time that is shown."""
     page.click(part("tab-runs"))
     page.locator(".ev-link", has_text="wrapped-rib.nc").click()
-    page.wait_for_function(f"{VIEWER} && {VIEWER}.motions[0].frames > 1")
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(2500)  # the page shows the start of a case before
+    page.wait_for_function(f"{VIEWER}?.motions?.length")
     page.evaluate(f"{VIEWER}.go({TIME})")
     page.wait_for_timeout(800)
 
 
 def keep(page: Any, name: str) -> None:
-    """Write a picture of the page, of few colours."""
+    """Write a picture of the page."""
     path = FOLDER / name
     page.screenshot(path=path)
-    Image.open(path).convert("RGB").quantize(colors=128).save(path, optimize=True)
+    Image.open(path).convert("RGB").save(path, optimize=True)
     print(f"{name}: {path.stat().st_size / 1000:.0f} kB", flush=True)
 
 
 def main() -> None:
     """Run the rib, serve its folder and take the pictures."""
-    with tempfile.TemporaryDirectory() as made:
-        folder = pathlib.Path(made) / "deployment"
-        folder.mkdir()
+    folder = pathlib.Path(tempfile.gettempdir()) / "wrapped-rib"  # the page shows its name
+    folder.mkdir()
+    try:
         results.save(evolvent.run("wrapped-rib"), folder / "wrapped-rib.nc")
         with serving(folder) as server, sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=chromium(), args=ARGUMENTS)
@@ -78,6 +79,8 @@ def main() -> None:
             show_run(page)
             keep(page, "studio-phone.png")
             browser.close()
+    finally:
+        shutil.rmtree(folder)
 
 
 if __name__ == "__main__":

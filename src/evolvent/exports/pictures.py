@@ -11,6 +11,7 @@ import numpy as np
 from evolvent.animation import grid_step
 from evolvent.exports.faces import Camera, Drawer, Faces, arrows, join
 from evolvent.motion import Motion, ValueRange, name_and_unit, quantity
+from evolvent.plots import text_width
 
 
 def pictures(
@@ -79,7 +80,7 @@ class _Stage:
             axes.set_ylim(-0.5 * height, 0.5 * height)
             self._measures(axes, font)
             if value is not None:
-                bar = sheet.add_axes((0.70, 0.88, 0.22, 0.02))
+                bar = sheet.add_axes((0.70, 0.82 if label else 0.88, 0.22, 0.02))
                 tints = mpl.cm.ScalarMappable(mpl.colors.Normalize(*ends), colors)
                 sheet.colorbar(tints, cax=bar, orientation="horizontal", ticks=list(ends))
                 name, unit = name_and_unit(value)
@@ -90,7 +91,7 @@ class _Stage:
             axis = "inertial axes" if inertial or motion.body is None else f"axes of {motion.body.name}"
             sheet.text(0.985, 0.025, axis, color="#6a7480", ha="right", va="bottom", fontsize=0.9 * font)
             if label:
-                short = label if len(label) <= 90 else label[:87] + "..."
+                short = _shortened(label, 1.1 * font, 0.246 * width)
                 sheet.text(0.015, 0.93, short, weight="bold", color="#b00020", va="top", fontsize=1.1 * font)
             still = not self._camera.follows
             self._floor = LineCollection(
@@ -180,6 +181,15 @@ def _show(collection: Any, faces: Faces) -> None:
     collection.set_facecolor(faces.fill)
     collection.set_edgecolor(faces.line)
     collection.set_linewidth(0.72 * faces.width)
+
+
+def _shortened(text: str, size: float, width: float) -> str:
+    """A text in bold letters of some size (points), cut off where it is wider than `width`, mm."""
+    words = text.split()
+    while len(words) > 1 and 1.15 * text_width(text, size) > width:
+        words.pop()
+        text = f"{' '.join(words)} ..."
+    return text
 
 
 def _nice(x: float) -> float:

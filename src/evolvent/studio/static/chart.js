@@ -69,7 +69,7 @@ export default {
       const titled = options.title && options.title.text, legend = options.legend && options.legend.show;
       const wide = legend && options.legend.wide, rows = (titled ? 20 : 0) + (wide ? 22 : 0);
       options.title = { show: !!titled, left: 4, top: 0, textStyle: { color: ink, fontSize: 12, fontWeight: "normal", width: this.$refs.box.clientWidth - 12, overflow: "truncate" }, ...(options.title || {}) };
-      options.legend = { type: "scroll", top: rows - (wide ? 22 : 0), right: 8, left: wide ? 8 : 120, itemHeight: 8, itemWidth: 18, itemGap: 10,
+      options.legend = { type: "scroll", top: rows - (wide ? 22 : 0), right: 8, left: wide ? 8 : 120, itemHeight: 14, itemWidth: 18, itemGap: 10,
         textStyle: { color: ink, fontSize: 11 }, pageTextStyle: { color: ink }, pageIconColor: ink, pageIconSize: 9, ...(options.legend || {}) };
       options.grid = { left: 52, right: options.visualMap ? 104 : 18, top: rows + 36, bottom: 42, ...(options.grid || {}) };
       options.tooltip = { trigger: options.visualMap || this.clickable || this.equal ? "item" : "axis", confine: true, backgroundColor: dark ? "#23272d" : "#fff", borderColor: faint,
