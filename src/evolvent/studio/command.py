@@ -22,7 +22,7 @@ PORT = 8421
 @click.option("--token", metavar="TOKEN", help="A secret that the page requires; needed where others can reach it.")
 @click.option("--no-browser", is_flag=True, help="Do not open a browser.")
 def studio(host: str, port: int, token: str | None, no_browser: bool) -> None:
-    """Open a page in the browser: cases, runs in 3-D, charts, measurements, studies.
+    """Open a page in the browser: cases, runs in 3-D, charts, identification, studies.
 
     It works in the current folder and opens no file outside it.
     """

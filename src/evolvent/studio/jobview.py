@@ -14,7 +14,7 @@ from evolvent.studio.worker import AT_ONCE
 #: How a job ended, in a word.
 STATUS = {"stopped by event": "stopped", "success": "done", "interrupted": "cancelled"}
 #: What jobs are called.
-NAMES = {**COMPUTED, "sweep": "Study", "identify": "Measurement"}
+NAMES = {**COMPUTED, "sweep": "Study", "identify": "Identification"}
 #: Letters of one change that are shown.
 _LONGEST = 70
 #: Seconds between two looks at a job.
@@ -81,7 +81,7 @@ def progress_text(job: Job) -> str:
 
 
 def _title(job: Job) -> str:
-    words = COMPUTED | {"sweep": "Study", "identify": "Measurement"}
+    words = COMPUTED | {"sweep": "Study", "identify": "Identification"}
     return f"{words.get(job.kind, 'Run')} {int(job.key[:4])} {job.title}"
 
 

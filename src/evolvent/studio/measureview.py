@@ -364,7 +364,7 @@ class MeasurePanel:
         """A measurement: how far it is, or what came of it."""
         job = self.studio.jobs.jobs.get(ref.partition(":")[2])
         if job is None:
-            ui.label("This measurement was removed.").classes("ev-empty")
+            ui.label("This identification was removed.").classes("ev-empty")
             return
         with ui.element("div").classes("ev-titlebar"):
             ui.label(job.title).classes("ev-h1")
@@ -382,7 +382,7 @@ class MeasurePanel:
             draw_progress(self.page, job)
             return
         if job.status == "interrupted":
-            ui.label("This measurement was cancelled.").classes("ev-banner warn").props('data-testid="message"')
+            ui.label("This identification was cancelled.").classes("ev-banner warn").props('data-testid="message"')
         if job.status == "failed":
             ui.label(job.message).classes("ev-banner bad").props('data-testid="message"')
         self._results(job)

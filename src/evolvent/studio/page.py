@@ -17,7 +17,7 @@ from evolvent.studio.studypanel import StudyPanel
 
 #: Seconds between looks at the queue.
 _LOOK = 0.3
-_TABS = {"case": "Case", "runs": "Runs", "measure": "Measure", "studies": "Studies"}
+_TABS = {"case": "Case", "runs": "Runs", "measure": "Identify", "studies": "Studies"}
 
 
 class Page(Context):
@@ -153,7 +153,7 @@ class Page(Context):
             ui.label(
                 "Case: the values of a case, and of a structure its parts. "
                 "Runs: the queue, and runs saved in the folder; tick two or more to compare them. "
-                "Measure: mass properties of a body from recorded signals. "
+                "Identify: modes and mass properties of a body from recorded signals. "
                 "Studies: many cases over keys that vary."
             ).classes("ev-what")
 

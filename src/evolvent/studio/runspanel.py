@@ -12,7 +12,7 @@ from evolvent.studio.jobs import COMPUTED, Job
 from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text
 from evolvent.studio.state import View, view_of
 
-_KINDS = {"run": "", "equilibrium": "equilibrium", "modes": "modes", "sweep": "study", "identify": "measurement"}
+_KINDS = {"run": "", "equilibrium": "equilibrium", "modes": "modes", "sweep": "study", "identify": "identification"}
 #: Changed keys of a run that its row shows.
 _CHANGES = 4
 
