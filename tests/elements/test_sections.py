@@ -151,27 +151,27 @@ def test_quasi_isotropic_laminate() -> None:
         (
             lambda: parts.Beam(
                 length=1, section={"circle": 0.01}, material="steel", elements=3, grading=(1, 2)
-            ).start("boom"),
+            ).start_nodes("boom"),
             "boom.grading has 2 values; it must be one value, or 3",
         ),
         (
             lambda: parts.Beam(
                 length=1, section={"circle": 0.01}, material="steel", elements=3, formulation="cable",
                 inertia={"offset": (0.1, 0)},
-            ).start("boom"),
+            ).start_nodes("boom"),
             "boom.inertia.offset is given, but boom.formulation is 'cable'",
         ),
         (
             lambda: parts.Beam(
                 length=1, section={"circle": 0.01}, material="steel", elements=3, inertia={"inertia_yz": 1.0}
-            ).start("boom"),
+            ).start_nodes("boom"),
             "boom.inertia.inertia_yz is 1 kg m; its square must be below",
         ),
         (
             lambda: parts.Beam(
                 length=1, section={"circle": 0.01}, material="steel", elements=3, formulation="cable",
                 curvature=(0, 0, 1),
-            ).start("boom"),
+            ).start_nodes("boom"),
             "boom.curvature is given and boom.formulation is 'cable'",
         ),
     ],

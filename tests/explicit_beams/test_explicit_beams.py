@@ -30,7 +30,7 @@ def beam(formulation: str = "cable", n: int = 4, section: Any = SECTION, **field
 
 def thrown(formulation: str = "cable", n: int = 4, bend: float = 0.5, **fields: Any) -> Assembly:
     """A free beam that moves, turns and begins to bend."""
-    nodes = beam(formulation, n).start()
+    nodes = beam(formulation, n).start_nodes()
     rates = np.cross([0.3, -0.2, 1.0], nodes)
     rates[:, 0] += [0.1, 0.2, -0.3]
     x = nodes[:, 0, 0] / LENGTH

@@ -141,7 +141,7 @@ def latch() -> Case:
 
     def system() -> System:
         found = System()
-        nodes = parts.Beam(length=1.0, section=SQUARE, material=HARD, elements=2, formulation="cable").start()
+        nodes = parts.Beam(length=1.0, section=SQUARE, material=HARD, elements=2, formulation="cable").start_nodes()
         rod(found, 2, HARD, "revolute", rates=np.cross([0.0, 0.0, rate], nodes))
         given: dict[str, Any] = {"stiffness": c, "rest": rest, "latch": angle, "latch_stiffness": stiff}
         found.add(parts.RotationalSpring(body="ground", node="rod.root", **given), "hinge")

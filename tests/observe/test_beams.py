@@ -141,7 +141,7 @@ def test_the_deflection_turns_with_a_spinning_hub(formulation: str) -> None:
     system = System()
     system.add(parts.RigidBody(motion="driven", rate=w), "hub")
     plain = parts.Beam(length=LENGTH, section=THICK, material=hard, elements=4, formulation=formulation)
-    system.add(plain.replaced(rates=np.cross([0.0, 0.0, w], plain.start()), stiffness_damping=1e-3), "rod")
+    system.add(plain.replaced(rates=np.cross([0.0, 0.0, w], plain.start_nodes()), stiffness_damping=1e-3), "rod")
     system.add(parts.Joint(a="hub", b="rod.root", type="clamp"), "root")
     found = run(system, np.linspace(0.0, 4.0, 81), tolerance=1e-6, spectral_radius=0.4)
     off, late = found.of("rod", "tip_deflection"), found.t > 1.0
@@ -176,7 +176,7 @@ def test_energies_and_momenta_are_integrals(formulation: str, method: str, rng: 
     section = Circle(radius=0.02)
     plain = parts.Beam(length=LENGTH, section=section, material=SOFT, elements=3, formulation=formulation)
     k = plain.vectors
-    rates = np.cross([0.3, -0.4, 1.0], plain.start()) + 0.02 * rng.normal(size=(4, k, 3))
+    rates = np.cross([0.3, -0.4, 1.0], plain.start_nodes()) + 0.02 * rng.normal(size=(4, k, 3))
     system = System()
     system.add(plain.replaced(rates=rates, position=(0.5, 0.2, 0.0)), "beam")
     options = {"step": 1e-5} if method == "rk4" else {"step": 1e-3}
@@ -225,7 +225,7 @@ def test_energies_and_momenta_are_integrals(formulation: str, method: str, rng: 
 def test_strains_along_are_those_of_the_kernel(rng: np.random.Generator) -> None:
     """`Beam.along` evaluates all samples at once; the kernel one point of one element."""
     spec = parts.Beam(length=LENGTH, section=THICK, material=SOFT, elements=3)
-    x = spec.start() + 0.05 * rng.normal(size=(5, 4, 4, 3))
+    x = spec.start_nodes() + 0.05 * rng.normal(size=(5, 4, 4, 3))
     at = np.array([0.1, 0.5, 0.9])
     found = spec._beam_strains(x, at)
     for sample in range(5):

@@ -85,7 +85,7 @@ def test_friction_holds_a_resting_rod() -> None:
     """A rod on two drums on an incline: bristles bear what pulls it down, and their energy counts."""
     g, along = 2.0, 0.1
     system = System(gravity=(0.0, -g, along))
-    nodes = parts.Beam(length=1.0, section=SQUARE, material=SOFT, elements=2, formulation="cable").start()
+    nodes = parts.Beam(length=1.0, section=SQUARE, material=SOFT, elements=2, formulation="cable").start_nodes()
     nodes[:, 0, 1] = -1e-3
     beam = parts.Beam(length=1.0, section=SQUARE, material=SOFT, elements=2, formulation="cable", nodes=nodes)
     system.add(beam, "rod")

@@ -116,7 +116,7 @@ def test_revolute_angle_of_a_beam_on_a_body(formulation: str, swapped: bool) -> 
     rate, base = 8.0, -2.0
     system = System()
     system.add(parts.RigidBody(motion="driven", rate=base), "hub")
-    nodes = parts.Beam(length=0.5, section=SQUARE, material=STIFF, elements=2, formulation=formulation).start()
+    nodes = parts.Beam(length=0.5, section=SQUARE, material=STIFF, elements=2, formulation=formulation).start_nodes()
     beam = parts.Beam(
         length=0.5, section=SQUARE, material=STIFF, elements=2, formulation=formulation,
         rates=np.cross([0.0, 0.0, rate], nodes),

@@ -60,7 +60,7 @@ def test_a_torque_and_a_force_in_body_axes(method: str) -> None:
 def flying(**fields: Any) -> System:
     system = System()
     plain = parts.Beam(length=1.0, section=SQUARE, material=SOFT, elements=4, **fields)
-    system.add(plain.replaced(rates=np.cross([0.0, 0.0, 1.5], plain.start()), position=(0.3, 0.1, 0.0)), "rod")
+    system.add(plain.replaced(rates=np.cross([0.0, 0.0, 1.5], plain.start_nodes()), position=(0.3, 0.1, 0.0)), "rod")
     return system
 
 

@@ -23,7 +23,7 @@ from evolvent.elements import (
 from evolvent.errors import InputError
 from evolvent.systems.wrapped_rib import structure
 from evolvent.systems.wrapped_rib.case_checks import warnings
-from evolvent.systems.wrapped_rib.initial_state import start
+from evolvent.systems.wrapped_rib.initial_state import initial_state
 from rib.reading import balance, case_of, elastic, over_ribs, stored
 
 RADIUS, LENGTH = 0.6, 12.0
@@ -97,11 +97,11 @@ def test_a_helix_of_a_small_pitch_is_a_coil():
 
 def test_a_helix_lies_about_the_middle_of_the_hub_or_where_its_root_stands():
     case = cases.load("wrapped-rib-deploy", {"rib.pitch": "0.2 m", "rib.count": 3})
-    nodes = start(case).nodes
+    nodes = initial_state(case).nodes
     assert nodes[:, 0, 0, 2] == pytest.approx(-0.5 * case.rise)
     assert nodes[:, -1, 0, 2] == pytest.approx(0.5 * case.rise, rel=1e-3)
     case = cases.load("wrapped-rib", {"rib.pitch": "0.2 m", "rib.root_height": "-1 m"})
-    (straight,) = start(case).nodes
+    (straight,) = initial_state(case).nodes
     assert straight[0, 0] == pytest.approx([0.6, 0.0, -1.0])
     assert straight[-1, 0, 2] + 1.0 == pytest.approx(case.rise)
     assert np.linalg.norm(straight[-1, 0] - straight[0, 0]) == pytest.approx(LENGTH)

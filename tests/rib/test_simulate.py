@@ -12,7 +12,7 @@ from evolvent.cli import commands
 from evolvent.errors import InputError, RunFailed
 from evolvent.systems import wrapped_rib as system
 from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
-from evolvent.systems.wrapped_rib.initial_state import start
+from evolvent.systems.wrapped_rib.initial_state import initial_state
 from evolvent.systems.wrapped_rib.show import comparable_string, curvature_of, tension_of
 from rib.reading import balance, case_of, elastic, over_ribs, stored, work
 
@@ -473,7 +473,7 @@ def test_the_parts_of_a_system_have_names():
     case = cases.load("wrapped-rib", {"rib.count": 2, "rib.elements": 10})
     assembly = system.SYSTEM.build(case).assemble()
     assert {"hub", "rib-1", "rib-2", "root-2", "contact-1", "drive-2"} <= set(assembly.names)
-    begin = start(case)
+    begin = initial_state(case)
     assert begin.nodes[1, 0, 0] == pytest.approx([-0.6, 0.0, 0.0])
 
 

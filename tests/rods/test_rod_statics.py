@@ -34,7 +34,7 @@ BEND: dict[str, Any] = {
 def test_bend_of_45_degrees(load: float, wanted: tuple[float, ...], book: Book) -> None:
     """Bathe & Bolourchi's arc; elements that are curved without stress converge with the fourth order."""
     counts = (8, 16, 32)
-    start = parts.Rod(elements=1, **BEND).start()[0][-1]
+    start = parts.Rod(elements=1, **BEND).start_nodes()[0][-1]
     found = [bent(parts.Force(at="rod.tip", force=(0.0, 0.0, load)), elements=n, **BEND) - start for n in counts]
     limit = found[-1] + (found[-1] - found[-2]) / 15.0
     order = fitted_order(1.0 / np.array(counts), [float(np.linalg.norm(x - limit)) for x in found])

@@ -17,7 +17,7 @@ from evolvent.system import System
 def beam(speed: float) -> System:
     """A steel cantilever whose tip has a speed, m/s; E A L of its elements is 2e7 J."""
     system, about = System(), {"length": 1.0, "section": ev.Rectangle(thickness=0.01, width=0.05), "material": "steel"}
-    nodes = parts.Beam(**about, elements=4).start()
+    nodes = parts.Beam(**about, elements=4).start_nodes()
     rates = np.zeros_like(nodes)
     rates[-1, 0, 1] = speed
     system.add(parts.Beam(**about, elements=4, nodes=nodes, rates=rates), "beam")

@@ -38,7 +38,7 @@ def beam(
         ),
         "beam",
     )
-    places = np.asarray(system._parts["beam"].start())[[0, -1], 0]
+    places = np.asarray(system._parts["beam"].start_nodes())[[0, -1], 0]
     for kind, end, place in zip(ends, ("root", "tip"), places, strict=False):
         system.add(parts.Joint(a=tuple(place), b=f"beam.{end}", type=kind), end)
     more(system)

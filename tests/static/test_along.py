@@ -52,7 +52,7 @@ def test_a_beam_bends_across_its_width_too() -> None:
 def test_a_twisted_beam() -> None:
     """Nodes that turn evenly about the axis: torque G J a'."""
     spec = parts.Beam(length=1.0, section=THICK, material=SOFT, elements=4, formulation="assumed_strain")
-    x, turn = spec.start(), np.linspace(0.0, 1e-3, 5)
+    x, turn = spec.start_nodes(), np.linspace(0.0, 1e-3, 5)
     x[:, 2] = np.stack([0.0 * turn, np.cos(turn), np.sin(turn)], axis=1)
     x[:, 3] = np.stack([0.0 * turn, -np.sin(turn), np.cos(turn)], axis=1)
     G, J = SOFT.shear_modulus, THICK.properties(0.3).J

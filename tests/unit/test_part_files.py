@@ -22,7 +22,7 @@ from evolvent.schema import Section, descriptions
 from evolvent.system import System
 
 TUBE = ev.Tube(radius="1 cm", thickness="0.3 mm")
-NODES = parts.Beam(length=1.0, section=TUBE, material=ev.CFRP, elements=2).start() + 1.0 / 3.0
+NODES = parts.Beam(length=1.0, section=TUBE, material=ev.CFRP, elements=2).start_nodes() + 1.0 / 3.0
 EVERY: dict[str, Part] = {
     "point": parts.Point(mass="0.1 g", position=(0.1, 0.2, 0.3), velocity=(0.0, 1e-9, 0.0)),
     "fixed point": parts.Point(mass=0.1, at=("hub", (0.1, 0.2, 0.3))),
@@ -529,6 +529,6 @@ def test_a_body_named_alone_is_joined_where_the_other_end_is() -> None:
 def test_a_beam_takes_a_normal_near_y_of_itself() -> None:
     """Of a beam along y it is z; the section's axes are a right-handed frame."""
     for direction, normal in (((1, 0, 0), (0, 1, 0)), ((0, -2, 0), (0, 0, 1)), ((1, 1, 0), (-1, 1, 0))):
-        nodes = parts.Beam(direction=direction, length=1.0, section=TUBE, material=ev.CFRP, elements=1).start()
+        nodes = parts.Beam(direction=direction, length=1.0, section=TUBE, material=ev.CFRP, elements=1).start_nodes()
         np.testing.assert_allclose(nodes[0, 2], np.array(normal) / np.linalg.norm(normal), atol=1e-15)
         np.testing.assert_allclose(nodes[0, 3], np.cross(nodes[0, 1], nodes[0, 2]), atol=1e-15)

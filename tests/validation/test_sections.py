@@ -235,7 +235,7 @@ def test_a_curved_and_twisted_beam_is_a_helix_and_stress_free() -> None:
         length=1.5, section=Rectangle(thickness=0.01, width=0.02), material="titanium", elements=12,
         curvature=(0.9, -0.4, 1.3), grading=2.0, direction=(0.0, 1.0, 0.0), normal=(1.0, 0.0, 0.0),
     )  # fmt: skip
-    x, arc = spec.start(), spec.arc
+    x, arc = spec.start_nodes(), spec.arc
     for (a, s), (b, u) in itertools.pairwise(zip(x, arc, strict=True)):
         h = u - s
         w = 0.9 * a[1] - 0.4 * a[2] + 1.3 * a[3]

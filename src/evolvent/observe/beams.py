@@ -59,7 +59,7 @@ def observe_beam(view: View, name: str) -> Observed:
 
 def _observe_shape(part: Any, name: str, nodes: Array, rates: Array, axes: Array, found: Observed) -> None:
     """Positions, velocities and deflections of the nodes."""
-    unloaded = part.start(name)
+    unloaded = part.start_nodes(name)
     if not part.rests_at_start:
         shape = part.arc[:, None] * np.array([1.0, 0.0, 0.0])
     else:

@@ -58,7 +58,7 @@ def observe_rod(view: View, name: str) -> Observed:
 def _observe_shape(part: Any, name: str, x: Array, R: Array, found: Observed) -> None:
     """Positions, axes and deflections of the nodes."""
     if part.rest == "start" and part.nodes is not None:
-        start, axes = part.start(name)
+        start, axes = part.start_nodes(name)
         shape = (start - start[0]) @ axes[0]
     else:
         shape = np.array([rods.advanced(np.array(part.curvature), s)[0] for s in part.arc])

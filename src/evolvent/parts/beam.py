@@ -146,7 +146,7 @@ class Beam(Part):
             )
         check_inertia(name, self.inertia, self.section, self.material)
 
-    def start(self, name: str = "beam") -> np.ndarray:
+    def start_nodes(self, name: str = "beam") -> np.ndarray:
         """Coordinates at the start, (n + 1, vectors, 3)."""
         self._check(name)
         if self.nodes is not None:
@@ -192,7 +192,7 @@ class Beam(Part):
                 if key in self.model_fields_set:
                     raise InputError(f"{name}.rates and {name}.{key} are both given; leave one of them out")
             return self._nodal(name, "rates")
-        nodes = self.start(name)
+        nodes = self.start_nodes(name)
         arms = nodes.copy()
         arms[:, 0] -= nodes[0, 0]
         found: np.ndarray = np.cross(np.array(self.angular_velocity), arms)
@@ -242,7 +242,7 @@ class Beam(Part):
         strains = self._cable_strains if self.vectors == 2 else self._beam_strains
         found = strains(x, xi)
         if self.rests_at_start:
-            rest = strains(self.start(), xi)
+            rest = strains(self.start_nodes(), xi)
             if self.vectors == 2:  # whose curvature is never without stress
                 rest[..., 1] = 0.0
             found = found - rest
@@ -328,7 +328,7 @@ class Beam(Part):
     def write(self, builder: Builder, name: str) -> None:
         """Write the beam into the families `beams` and `elements`, and its constants into the pools."""
         n, k = self.elements, self.vectors
-        nodes = self.start(name)
+        nodes = self.start_nodes(name)
         rates = self.start_rates(name)
         q, v = builder.coordinates(nodes.ravel().tolist(), rates.ravel().tolist())
         alpha, beta = self.mass_damping, self.stiffness_damping

@@ -107,7 +107,7 @@ class Rod(Part):
         """Length of the axis from the root to each node, (n + 1,), m."""
         return node_arc(self.length, self.elements, self.grading)
 
-    def start(self, name: str = "rod") -> tuple[np.ndarray, np.ndarray]:
+    def start_nodes(self, name: str = "rod") -> tuple[np.ndarray, np.ndarray]:
         """Places (n + 1, 3), m, and axes (n + 1, 3, 3), columns x, y and z, of the nodes at the start."""
         n, arc = self.elements, self.arc
         if self.nodes is not None:
@@ -168,7 +168,7 @@ class Rod(Part):
         if self.inertia is not None:
             check_inertia(name, self.inertia, self.section, self.material)
         own = OWN_INERTIA if self.inertia is None else self.inertia
-        x, R = self.start(name)
+        x, R = self.start_nodes(name)
         turns = np.degrees(h * np.linalg.norm(rods.strains(x, R, h)[:, 3:], axis=1))
         turns = np.maximum(turns, np.degrees(h * np.linalg.norm(self.curvature)))
         if turns.max() > LARGEST_TURN:

@@ -24,7 +24,7 @@ from evolvent.systems.wrapped_rib import derived as fields
 from evolvent.systems.wrapped_rib import structure
 from evolvent.systems.wrapped_rib.case import ALPHA, IMPLICIT, Case
 from evolvent.systems.wrapped_rib.chart import study_figures
-from evolvent.systems.wrapped_rib.initial_state import Start, check_follows, start
+from evolvent.systems.wrapped_rib.initial_state import Start, check_follows, initial_state
 from evolvent.systems.wrapped_rib.show import estimating_string, figures, motion, numbers
 
 if TYPE_CHECKING:
@@ -62,11 +62,11 @@ class WrappedRib(SystemDefinition):
 
     def plan(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> Plan:
         """As of `SystemDefinition`; a saved run, from which a case starts, is read once."""
-        return SystemDefinition.plan(WrappedRib(start(case)), case, laws=laws)
+        return SystemDefinition.plan(WrappedRib(initial_state(case)), case, laws=laws)
 
     def build(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> System:
         """The parts of a case."""
-        return structure.build(case, self.begin or start(case))
+        return structure.build(case, self.begin or initial_state(case))
 
     def settings(self, case: Any) -> dict[str, Any]:
         """Arguments of `System.simulate`."""
@@ -88,11 +88,11 @@ class WrappedRib(SystemDefinition):
 
     def derived(self, case: Any, solution: Solution) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
         """Quantities of the field."""
-        return fields.derived(case, self.begin or start(case), solution)
+        return fields.derived(case, self.begin or initial_state(case), solution)
 
     def warning(self, case: Any, solution: Solution) -> str:
         """Warnings about the case and its run."""
-        return fields.warning(case, self.begin or start(case), solution)
+        return fields.warning(case, self.begin or initial_state(case), solution)
 
 
 SYSTEM = WrappedRib()

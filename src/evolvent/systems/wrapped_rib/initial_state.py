@@ -41,7 +41,7 @@ class Start(NamedTuple):
         return rotation_matrices(np.array(self.hub["orientation"]))
 
 
-def start(case: Case) -> Start:
+def initial_state(case: Case) -> Start:
     """The state from which a case starts.
 
     Raises
