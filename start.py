@@ -42,8 +42,6 @@ PAGES = ROOT / "docs" / "_build" / "html"
 BOOK = ROOT / "docs" / "_build" / "book"
 #: Benchmarks that run only where they are named: they install other programs, and write a page of the documentation.
 BY_NAME = ("compare",)
-#: Compiles all functions of the package into the user's cache.
-COMPILE = "from evolvent import precompile; precompile.load_all()"
 SPHINX = ["sphinx-build", "-W", "--keep-going", "-q", "-E", "-d", str(PAGES.parent / "doctrees"), "docs", str(PAGES)]
 
 
@@ -107,9 +105,9 @@ def run(arguments: list[str]) -> int:
 
 
 def in_parallel() -> list[str]:
-    """Options of pytest that run tests on up to four processes, each with whole files as far as that goes."""
+    """Options of pytest that run tests on up to four processes."""
     workers = min(4, os.cpu_count() or 1)
-    return ["-n", str(workers), "--dist", "worksteal"] if workers > 1 else []
+    return ["-n", str(workers)] if workers > 1 else []
 
 
 def quick(arguments: list[str]) -> int:
@@ -131,7 +129,6 @@ def test(arguments: list[str]) -> int:
     if not arguments:  # the validation book is that of a whole run
         shutil.rmtree(BOOK, ignore_errors=True)
     os.environ.setdefault("EVOLVENT_BOOK", str(BOOK))
-    compiling = subprocess.Popen([str(PYTHON), "-c", COMPILE], cwd=ROOT)  # while the first steps run
     find_browser()
     steps = {
         "lint": ["ruff", "check"],
@@ -145,8 +142,6 @@ def test(arguments: list[str]) -> int:
     for name, (program, *options) in steps.items():
         say(f"--- {name}: {' '.join([program, *options])}")
         began = time.perf_counter()
-        if name == "tests":
-            compiling.wait()
         code = call([str(BIN / program), *options])
         if code:
             failed.append(name)

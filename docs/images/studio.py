@@ -18,11 +18,10 @@ import evolvent
 from evolvent import results
 
 FOLDER = pathlib.Path(__file__).parent
-sys.path.insert(0, str(FOLDER.parents[1] / "tests" / "studio"))
+sys.path.insert(0, str(FOLDER.parents[1] / "tests"))
 
-from serving import choose, part, serving  # noqa: E402
-
-from conftest import ARGUMENTS, chromium  # noqa: E402
+from studio.conftest import ARGUMENTS, chromium  # noqa: E402
+from studio.serving import choose, part, serving  # noqa: E402
 
 VIEWER = "document.querySelector('.ev-motion')?.viewer"
 #: Time that is shown of the winding rib, s.

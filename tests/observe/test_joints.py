@@ -140,7 +140,7 @@ def test_revolute_angle_of_a_beam_about_its_own_axis() -> None:
         system = System()
         beam = parts.Beam(length=0.5, section=SQUARE, material=STIFF, elements=2, formulation=formulation)
         if formulation == "assumed_strain":
-            beam = beam.replaced(rates=np.cross([5.0, 0.0, 0.0], beam.start()))
+            beam = beam.replaced(rates=np.cross([5.0, 0.0, 0.0], beam.start_nodes()))
         system.add(beam, "shaft")
         system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="shaft.root", type="revolute", axis=(1.0, 0.0, 0.0)), "axle")
         found = run(system, np.linspace(0.0, 2.0, 9), tolerance=1e-6)

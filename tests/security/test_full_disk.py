@@ -20,6 +20,7 @@ resource = pytest.importorskip("resource", reason="limits of files are those of 
 
 CODE = """
 import resource, sys
+sys.dont_write_bytecode = True
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 sys.argv = ["evolvent", "run", "heliogyro", "-o", "run.nc", "--no-figures", "--quiet"]
 from evolvent import cli
@@ -29,13 +30,15 @@ cli.main()
 
 @contextlib.contextmanager
 def full(size: int) -> Iterator[None]:
-    """No file may grow beyond `size` bytes."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    """No file may grow beyond `size` bytes; Python keeps none of its own, which it would cut off without an error."""
+    before, kept = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
+    sys.dont_write_bytecode = True
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        sys.dont_write_bytecode = kept
 
 
 def listed(folder: pathlib.Path) -> list[str]:

@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from studio.serving import serving
+
 ARGUMENTS = [
     "--no-sandbox",
     "--disable-gpu",
@@ -52,6 +54,13 @@ def browser() -> Iterator[Any]:
             )
         yield started
         started.close()
+
+
+@pytest.fixture(scope="module")
+def server(browser: Any, folder: pathlib.Path) -> Iterator[Any]:
+    """A studio that serves the working folder of the tests of a file."""
+    with serving(folder) as started:
+        yield started
 
 
 @pytest.fixture(scope="session")

@@ -74,12 +74,6 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def server(browser, folder):
-    with serving(folder) as started:
-        yield started
-
-
-@pytest.fixture(scope="module")
 def context(browser):
     """One profile for all pages, so that what the page is made of is fetched once."""
     opened = browser.new_context(viewport={"width": 1400, "height": 900})

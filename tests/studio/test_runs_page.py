@@ -32,12 +32,6 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def server(browser, folder):
-    with serving(folder) as started:
-        yield started
-
-
-@pytest.fixture(scope="module")
 def context(browser):
     opened = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
     opened.set_default_timeout(WAIT)

@@ -8,7 +8,7 @@ import pytest
 
 import evolvent
 from evolvent import cases
-from studio.serving import choose, part, serving
+from studio.serving import choose, part
 
 #: Whether the picture of the start is drawn, and how far its first line reaches along x, m.
 DRAWN = "document.querySelector('.ev-start .ev-motion')?.viewer"
@@ -41,12 +41,6 @@ def folder(tmp_path_factory):
     content = cases.content_of("boom-slew", {"simulate.until": "0.4 s"})
     (place / "slew.yaml").write_text(cases.dump(content))
     return place
-
-
-@pytest.fixture(scope="module")
-def server(browser, folder):
-    with serving(folder) as started:
-        yield started
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import re
 import pytest
 
 from evolvent import cases, studies
-from studio.serving import SHORT, WAIT, choose, part, serving
+from studio.serving import SHORT, WAIT, choose, part
 
 #: A phone.
 PHONE = {"width": 390, "height": 844}
@@ -30,12 +30,6 @@ def folder(tmp_path_factory):
     orders = {"study": "orders", "case": "inertia-stand", "over": over, "keep": keep}
     studies.sweep(studies.read(orders), output=place / "orders")
     return place
-
-
-@pytest.fixture(scope="module")
-def server(browser, folder):
-    with serving(folder) as started:
-        yield started
 
 
 def opened(browser, server, **options):

@@ -84,7 +84,7 @@ class ThermalLoad(Part):
             for row in builder.rows["rod_elements"][first : first + beam.elements]:
                 row["heated"] = 1
             return
-        nodes, ends = beam.start(self.beam), beam.arc / beam.length
+        nodes, ends = beam.start_nodes(self.beam), beam.arc / beam.length
         for i, length in enumerate(beam.lengths):
             form = thermal_form(
                 beam.formulation, float(length), beam.section.between(ends[i], ends[i + 1]), beam.material,
