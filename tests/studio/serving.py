@@ -36,13 +36,20 @@ def part(name: str) -> str:
     return f'[data-testid="{name}"]'
 
 
-def choose(page: Any, select: str, option: str) -> None:
-    """Choose an entry of one of the page's lists; opened again where the page redraws the list meanwhile."""
+def choose(page: Any, select: str, option: str | re.Pattern[str], *, typed: str = "") -> None:
+    """Choose an entry of one of the page's lists, by its whole text or a pattern.
+
+    `typed` is typed before, which leaves those entries that contain it. The list is opened again where the page redraws
+    it meanwhile.
+    """
     from playwright.sync_api import TimeoutError as PlaywrightTimeout
 
-    entry = page.locator(".q-menu .q-item").filter(has_text=re.compile(rf"^{re.escape(option)}$"))
+    wanted = re.compile(rf"^{re.escape(option)}$") if isinstance(option, str) else option
+    entry = page.locator(".q-menu .q-item").filter(has_text=wanted).first
     for _ in range(4):
         page.locator(f".q-field:has({part(select)})").click()
+        if typed:
+            page.locator(part(select)).fill(typed)
         try:
             entry.click(timeout=15_000)
             break

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import urllib.request
 
 import pytest
@@ -65,9 +66,7 @@ def page(browser, server):
 def add(page, kind, name=None):
     """Add a part of a kind; the name is the proposed one unless given."""
     page.click(part("add-part"))
-    page.locator(f".q-field:has({part('part-kind')})").click()
-    page.keyboard.type(kind)
-    page.locator(".q-menu .q-item").filter(has_text=f"{kind}:").first.click()
+    choose(page, "part-kind", re.compile(f"{kind}:"), typed=kind)
     page.wait_for_function("s => document.querySelector(s).value !== ''", arg=part("part-name"))
     if name is not None:
         page.locator(part("part-name")).fill(name)
@@ -157,9 +156,7 @@ def test_a_structure_is_run_and_its_variables_are_drawn(page, server, folder, sh
     titles = page.locator(".ev-tabs .q-tab__label").all_inner_texts()
     assert {"Beam", "Energy balance", "Variables"} <= set(titles)
     page.click(part("figure-chosen"))
-    page.locator(f".q-field:has({part('variables')})").click()
-    page.keyboard.type("hub.ra")
-    page.locator(".q-menu .q-item").filter(has_text="hub.rate").click()
+    choose(page, "variables", re.compile(r"hub\.rate"), typed="hub.ra")
     page.keyboard.press("Escape")
     page.wait_for_selector(f"{part('chosen')} canvas")
     page.wait_for_timeout(500)
@@ -240,8 +237,6 @@ def test_two_runs_of_a_structure_are_compared(page, server):
     page.wait_for_selector(part("comparison"))
     page.wait_for_selector(f"{part('charts')} canvas")
     page.click(part("figure-chosen"))
-    page.locator(f".q-field:has({part('variables')})").click()
-    page.keyboard.type("boom.tip_sp")
-    page.locator(".q-menu .q-item").filter(has_text="boom.tip_speed").click()
+    choose(page, "variables", re.compile(r"boom\.tip_speed"), typed="boom.tip_sp")
     page.keyboard.press("Escape")
     page.wait_for_selector(f"{part('chosen')} canvas")

@@ -90,8 +90,7 @@ def test_a_study_is_written_estimated_saved_and_run(page, folder, shots):
     page.click(part("axis-drop-0"))
     page.locator(part("axis-0")).wait_for(state="detached")
     page.click(part("add-key"))
-    typed(page, "axis-key-0", "spool.rate")
-    page.locator(".q-menu .q-item", has_text=re.compile(r"^spool\.rate$")).click()
+    choose(page, "axis-key-0", "spool.rate", typed="spool.rate")
     page.wait_for_function(f"document.querySelector('{part('axis-0-values')}')?.value === '3.5 rad/s'")
     assert "a plain number is in rad/s" in page.locator(part("axis-0")).inner_text()
     typed(page, "axis-0-values", "2, 3 rad/s, [")
@@ -183,8 +182,7 @@ def test_categories_have_a_discrete_legend(page, shots):
     chart = page.locator(f"{part('study-chart')} .ev-chart").first
     scale = "e => e.chart.getOption().visualMap[0].type"
     assert chart.evaluate(scale) == "continuous"
-    page.locator(f".q-field:has({part('output')})").click()
-    page.locator(".q-menu .q-item", has_text="best spring").first.click()
+    choose(page, "output", re.compile("best spring"))
     page.wait_for_timeout(700)
     page.screenshot(path=shots / "study-categories.png")
     chart = page.locator(f"{part('study-chart')} .ev-chart").first
