@@ -42,7 +42,8 @@ PAGES = ROOT / "docs" / "_build" / "html"
 BOOK = ROOT / "docs" / "_build" / "book"
 #: Benchmarks that run only where they are named: they install other programs, and write a page of the documentation.
 BY_NAME = ("compare",)
-SPHINX = ["sphinx-build", "-W", "--keep-going", "-q", "-E", "-d", str(PAGES.parent / "doctrees"), "docs", str(PAGES)]
+DOCTREES = PAGES.parent / "doctrees"
+SPHINX = ["sphinx-build", "-j", "auto", "-W", "--keep-going", "-q", "-E", "-d", str(DOCTREES), "docs", str(PAGES)]
 
 
 def say(text: str) -> None:

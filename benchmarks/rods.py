@@ -46,15 +46,15 @@ def ours(method: str, n: int, repeat: int, step: float = STEP) -> tuple[float, f
             raise RuntimeError(found.message)
         best = min(best, found.wall_time / found.statistics["steps"])
         iterations = found.statistics["iterations"] / found.statistics["steps"]
-        tip = place(assembly, found.y[-1])
+        tip = position(assembly, found.y[-1])
     return 1e6 * best, iterations, tip
 
 
-def place(assembly: Any, y: np.ndarray) -> np.ndarray:
-    """Place of the tip."""
-    from evolvent.solvers.positions import places
+def position(assembly: Any, y: np.ndarray) -> np.ndarray:
+    """LinearizedPoint of the tip."""
+    from evolvent.solvers.positions import linearized_points
 
-    return places(assembly, y)["rod.tip"].position
+    return linearized_points(assembly, y)["rod.tip"].position
 
 
 def peer(n: int, repeat: int) -> tuple[float, np.ndarray]:

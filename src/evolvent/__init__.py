@@ -163,7 +163,7 @@ def run(
         Name of a built-in case (`evolvent list` shows them), a YAML file, or a case's content.
     overrides : mapping, dotted key -> value, put in place of the case's own (``{"blade.nodes": 40}``)
     laws : mapping, optional, name -> law or (law, parameters)
-        Laws of the user's that the system knows how to place; see its module's ``run``.
+        Laws of the user's that the system knows how to apply; see its module's ``run``.
     progress : called with the time reached (s), a few times a second
 
     Returns

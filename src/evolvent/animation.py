@@ -160,7 +160,7 @@ def default_speed(motion: Motion) -> float:
     return float(f"{span / (SHOWN_PERIOD if motion.repeats else SHOWN):.3g}") if span > 0.0 else 1.0
 
 
-#: Blocks in double precision: a time or a place may be large beside its changes.
+#: Blocks in double precision: a time or a position may be large beside its changes.
 _EXACT = ("time", "origin")
 
 

@@ -37,7 +37,7 @@ _POOLS: dict[str, tuple[int, ...]] = {
     "H24": (28, 28), "h24": (28,), "U24": (), "M24": (8, 8),
     "H12": (6, 6), "h12": (6,), "U12": (), "B12": (2, 4), "M12": (4, 4),
 }  # fmt: skip
-#: Fields that hold a place in the state vector's second part, counted from its start while parts are written.
+#: Fields that hold an index in the state vector's second part, counted from its start while parts are written.
 _VELOCITY_OFFSETS = ("iv", "spool_v")  # of several values each, -1 for none
 
 
@@ -63,7 +63,7 @@ class Assembly:
     laws : dict, address -> user's law, kept alive as long as the model uses it
     joint_parts : list of str, the part that wrote each row of the family `joints`
     parts : dict, name -> part, as the user wrote them
-    expressions : dict, first place of its parameters -> the compiled function that runs it, and the text
+    expressions : dict, first index of its parameters -> the compiled function that runs it, and the text
     """
 
     model: mdl.Model
@@ -104,7 +104,7 @@ class Builder:
         self.breaks: set[float] = set()
         self.laws: dict[int, Any] = {}
         self.expressions: dict[int, tuple[Any, str]] = {}
-        #: Places of parameters that hold places in the velocities, counted from their start while parts are written.
+        #: Indices of parameters that hold indices in the velocities, counted from their start while parts are written.
         self.velocity_parameters: list[int] = []
         self.pools: dict[str, list[Any]] = {name: [] for name in _POOLS}
         #: Called with the builder once all parts are written.
@@ -145,7 +145,7 @@ class Builder:
         return at
 
     def parameters(self, values: Sequence[float]) -> tuple[int, int]:
-        """Store parameters; returns the range of their places."""
+        """Store parameters; returns the range of their indices."""
         first = len(self.values)
         try:
             self.values.extend(float(x) for x in values)
@@ -154,7 +154,7 @@ class Builder:
         return first, len(self.values)
 
     def pooled(self, **entries: Any) -> int:
-        """Place of entries, of equal place in several pools of `model.Flexible`; equal ones are stored once."""
+        """Index of entries, of equal index in several pools of `model.Flexible`; equal ones are stored once."""
         arrays = {name: np.array(value, dtype=float) for name, value in entries.items()}
         key = tuple((name, value.tobytes()) for name, value in arrays.items())
         if key not in self._pooled:
@@ -193,8 +193,8 @@ class Builder:
             raise InputError(f"no {what} is called {name!r}; {nearest(str(name), known)}")
         return self.names[name][1]
 
-    def place(self, where: Any, key: str = "a place") -> Location:
-        """Where a reference to a place is, at the start.
+    def location(self, where: Any, key: str = "a point") -> Location:
+        """Where a reference to a point is, at the start.
 
         Parameters
         ----------
@@ -207,12 +207,12 @@ class Builder:
         Raises
         ------
         InputError
-            If there is no such place; the message names the nearest one.
+            If there is no such point; the message names the nearest one.
         """
         if isinstance(where, str):
             name, on = split_reference(where)
             if on == "tip" and self.names.get(name, ("",))[0] == "threads":
-                found: Location = self.specs[name].tip_place(self, name, where, key)
+                found: Location = self.specs[name].tip_location(self, name, where, key)
                 return found
             family, index = self._owner(name, where, key)
             if family == "beams":
@@ -233,7 +233,7 @@ class Builder:
             return self._on_body(index, points[on] if isinstance(on, str) else (0.0, 0.0, 0.0), on is None)
         if not isinstance(where, tuple | list | np.ndarray) or len(where) not in (2, 3):
             raise InputError(
-                f"{key} is {where!r}; it must be a name, a point such as 'boom.tip' or ('hub', (0, 0, 1)), or a "
+                f"{key} is {where!r}; it must be a part's name, 'boom.tip', ('hub', (0, 0, 1)), or a "
                 f"position on the ground"
             )
         if len(where) == 3:
@@ -244,13 +244,13 @@ class Builder:
         return self._on_body(index, where[1], False)
 
     def _owner(self, name: Any, where: Any, key: str) -> tuple[str, int]:
-        """Family and index of the part that a place is on."""
+        """Family and index of the part that a point is on."""
         family, index = self.names.get(name, ("", -1))
         if family not in ("bodies", "points", "beams", "rods"):
             if name in self.specs:
                 kind = type(self.specs[name]).__name__
                 advice = (
-                    f"; its end is {name + '.tip'!r}; a mass at its end is its key `tip_mass`, a place it is fixed to "
+                    f"; its end is {name + '.tip'!r}; a mass at its end is its key `tip_mass`, a point it is fixed to "
                     f"its key `end`"
                     if family == "threads"
                     else ""
@@ -291,13 +291,13 @@ class Builder:
         local = elements[row["first_element"] + number - last]["arm_b" if last else "arm_a"]
         return self._on_body(row["first_body"] + number, local, False)
 
-    def velocity_of(self, where: Any, key: str = "a place") -> Array:
-        """Velocity of a place at the start (`place`), m/s, inertial axes."""
-        return self.place(where, key).v
+    def velocity_of(self, where: Any, key: str = "a point") -> Array:
+        """Velocity of a point at the start (`location`), m/s, inertial axes."""
+        return self.location(where, key).v
 
-    def marker(self, where: Any, key: str = "a place", *, nodes: bool = False) -> int:
-        """Marker of a place (`place`) on a body or of a point; a node of a beam is refused, unless `nodes`."""
-        at = self.place(where, key)
+    def marker(self, where: Any, key: str = "a point", *, nodes: bool = False) -> int:
+        """Marker of a point (`location`) on a body or of a point; a node of a beam is refused, unless `nodes`."""
+        at = self.location(where, key)
         if at.family == "beams" and nodes:
             points = self.rows["points"]
             same = (i for i, row in enumerate(points) if row["mass"] == 0.0 and row["iq"] == at.iq)
@@ -338,7 +338,7 @@ class Builder:
         accounts = mdl.N_ACCOUNTS
         if self.rows["beams"] or self.rows["rods"]:
             accounts += mdl.IMPULSE + len(self.rows["cylinders"])
-        accounts += self._place_accounts(families, n_q + n_v + accounts)
+        accounts += self._number_accounts(families, n_q + n_v + accounts)
         y = np.array(self.q + self.v + [0.0] * accounts)
         info = zeros_record(
             mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
@@ -398,8 +398,8 @@ class Builder:
             s[at + 1] = abs(hinges["angle"][k] - hinges["latch"][k]) <= hinge.REACHED
         return s
 
-    def _place_accounts(self, families: dict[str, Array], first: int) -> int:
-        """Give coordinates, motors and synchronizations their accounts, from place `first` of the state on."""
+    def _number_accounts(self, families: dict[str, Array], first: int) -> int:
+        """Give coordinates, motors and synchronizations their accounts, from index `first` of the state on."""
         at = first
         for name, count in (("hinges", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1)):
             size = families[name].size
@@ -430,7 +430,7 @@ class Builder:
             switches=s.copy(),
             strands=np.zeros((len(self.rows["nodes"]) + 1, 9)),
             angles=np.zeros(int(beams["nodes"].sum())),
-            custom=np.zeros(max((custom.scratch_size(row["places"]) for row in self.rows["custom_forces"]), default=0)),
+            custom=np.zeros(max((custom.scratch_size(row["points"]) for row in self.rows["custom_forces"]), default=0)),
             masses=_factor_masses(beams, families["elements"], pools),
             rod=np.zeros(rod.WORK),
             F=np.zeros(n_v),

@@ -272,7 +272,7 @@ _YAML_PROBLEMS = (
     (r"found character '\\t' that cannot start", "a tab is not allowed here; indent with spaces"),
     (r"found character '(.)' that cannot start", "a value cannot begin with {0}; put it in quotation marks"),
     (r"undefined alias '(.*)'", "*{0} refers to &{0}, which is not defined above; put a text in quotation marks"),
-    (r"expected ',' or '([]}}])'", "a comma or the closing {0} is missing before this place"),
+    (r"expected ',' or '([]}}])'", "a comma or the closing {0} is missing before this character"),
     (r"mapping values are not allowed", "a ':' is not allowed here; check the indentation of this line, and put a "
      "text that contains ': ' in quotation marks"),
     (r"expected <block end>", "this line does not fit those above; indent keys of one mapping, and entries of one "

@@ -160,7 +160,7 @@ def string_shape(rib: Strip, arc: Array, *, wrap: float, swing: float = 0.5 * ma
     Parameters
     ----------
     arc : (k,) float, m, from the root
-    wrap, swing, at : float, rad, of the hub that it covers; of the tail from outwards; place of the root on the hub
+    wrap, swing, at : float, rad, of the hub that it covers; of the tail from outwards; position of the root on the hub
 
     Returns
     -------

@@ -254,7 +254,7 @@ class _Compiling:
     Notes
     -----
     It compiles for the baseline, through its own code generator. Indices and bounds of slices are taken as they
-    are: numba tests each for a place counted from the end, of which kernels make no use, and that took 8 to 25 % of a
+    are: numba tests each for an index counted from the end, of which kernels make no use, and that took 8 to 25 % of a
     step (``NUMBA_BOUNDSCHECK=1`` checks all of them; it needs its own cache folder). And compiler flags are hashed
     and compared quickly: numba 0.68 does so for every operator that it types, by building a dictionary option by
     option, which is a fifth of the time of compilation. The functions here return the same.

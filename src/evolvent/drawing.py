@@ -23,7 +23,7 @@ Each group's attribute ``drawn`` is a list of mappings with one key:
     `body` (a part), `centre`, `axis` (body axes), `radius`, `width` (m), and `angle` (a variable).
 ``symbol``
     Of a part without its own extent: `body` (a part, or 'ground') and `centre` (body axes), or `origin` and
-    `along` (variables; z of the symbol is along the second). `solids` as of a frame about the place, in units of the
+    `along` (variables; z of the symbol is along the second). `solids` as of a frame about the point, in units of the
     symbols' size, each with `turned` (a variable, rad) or `scaled` and `most` (a variable and its largest value);
     `outline` (polylines, m); `lift` (true to draw it over its body).
 
@@ -190,7 +190,7 @@ def _along(axes: Array) -> Array:
 
 
 def _thinned_arrows(points: Array, vectors: Array) -> tuple[Array, Array]:
-    """Places and forces (nt, 3) or (nt, n, 3) as (nt, m, 3): of more than can be seen, neighbours share an arrow."""
+    """Positions and forces (nt, 3) or (nt, n, 3) as (nt, m, 3): of more than can be seen, neighbours share an arrow."""
     if points.ndim == 2:
         return points[:, None], vectors[:, None]
     count = points.shape[1]
@@ -242,7 +242,7 @@ def _add_spool(frames: dict[str, Frame], run: xr.DataTree, part: str, own: dict[
 
 
 def _copies(run: xr.DataTree, own: dict[str, Any], x: Array, *, places: bool = True) -> list[Array]:
-    """Places, or vectors, (nt, n, 3) of a part, and those of its copies about an axis of their body."""
+    """Positions, or vectors, (nt, n, 3) of a part, and those of its copies about an axis of their body."""
     copies = own.get("copies")
     if copies is None:
         return [x]
@@ -287,7 +287,7 @@ def _line(part: str, group: xr.Dataset, own: dict[str, Any]) -> Line:
 
 
 def _at_points(found: xr.DataArray, own: dict[str, Any], count: int) -> Array:
-    """Values (nt, count) at the points of a line: of one value for all of it, or of other places, between those."""
+    """Values (nt, count) at the points of a line: of one value for all of it, or of other points, between those."""
     if found.ndim == 1:
         return np.repeat(found.values[:, None], count, axis=1)
     if found.shape[1] == count:
@@ -296,7 +296,7 @@ def _at_points(found: xr.DataArray, own: dict[str, Any], count: int) -> Array:
     if arc.size == 2 * (count - 1):  # of beams the means of elements: what varies within one is mostly its cubic's
         values, arc = (0.5 * (x[..., ::2] + x[..., 1::2]) for x in (values, arc))
     at = np.clip(_arc_of(found, own, count), arc[0], arc[-1])
-    return between_places(values, arc, at)
+    return interpolated_along(values, arc, at)
 
 
 def _arc_of(found: Any, own: dict[str, Any], count: int) -> Array:
@@ -306,7 +306,7 @@ def _arc_of(found: Any, own: dict[str, Any], count: int) -> Array:
     return np.linspace(0.0, own["length"], count)
 
 
-def between_places(values: Array, arc: Array, at: Array) -> Array:
+def interpolated_along(values: Array, arc: Array, at: Array) -> Array:
     """Values (nt, k, ...) at the lengths `at` (k,) along a line, linear between those (nt, n, ...) at `arc` (n,)."""
     left = np.clip(np.searchsorted(arc, at) - 1, 0, arc.size - 2)
     share = ((at - arc[left]) / (arc[left + 1] - arc[left])).reshape(-1, *[1] * (values.ndim - 2))

@@ -129,7 +129,7 @@ def compile_expression(
     Raises
     ------
     InputError
-        One sentence with the place in the text and what is allowed.
+        One sentence with the position in the text and what is allowed.
     """
     constants = dict(constants or {})
     for key in constants:

@@ -6,7 +6,7 @@ lists what the families of a model need to be compiled.
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
 `rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `gear`, `hinge`,
-`custom` (users' laws between places), `flexible` (beams), `rod`, `beam_loads`, `thermal`, `contact` (with
+`custom` (user-defined laws between points), `flexible` (beams), `rod`, `beam_loads`, `thermal`, `contact` (with
 `contact_laws` and `layers`), `body_contact`, `loads`, and for threads the package `thread`. The functions of
 `evolvent.flow` call them, family by family.
 """
@@ -65,7 +65,7 @@ EVERY = frozenset(SOLVERS)
 MOST_NAMED = 5
 #: Families of records that belong to others: what they hold is supported where those are.
 PARTS_OF_OTHERS = (
-    "info", "markers", "nodes", "rows", "elements", "contact_points", "custom_places", "field_points", "rod_elements",
+    "info", "markers", "nodes", "rows", "elements", "contact_points", "custom_points", "field_points", "rod_elements",
     "gear_coordinates",
 )  # fmt: skip
 
@@ -332,7 +332,7 @@ FAMILIES = (
     Family(
         "a custom force", "custom_forces", EVERY,
         forces=(custom.add_custom_forces, custom.custom_energies),
-        tangents=(custom.add_custom_tangents, custom._add_place_block, *_MATRIX),
+        tangents=(custom.add_custom_tangents, custom._add_point_block, *_MATRIX),
     ),
     Family(
         "a rod", "rods", EVERY, forces=(rod.add_rod_forces, rod.add_rod_energies),

@@ -23,7 +23,7 @@ class Line:
     ----------
     x, y : (k,) float
     label : str, '' for none in the legend
-    color : int, place in the palette of lines; or float from 0 to 1, place on the scale of times; or a color's name
+    color : int, index in the palette of lines; or float from 0 to 1, position on the scale of times; or a color's name
     style : str, of matplotlib ("-", "--", ":"), "" for none
     marker : str, of matplotlib, "" for none
     width : float, points
@@ -90,7 +90,7 @@ class Panel:
     log, log_x : bool, whether y, and whether x, is logarithmic
     y_zero : bool, whether the y axis starts at zero where no value is below it
     y_span : float, least length of the y axis, so that differences that do not matter look small
-    x_names, y_names : mapping, place on the axis -> name, for an axis of things rather than numbers
+    x_names, y_names : mapping, position on the axis -> name, for an axis of things rather than numbers
     map : Map, drawn below the lines; None for none
     notes : text over the lines
     axes : bool, False hides axes and grid, as of a schematic

@@ -142,7 +142,7 @@ def kernel(function: Callable) -> Any:
 
 
 def inlined(function: Callable) -> Any:
-    """As `kernel`, and always inlined into the compiled caller, which is for what is small or called from one place."""
+    """As `kernel`, and always inlined into the compiled caller, which is for what is small or called once."""
     _check_followed(function)
     return function if config.DISABLE_JIT else Kernel(function, inline=True)
 
@@ -183,7 +183,7 @@ class Indirect:
     Attributes
     ----------
     py_func : the plain function
-    slot : int, its place in `ADDRESSES`
+    slot : int, its index in `ADDRESSES`
     """
 
     def __init__(self, function: Callable, signature: Any, *, disjoint: bool = False) -> None:
@@ -284,7 +284,7 @@ def _compiled_view(typingctx, values, at, rows, columns):  # type: ignore[no-unt
     return kind(values, at, rows, columns), codegen
 
 
-#: ``matrix_view(values, at, rows, columns)``: consecutive entries of a vector, from place `at`, as a matrix; the bounds
+#: ``matrix_view(values, at, rows, columns)``: consecutive entries of a vector, from index `at`, as a matrix; the bounds
 #: are not checked. A slice and a reshape would cost more than the arithmetic of a block of six.
 matrix_view = _matrix_view if config.DISABLE_JIT else _compiled_view
 
@@ -452,7 +452,7 @@ LAWS = {
     "element": types.UniTuple(f8, 2)(f8, f8[::1], f8[::1], f8[::1], f8[::1]),
     "motor": f8(f8, f8, f8, f8[::1]),
 }
-#: Only used without compilation: addresses are then places in this list; 0 stands for no law.
+#: Only used without compilation: addresses are then indices in this list; 0 stands for no law.
 PLAIN: list[Any] = [None]
 
 
@@ -493,7 +493,7 @@ FUNCTIONS = {
 
 
 def slot(function: Any) -> int:
-    """Place in `ADDRESSES` of a function made by `indirect`, which is entered there once it is loaded."""
+    """Index in `ADDRESSES` of a function made by `indirect`, which is entered there once it is loaded."""
     if config.DISABLE_JIT:
         if function not in PLAIN:
             PLAIN.append(function)
@@ -503,7 +503,7 @@ def slot(function: Any) -> int:
 
 
 def at_slots(slots: np.ndarray) -> list[Any]:
-    """Functions made by `indirect` at places that `slot` gave."""
+    """Functions made by `indirect` at indices that `slot` gave."""
     return [] if config.DISABLE_JIT else [_BY_SLOT[int(k)] for k in np.unique(slots)]
 
 

@@ -210,9 +210,9 @@ def element_law(function: Callable) -> Any:
     Parameters
     ----------
     function : callable
-        Receives the time `t` : s, positions `x` : (3 k,) m and velocities `v` : (3 k,) m/s of k places, inertial axes,
-        place after place, and `parameters` : (n,). It adds to `f` : (3 k,) N, zero at the call, the forces on these
-        places, inertial axes, and returns the energy stored (J) and the power dissipated (W).
+        Receives the time `t` : s, positions `x` : (3 k,) m and velocities `v` : (3 k,) m/s of k points, inertial axes,
+        point after point, and `parameters` : (n,). It adds to `f` : (3 k,) N, zero at the call, the forces on these
+        points, inertial axes, and returns the energy stored (J) and the power dissipated (W).
 
     Returns
     -------

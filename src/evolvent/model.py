@@ -42,7 +42,7 @@ def _record(integers: str, floats: str, scratch: str = "", **shapes: tuple[int, 
 
 
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
-#: One record a part; iq and iv are the places of its coordinates and velocities in the state, -1 for none.
+#: One record a part; iq and iv are the indices of its coordinates and velocities in the state, -1 for none.
 #: The scratch fields hold the last call's values in inertial axes, by the kernels' letters.
 RECORDS: dict[str, np.dtype] = {
     # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties and of
@@ -84,7 +84,7 @@ RECORDS: dict[str, np.dtype] = {
     "fields": _record("kind law first last", "K w scale", K=_33, w=_3),
     # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
     "field_points": _record("body element", "mass local S", local=_3, S=(8,)),
-    # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: place among the parameters,
+    # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
     # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
     "wheels": _record(
         "body iq iv profile law first last",
@@ -106,8 +106,8 @@ RECORDS: dict[str, np.dtype] = {
     # flexible beams; a node's coordinates stand together, node after node; first_node: number of the first among
     # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels
     "beams": _record("kind iq iv nodes first_element elements first_node paper", "length"),
-    # form, bending, mass: places in the pools of `Flexible`, bending of the form of that alone; force, tangent, energy:
-    # addresses of `kernels.element_calls`; stretch: 1 of a cable with engineering strain
+    # form, bending, mass: indices in the pools of `Flexible`, bending of the form of that alone; force, tangent,
+    # energy: addresses of `kernels.element_calls`; stretch: 1 of a cable with engineering strain
     "elements": _record("beam iq iv form bending mass force tangent energy stretch", "length alpha beta thickness"),
     # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
     "rods": _record("first_element elements first_body", "length alpha"),
@@ -132,8 +132,8 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
     # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
-    # its place `zero` to a second place. switch: the first of two switches, the angle in quarter turns, rounded, and 1
-    # once latched. account: place of its accounts in the state (`COORDINATE_ACCOUNTS`).
+    # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
+    # once latched. account: index of its accounts in the state (`COORDINATE_ACCOUNTS`).
     # Of the last forces: torque, with derivatives slope and damper but for those of motors, which the tangent finds;
     # applied: part of it from motors and synchronizations, with derivatives of the latter; u, g: second side, and
     # derivative of the angle by it; bristle: deflection of the friction, slips: the sense in which it slips, rubs: its
@@ -157,10 +157,10 @@ RECORDS: dict[str, np.dtype] = {
     "synchronizations": _record(
         "a b account", "ratio_a ratio_b offset stiffness damping", "torque energy lost lost0"
     ),
-    # a user's law between places, which are sides (`kernels.sides`). balanced: 1 where the last forces had neither a
-    # resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric
-    "custom_forces": _record("law first last place places", "", "balanced symmetric"),
-    "custom_places": _record("on index iq iv", "local", "", local=_3),
+    # a user-defined law between points, which are sides (`kernels.sides`). balanced: 1 where the last forces had
+    # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric
+    "custom_forces": _record("law first last first_point points", "", "balanced symmetric"),
+    "custom_points": _record("on index iq iv", "local", "", local=_3),
     # angles and travels of gears, which are joints (`kernels.gear`); first, last of a joint: its coordinates
     "gear_coordinates": _record(
         "kind body other", "axis zero local centre factor", "force torque x",
@@ -174,9 +174,9 @@ RECORDS: dict[str, np.dtype] = {
         "F normal energy power touching",
         centre=_3, axis=_3, F=_6,
     ),
-    # a contact point is S . (four vectors of its element). Of the step's start: gap, place and bristle (body axes);
+    # a contact point is S . (four vectors of its element). Of the step's start: gap, point and bristle (body axes);
     # of its end: those with 1, normal, force and its derivatives, part of the force that damps; drag: friction of the
-    # start (body axes), drag1 of the end (inertial axes). Of layers: element and place below at the step's start and
+    # start (body axes), drag1 of the end (inertial axes). Of layers: element and point below at the step's start and
     # end, how far off along the axis that was; `anchor` is what it moved by against what is below. n0, n1: normals of
     # layers at both ends of an energy-momentum step, rest: depth that a point keeps there (`kernels.layer_step`);
     # sank: change of the gap over the step before, of `kernels.contact_step`'s filter
@@ -191,8 +191,8 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
     # one, or a plane with the normal axis_b; radius: sum of both; first: the first of its part. Of the step's start:
-    # place X and rotation Q of a in the axes of b, and what ends in 0; of its end: what ends in 1. f: force on a,
-    # rubbing: friction on a, c: place of contact, inertial axes; moment_a, moment_b: about the bodies' origins
+    # position X and rotation Q of a in the axes of b, and what ends in 0; of its end: what ends in 1. f: force on a,
+    # rubbing: friction on a, c: point of contact, inertial axes; moment_a, moment_b: about the bodies' origins
     "body_contacts": _record(
         "a b first law surface",
         "place_a axis_a place_b axis_b half_a half_b radius_a radius stiffness exponent damping friction "
@@ -205,19 +205,19 @@ RECORDS: dict[str, np.dtype] = {
         moment_a=_3, moment_b=_3,
     ),
     # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
-    # a node; first, last: places of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
+    # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
     # pitch: of the screw motion along which a torque acts, m/rad
     "beam_loads": _record(
         "kind beam iq iv first last law frame", "value centre axis pitch start end ramp", "now", centre=_3, axis=_3,
     ),
-    # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): places of profiles among the parameters, or
+    # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): indices of profiles among the parameters, or
     # -1, and of the constants of the elements; now: last amplitudes
     "thermal_loads": _record("beam rod temperature gradient_y gradient_z constants", "", "now", now=_6),
 }  # fmt: skip
 #: Families that stand in `Flexible`.
 FLEXIBLE = (
     "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
-    "custom_places", "body_contacts", "motors", "synchronizations", "rods", "rod_elements", "gear_coordinates",
+    "custom_points", "body_contacts", "motors", "synchronizations", "rods", "rod_elements", "gear_coordinates",
     "thermal_loads",
 )  # fmt: skip
 
@@ -249,7 +249,7 @@ class Flexible(Struct):
     strands : (nodes + 1, 9) float, of each thread's segment under an implicit method: vector and direction at the last
         residual, tension, the one that its tangent uses, the one at the start of the step; last: time of that residual
     angles : (nodes of beams,) float, scratch, angles about a layer's axis
-    custom : (k,) float, scratch of users' laws between places (`kernels.custom`)
+    custom : (k,) float, scratch of user-defined laws between points (`kernels.custom`)
     rod : (k,) float, scratch of an element of a rod (`kernels.rod`)
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K : scratch of an element
@@ -264,7 +264,7 @@ class Flexible(Struct):
     contact_points: Array = array(1, RECORDS["contact_points"])
     beam_loads: Array = array(1, RECORDS["beam_loads"])
     custom_forces: Array = array(1, RECORDS["custom_forces"])
-    custom_places: Array = array(1, RECORDS["custom_places"])
+    custom_points: Array = array(1, RECORDS["custom_points"])
     body_contacts: Array = array(1, RECORDS["body_contacts"])
     motors: Array = array(1, RECORDS["motors"])
     synchronizations: Array = array(1, RECORDS["synchronizations"])
@@ -305,7 +305,7 @@ class Model(Struct):
     Attributes
     ----------
     breaks : (nb,) float, s, times on which a solver lands
-    parameters : (k,) float, of drives, laws and loads; families hold the places of theirs
+    parameters : (k,) float, of drives, laws and loads; families hold the indices of theirs
     pairs : (np, 4) int, coupled rows r and q < r, and the sides that they share
     A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
     scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch

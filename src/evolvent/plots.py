@@ -18,7 +18,7 @@ from evolvent.results import make_folder, write_file
 
 #: Okabe and Ito's palette, distinguishable with any kind of colour vision; black leads.
 PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-#: Dashes of solid lines that share a panel, by the place of their color in the palette: distinguishable in grey.
+#: Dashes of solid lines that share a panel, by the index of their color in the palette: distinguishable in grey.
 DASHES: tuple[Any, ...] = (
     "-", (0, (7, 1.5)), (0, (1.5, 1)), (0, (7, 1.5, 1.5, 1.5)), (0, (3, 1.2)), (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2)),
     (0, (12, 2)),

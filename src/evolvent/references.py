@@ -1,4 +1,4 @@
-"""References: how parts name one another and places on one another, such as 'hub', 'boom.tip' or 'boom[5]'."""
+"""References: how parts name one another and points on one another, such as 'hub', 'boom.tip' or 'boom[5]'."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _REFERENCE = re.compile(r"(?P<name>[^\W\d][\w -]*)(?:\.(?P<point>[^\W\d][\w -]*)
 
 
 class Location(NamedTuple):
-    """A place of a part, as the builder finds it.
+    """A point of a part, as the builder finds it.
 
     Attributes
     ----------

@@ -112,7 +112,7 @@ def attributes(*, system: str, case: str, method: str, solution: Any, laws: Mapp
     ----------
     case : str, the whole case as YAML; '' where laws in Python keep it from being written
     solution : evolvent.solvers.Solution
-    laws : mapping, name -> name of the user's law that took its place (a case cannot hold those)
+    laws : mapping, name -> name of the user's law that replaced it (a case cannot hold those)
     """
     return {
         "title": f"evolvent run of {system}",
@@ -381,7 +381,7 @@ def write_file(path: str | os.PathLike[str], content: bytes | memoryview | str) 
 
 @contextlib.contextmanager
 def writing(path: str | os.PathLike[str]) -> Iterator[str]:
-    """A temporary name beside `path`; what was written there takes its place if all went well, else it is removed.
+    """A temporary name beside `path`; what was written there replaces it if all went well, else it is removed.
 
     A link is followed: the file that it points to is replaced. What killed processes have left in the folder goes.
 

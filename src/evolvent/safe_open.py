@@ -158,7 +158,7 @@ def _short(name: str) -> str:
 def check_hdf5(file: BinaryIO, name: str) -> None:
     """Refuse an HDF5 or NetCDF file that is not whole in itself; no link is followed.
 
-    All links are hard, no group is in two places, all data sets are compact, contiguous or in chunks in the file
+    All links are hard, no group has two parents, all data sets are compact, contiguous or in chunks in the file
     itself, their filters are those of the HDF5 library, and all values and texts fit `check_declared`.
 
     Parameters
@@ -209,7 +209,7 @@ class _Hdf5:
                 if isinstance(item, h5g.GroupID):
                     address = h5o.get_info(item).addr
                     if address in groups:
-                        raise self._error(f"the group {_short(place)} is in two places")
+                        raise self._error(f"the group {_short(place)} has two parents")
                     if deep >= _DEEPEST:
                         raise self._error(f"its groups are nested more than {_DEEPEST} levels deep")
                     groups.add(address)
@@ -336,7 +336,7 @@ def plain_mat(raw: bytes, name: str) -> tuple[bytes, list[str]]:
 
 
 def _mat_tag(raw: bytes, place: int, order: Literal["little", "big"]) -> tuple[int, int, int, int]:
-    """Kind of an element at a place, the first byte of its data, the one after its last, and the next element."""
+    """Kind of an element at an address, the first byte of its data, the one after its last, and the next element."""
     kind, size = (int.from_bytes(raw[place + k : place + k + 4], order) for k in (0, 4))
     if kind >> 16:  # up to four bytes stand in the tag itself
         return kind & 0xFFFF, place + 4, place + 4 + (kind >> 16), place + 8

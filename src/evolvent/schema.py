@@ -28,7 +28,7 @@ class Section(BaseModel):
     """A mapping of known keys to values: frozen, and every key must be known.
 
     Made in Python by keyword arguments, it raises an `InputError` of one sentence; inside a larger mapping, pydantic's
-    error with the place of the key.
+    error with the path of the key.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -50,7 +50,7 @@ class Section(BaseModel):
         """A sentence for each rule between keys that the section breaks; the first one is raised as an `InputError`."""
         yield from ()
 
-    # pydantic then validates inner sections itself, and keeps the place of what is wrong
+    # pydantic then validates inner sections itself, and keeps the path of what is wrong
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -268,7 +268,7 @@ def locate(kind: type[Section], key: str, content: Any = None) -> Located:
 
 
 def _inner(place: Located, name: str, content: Any) -> Located | None:
-    """What stands at a name in a place; None if nothing can."""
+    """What a name of a section refers to; None if nothing can."""
     for kind, own_marks in place.types:
         for mark in own_marks:
             if isinstance(mark, SectionsByName):

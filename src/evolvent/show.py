@@ -51,7 +51,7 @@ def label_of(found: xr.DataArray, fallback: str = "") -> str:
 
 
 def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = None, first: int = 0) -> list[Line]:
-    """A variable over time as lines, one a component or place."""
+    """A variable over time as lines, one for each component or entry."""
     found = variables.get(run, name)
     if "time" not in found.dims:
         raise InputError(f"{name!r} does not change over time; name a variable over time")

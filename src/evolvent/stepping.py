@@ -48,7 +48,7 @@ class BodyState(NamedTuple):
     rate: np.ndarray
 
 
-class Place(NamedTuple):
+class ResultAddress(NamedTuple):
     """Where a result is found.
 
     Attributes
@@ -124,7 +124,7 @@ class Stepper:
         self._failed = ""
         self._keys: Mapping[str, str] = {}
         self._observed: dict[str, Observed] = {}
-        self._found: dict[str, Place] = {}
+        self._found: dict[str, ResultAddress] = {}
         self._now: View | None = None
         self._events: list[tuple[np.ndarray, np.ndarray]] = []
         assembly, times = _with_inputs(system, self.inputs), np.array([start, until])
@@ -191,8 +191,8 @@ class Stepper:
         given = np.concatenate([vector("force", force), vector("torque", torque)])
         if np.array_equal(given, self._input(body)):
             return
-        for place, value in zip(self._places(body), (given[:3], given[3:]), strict=True):
-            self.assembly.model.parameters[place] = value
+        for entries, value in zip(self._load_slices(body), (given[:3], given[3:]), strict=True):
+            self.assembly.model.parameters[entries] = value
         self._changed = True
 
     def body(self, name: str) -> BodyState:
@@ -232,17 +232,17 @@ class Stepper:
         -----
         Forces of joints are the multipliers of the last step. With steps by tolerance they oscillate from step to step.
         """
-        return self.value(self.place(name))
+        return self.value(self.address(name))
 
-    def value(self, place: Place) -> float | np.ndarray:
-        """A result now, by the place that `place` has found for its name."""
-        variable = self._part(place.part).variables[place.variable]
+    def value(self, address: ResultAddress) -> float | np.ndarray:
+        """A result now, by the address that `address` has found for its name."""
+        variable = self._part(address.part).variables[address.variable]
         now = variable.values[-1] if variable.dims[:1] == ("time",) else variable.values
-        found = np.asarray(now).reshape(-1)[place.at]
-        return float(found) if np.ndim(place.at) == 0 else found
+        found = np.asarray(now).reshape(-1)[address.at]
+        return float(found) if np.ndim(address.at) == 0 else found
 
     def results(self) -> dict[str, tuple[tuple[str, ...], str]]:
-        """Names of all that `result` gives, without components and places: name -> (dimensions, unit)."""
+        """Names of all that `result` gives, without components and entries: name -> (dimensions, unit)."""
         return {
             f"{part}.{name}": (tuple(d for d in v.dims if d != "time"), v.units)
             for part in self.assembly.parts
@@ -252,8 +252,8 @@ class Stepper:
 
     def describe(self, name: str) -> tuple[str, str]:
         """Unit and meaning of a result."""
-        place = self.place(name)
-        variable = self._part(place.part).variables[place.variable]
+        address = self.address(name)
+        variable = self._part(address.part).variables[address.variable]
         return variable.units, variable.long_name
 
     def _adds_up(self, part: str, variable: str) -> bool:
@@ -261,7 +261,7 @@ class Stepper:
         turns = variable == "angle" and self.assembly.names[part][0] == _COUNTS_TURNS
         return variable in _ADDS_UP or turns
 
-    def place(self, name: Any) -> Place:
+    def address(self, name: Any) -> ResultAddress:
         """Where a result is found; of the same system it stays the same.
 
         Raises
@@ -270,10 +270,10 @@ class Stepper:
             As of `result`.
         """
         if name not in self._found:
-            self._found[name] = self._place_of_name(name)
+            self._found[name] = self._address_of_name(name)
         return self._found[name]
 
-    def _place_of_name(self, name: Any) -> Place:
+    def _address_of_name(self, name: Any) -> ResultAddress:
         from evolvent import variables  # whose xarray takes long to load
 
         part = variables.owner(name) if isinstance(name, str) else ""
@@ -297,7 +297,7 @@ class Stepper:
                 f"{name!r} adds up over all samples of a run, of which a stepper keeps the first and the last"
             )
         at = found.values[0] if "time" in found.dims else found.values
-        return Place(part, own, int(at) if np.ndim(at) == 0 else np.asarray(at))
+        return ResultAddress(part, own, int(at) if np.ndim(at) == 0 else np.asarray(at))
 
     def _part(self, part: str) -> Observed:
         """Results of a part at the start and now."""
@@ -368,7 +368,7 @@ class Stepper:
             raise InputError(f"no body is called {name!r}; {nearest(str(name), self.bodies)}")
         return self.assembly.index(name, "bodies")
 
-    def _places(self, body: str) -> list[slice]:
+    def _load_slices(self, body: str) -> list[slice]:
         """Where the input force and torque on a body stand among the model's parameters."""
         rows = [self.assembly.index(f"{body}-input-{kind}", "loads") for kind in ("force", "torque")]
         firsts = [int(self.assembly.model.loads["first"][row]) for row in rows]
@@ -376,7 +376,7 @@ class Stepper:
 
     def _input(self, body: str) -> np.ndarray:
         """Force and torque (6,) that are set on a body."""
-        return np.concatenate([self.assembly.model.parameters[place] for place in self._places(body)])
+        return np.concatenate([self.assembly.model.parameters[entries] for entries in self._load_slices(body)])
 
     # -------------------------------------------------------------------------------------------- time
 

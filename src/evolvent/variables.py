@@ -55,7 +55,7 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
     name : str
         'hub.rate' of a part, 'energy' of the root, 'hub.rate.z' a component, 'boom[5].position' at a node,
         'boom.tip.velocity' at the tip of a beam or thread, 'boom.root.slope' at the root of a beam; of the root
-        'sensor_displacement[2]' that of the sensor 2 (of a dimension without coordinates the place, from 0).
+        'sensor_displacement[2]' that of the sensor 2 (of a dimension without coordinates the index, from 0).
 
     Raises
     ------
@@ -90,7 +90,7 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
 
 
 def _numbered(found: xr.DataArray, number: int, name: str) -> xr.DataArray:
-    """Values of a variable of the root at a label of its other dimension, or at a place where it has no labels."""
+    """Values of a variable of the root at a label of its other dimension, or at an index where it has no labels."""
     dimension = next((d for d in found.dims if d not in SHARED), None)
     if dimension is None:
         raise InputError(f"{name!r}: {found.name} has one value at a time; leave [{number}] out")
@@ -157,7 +157,7 @@ def owner(name: str) -> str:
 
 
 def values(found: xr.DataArray) -> np.ndarray:
-    """Values over time: (nt, k), components and places in columns."""
+    """Values over time: (nt, k), components and entries in columns."""
     array = found.transpose("time", ...).values
     return np.asarray(array.reshape(array.shape[0], -1), dtype=float)
 
@@ -165,7 +165,7 @@ def values(found: xr.DataArray) -> np.ndarray:
 def numbered(
     shapes: Mapping[str, tuple[tuple[str, ...], tuple[int, ...]]], coordinates: Mapping[str, str]
 ) -> xr.Dataset:
-    """A data set like that of `flat` whose values count the entries at a sample, so that `get` finds places by name.
+    """A data set like that of `flat` whose values count the entries at a sample, so that `get` finds entries by name.
 
     Parameters
     ----------

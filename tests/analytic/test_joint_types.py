@@ -307,7 +307,7 @@ def test_what_is_driven_twice_is_refused_by_name(method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS[:2])
 def test_constraints_that_come_to_contradict_one_another_end_the_run(method: str) -> None:
-    """A bob on a hub that turns, and in a plane that fits its place and velocity at the start only."""
+    """A bob on a hub that turns, and in a plane that fits its position and velocity at the start only."""
     system = System()
     system.add(parts.RigidBody(motion="driven", rate=0.5), "hub")
     system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0), velocity=(0.0, 0.5, 0.0)), "bob")
@@ -544,7 +544,7 @@ def test_a_penalty_released_by_an_event(method: str) -> None:
 
 
 def craft() -> System:
-    """Two bodies, a point, beams and cables at one place, and an event."""
+    """Two bodies, a point mass, beams and cables at one point, and an event."""
     system = System()
     for name in ("hub", "box"):
         system.add(parts.RigidBody(mass=1.0, inertia=1.0), name)
@@ -563,7 +563,7 @@ def craft() -> System:
         ({"a": "cord.root", "b": "wire.root", "type": "fixed"}, "nodes of two cables have no twist to hold"),
         ({"a": "cord.root", "b": "wire.root", "type": "cylindrical"}, "a node of a cable has no twist"),
         ({"a": "hub", "b": "bob", "type": "prismatic"}, "'prismatic', but a point mass has no directions"),
-        ({"a": "boom.tip", "b": "boom.tip"}, "held.a and held.b are both 'boom.tip'; a joint needs two places"),
+        ({"a": "boom.tip", "b": "boom.tip"}, "held.a and held.b are both 'boom.tip'; a joint needs two points"),
         ({"a": "hub", "b": "bob", "type": "universal"}, "held.axis_b is missing; a universal joint has two"),
         (
             {"a": "hub", "b": "boom.root", "type": "universal", "axis_b": (1.0, 0.0, 1.0)},

@@ -223,7 +223,7 @@ BAD: dict[str, tuple[Any, str]] = {
     "wheel too fast": (lambda: [(BUS, "bus"), wheel(rate=3.0, rate_limit=2.0)], "rate is 3.0 rad/s"),
     "thruster on ground": (
         lambda: [parts.Thruster(at="ground", direction=(1, 0, 0), thrust=1.0)],
-        "thruster-1.at is 'ground', on the ground, which no load moves; give a place on a free or spinning body",
+        "thruster-1.at is 'ground', on the ground, which no load moves; give a point on a free or spinning body",
     ),
     "thruster that pulls": (
         lambda: [(BUS, "bus"), parts.Thruster(at="bus", direction=(1, 0, 0), thrust=-1.0)],

@@ -77,7 +77,7 @@ def test_a_sphere_slides_and_rolls(method: str, book: Book) -> None:
     assert float(np.abs(found.point_friction.values[20:80, 0, 0] + mu * MASS * g).max()) < 1e-3 * mu * MASS * g
     # forces at the samples, and the place where they act
     np.testing.assert_allclose(found.normal_force.values, MASS * g, rtol=1e-6)
-    np.testing.assert_allclose(found.place.values[:, 0, 2], -MASS * g / K, atol=1e-9)
+    np.testing.assert_allclose(found.point_position.values[:, 0, 2], -MASS * g / K, atol=1e-9)
     np.testing.assert_allclose(found.force.values, found.point_resultant.values[:, 0], atol=1e-12)
     assert float(run.energy_defect.max()) < 1e-5
     rolls = float(t[np.argmax(speed - spin * RADIUS < 5e-3)])

@@ -78,7 +78,7 @@ def test_contact_and_node_are_named() -> None:
 
 
 def test_a_run_of_ever_smaller_steps_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Fixed steps that are divided again and again, too, and the place is named."""
+    """Fixed steps that are divided again and again, too, and the part is named."""
     monkeypatch.setattr(implicit, "LOOK", 0.0)
     monkeypatch.setattr(implicit, "MOST_STEPS", 1e5)
     with pytest.raises(RunFailed, match=r"the steps have become so small.* corrects most at 'ball'.*'rope'.*`step`"):

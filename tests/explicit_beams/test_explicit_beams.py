@@ -211,7 +211,7 @@ def test_what_explicit_methods_refuse() -> None:
 
 
 def test_a_joint_is_a_penalty_as_a_whole() -> None:
-    """Directions may have a stiffness of their own; it is no constraint where places are penalties."""
+    """Directions may have a stiffness of their own; it is no constraint where points are penalties."""
     system = System()
     system.add(beam(), "beam")
     held = {"a": (0.0, 0.0, 0.0), "b": "beam.root", "type": "clamp", "stiffness": 500.0}

@@ -74,7 +74,7 @@ def symbols(run, name):
 
 
 def on(run, body, place):
-    """Position (nt, 3) of a place of a body."""
+    """Position (nt, 3) of a point of a body."""
     group = run[body]
     return group.position.values + turned(group.attitude.values, np.broadcast_to(place, (run.time.size, 1, 3)))[:, 0]
 

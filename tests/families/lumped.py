@@ -128,7 +128,7 @@ def custom_force() -> Case:
     def system() -> System:
         found = System(gravity=DOWN)
         found.add(parts.Point(mass=m, position=(0.1, 0.0, 0.0)), "mass")
-        found.add(parts.CustomForce(places=[ORIGIN, "mass"], law=tie, parameters=(k,)), "tie")
+        found.add(parts.CustomForce(points=[ORIGIN, "mass"], law=tie, parameters=(k,)), "tie")
         return found
 
     w, sag = math.sqrt(k / m), m * G / k

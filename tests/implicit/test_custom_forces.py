@@ -23,7 +23,7 @@ Array = np.ndarray
 
 @element_law
 def spring(t, x, v, p, f):  # type: ignore[no-untyped-def]
-    """Stiffness, damping and length of a spring between two places."""
+    """Stiffness, damping and length of a spring between two points."""
     dx, dy, dz = x[3] - x[0], x[4] - x[1], x[5] - x[2]
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     ex, ey, ez = dx / length, dy / length, dz / length
@@ -70,7 +70,7 @@ def connected(law: bool, *, gravity: float = 0.0) -> System:
     ]
     for k, (a, b, length) in enumerate(ends):
         if law:
-            system.add(parts.CustomForce(places=[a, b], law=spring, parameters=(50.0, 0.3, length)), f"spring {k}")
+            system.add(parts.CustomForce(points=[a, b], law=spring, parameters=(50.0, 0.3, length)), f"spring {k}")
         else:
             system.add(parts.Spring(a=a, b=b, stiffness=50.0, damping=0.3, length=length), f"spring {k}")
     return system
@@ -86,7 +86,7 @@ def test_equal_to_springs(method: str) -> None:
     assert np.abs(own.energy_defect).max() < 1e-4 * own.energy[0]
     for name in (f"spring {k}" for k in range(4)):
         a, b = (observe(found)[name].variables for found in (plain, own))
-        x, f = b["places"].values, b["force"].values
+        x, f = b["position"].values, b["force"].values
         along = (x[:, 1] - x[:, 0]) / np.linalg.norm(x[:, 1] - x[:, 0], axis=1)[:, None]
         assert np.einsum("ij,ij->i", f[:, 0], along) == pytest.approx(a["force"].values, rel=1e-8, abs=1e-8)
         assert np.abs(f[:, 0] + f[:, 1]).max() < 1e-12
@@ -109,29 +109,29 @@ def test_a_force_on_a_beams_tip() -> None:
     system = System()
     system.add(beam("cable"), "beam")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="clamp"), "root")
-    system.add(parts.CustomForce(places=["beam.tip", (1.0, d, 0.0)], law=tie, parameters=(k,)), "tie")
+    system.add(parts.CustomForce(points=["beam.tip", (1.0, d, 0.0)], law=tie, parameters=(k,)), "tie")
     found = solve_static(system.assemble())
     assert found.success, found.message
     force = observe(found)["tie"].variables["force"].values[-1]
     sunk = k * d / (k + 3.0 * EI)
-    assert observe(found)["tie"].variables["places"].values[-1, 0] == pytest.approx([1.0, sunk, 0.0], abs=1e-6)
+    assert observe(found)["tie"].variables["position"].values[-1, 0] == pytest.approx([1.0, sunk, 0.0], abs=1e-6)
     assert force[0] == pytest.approx([0.0, k * (d - sunk), 0.0], abs=1e-7)
 
 
 def test_tangent_against_differences(rng: np.random.Generator) -> None:
-    """Places of every kind: bodies of all motions, points, a beam's node, the ground."""
+    """Points of every kind: bodies of all motions, points, a beam's node, the ground."""
     system = System()
     bodies(system)
     system.add(beam("cable", position=(0.3, -0.2, 0.1)), "cable")
     system.add(beam("assumed_strain", position=(1.0, 1.0, 0.0)), "beam")
-    places: list[Any] = [("free", (0.1, 0.3, -0.2)), "cable[1]", ("spin", (0.3, 0.2, 0.1))]
-    system.add(parts.CustomForce(places=places, law=membrane, parameters=(300.0, 0.1)))
+    points: list[Any] = [("free", (0.1, 0.3, -0.2)), "cable[1]", ("spin", (0.3, 0.2, 0.1))]
+    system.add(parts.CustomForce(points=points, law=membrane, parameters=(300.0, 0.1)))
     system.add(
         parts.CustomForce(
-            places=["point", "beam.tip", ("driven", (0.2, 0.1, 0.0))], law=membrane, parameters=(300.0, 0.1)
+            points=["point", "beam.tip", ("driven", (0.2, 0.1, 0.0))], law=membrane, parameters=(300.0, 0.1)
         )
     )
-    system.add(parts.CustomForce(places=["free", (1.0, 2.0, 3.0)], law=spring, parameters=(200.0, 0.0, 1.0)))
+    system.add(parts.CustomForce(points=["free", (1.0, 2.0, 3.0)], law=spring, parameters=(200.0, 0.0, 1.0)))
     assert worst(disturbed(system.assemble(), rng), np.zeros(0)) < 1e-6
 
 
@@ -141,7 +141,7 @@ def triangle() -> System:
     system.add(parts.Point(mass=0.5, position=(1.5, 0.1, 0.0), velocity=(0.0, 0.5, 0.3)), "p")
     system.add(parts.Point(mass=0.7, position=(0.3, 1.2, 0.2), velocity=(0.4, 0.0, -0.2)), "q")
     system.add(
-        parts.CustomForce(places=[("hub", (0.2, 0.1, 0.0)), "p", "q"], law=membrane, parameters=(40.0, 0.5)), "skin"
+        parts.CustomForce(points=[("hub", (0.2, 0.1, 0.0)), "p", "q"], law=membrane, parameters=(40.0, 0.5)), "skin"
     )
     return system
 
@@ -189,7 +189,7 @@ def test_a_law_that_gives_energy(method: str) -> None:
     """v = v0 exp(k t/m); what it gives is a loss below zero, so that the balance closes."""
     system = System()
     system.add(parts.Point(mass=2.0, velocity=(1.0, 0.0, 0.0)), "mass")
-    system.add(parts.CustomForce(places=["mass"], law=push, parameters=(1.0,)), "push")
+    system.add(parts.CustomForce(points=["mass"], law=push, parameters=(1.0,)), "push")
     solution = integrated(system.assemble(), [0.0, 1.0], method)
     grown = math.exp(0.5)
     assert solution.y[-1, 3] == pytest.approx(grown, rel=20.0 * METHODS[method][1])
@@ -200,7 +200,7 @@ def test_a_law_that_gives_energy(method: str) -> None:
 
 
 class Tie(parts.CustomForce):
-    """A spring between two places whose length is that of the start."""
+    """A spring between two points whose length is that of the start."""
 
     kind: Literal["tie"] = "tie"  # type: ignore[assignment]
     stiffness: units.Stiffness
@@ -212,8 +212,8 @@ class Tie(parts.CustomForce):
 def test_a_part_from_outside() -> None:
     system = System()
     system.add(parts.Point(mass=2.0, position=(1.0, 0.0, 0.0)), "mass")
-    system.add(Tie(places=[(0.0, 0.0, 0.0), "mass"], stiffness="8 N/m"), "tie")
-    assert list(Tie(places=["mass", ("hub", (0.0, 0.0, 1.0))], stiffness=1.0).references()) == ["mass", "hub"]
+    system.add(Tie(points=[(0.0, 0.0, 0.0), "mass"], stiffness="8 N/m"), "tie")
+    assert list(Tie(points=["mass", ("hub", (0.0, 0.0, 1.0))], stiffness=1.0).references()) == ["mass", "hub"]
     frequency = modes(system.assemble(), count=3).frequency
     assert frequency[-1] == pytest.approx(2.0, rel=1e-9)
 
@@ -253,7 +253,7 @@ def test_bad_laws() -> None:
         (spring, (), r"'element' at t = 0 s: the law 'spring' .* fails: .*0 parameters are given"),
         (not_finite, (1.0,), r"the law 'not_finite' .* writes \[.*\] to f; forces must be finite numbers"),
     ):
-        system = held(places=["mass", (1.0, 0.0, 0.0)], law=law, parameters=parameters)
+        system = held(points=["mass", (1.0, 0.0, 0.0)], law=law, parameters=parameters)
         for run in (
             lambda system=system: solve(system.assemble(), samples=[0.0, 1.0], method="dopri5"),
             lambda system=system: solve_implicit(system.assemble(), samples=[0.0, 1.0]),
@@ -267,7 +267,7 @@ def test_bad_laws() -> None:
 def test_a_law_that_raises_later(method: str) -> None:
     options = METHODS[method][0]
     run: Any = solve if "method" in options else solve_implicit
-    found: Solution = run(held(places=["mass"], law=late).assemble(), samples=[0.0, 0.25, 1.0], **options)
+    found: Solution = run(held(points=["mass"], law=late).assemble(), samples=[0.0, 0.25, 1.0], **options)
     assert found.status == "failed"
     assert "'element'" in found.message
     assert "the table ends" in found.message
@@ -275,16 +275,16 @@ def test_a_law_that_raises_later(method: str) -> None:
 
 
 def test_bad_parts() -> None:
-    with pytest.raises(InputError, match=r"element.places is empty"):
-        held(places=[], law=late).assemble()
+    with pytest.raises(InputError, match=r"element.points is empty"):
+        held(points=[], law=late).assemble()
     with pytest.raises(InputError, match=r"element.law is missing"):
-        held(places=["mass"]).assemble()
+        held(points=["mass"]).assemble()
     with pytest.raises(InputError, match=r"'moss'.*did you mean 'mass'"):
-        held(places=["mass", "moss"], law=late).assemble()
+        held(points=["mass", "moss"], law=late).assemble()
     with pytest.raises(InputError, match=r"CustomForce.law is 'x'; it must be a function under @evolvent.element_law"):
-        parts.CustomForce(places=["mass"], law="x")
+        parts.CustomForce(points=["mass"], law="x")
     with pytest.raises(InputError, match=r"must be decorated with @evolvent.element_law"):
-        held(places=["mass"], law=lambda t, x, v, p, f: (0.0, 0.0)).assemble()
+        held(points=["mass"], law=lambda t, x, v, p, f: (0.0, 0.0)).assemble()
     with pytest.raises(InputError, match=r"cannot be compiled as \(t, x, v, parameters, f\) -> \(energy, power\)"):
 
         @element_law
@@ -306,6 +306,6 @@ def pull(t, x, v, p, f):  # type: ignore[no-untyped-def]
 
 def test_a_law_without_parameters_before_an_expression() -> None:
     """The expression's program stands where the law's parameters would begin."""
-    system = held(places=["mass"], law=pull)
+    system = held(points=["mass"], law=pull)
     system.add(parts.Spring(a=(5.0, 0.0, 0.0), b="mass", law="k*x", constants={"k": 3.0}, length=5.0), "spring")
     assert modes(system.assemble(), count=3).frequency[-1] == pytest.approx(2.0, rel=1e-8)

@@ -7,7 +7,7 @@ import pytest
 
 from evolvent import System, elements, parts
 from evolvent.solvers import ordering
-from evolvent.solvers.implicit import matrix_of, place_of_rows
+from evolvent.solvers.implicit import matrix_of, rows_of_part
 from implicit.rigs import SQUARE, coordinates, momenta, run
 
 #: Legs sway with about 3 Hz.
@@ -57,7 +57,7 @@ def test_the_bar_follows_the_momentum_of_the_whole() -> None:
     solution = run(assembly, samples, step=step, spectral_radius=1.0)
     P = momenta(assembly, solution)[:, :3]
     weight = (2.0 * 1.0 * SQUARE.thickness * SQUARE.width * 1000.0 + 10 * 0.05 + 0.5) * np.array([2.0, 1.0, -9.81])
-    held = sum(solution.la[:, place_of_rows(assembly, f"foot{leg}")][:, :3] for leg in range(2))
+    held = sum(solution.la[:, rows_of_part(assembly, f"foot{leg}")][:, :3] for leg in range(2))
     # a joint between the ground (a) and a node (b) puts -la on b
     force = weight - held
     impulse = np.trapezoid(force, samples, axis=0)

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from book import Book
 from evolvent import InputError, System, elements, parts
 from evolvent.builder import Assembly
-from evolvent.solvers.implicit import place_of_rows, solve_implicit
+from evolvent.solvers.implicit import rows_of_part, solve_implicit
 from implicit.rigs import RUBBER, SQUARE, coordinates, run
 
 Array = np.ndarray
@@ -404,6 +404,6 @@ def test_multipliers_are_found_by_name() -> None:
     system.add(parts.Joint(a="bob", b="lower", type="distance"), "rod")
     assembly = system.assemble()
     solution = run(assembly, [0.0, 0.1], step=1e-2)
-    pin, rod = (solution.la[:, place_of_rows(assembly, name)] for name in ("pin", "rod"))
+    pin, rod = (solution.la[:, rows_of_part(assembly, name)] for name in ("pin", "rod"))
     assert np.abs(pin - [0.0, -3.0 * 9.81, 0.0]).max() < 1e-9
     assert np.abs(rod - 9.81).max() < 1e-9

@@ -94,14 +94,14 @@ JOINTS: dict[str, list[parts.Joint]] = {
 def together(system: System, joint: parts.Joint) -> parts.Joint:
     """The joint as it is where its places coincide: `b` on a body is put where `a` stands."""
     from evolvent.builder import Builder
-    from evolvent.parts.joint import place_side
+    from evolvent.parts.joint import point_side
 
     if joint.type == "distance":
         return joint
     builder = Builder(np.zeros(3))
     for name, part in system._parts.items():
         part.write(builder, name)
-    a, b = place_side(builder, joint.a), place_side(builder, joint.b)
+    a, b = point_side(builder, joint.a), point_side(builder, joint.b)
     fields = {f: getattr(joint, f) for f in ("type", "axis", "stiffness", "damping")}
     if b.on == 0:
         pose = builder.poses[b.body]

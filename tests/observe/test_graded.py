@@ -1,4 +1,4 @@
-"""Results of a beam with unequal elements: places along it, means, contact points, and the line that is drawn."""
+"""Results of a beam with unequal elements: positions along it, means, contact points, and the line that is drawn."""
 
 from __future__ import annotations
 

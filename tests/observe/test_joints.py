@@ -178,7 +178,7 @@ def test_prescribed_motion_along_a_line() -> None:
 
 
 def test_prescribed_motion_round_an_involute() -> None:
-    """The end of a taut thread: x = c + r n(phi) + (L - r phi) n'(phi), and the angle is read off the place alone."""
+    """The end of a taut thread: x = c + r n(phi) + (L - r phi) n'(phi), and the angle is read off the point alone."""
     r, L = 0.2, 1.5
     system = System()
     system.add(parts.Point(mass=0.3, position=(r, L, 0.5), velocity=(-L * 0.8, 0.0, 0.0)), "end")

@@ -41,7 +41,7 @@ def heliogyro(overrides: dict[str, str]) -> Seen:
 
 @pytest.mark.parametrize("which", list(CASES))
 def test_a_blade_of_the_heliogyro(which: str) -> None:
-    """Lag (19), tension at the spool, length and spool from places in body axes; energies and momenta of the parts."""
+    """Lag (19), tension at the spool, length and spool from positions in body axes, energies and momenta."""
     found = heliogyro(CASES[which])
     row, count = found.assembly.model.threads[0], found.solution.s[:, 0]
     name, reel, body = "blade-1", "reel-1", found.tree["body"]

@@ -143,7 +143,7 @@ def test_a_structure_with_the_part(command, tmp_path):
     for change, sentence in {
         "parts.cable.kind=tension-cabel": "parts.cable.kind is 'tension-cabel'; did you mean 'tension-cable'?",
         "parts.cable.stiffness=0": "parts.cable.stiffness is 0; it must be a stiffness",
-        "parts.cable.places=[mass]": "parts.cable.places is ['mass']; it must be a list of two places",
+        "parts.cable.points=[mass]": "parts.cable.points is ['mass']; it must be a list of two points",
     }.items():
         code, _, err = command("run", "guyed-mass.yaml", "--no-figures", "--set", change)
         assert code == 2
@@ -240,7 +240,7 @@ def test_the_cable_is_a_spring_that_never_pushes(cable):
     """Against a spring while it is tight; no force while it is slack."""
     found = {}
     for name, tie in {
-        "cable": cable.TensionCable(places=["left", "right"], stiffness=50.0, damping=0.3, length=1.0),
+        "cable": cable.TensionCable(points=["left", "right"], stiffness=50.0, damping=0.3, length=1.0),
         "spring": parts.Spring(a="left", b="right", stiffness=50.0, damping=0.3, length=1.0),
     }.items():
         system = evolvent.System()
@@ -260,5 +260,5 @@ def test_the_cable_is_a_spring_that_never_pushes(cable):
     assert slack.size > 3
     run = slack[: np.argmax(np.diff(slack) > 1) + 1] if np.any(np.diff(slack) > 1) else slack
     assert speed[run] == pytest.approx(np.broadcast_to(speed[run[0]], (run.size, 3)), abs=1e-8)
-    with pytest.raises(InputError, match=r"TensionCable\.places is .*it must be a list of two places"):
-        cable.TensionCable(places=["left"], stiffness=50.0)
+    with pytest.raises(InputError, match=r"TensionCable\.points is .*it must be a list of two points"):
+        cable.TensionCable(points=["left"], stiffness=50.0)

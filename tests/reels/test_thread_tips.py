@@ -1,4 +1,4 @@
-"""The end of a thread as a place of joints, springs, points and forces."""
+"""The end of a thread as a point of joints, springs, points and forces."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def with_end(end: str, *, rate: float = 1.0) -> System:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_spherical_joint_is_the_end_of_the_thread(method: str) -> None:
-    """The same state at all times; the force on place b is the thread's pull, or its reaction."""
+    """The same state at all times; the force on point b is the thread's pull, or its reaction."""
     found = {end: simulated(with_end(end), method) for end in ("end", "hook", "alone")}
     for end, sign in (("hook", 1.0), ("alone", -1.0)):
         for variable in ("satellite/position", "tether/position", "tether/tension"):
@@ -127,12 +127,12 @@ def test_refusals() -> None:
                 "'spherical', or join a body to it", parts.Joint(a=ground, b="tether.tip", type=kind))  # fmt: skip
     refused("p.a is 'tether.tip', the end of a thread, to which no axis can be fixed; give it as p.b",
             parts.Joint(a="tether.tip", b=ground, type="in-plane"))  # fmt: skip
-    refused("two places are .* m apart", parts.Joint(a="tether.tip", b=(3.0, 0.0, 0.0)))
+    refused("two points are .* m apart", parts.Joint(a="tether.tip", b=(3.0, 0.0, 0.0)))
     refused("on the body of 'reel' itself", parts.Joint(a="tether.tip", b="ship"))
     spring = parts.Spring(a="tether.tip", b=(3.0, 0.0, 0.0), stiffness=1.0)
     refused("p.a is 'tether.tip', but nothing of 'tether' is out", spring, out=0.0)
     refused("p.a is 'tether.tip'; it needs tether.segments 'springs'", spring, segments="inextensible")
-    refused("p.at is 'tether.tip'; it must be a node of a beam or rod; for other places add a Joint",
+    refused("p.at is 'tether.tip'; it must be a node of a beam or rod; for other points add a Joint",
             parts.RigidBody(mass=1.0, inertia=1.0, at="tether.tip"))  # fmt: skip
     refused("'tether' is a Thread, not a body, point or beam; its end is 'tether.tip'",
             parts.Spring(a="tether[1]", b=(3.0, 0.0, 0.0), stiffness=1.0))  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 from evolvent import System, parts
 from evolvent.builder import Assembly
 from evolvent.elements import Material, Rectangle
-from evolvent.solvers.positions import places
+from evolvent.solvers.positions import linearized_points
 from evolvent.solvers.static import solve_static
 
 Array = np.ndarray
@@ -29,8 +29,8 @@ def cantilever(load: Any = None, **keys: Any) -> System:
 
 
 def tip(assembly: Assembly, y: Array, where: str = "rod.tip") -> Array:
-    """Place of a node, m."""
-    return places(assembly, y)[where].position
+    """LinearizedPoint of a node, m."""
+    return linearized_points(assembly, y)[where].position
 
 
 def bent(load: Any, **keys: Any) -> Array:

@@ -1,4 +1,4 @@
-"""The part: keys, refusals, places by name, results, files, drawings."""
+"""The part: keys, refusals, points by name, results, files, drawings."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_results_of_an_equilibrium() -> None:
 
 
 def test_results_of_a_motion(tmp_path: Any) -> None:
-    """A rod that turns rigidly: places, attitudes, rates, momenta; the same from a file; drawn as a beam is."""
+    """A rod that turns rigidly: points, attitudes, rates, momenta; the same from a file; drawn as a beam is."""
     system = System(title="turns")
     motion = {"velocity": (1.0, 0.0, 0.0), "angular_velocity": (0.0, 0.0, 2.0)}
     stiff = Material(young_modulus=1e10, poisson_ratio=0.3, density=1000.0)
@@ -127,7 +127,7 @@ def test_results_of_a_motion(tmp_path: Any) -> None:
 
 
 def test_joined_to_a_body_a_point_and_springs() -> None:
-    """Modes of a rod with a mass at its tip, clamped to a heavy free body: the light end swings; places by name."""
+    """Modes of a rod with a mass at its tip, clamped to a heavy free body: the light end swings; points by name."""
     system = System()
     system.add(parts.RigidBody(mass=1e3, inertia=1e3, position=(-0.1, 0.0, 0.0)), "hub")
     system.add(parts.Rod(**KEYS), "arm")
@@ -149,7 +149,7 @@ def test_joined_to_a_body_a_point_and_springs() -> None:
     model = system.linearize(["arm.tip.force.y"], ["arm.tip.displacement.y"], modes=8)
     assert np.all(np.isfinite(model.A))
     assert {"arm", "hub", "end"} <= set(found.parts)
-    with pytest.raises(InputError, match=r"a place of the rod 'arm' is 'arm.root'"):
+    with pytest.raises(InputError, match=r"a point of the rod 'arm' is 'arm.root'"):
         system.linearize(["arm.force.y"], ["arm.tip.displacement.y"], modes=8)
 
 

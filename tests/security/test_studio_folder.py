@@ -155,7 +155,7 @@ def test_a_link_in_the_folder_of_an_own_job_stops_it_before_it_writes(root, outs
     key = jobs.add("run", "mine", case=SHORT).key
     settled(jobs)
     jobs.get(key).status = "waiting"
-    (jobs.place(key) / "run.nc").symlink_to(outside / "precious.txt")
+    (jobs.folder_of(key) / "run.nc").symlink_to(outside / "precious.txt")
     with jobs._lock:
         jobs._wake.notify_all()
     settled(jobs)

@@ -11,7 +11,7 @@ from elements.test_beam_theory import elastica
 from evolvent import InputError, System, parts
 from evolvent.elements import Material, Rectangle
 from evolvent.kernels import rigid
-from evolvent.solvers.implicit import place_of_rows
+from evolvent.solvers.implicit import rows_of_part
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
 from helpers import heliogyro
@@ -42,7 +42,7 @@ def test_a_cable_under_a_small_tip_load_is_exact_and_so_are_its_reactions_and_en
         "Statics of beams", f"Cantilever, small tip load ({formulation}, 3 elements)", reference="F L^3/3 EI",
         source="closed form", error=abs(nodes(a, r)[-1, 0, 1] / 1e-4 - 1.0), allowed=1e-5,
     )  # fmt: skip
-    assert_allclose(r.la[-1][place_of_rows(a, "root")][:3], [0.0, 3e-4 * EI, 0.0], atol=1e-9 * EI)
+    assert_allclose(r.la[-1][rows_of_part(a, "root")][:3], [0.0, 3e-4 * EI, 0.0], atol=1e-9 * EI)
     assert r.path.free == []
     assert r.path.factor[-1] == 1.0
     assert r.statistics["rejected_steps"] == 0
@@ -173,7 +173,7 @@ def test_the_arc_goes_through_the_limits_of_load(book):
     assert np.all(np.diff(z) < 0.0)
     assert_allclose(r.balance.elastic, 1.5 * K * (np.hypot(HALF, z) - np.hypot(HALF, RISE)) ** 2, rtol=1e-9)
     book(
-        "Statics of beams", "Snapping of three springs, arc length", reference="load of every place on the path",
+        "Statics of beams", "Snapping of three springs, arc length", reference="load of every point on the path",
         source="closed form", error=np.abs(4.0 * r.path.factor - load_at(z) / LIMIT).max(), allowed=1e-9,
         unit="limit load",
     )  # fmt: skip
@@ -188,7 +188,7 @@ def test_the_arc_goes_through_snap_back(book):
     assert np.diff(end).max() > 0.01  # the end goes back while the apex goes on
     assert r.statistics["steps"] < 400
     book(
-        "Statics of beams", "Snap-back behind a soft spring, arc length", reference="load of every place on the path",
+        "Statics of beams", "Snap-back behind a soft spring, arc length", reference="load of every point on the path",
         source="closed form", error=np.abs(4.0 * r.path.factor - load_at(apex) / LIMIT).max(), allowed=1e-9,
         unit="limit load",
     )  # fmt: skip
@@ -224,7 +224,7 @@ def test_a_hanging_chain_is_a_catenary(book):
     depth = c * np.cosh(0.5 * span / c) - c * np.cosh((place[:, 0] - 0.5 * span) / c)
     assert_allclose(-place[:, 2], depth, atol=2e-3 * length)
     weight = 1e4 * 1e-6 * 9.81
-    assert_allclose(r.la[-1][place_of_rows(a, "root")], [weight * c, 0.0, -0.5 * weight * length], atol=0.01 * weight)
+    assert_allclose(r.la[-1][rows_of_part(a, "root")], [weight * c, 0.0, -0.5 * weight * length], atol=0.01 * weight)
     book(
         "Statics of beams", "Catenary (cable, 40 elements, with its bending stiffness)",
         reference="shape of a perfect chain", source="closed form", error=np.abs(-place[:, 2] - depth).max() / length,
@@ -268,7 +268,7 @@ def test_a_cantilever_leans_on_a_cylinder(book):
     r = solved(solve_static(a))
     weight = 1000.0 * 2e-4 * 9.81
     assert_allclose(r.cylinders[-1, 0, 6], 0.375 * weight, rtol=3e-3)  # 3/8 of a propped cantilever's load
-    assert_allclose(r.la[-1][place_of_rows(a, "root")][2], -0.625 * weight, rtol=3e-3)
+    assert_allclose(r.la[-1][rows_of_part(a, "root")][2], -0.625 * weight, rtol=3e-3)
     assert r.cylinders[-1, 0, 8] == 1.0
     book(
         "Contact", "Propped cantilever under its weight, by contact", reference="3/8 of the weight",

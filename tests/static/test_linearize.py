@@ -440,7 +440,7 @@ def test_the_figure_of_a_frequency_response(tmp_path):
         (
             [],
             ["boom.rate.z"],
-            r"outputs holds 'boom.rate.z'; a place of the beam 'boom' is 'boom.root', 'boom.tip' or ",
+            r"outputs holds 'boom.rate.z'; a point of the beam 'boom' is 'boom.root', 'boom.tip' or ",
         ),
         ([], ["boom[17].rate.z"], r"or 'boom\[0\]' to 'boom\[16\]'"),
         ([], ["root.rate.z"], r"'root' is one of the joints and does not move"),
@@ -467,7 +467,7 @@ def test_bad_reductions(cantilever):
             {"boundary": ["beam.tp"]},
             "boundary holds 'beam.tp.displacement'; did you mean 'beam.tip.displacement'",
         ),
-        ((3, "craig-bampton"), {"boundary": "beam.tip"}, "it must be a list of places"),
+        ((3, "craig-bampton"), {"boundary": "beam.tip"}, "it must be a list of points"),
     ):
         with pytest.raises(InputError, match=message):
             cantilever.reduce(*arguments, **options)

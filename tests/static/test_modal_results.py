@@ -14,7 +14,7 @@ from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.parts.base import unit
 from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.modes import modes
-from evolvent.solvers.positions import places, rigid_motions
+from evolvent.solvers.positions import linearized_points, rigid_motions
 from helpers import rotation
 from static.composing import STEEL, beam
 
@@ -132,7 +132,7 @@ def test_maps_of_places_are_those_of_a_rigid_motion(rng):
     """Against finite motions of the state by rotation matrices."""
     a = mixed().assemble()
     y, point = a.y.copy(), np.array([0.4, 0.1, -0.3])
-    known, r = places(a, y), rigid_motions(a, y, point)
+    known, r = linearized_points(a, y), rigid_motions(a, y, point)
     assert list(known) == [
         *("hub", "wheel", "mass"), *(f"cable[{i}]" for i in range(3)), "cable.root", "cable.tip",
         *(f"rib[{i}]" for i in range(3)), "rib.root", "rib.tip",
@@ -148,7 +148,7 @@ def test_maps_of_places_are_those_of_a_rigid_motion(rng):
         for name, place in known.items():
             if place.displacement is not None:
                 wanted = R @ (place.position - point) + point + 1e-6 * shift
-                assert_allclose(places(a, moved)[name].position, wanted, atol=1e-11)
+                assert_allclose(linearized_points(a, moved)[name].position, wanted, atol=1e-11)
                 assert_allclose(place.displacement @ u[place.where], shift + np.cross(turn, place.position - point))
             if name == "wheel":
                 assert_allclose(place.rotation @ u[place.where], np.array([0.0, 0.6, 0.8]) * (turn @ [0.0, 0.6, 0.8]))

@@ -29,7 +29,7 @@ FORMS = {
 
 
 def across(found, axis: int, name: str = "beam", threshold: float = 0.9) -> np.ndarray:
-    """Numbers of the modes whose places move along one axis mainly."""
+    """Numbers of the modes whose points move along one axis mainly."""
     places = np.abs(found[name].displacement).max(axis=1)
     return np.flatnonzero(places[:, axis] > threshold * np.linalg.norm(places, axis=1))
 

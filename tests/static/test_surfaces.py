@@ -49,7 +49,7 @@ def test_a_propped_cantilever(prop: str, book: Book) -> None:
     assert float(found.points.values[-1]) == 1.0
     np.testing.assert_allclose(found.force.values[-1], [0.0, exact, 0.0], atol=1e-4 * exact)
     np.testing.assert_allclose(found.point_resultant.values[-1].sum(axis=0), found.force.values[-1], atol=1e-12)
-    np.testing.assert_allclose(found.place.values[-1, -1], [1.0, -exact / K, 0.0], atol=1e-6)
+    np.testing.assert_allclose(found.point_position.values[-1, -1], [1.0, -exact / K, 0.0], atol=1e-6)
     book(
         "Contact", f"Cantilever propped at its tip by a {prop}", reference="3/8 q L, of a tip on a spring",
         source="beam theory", error=abs(float(found.normal_force.values[-1]) / exact - 1.0), allowed=1e-5,

@@ -318,8 +318,8 @@ def test_queue_runs_cancels_and_goes_on_after_a_restart(tmp_path):
         jobs.cancel(again.key)
         until(lambda: jobs.get(last.key).status == "success")
         jobs.remove(first.key)
-        assert not jobs.place(first.key).exists()
-        assert (jobs.place(last.key) / CASE).read_text() == SHORT
+        assert not jobs.folder_of(first.key).exists()
+        assert (jobs.folder_of(last.key) / CASE).read_text() == SHORT
     finally:
         jobs.stop()
 

@@ -35,7 +35,7 @@ def system(load: Part) -> System:
 
 WRITTEN = {
     "force on a body": parts.Force(at="hub", force=(1, 0, "2 N"), frame="body", start="1 s", end="2 s"),
-    "force at a place": parts.Force(at=("hub", (0, 0, 1)), direction=Y, profile=ROWS),
+    "force at a point": parts.Force(at=("hub", (0, 0, 1)), direction=Y, profile=ROWS),
     "force on a point": parts.Force(at="ball", direction=Y, profile={"pulse": {"value": "1 N", "duration": 1}}),
     "force on a node": parts.Force(at="boom[1]", force=(1, 2, 3), ramp=1.0),
     "torque": parts.Torque(at="hub", torque=(0, 0, "2 N m")),
@@ -127,7 +127,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     ),
     "slope": (lambda: parts.SlopeLoad(at="boom.tip", slope=2, force=Y), "load.slope is 2; .* the slope 1 alone"),
     "slope: range": (lambda: parts.SlopeLoad(at="boom.tip", slope=4, force=Y), "SlopeLoad.slope is 4; .* from 1 to 3"),
-    "slope: place": (lambda: parts.SlopeLoad(at=Y, slope=1, force=Y), "it must be a node of a beam"),
+    "slope: point": (lambda: parts.SlopeLoad(at=Y, slope=1, force=Y), "it must be a node of a beam"),
     "uniform: thread": (lambda: parts.UniformLoad(thread="blad", force=Y), "'load' refers to 'blad'"),
     "uniform: force": (lambda: parts.UniformLoad(thread="blade", force=(0, 1)), "UniformLoad.force is .* 2 values"),
     "light: pressure": (

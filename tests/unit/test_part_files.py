@@ -250,7 +250,7 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
     "no reference": (
         {"j": {"kind": "joint", "a": "hub", "b": "boom.tip.end"}},
         ("j", "b"),
-        "parts.j.b is 'boom.tip.end'; it must be a place",
+        "parts.j.b is 'boom.tip.end'; it must be a point",
     ),
     "one name is meant": (
         {"g": {"kind": "guide", "body": "hub.left", "direction": [1, 0, 0]}},

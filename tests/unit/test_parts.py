@@ -277,7 +277,7 @@ def test_two_ends_at_one_place_are_refused(part):
     system = System()
     system.add(POINT, "bob")
     system.add(part, "rod")
-    with pytest.raises(InputError, match=r"rod\.a and rod\.b are the same place, 'bob'; give two places"):
+    with pytest.raises(InputError, match=r"rod\.a and rod\.b are the same point, 'bob'; give two points"):
         system.assemble()
 
 
@@ -339,5 +339,5 @@ def test_out_at_the_start_is_straight_and_turns_with_the_body():
 
 @pytest.mark.parametrize("where", [None, 3.0, (), (1.0, 2.0, 3.0, 4.0)])
 def test_what_is_no_place_is_refused(where: object) -> None:
-    with pytest.raises(InputError, match=r"Joint.a is .*; it must be a place: a name, a point such as 'boom.tip'"):
+    with pytest.raises(InputError, match=r"Joint.a is .*; it must be a point: a part's name, 'boom.tip'"):
         parts.Joint(a=where, b="body")

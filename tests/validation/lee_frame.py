@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 Array = np.ndarray
-SIDE, PLACE, E, NU, THICKNESS, WIDTH = 120.0, 24.0, 720.0, 0.3, 2.0, 3.0
+SIDE, POINT, E, NU, THICKNESS, WIDTH = 120.0, 24.0, 720.0, 0.3, 2.0, 3.0
 
 
 def _shoot(unknowns: Array, load: float) -> tuple[Array, Array]:
@@ -20,7 +20,7 @@ def _shoot(unknowns: Array, load: float) -> tuple[Array, Array]:
     GA = 10.0 * (1.0 + NU) / (12.0 + 11.0 * NU) * E / (2.0 * (1.0 + NU)) * area
     state, f = np.array([0.0, 0.0, unknowns[0], 0.0]), unknowns[1:].copy()
     ends = []
-    for length, turn, down in ((SIDE, 0.0, 0.0), (PLACE, -0.5 * np.pi, 0.0), (SIDE - PLACE, 0.0, load)):
+    for length, turn, down in ((SIDE, 0.0, 0.0), (POINT, -0.5 * np.pi, 0.0), (SIDE - POINT, 0.0, load)):
         state[2] += turn
         f[1] += down
 
@@ -42,4 +42,4 @@ def displacement(load: float) -> Array:
         unknowns = fsolve(lambda u, p=part * load: _shoot(u, p)[0], unknowns, xtol=1e-12)
     missed, place = _shoot(unknowns, load)
     assert np.abs(missed).max() < 1e-7
-    return place - (PLACE, SIDE)
+    return place - (POINT, SIDE)

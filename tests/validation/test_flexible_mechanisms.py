@@ -103,7 +103,7 @@ def test_lateral_buckling(book: Book) -> None:
 def test_lee_frame(kind: str, elements: int, allowed: float, book: Book) -> None:
     wanted = lee_frame.displacement(1.5)
     found: Any = benchmarks.lee_frame(kind, elements, 1.5).equilibrium(load_steps=10)
-    x = np.squeeze(found["beam"].position.values)[elements // 5, :2] - (lee_frame.PLACE, lee_frame.SIDE)
+    x = np.squeeze(found["beam"].position.values)[elements // 5, :2] - (lee_frame.POINT, lee_frame.SIDE)
     book(
         "Statics of beams", f"Lee's frame at 0.81 of its limit load ({kind}, {elements} elements a member)",
         reference=f"({wanted[0]:.5f}, {wanted[1]:.5f})", source="two Reissner beams, SciPy DOP853",

@@ -10,7 +10,7 @@ from scipy.optimize import brentq, fsolve
 from book import Book
 from evolvent import System, parts
 from evolvent.elements import General, Material, Rectangle
-from evolvent.solvers.implicit import place_of_rows
+from evolvent.solvers.implicit import rows_of_part
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
 from helpers import fitted_order
@@ -193,7 +193,7 @@ def test_elastic_catenary(book: Book) -> None:
         more=lambda s: s.add(parts.LineLoad(beam="beam", force=(0.0, 0.0, -5.0)), "weight"),
     )  # fmt: skip
     r = solved(solve_static(a))
-    H, middle = abs(r.la[-1][place_of_rows(a, "root")][0]), nodes(a, r)[n // 2, 0, 2]
+    H, middle = abs(r.la[-1][rows_of_part(a, "root")][0]), nodes(a, r)[n // 2, 0, 2]
     book(
         CHAPTER, "Elastic catenary (cable_stretch, 40 elements)", reference="pull 15.8479468 N, sag 2.8129019 m",
         source="closed form", error=max(abs(H / 15.8479468 - 1.0), abs(middle / -2.8129019 - 1.0)), allowed=1e-6,

@@ -32,11 +32,11 @@ def tension(t, x, v, p, f):
 
 
 class TensionCable(parts.CustomForce):
-    """A massless cable between two places, which pulls where it is longer than without load, and never pushes.
+    """A massless cable between two points, which pulls where it is longer than without load, and never pushes.
 
     Parameters
     ----------
-    places : list of two places
+    points : list of two points
         Its ends.
     stiffness : float, N/m
         Of the whole cable.
@@ -51,12 +51,12 @@ class TensionCable(parts.CustomForce):
     damping: units.DampingOrZero = 0.0
     length: units.Length | None = None
 
-    @field_validator("places")
+    @field_validator("points")
     @classmethod
-    def _two(cls, places: Any) -> Any:
-        if len(places) != 2:
-            raise PydanticCustomError("places", "it must be a list of two places")
-        return places
+    def _two(cls, points: Any) -> Any:
+        if len(points) != 2:
+            raise PydanticCustomError("points", "it must be a list of two points")
+        return points
 
     def law_and_parameters(self, positions: np.ndarray) -> tuple[Any, Sequence[float]]:
         """The law, and the numbers that it is called with."""

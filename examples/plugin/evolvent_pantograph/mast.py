@@ -70,7 +70,7 @@ class Pantograph(SystemDefinition):
     def build(self, case: PantographCase, *, laws: Mapping[str, Any] | None = None) -> System:
         """The bars, pins and springs."""
         if laws:
-            raise InputError("laws are given, but a pantograph places no law of the user's")
+            raise InputError("laws are given, but a pantograph uses no law of the user's")
         if not 0.0 < case.half_angle < 0.5 * math.pi:
             raise InputError(f"half_angle is {case.half_angle:g} rad; it must be between 0 and pi/2 rad")
         system, half = System(), 0.5 * case.bar.length

@@ -241,7 +241,7 @@ def beam_parts(
         ``elastic_line``: strains of the axis and the section's moments, integrated exactly; locks too.
         ``assumed_strain``: the same strains, thickness from the nodes, shear at 0, 1/2, 1, membrane at 3 points,
         bending and torsion at 2. Of these two the torsion is that of the section's own J (St Venant): sections turn and
-        shear as a whole, and nothing resists their warping. Products Iyz couple both bendings, and the place of the
+        shear as a whole, and nothing resists their warping. Products Iyz couple both bendings, and the position of the
         shear centre couples shear and torsion.
     length : float, m, without stress
     section : CrossSection; ``full`` and ``nu_split`` need rectangles, which twist without warping (J = Iy + Iz)

@@ -91,7 +91,7 @@ def strains(x: Array, R: Array, length: Array | float) -> Array:
 
     Parameters
     ----------
-    x, R : (..., n + 1, 3) float, m, and (..., n + 1, 3, 3) float, places and axes (columns) of the nodes
+    x, R : (..., n + 1, 3) float, m, and (..., n + 1, 3, 3) float, positions and axes (columns) of the nodes
     length : (n,) float, m, of the elements, or one of all
 
     Returns
@@ -122,7 +122,7 @@ def rotation(vector: Array) -> Array:
 
 
 def advanced(curvature: Array, length: float) -> tuple[Array, Array]:
-    """Place (3,) and axes (3, 3) at the end of a curve of constant curvature (3,), 1/m, in the axes of its start."""
+    """Position (3,) and axes (3, 3) at the end of a curve of constant curvature (3,), 1/m, in the axes of its start."""
     turn = np.asarray(curvature, dtype=float) * length
     angle, K = float(np.linalg.norm(turn)), skew(turn)
     b = 0.5 if angle < 1e-4 else (1.0 - math.cos(angle)) / angle**2

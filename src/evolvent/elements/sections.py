@@ -56,7 +56,7 @@ class Properties(NamedTuple):
     """Properties of a section about its centroid; m2, m4 and m.
 
     Iy = int z^2 dA (bending about y), Iz = int y^2 dA (bending about z), J of torsion, shear correction factors,
-    Iyz = int y z dA, and the place (y, z) of the shear centre.
+    Iyz = int y z dA, and the position (y, z) of the shear centre.
     """
 
     area: float

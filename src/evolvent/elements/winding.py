@@ -95,8 +95,8 @@ def _least(energy: Callable[[Array], Any], p: Array) -> tuple[float, Array]:
 # ------------------------------------------------------------------------------------------------ nodes
 
 
-def nodal(places: Array, slopes: Array, z: Array, across: float = 1.0, along: float = 1.0, *, vectors: int) -> Array:
-    """Nodes (n, vectors, 3) from places and slopes (n, 3); directors of the lengths `across` (y) and `along` (z).
+def nodal(positions: Array, slopes: Array, z: Array, across: float = 1.0, along: float = 1.0, *, vectors: int) -> Array:
+    """Nodes (n, vectors, 3) from positions and slopes (n, 3); directors of the lengths `across` (y) and `along` (z).
 
     Parameters
     ----------
@@ -104,9 +104,9 @@ def nodal(places: Array, slopes: Array, z: Array, across: float = 1.0, along: fl
     vectors : 2 of a cable, 4 of a beam
     """
     if vectors == 2:
-        return np.stack([places, slopes], axis=1)
+        return np.stack([positions, slopes], axis=1)
     e1 = slopes / np.linalg.norm(slopes, axis=1)[:, None]
-    return np.stack([places, slopes, across * np.cross(z, e1), along * np.broadcast_to(z, e1.shape)], axis=1)
+    return np.stack([positions, slopes, across * np.cross(z, e1), along * np.broadcast_to(z, e1.shape)], axis=1)
 
 
 def coil(
@@ -177,9 +177,9 @@ def coil(
     for _ in range(count):
         low, high = angles[-1] + 0.5 * angle, angles[-1] + 1.5 * angle
         angles.append(brentq(excess, low, high, args=(angles[-1],), xtol=1e-15) if growth else angles[-1] + angle)
-    places, faced = node(np.array(angles))
+    positions, faced = node(np.array(angles))
     slopes = slope * np.stack([np.cos(faced), np.sin(faced), 0.0 * faced], axis=1)
-    return nodal(places.T, slopes, np.array([0.0, 0.0, 1.0]), *directors, vectors=2 + len(directors))
+    return nodal(positions.T, slopes, np.array([0.0, 0.0, 1.0]), *directors, vectors=2 + len(directors))
 
 
 def resampled(nodes: Array, rates: Array, length: float, count: int, *, vectors: int, z: Array) -> tuple[Array, Array]:

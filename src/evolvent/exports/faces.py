@@ -112,7 +112,7 @@ class Camera:
         return np.asarray((points - self.target) @ self.axes.T)
 
     def screen(self, view: Array) -> tuple[Array, Array]:
-        """Places (..., 2) on the picture of views (..., 3), and pixels per m there (...)."""
+        """Positions (..., 2) on the picture of views (..., 3), and pixels per m there (...)."""
         far = _FAR * self.radius
         scale = self.scale * far / np.maximum(far + view[..., 2], 0.02 * far)
         return scale[..., None] * view[..., :2], scale
@@ -295,7 +295,7 @@ class Drawer:
 
 
 def arrows(start: Array, end: Array, depth: Array, pixel: float, *, twice: bool) -> list[Faces]:
-    """Arrows between places (n, 2), with two heads if `twice`."""
+    """Arrows between points (n, 2), with two heads if `twice`."""
     length = np.linalg.norm(end - start, axis=1, keepdims=True)
     way = (end - start) / np.maximum(length, 1e-300)
     head = np.minimum(9.0 * pixel, 0.6 * length)
@@ -310,7 +310,7 @@ def arrows(start: Array, end: Array, depth: Array, pixel: float, *, twice: bool)
 
 
 def _dots(at: Array, radius: Array, depth: Array) -> list[Faces]:
-    """Dots at places (n, 2), as polygons of 16 corners."""
+    """Dots at points (n, 2), as polygons of 16 corners."""
     angle = 2.0 * np.pi * np.arange(16) / 16
     edge = at[:, None] + radius[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     fill = _opaque(np.tile(_INK, (len(at), 1)))
@@ -319,7 +319,7 @@ def _dots(at: Array, radius: Array, depth: Array) -> list[Faces]:
 
 
 def _pieces(start: Array, end: Array, depth: Array, color: Array, width: Array | float) -> Faces:
-    """Straight pieces of lines between places (n, 2)."""
+    """Straight pieces of lines between points (n, 2)."""
     count = len(start)
     line = _opaque(np.broadcast_to(color, (count, 3)))
     corners = np.stack([start, end, end, start], axis=1)

@@ -171,12 +171,12 @@ def _results(run: Any, numbers: Iterable[Number]) -> Iterator[Iterable[Any]]:
             continue
         attrs = variable.attrs
         unit = attrs.get("units", "")
-        headings = _headings(run, str(name)) if not variable.dims else _places(run, str(name))
+        headings = _headings(run, str(name)) if not variable.dims else _entries(run, str(name))
         for heading, value in zip(headings, variable.values.ravel(), strict=True):
             yield [heading.removesuffix(unit_of(variable)), _number(value), unit, attrs.get("long_name", "")]
 
 
-def _places(run: Any, name: str) -> list[str]:
+def _entries(run: Any, name: str) -> list[str]:
     """Headings of a variable without time."""
     return _headings(run.assign({name: run[name].expand_dims("once")}), name)
 
@@ -191,6 +191,6 @@ def _columns(run: Any, names: list[str], motion: Motion) -> Iterator[Iterable[An
     for number in dict.fromkeys(name for s in motion.lines for name in s.values):
         name, _, unit = number.partition(" [")
         yield [f"shapes: {name}", unit.rstrip("]"), 1, "at the point"]
-    yield ["shapes: x, y, z", "m", 3, "place of the point, inertial axes"]
+    yield ["shapes: x, y, z", "m", 3, "position of the point, inertial axes"]
     yield ["bodies: x, y, z", "m", 3, "origin of the body, inertial axes"]
     yield ["bodies: quaternion", "", 4, "from body to inertial axes, scalar part first"]

@@ -15,12 +15,12 @@ beside the work of loads and drives less what dampers take: no step gains energy
 momentum is kept; the angular one only without the filter of velocities (chi = 0 in the first line), which is left out
 where nothing holds the system from outside.
 
-Every force acts along the mean shape: J(qm) dq = dg of strains that are quadratic in q; likewise of places and
+Every force acts along the mean shape: J(qm) dq = dg of strains that are quadratic in q; likewise of positions and
 directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2) e, for then dR = [theta]x (R0 + R1)/2.
 So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
 h. Springs and distances have the factor 2 abs(dm)/(l0 + l1) more, contacts and cords on drums the directions of
 `kernels.contact_step`, `kernels.layer_step` and `kernels.cord_step`, rods secants of functions of an angle
-(`kernels.rod_step`). Forces by users' laws are those of the mean place;
+(`kernels.rod_step`). Forces by users' laws are those of the mean position;
 what they give beside the energy that they store and dissipate, of third order in h, is booked as work of loads.
 
 Rows of free bodies' rotations are (R0^T R1 p1 - p0)/h - R0^T torque, p = J w with the momenta of their wheels
@@ -86,7 +86,7 @@ class EnergyStep(Struct):
     strains, strains_before : (elements, 28) float, changes of the products of nodal vectors, likewise
     rods0, rods1 : (rod elements, 15) float, of `rod_step.measure_rods` at both ends
     rods, rods_before : (rod elements, 6) float, changes of the rods' strains over this step and the one before
-    R0, R1 : (nb, 3, 3) float, and x0, x1 : (nb, 3) float, rotations and places of bodies
+    R0, R1 : (nb, 3, 3) float, and x0, x1 : (nb, 3) float, rotations and positions of bodies
     gap0, gap1 : (nj,) float, gaps of the joints; length0, length1 : (ns,) float, lengths of the springs
     hinge0, hinge1 : (nh, 3) float, of `hinge_step.measure_hinges`
     powers : (N_POWERS,) float, means over the step; contact : (2,) float, J, what normal forces and friction take
@@ -128,7 +128,7 @@ ENERGY_STEP = EnergyStep._numba_type_
 
 @indirect(void(_I, MODEL, ENERGY_STEP))
 def measure(end, model, work):
-    """Places of bodies, gaps of joints and contacts, and lengths of springs, at the end (1) or the start (0)."""
+    """Positions of bodies, gaps of joints and contacts, and lengths of springs, at the end (1) or the start (0)."""
     t = work.step.t + (work.step.h if end == 1 else 0.0)
     y = work.y1 if end == 1 else work.y0
     R, x = (work.R1, work.x1) if end == 1 else (work.R0, work.x0)

@@ -1,4 +1,4 @@
-"""Beams, rods, contacts, hinges, penalty joints, users' laws between places under explicit methods: forces, energies.
+"""Beams, rods, contacts, hinges, penalty joints, laws between points under explicit methods: forces, energies.
 
 A constraint must be a penalty here (`stiffness` above 0), and contact cannot stick: see `evolvent.solvers.flexible`.
 """

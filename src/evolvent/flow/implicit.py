@@ -254,8 +254,8 @@ def is_isolated(t, model):
     for k in range(f.custom_forces.size):
         if f.custom_forces[k].balanced == 0.0:
             return False
-    for k in range(f.custom_places.size):
-        if f.custom_places[k].on == ON_BODY and bodies[f.custom_places[k].index].motion != rigid.FREE:
+    for k in range(f.custom_points.size):
+        if f.custom_points[k].on == ON_BODY and bodies[f.custom_points[k].index].motion != rigid.FREE:
             return False
     for k in range(f.cylinders.size):
         if f.cylinders[k].touching > 0.0 and bodies[f.cylinders[k].body].motion != rigid.FREE:

@@ -15,7 +15,7 @@ from evolvent.model import Model
 
 
 def is_flexible(model: Model) -> bool:
-    """Whether a model has beams, rods, joints by penalties, hinges or users' laws between places."""
+    """Whether a model has beams, rods, joints by penalties, hinges or user-defined laws between points."""
     f = model.flexible
     return bool(
         f.beams.size or f.rods.size or model.info.penalties or f.hinges.size or f.custom_forces.size

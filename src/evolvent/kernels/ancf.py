@@ -37,7 +37,7 @@ STRAINS = ("axial", "shear_y", "shear_z", "twist", "bend_y", "bend_z", "thick_y"
 
 @inlined
 def pair(i, j, n):
-    """Place of v_i . v_j among the products of n vectors."""
+    """Index of v_i . v_j among the products of n vectors."""
     a, b = min(i, j), max(i, j)
     return a * n - a * (a - 1) // 2 + b - a
 

@@ -443,7 +443,7 @@ def add_controller_tangent(t, y, k, c_rate, model, matrix):
 
 @indirect(void(REAL, VECTOR, REAL, MODEL, SPARSE))
 def add_actuator_tangents(t, y, c_rate, model, matrix):
-    """Add what torques on wheels and forces of controlled thrusters change with place, and c_rate times with velocity.
+    """Add what torques on wheels and controlled thrusters change with position, and c_rate times with velocity.
 
     After `actuator_forces` of the same state only.
     """

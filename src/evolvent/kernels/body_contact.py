@@ -1,8 +1,8 @@
 """Contacts between two rigid bodies: their forces, tangents and what a step leaves behind.
 
 Body a has a sphere or a capsule, a segment with a radius; body b has one as well, or a plane. The force acts at the
-place of contact on both bodies, so that momenta are kept. Friction follows the displacement of one surface along the
-other over the step: of a's material at the place of contact, from where it was in the axes of b at the step's start.
+point of contact on both bodies, so that momenta are kept. Friction follows the displacement of one surface along the
+other over the step: of a's material at the point of contact, from where it was in the axes of b at the step's start.
 A sphere that rolls does not slide.
 """
 
@@ -24,7 +24,7 @@ _I = types.int64
 
 @inlined
 def axes_of(row, bodies):
-    """Of the bodies' present places: d from the middle of b to that of a, and the axes of both, inertial axes."""
+    """Of the bodies' current positions: d from the middle of b to that of a, and the axes of both, inertial axes."""
     a, b, p, q = row.a, row.b, row.place_a, row.place_b
     px, py, pz = turn(bodies[a].R, p[0], p[1], p[2])
     qx, qy, qz = turn(bodies[b].R, q[0], q[1], q[2])
@@ -37,13 +37,13 @@ def axes_of(row, bodies):
 
 @inlined
 def measure(row, d, e, g):
-    """Gap and normal (from b to a) of bodies: (gap, distance, normal, u, v, w, s, t), of `surfaces.closest_places`."""
+    """Gap and normal (from b to a): (gap, distance, normal, u, v, w, s, t), of `surfaces.closest_positions`."""
     u = d[0] * e[0] + d[1] * e[1] + d[2] * e[2]
     v = d[0] * g[0] + d[1] * g[1] + d[2] * g[2]
     w = e[0] * g[0] + e[1] * g[1] + e[2] * g[2]
     if row.surface == surfaces.PLANE:
         return v - row.radius, v, g, u, v, w, 0.0, 0.0
-    s, t = surfaces.closest_places(u, v, w, row.half_a, row.half_b)
+    s, t = surfaces.closest_positions(u, v, w, row.half_a, row.half_b)
     x, y, z = d[0] + s * e[0] - t * g[0], d[1] + s * e[1] - t * g[1], d[2] + s * e[2] - t * g[2]
     distance = math.sqrt(x * x + y * y + z * z)
     scale = 1.0 / distance if distance > 0.0 else 0.0
@@ -51,7 +51,7 @@ def measure(row, d, e, g):
 
 
 @inlined
-def place_of(row, bodies, e, s, n):
+def position_of(row, bodies, e, s, n):
     """Where a's surface touches b, inertial axes: on the line from its axis along the normal n."""
     p, x = row.place_a, bodies[row.a].x
     px, py, pz = turn(bodies[row.a].R, p[0], p[1], p[2])
@@ -61,7 +61,7 @@ def place_of(row, bodies, e, s, n):
 
 @inlined
 def push(row, bodies, at, f):
-    """Add the force f on a, and -f on b, both at the place `at`, to the bodies' wrenches and the contact's moments."""
+    """Add the force f on a, and -f on b, both at the point `at`, to the bodies' wrenches and the contact's moments."""
     A, B, xa, xb = bodies[row.a].F, bodies[row.b].F, bodies[row.a].x, bodies[row.b].x
     rigid.add_wrench(A, at[0] - xa[0], at[1] - xa[1], at[2] - xa[2], f[0], f[1], f[2])
     rigid.add_wrench(B, at[0] - xb[0], at[1] - xb[1], at[2] - xb[2], -f[0], -f[1], -f[2])
@@ -87,7 +87,7 @@ def clear(row):
 
 @indirect(void(REAL, MODEL))
 def add_body_contacts(step, model):
-    """Forces of all contacts between bodies into the bodies' wrenches, by the bodies' present places.
+    """Forces of all contacts between bodies into the bodies' wrenches, by the bodies' current positions.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def add_body_contacts(step, model):
         row.gap1, row.distance, row.s1, row.t1 = gap, distance, s, t
         normal = row.n
         normal[0], normal[1], normal[2] = n
-        at = place_of(row, bodies, e, s, n)
+        at = position_of(row, bodies, e, s, n)
         c = row.c
         c[0], c[1], c[2] = at
         if gap >= 0.0:
@@ -122,7 +122,7 @@ def add_body_contacts(step, model):
 
 @inlined
 def _relative_velocity(row, bodies, at):
-    """Velocity of a's material at a place against that of b's."""
+    """Velocity of a's material at a point against that of b's."""
     xa, xb, wa, wb = bodies[row.a].x, bodies[row.b].x, bodies[row.a].w, bodies[row.b].w
     ax, ay, az = cross(wa[0], wa[1], wa[2], at[0] - xa[0], at[1] - xa[1], at[2] - xa[2])
     bx, by, bz = cross(wb[0], wb[1], wb[2], at[0] - xb[0], at[1] - xb[1], at[2] - xb[2])
@@ -151,7 +151,7 @@ def longest_step(model):
 
 @inlined
 def _slide(row, bodies, at):
-    """How far a's material at a place has moved against b since the step's start, body axes of b."""
+    """How far a's material at a point has moved against b since the step's start, body axes of b."""
     xa, xb, X, Q = bodies[row.a].x, bodies[row.b].x, row.X, row.Q
     lx, ly, lz = turn_back(bodies[row.a].R, at[0] - xa[0], at[1] - xa[1], at[2] - xa[2])
     mx, my, mz = turn_back(bodies[row.b].R, at[0] - xb[0], at[1] - xb[1], at[2] - xb[2])
@@ -189,7 +189,7 @@ def _rub(row, bodies, at, n, force, step):
 def add_body_contact_tangents(c_rate, model, matrix):
     """Tangents of all contacts between bodies, c_rate times the derivatives by velocity included.
 
-    Left out is how a turn of a capsule moves the place on its axis from which the distance is measured.
+    Left out is how a turn of a capsule moves the point on its axis from which the distance is measured.
     """
     f, bodies = model.flexible, model.bodies
     rows, K = f.body_contacts, f.K12
@@ -221,7 +221,7 @@ def add_body_contact_tangents(c_rate, model, matrix):
 
 @inlined
 def curvature(row, n, e, g):
-    """d2 gap / dx2 of a place of a, 1/m: 9 numbers, row by row."""
+    """d2 gap / dx2 of a point of a, 1/m: 9 numbers, row by row."""
     f = 1.0 / row.distance if row.surface != surfaces.PLANE and row.distance > 0.0 else 0.0
     along_a = 1.0 if abs(row.s1) < row.half_a else 0.0
     along_b = 1.0 if abs(row.t1) < row.half_b else 0.0
@@ -238,16 +238,16 @@ def curvature(row, n, e, g):
 
 @indirect(void(SPARSE, MODEL, _I, _I, types.UniTuple(REAL, 3), types.UniTuple(REAL, 3), MATRIX))
 def add_pair(matrix, model, a, b, at, f, K):
-    """Couple two bodies by a force on a at a place `at` fixed to it, and its opposite on b, that b alone sees.
+    """Couple two bodies by a force on a at a point `at` fixed to it, and its opposite on b, that b alone sees.
 
     Parameters
     ----------
     f : 3 floats, the force on the left of the equations, inertial axes
-    K : (3, 3) float, its derivative by the place as seen from b
+    K : (3, 3) float, its derivative by the point as seen from b
 
     Notes
     -----
-    A displacement r of the place against b, and a turn t of b, change f by t x f + K r, and the moment about b's origin
+    A displacement r of the point against b, and a turn t of b, change f by t x f + K r, and the moment about b's origin
     by r x f + arm x K r in the axes of b. A turn of a beside that moves f against its arm: `sides.add_turning`.
     """
     bodies, J, local = model.bodies, model.flexible.J, model.flexible.e
@@ -358,7 +358,7 @@ def add_body_contact_bound(model, blocks):
 
 @inlined
 def write_contact(row, out):
-    """Force on a, moments, friction, place, normal force, gap and energy of a contact: the first 18 numbers of out."""
+    """Force on a, moments, friction, point, normal force, gap and energy of a contact: the first 18 numbers of out."""
     f, p, q, g, c = row.f, row.moment_a, row.moment_b, row.rubbing, row.c
     for i in range(3):
         out[i], out[3 + i], out[6 + i], out[9 + i], out[12 + i] = f[i], p[i], q[i], g[i], c[i]

@@ -1,7 +1,7 @@
 """Contacts between two rigid bodies over a step that conserves energy.
 
 With d from the middle of b's segment to that of a's, the axes e of a and g of b, u = d.e, v = d.g, w = e.g and the
-closest places s and t, the squared distance is
+closest points s and t, the squared distance is
 
     p^2 = d.d + s^2 + t^2 + 2 s u - 2 t v - 2 s t w
 
@@ -13,7 +13,7 @@ and changes over a step, with means m of both ends, by
 where s and t depend on u, v and w alone: rho, of third order where s and t lie inside, is shared among du, dv and dw in
 proportion to them. u, v and w are quadratic in vectors that are fixed to the bodies, whose changes are
 theta x mean. So the force lam times this over p0 + p1 does the work of the gap's change exactly; it depends on the
-bodies' places against each other alone, and keeps both momenta. The distance from a plane is v. The normal law and
+bodies' points against each other alone, and keeps both momenta. The distance from a plane is v. The normal law and
 friction are those of `kernels.contact_step`.
 """
 
@@ -23,7 +23,7 @@ from numba import types, void
 
 from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import contact_laws, surfaces
-from evolvent.kernels.body_contact import add_pair, axes_of, clear, curvature, measure, place_of, push
+from evolvent.kernels.body_contact import add_pair, axes_of, clear, curvature, measure, position_of, push
 from evolvent.kernels.contact_step import _pressed, _rub, is_filtered
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sparse import SPARSE
@@ -34,7 +34,7 @@ _I = types.int64
 
 @indirect(void(_I, MODEL))
 def measure_body_gaps(end, model):
-    """Gaps by the bodies' present places: of a step's end (1), with the energies of the contacts, or its start (0)."""
+    """Gaps by the bodies' current positions: of a step's end (1), with the contacts' energies, or its start (0)."""
     rows, bodies = model.flexible.body_contacts, model.bodies
     for k in range(rows.size):
         row = rows[k]
@@ -72,7 +72,7 @@ def _shares(row):
 
 @indirect(types.UniTuple(REAL, 2)(REAL, REAL, REAL, REAL, MODEL))
 def add_body_contact_step(h, soft, chi, ratio, model):
-    """Forces of all contacts over a step into the bodies' wrenches, at their mean place.
+    """Forces of all contacts over a step into the bodies' wrenches, at their mean position.
 
     Parameters and what is returned are those of `contact_step.add_contact_step`.
     """
@@ -96,7 +96,7 @@ def add_body_contact_step(h, soft, chi, ratio, model):
             n[i] = 2.0 * by_d * d[i] + by_u * e[i] + by_v * g[i]
         size = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
         unit = (n[0] / size, n[1] / size, n[2] / size)
-        at = place_of(row, bodies, e, 0.5 * (row.s0 + row.s1), unit)
+        at = position_of(row, bodies, e, 0.5 * (row.s0 + row.s1), unit)
         c[0], c[1], c[2] = at
         if lam == 0.0:
             lost += before - stored
@@ -125,7 +125,7 @@ def _press(row, bodies, lam, d, e, g, by_u, by_v, by_w):
     """The normal force of a step onto the bodies: a force lam n at the middles, and moments by the axes."""
     n = row.n
     f = (lam * n[0], lam * n[1], lam * n[2])
-    push(row, bodies, place_of(row, bodies, e, 0.0, (0.0, 0.0, 0.0)), f)
+    push(row, bodies, position_of(row, bodies, e, 0.0, (0.0, 0.0, 0.0)), f)
     # push() takes both at a's middle; on b it acts at b's: -f moves by d, which gives b the moment d x f
     x, y, z = cross(d[0], d[1], d[2], f[0], f[1], f[2])
     bx, by, bz = lam * (by_v * d[0] + by_w * e[0]), lam * (by_v * d[1] + by_w * e[1]), lam * (by_v * d[2] + by_w * e[2])
@@ -194,7 +194,7 @@ def passing(model, R0, x0, R1, x1):
 
     Parameters
     ----------
-    R0, x0, R1, x1 : rotations and places of the bodies at both ends of the step
+    R0, x0, R1, x1 : rotations and positions of the bodies at both ends of the step
     """
     rows, largest = model.flexible.body_contacts, 0.0
     for k in range(rows.size):

@@ -305,7 +305,7 @@ def cable_stretch_tangent(e, u, b, c, H, h, B, work, K):
         N = EA * (stretch - h[p] + b * grows)
         square = (EA * (1.0 + b * c) - (N + b * EA * grows) / stretch) / aa
         add_stretch_tangent(H, p, a, q, N / stretch, _plane(square, a, b * EA / aa, rate), K)
-    fill_first_place(K)
+    fill_first_position(K)
     if b != 0.0:
         add_bending_damping_tangent(e, u, b, c, B, K)
 
@@ -331,8 +331,8 @@ def add_stretch_tangent(H, p, a, q, pull, right, K):
 
 
 @inlined
-def fill_first_place(K):
-    """Rows and columns of the first node's place in K, of those of the vectors without it."""
+def fill_first_position(K):
+    """Rows and columns of the first node's position in K, of those of the vectors without it."""
     for k in range(3):
         for j in range(3, 12):
             K[k, j] = -K[6 + k, j]

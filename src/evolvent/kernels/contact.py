@@ -113,7 +113,7 @@ def friction_force(point, cylinder, R, place, normal, force, step):
     ----------
     point : record of the contact point, whose bristle and tangent are filled in
     cylinder : record; R : (3, 3) float, rotation of its body
-    place, normal : 3 floats each, of the point from the body's origin, and out of the cylinder; inertial axes
+    point, normal : 3 floats each, of the point from the body's origin, and out of the cylinder; inertial axes
     """
     nx, ny, nz = normal
     sx, sy, sz = 0.0, 0.0, 0.0
@@ -279,7 +279,7 @@ def end_contact_step(y, model):
 
 @indirect(types.int64(MODEL))
 def count_touching(model):
-    """Sum over cylinders of contact points that overlap them, weighted by their place: changes where the set does."""
+    """Sum over cylinders of contact points that overlap them, weighted by their index: changes where the set does."""
     cylinders, contacts = model.flexible.cylinders, model.flexible.contact_points
     total = 0
     for k in range(cylinders.size):

@@ -1,8 +1,8 @@
 """Contact of points: gaps, normal laws and friction that sticks, each with its energy and its derivatives.
 
 A gap is positive outside and negative where bodies overlap; a normal n points from the obstacle to the point, so that
-a force f >= 0 pushes the point by f n. With rate = n . v, the derivatives of f n by the point's place x and velocity v
-are
+a force f >= 0 pushes the point by f n. With rate = n . v, the derivatives of f n by the point's position x and
+velocity v are
 
     f_gap n n^T + f_rate n (H v)^T + f H    and    f_rate n n^T,      H = d2 gap / dx2.
 """
@@ -78,7 +78,7 @@ def cylinder_curvature(nx, ny, nz, ax, ay, az, distance):
 
 @inlined
 def point_position(y, at, S):
-    """Place (or velocity) of a contact point of a beam, S . (the four vectors at `at`)."""
+    """Position (or velocity) of a contact point of a beam, S . (the four vectors at `at`)."""
     return (
         S[0] * y[at[0]] + S[1] * y[at[1]] + S[2] * y[at[2]] + S[3] * y[at[3]],
         S[0] * y[at[0] + 1] + S[1] * y[at[1] + 1] + S[2] * y[at[2] + 1] + S[3] * y[at[3] + 1],

@@ -3,8 +3,8 @@
 The distance p of a point from a cylinder's axis obeys p^2 = d.d - (d.a)^2, d from a point of the axis a. Its change
 over a step is (p1 + p0) (p1 - p0) = 2 (dm - sm am) . dd - 2 sm dm . da with means m of both ends, s = d.a: so the force
 lam 2 (dm - sm am)/(p0 + p1) on the point, and its reaction on the body, do the work of the gap's change exactly
-and keep both momenta; other surfaces: `surfaces.step_place`. With V = K <delta>^(n + 1)/(n + 1), the contact's energy,
-its damping d, and the rate (delta1 - delta0)/h
+and keep both momenta; other surfaces: `surfaces.step_position`. With V = K <delta>^(n + 1)/(n + 1), the contact's
+energy, its damping d, and the rate (delta1 - delta0)/h
 
     lam = (V1 - V0)/(delta1 - delta0) (1 + d rate)+     does the work of V's change, less what the damping takes;
     lam = K <delta1>^n (1 + d rate)+                    the force of the step's end, never gives back more than V.
@@ -32,7 +32,7 @@ _I = types.int64
 
 @inlined
 def _frame(bodies, b, o, axis):
-    """Point and direction of a cylinder's axis, inertial axes, by the body's present place."""
+    """Point and direction of a cylinder's axis, inertial axes, by the body's current position."""
     cx, cy, cz = turn(bodies[b].R, o[0], o[1], o[2])
     ax, ay, az = turn(bodies[b].R, axis[0], axis[1], axis[2])
     return bodies[b].x[0] + cx, bodies[b].x[1] + cy, bodies[b].x[2] + cz, ax, ay, az
@@ -40,7 +40,7 @@ def _frame(bodies, b, o, axis):
 
 @indirect(void(VECTOR, types.int64, MODEL))
 def measure_gaps(y, end, model):
-    """Gaps of all contact points by the state y and the bodies' present places: of a step's end (1), or its start (0).
+    """Gaps of all contact points by the state y and the bodies' current positions, of a step's end (1) or start (0).
 
     Of points beyond a cylinder's ends the gap is infinite; one that comes in from there below the surface keeps that
     depth, `rest`, until it is lifted, for it would bring energy. Of a step's end the contacts' energies and the numbers
@@ -114,7 +114,7 @@ def _rub(point, cylinder, body, move, arm, normal, lam, h):
 
     Parameters
     ----------
-    move : displacement of the point; arm : its mean place from the body's origin; normal : unit vector; inertial axes
+    move : displacement of the point; arm : its mean position from the body's origin; normal : unit; inertial axes
 
     Notes
     -----
@@ -144,7 +144,7 @@ def _rub(point, cylinder, body, move, arm, normal, lam, h):
 
 @indirect(types.UniTuple(REAL, 2)(VECTOR, VECTOR, REAL, REAL, REAL, REAL, MODEL, VECTOR))
 def add_contact_step(y0, y1, h, soft, chi, ratio, model, F):
-    """Forces of all contacts over a step into F and the bodies' wrenches, at the mean place of the bodies.
+    """Forces of all contacts over a step into F and the bodies' wrenches, at the mean position of the bodies.
 
     Returns the energies that normal forces and friction take, J. Gaps are those of `measure_gaps`; `soft` times the
     stiffness is taken; chi and ratio are those of the filter, whose loss is not a contact's.
@@ -190,7 +190,7 @@ def add_contact_step(y0, y1, h, soft, chi, ratio, model, F):
             if surface == surfaces.PLANE:
                 nx, ny, nz, turning = ax, ay, az, -lam
             else:  # of a body that turns s is not dm . am
-                s, _ = surfaces.step_place(surface, contacts[i].xi, contacts[i].xi1, cylinders[k].half_length)
+                s, _ = surfaces.step_position(surface, contacts[i].xi, contacts[i].xi1, cylinders[k].half_length)
                 nx, ny, nz = 2.0 * (dx - s * ax) / total, 2.0 * (dy - s * ay) / total, 2.0 * (dz - s * az) / total
                 turning = 2.0 * lam * s / total
             n, f = contacts[i].n, contacts[i].f
@@ -258,7 +258,7 @@ def add_contact_step_tangents(y0, y1, model, matrix):
             e = (x1 - x0, y11 - y00, z1 - z0)
             share = 0.0  # of the axis, along which the distance does not change
             if surface != surfaces.PLANE:
-                _, share = surfaces.step_place(surface, contacts[i].xi, contacts[i].xi1, half)
+                _, share = surfaces.step_position(surface, contacts[i].xi, contacts[i].xi1, half)
             along = share * (e[0] * ax + e[1] * ay + e[2] * az)
             d1 = contacts[i].distance
             n1 = (

@@ -1,8 +1,8 @@
 """Cords on drums over a step that conserves energy.
 
-The length of a cord depends on the place of its free end as seen from the drum alone. With the displacement u of the
-end against the drum, its free direction e at the mean place, and the change dg of the length, the forces of a tension
-act along m = e + u (dg - e . u)/u.u on the end and, at the same place, against it on the drum: their work over the step
+The length of a cord depends on the position of its free end as seen from the drum alone. With the displacement u of the
+end against the drum, its free direction e at the mean position, and the change dg of the length, those of a tension
+act along m = e + u (dg - e . u)/u.u on the end and, at the same point, against it on the drum: their work over the step
 is the tension times the change of the length exactly, and both momenta are kept.
 """
 
@@ -22,7 +22,7 @@ _SMALL = 1e-5
 def add_cord_step(ym, k, la, change, h, model, F):
     """Generalised forces of the cord of joint k with tension -la, whose length changes by `change` over the step h.
 
-    Bodies stand at their mean place, ym has mean coordinates and increments over h; after `joint.joint_geometry`.
+    Bodies stand at their mean position, ym has mean coordinates and increments over h; after `joint.joint_geometry`.
     """
     joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
     on, index, iv, e = joints[k].on, joints[k].index, joints[k].iv, joints[k].g[1]

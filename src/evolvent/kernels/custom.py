@@ -1,6 +1,6 @@
-"""Users' laws between places: forces on points, bodies, nodes of beams and the ground, from their positions and rates.
+"""User-defined laws between points: forces on point masses, bodies, nodes of beams and the ground.
 
-A place is a side (`evolvent.kernels.sides`). Scratch of a law between k places, m = 3 k: positions, velocities, forces
+A point is a side (`evolvent.kernels.sides`). Scratch of a law between k points, m = 3 k: positions, velocities, forces
 and other forces, (m,) each, then derivatives of the forces, (m, m).
 """
 
@@ -15,28 +15,28 @@ from evolvent.kernels.sparse import SPARSE, first_entry
 from evolvent.model import MODEL
 
 _I = types.int64
-#: Steps of the central differences, in parts of the distance of the places.
+#: Steps of the central differences, in parts of the distance of the points.
 STEP = 1e-5
 #: Resultants this small beside the forces are round-off; so are asymmetries of derivatives by differences.
 ROUND_OFF, ASYMMETRY = 1e-10, 1e-6
 
 
-def scratch_size(places):
-    """Numbers of scratch that a law between so many places needs. Not compiled."""
-    m = 3 * places
+def scratch_size(points):
+    """Numbers of scratch that a law between so many points needs. Not compiled."""
+    m = 3 * points
     return 4 * m + m * m
 
 
 @inlined
 def _gather(y, model, k):
-    """Write positions and velocities of the places of law k into its scratch; returns 3 times their number."""
-    forces, places, work = model.flexible.custom_forces, model.flexible.custom_places, model.flexible.custom
-    count, first = forces[k].places, forces[k].place
+    """Write positions and velocities of the points of law k into its scratch; returns 3 times their number."""
+    forces, points, work = model.flexible.custom_forces, model.flexible.custom_points, model.flexible.custom
+    count, first = forces[k].points, forces[k].first_point
     m = 3 * count
     for i in range(count):
         p = first + i
         u = side_vector(
-            y, model.bodies, places[p].on, places[p].index, places[p].iq, places[p].iv, places[p].local, True
+            y, model.bodies, points[p].on, points[p].index, points[p].iq, points[p].iv, points[p].local, True
         )
         for c in range(3):
             work[3 * i + c] = u[c]
@@ -61,16 +61,16 @@ def _evaluate(t, model, k, m, out):
 def _add_forces(y, t, k, model, F):
     """Forces of law k; returns the energy stored, the power dissipated, and the power of the forces."""
     flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
-    forces, places, work = flexible.custom_forces, flexible.custom_places, flexible.custom
+    forces, points, work = flexible.custom_forces, flexible.custom_points, flexible.custom
     m, given = _gather(y, model, k), 0.0
     stored, lost = _evaluate(t, model, k, m, 2 * m)
     forces[k].balanced = _is_balanced(work, m)
     for i in range(m):
         given += work[2 * m + i] * work[m + i]
-    for i in range(forces[k].places):
-        p, x, f = forces[k].place + i, 3 * i, 2 * m + 3 * i
+    for i in range(forces[k].points):
+        p, x, f = forces[k].first_point + i, 3 * i, 2 * m + 3 * i
         pull(
-            F, bodies, n_q, places[p].on, places[p].index, places[p].iv, (work[x], work[x + 1], work[x + 2]), True,
+            F, bodies, n_q, points[p].on, points[p].index, points[p].iv, (work[x], work[x + 1], work[x + 2]), True,
             -work[f], -work[f + 1], -work[f + 2],
         )  # fmt: skip
     return stored, lost, given
@@ -90,7 +90,7 @@ def add_custom_forces(t, y, model, F):
 
 @indirect(REAL(REAL, VECTOR, MODEL))
 def custom_energies(t, y, model):
-    """Energy stored by all users' laws between places, J; after `kinematics`."""
+    """Energy stored by all user-defined laws between points, J; after `kinematics`."""
     energy = 0.0
     for k in range(model.flexible.custom_forces.size):
         m = _gather(y, model, k)
@@ -144,7 +144,7 @@ def _differences(t, model, k, m, at, step, scale, K):
 
 @indirect(void(REAL, VECTOR, REAL, MODEL, SPARSE))
 def add_custom_tangents(t, y, c_rate, model, matrix):
-    """Tangents of all users' laws between places, by central differences of their forces.
+    """Tangents of all user-defined laws between points, by central differences of their forces.
 
     Notes
     -----
@@ -173,7 +173,7 @@ def add_custom_tangents(t, y, c_rate, model, matrix):
                 for j in range(i):
                     K[i, j] = K[j, i] = 0.5 * (K[i, j] + K[j, i])
         if c_rate != 0.0:
-            speed = max(_spread(work, m, m), size)  # of places at rest: their distance in a second
+            speed = max(_spread(work, m, m), size)  # of points at rest: their distance in a second
             _differences(t, model, k, m, m, STEP * speed, c_rate, K)
         _evaluate(t, model, k, m, 2 * m)
         _add_products(model, k, m, K, matrix)
@@ -181,28 +181,28 @@ def add_custom_tangents(t, y, c_rate, model, matrix):
 
 @inlined
 def _add_products(model, k, m, K, matrix):
-    """Add derivatives K of the forces of law k, and what turns of bodies change, to the places' unknowns."""
+    """Add derivatives K of the forces of law k, and what turns of bodies change, to the points' unknowns."""
     flexible = model.flexible
-    forces, places, work = flexible.custom_forces, flexible.custom_places, flexible.custom
+    forces, points, work = flexible.custom_forces, flexible.custom_points, flexible.custom
     Ja, Jb = flexible.J[0], flexible.J[1]
-    for i in range(forces[k].places):
-        p = forces[k].place + i
-        at, n = side_columns(model, places[p].on, places[p].index, places[p].iv, places[p].local, True, Ja)
+    for i in range(forces[k].points):
+        p = forces[k].first_point + i
+        at, n = side_columns(model, points[p].on, points[p].index, points[p].iv, points[p].local, True, Ja)
         if n == 0:
             continue
-        for j in range(forces[k].places):
-            q = forces[k].place + j
-            bt, o = side_columns(model, places[q].on, places[q].index, places[q].iv, places[q].local, True, Jb)
-            _add_place_block(matrix, at, n, Ja, K, 3 * i, 3 * j, bt, o, Jb)
-        if places[p].on == ON_BODY and model.bodies[places[p].index].motion != rigid.DRIVEN:
+        for j in range(forces[k].points):
+            q = forces[k].first_point + j
+            bt, o = side_columns(model, points[q].on, points[q].index, points[q].iv, points[q].local, True, Jb)
+            _add_point_block(matrix, at, n, Ja, K, 3 * i, 3 * j, bt, o, Jb)
+        if points[p].on == ON_BODY and model.bodies[points[p].index].motion != rigid.DRIVEN:
             f = 2 * m + 3 * i
             add_turning(
-                matrix, model, places[p].index, places[p].local, -work[f], -work[f + 1], -work[f + 2],
+                matrix, model, points[p].index, points[p].local, -work[f], -work[f + 1], -work[f + 2],
             )  # fmt: skip
 
 
 @indirect(void(SPARSE, _I, _I, MATRIX, MATRIX, _I, _I, _I, _I, MATRIX))
-def _add_place_block(matrix, at, n, J, K, row, column, bt, m, L):
+def _add_point_block(matrix, at, n, J, K, row, column, bt, m, L):
     """Add J^T K[row : row + 3, column : column + 3] L; rows of unknowns at, at + 1 ..., columns bt, bt + 1 ..."""
     if n == 0 or m == 0:
         return
@@ -219,11 +219,11 @@ def _add_place_block(matrix, at, n, J, K, row, column, bt, m, L):
             values[to + r * down + c * right] += value
 
 
-def states_of_places(model, y, k):
-    """Positions and velocities, (3 k,) each, of the places of law k; after `kinematics`. Not compiled."""
-    row, places = model.flexible.custom_forces[k], model.flexible.custom_places
+def states_of_points(model, y, k):
+    """Positions and velocities, (3 k,) each, of the points of law k; after `kinematics`. Not compiled."""
+    row, points = model.flexible.custom_forces[k], model.flexible.custom_points
     x, v = [], []
-    for p in places[int(row["place"]) : int(row["place"] + row["places"])]:
+    for p in points[int(row["first_point"]) : int(row["first_point"] + row["points"])]:
         if p["on"] == ON_BODY:
             body = model.bodies[int(p["index"])]
             arm = np.array(body["R"]) @ p["local"]

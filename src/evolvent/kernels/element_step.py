@@ -10,7 +10,7 @@ import math
 
 from evolvent.jit import inlined, matrix_view
 from evolvent.kernels.ancf import add_force, multiply, nodal_vectors, products, write_tangent
-from evolvent.kernels.cable import _add_stress, _curvature, _derivative, _dot, add_stretch_tangent, fill_first_place
+from evolvent.kernels.cable import _add_stress, _curvature, _derivative, _dot, add_stretch_tangent, fill_first_position
 
 
 @inlined
@@ -131,7 +131,7 @@ def stretch_step_tangent(e0, e1, h, chi, ratio, b, H, hh, before, work, K):
         am = (0.5 * (a0[0] + a1[0]), 0.5 * (a0[1] + a1[1]), 0.5 * (a0[2] + a1[2]))
         qm = (0.5 * (q0[0] + q1[0]), 0.5 * (q0[1] + q1[1]), 0.5 * (q0[2] + q1[2]))
         add_stretch_tangent(H, p, am, qm, N / mean, (factor * a1[0], factor * a1[1], factor * a1[2]), K)
-    fill_first_place(K)
+    fill_first_position(K)
 
 
 @inlined

@@ -276,7 +276,7 @@ def drive_expression(t, p):
 @entry(REAL, VECTOR, VECTOR)
 @kernel
 def event_expression(t, y, p):
-    """Value of an event: p is the number k of variables from the state, their k places, then the program.
+    """Value of an event: p is the number k of variables from the state, their k indices, then the program.
 
     The program's variables are t and those from the state.
     """

@@ -1,4 +1,4 @@
-"""Fields: accelerations of every mass that follow from its place, its velocity and the time.
+"""Fields: accelerations of every mass that follow from its position, its velocity and the time.
 
 Bodies and elements of beams are integrated by points (`evolvent.parts.field_points`) that have their mass, centre and
 second moments; their forces are exact for a field that is linear in place and velocity, moments included. Under the
@@ -24,7 +24,7 @@ STEP = 1e-6
 
 @kernel
 def acceleration(t, model, x, v):
-    """Sum of all fields at a place x with velocity v, (3,) each: three floats, m/s2.
+    """Sum of all fields at a position x with velocity v, (3,) each: three floats, m/s2.
 
     Notes
     -----
@@ -78,7 +78,7 @@ def _difference(t, model, x, v, at, c):
 
 @inlined
 def _body_point(model, k, x, v):
-    """Place and velocity of field point k, on a body, into x and v; returns its arm."""
+    """Position and velocity of field point k, on a body, into x and v; returns its arm."""
     own, b = model.field_points[k].local, model.field_points[k].body
     w, at, moves = model.bodies[b].w, model.bodies[b].x, model.bodies[b].v
     dx, dy, dz = turn(model.bodies[b].R, own[0], own[1], own[2])
@@ -90,7 +90,7 @@ def _body_point(model, k, x, v):
 
 @inlined
 def _element_point(y, model, k, x, v):
-    """Place and velocity of field point k, in an element, into x and v; returns the number of its nodal vectors."""
+    """Position and velocity of field point k, in an element, into x and v; returns the number of its nodal vectors."""
     element = model.field_points[k].element
     elements, S = model.flexible.elements, model.field_points[k].S
     iq, iv = elements[element].iq, elements[element].iv
@@ -149,7 +149,7 @@ def add_beam_fields(t, y, model, P):
 
 @indirect(void(REAL, VECTOR, REAL, MODEL, SPARSE))
 def add_field_tangents(t, y, c_rate, model, matrix):
-    """Add what fields on points, bodies and beams change with place, and c_rate times with velocity, to a matrix.
+    """Add what fields on points, bodies and beams change with position, and c_rate times with velocity, to a matrix.
 
     That of threads is left out: it only slows Newton's method.
     """

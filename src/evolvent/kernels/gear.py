@@ -1,7 +1,7 @@
 """Gears: q_1 + ratio q_2 keeps its value, of two angles or travels between bodies; a kind of the family `joints`.
 
 An angle is that of the direction `local` of the body `other` about the axis of `body`, from its direction `zero` on; a
-travel that of the place `local` of `other` along the axis. The sum of angles counts modulo 2 pi/teeth, so that angles
+travel that of the point `local` of `other` along the axis. The sum of angles counts modulo 2 pi/teeth, so that angles
 need no counted turns: whole numbers of teeth make it the same after any number of them.
 """
 

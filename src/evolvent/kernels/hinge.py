@@ -72,7 +72,7 @@ def continuous_angle(p, q, quarters):
 
 @inlined
 def _second_side(y, hinges, bodies, k):
-    """Second direction of hinge k, or the place of travel k, and its rate, inertial axes."""
+    """Second direction of hinge k, or the point of travel k, and its rate, inertial axes."""
     return side_vector(
         y, bodies, hinges[k].on, hinges[k].other, hinges[k].iq, hinges[k].iv, hinges[k].local,
         hinges[k].kind == TRAVEL,

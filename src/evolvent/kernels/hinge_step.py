@@ -25,7 +25,7 @@ _SMALL = 1e-7
 
 @indirect(void(VECTOR, INTEGERS, MODEL, MATRIX))
 def measure_hinges(y, s, model, out):
-    """p, q and angle of all hinges by the state y and the bodies' present places; out : (nh, 3) float.
+    """p, q and angle of all hinges by the state y and the bodies' current positions; out : (nh, 3) float.
 
     Of a travel the last is the travel.
     """
@@ -62,7 +62,7 @@ def _secant_torque(hinges, k, latched, start, end):
 
 @indirect(REAL(REAL, VECTOR, REAL, INTEGERS, MATRIX, MATRIX, MODEL, VECTOR))
 def add_hinge_step(t, ym, h, s, start, end, model, F):
-    """Torques of all coordinates over a step, at the mean place of the bodies; returns the power that dampers take, W.
+    """Torques of all coordinates over a step, at the bodies' mean position; returns the power that dampers take, W.
 
     Parameters
     ----------

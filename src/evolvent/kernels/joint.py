@@ -24,10 +24,10 @@ from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
 from evolvent.model import MODEL, family_type
 
 _I = types.int64
-# kinds of joints: places coincide along a direction; directions keep their product; places keep their distance;
-# a spinning body keeps to an angle; a cord winds onto a drum of side a; places coincide along a direction that turns
+# kinds of joints: points coincide along a direction; directions keep their product; points keep their distance;
+# a spinning body keeps to an angle; a cord winds onto a drum of side a; points coincide along a direction that turns
 # two angles or travels stay in a ratio (`evolvent.kernels.gear`)
-PLACE, DIRECTION, DISTANCE, ANGLE, CORD, ALONG, GEAR = 0, 1, 2, 3, 4, 5, 6
+POINT, DIRECTION, DISTANCE, ANGLE, CORD, ALONG, GEAR = 0, 1, 2, 3, 4, 5, 6
 # how a drive moves a joint: not; along its direction; round an involute
 STILL, LINEAR, INVOLUTE = 0, 1, 2
 
@@ -60,9 +60,9 @@ def joint_geometry(t, y, k, model):
 
     Notes
     -----
-    PLACE: along . (u_b - u_a) - value - path; ALONG: u_d . (u_b - u_a) - value; DIRECTION: u_a . u_b - value;
+    POINT: along . (u_b - u_a) - value - path; ALONG: u_d . (u_b - u_a) - value; DIRECTION: u_a . u_b - value;
     DISTANCE: |u_b - u_a| - value; ANGLE: the body's angle less value and path. The path is radius phi of a drive, or
-    for an INVOLUTE the place of the end of a taut thread of length `value` that has been wound by phi onto a circle,
+    for an INVOLUTE the point of the end of a taut thread of length `value` that has been wound by phi onto a circle,
     from the direction `zero` on.
     """
     joints, bodies, parameters = model.flexible.joints, model.bodies, model.parameters
@@ -137,7 +137,7 @@ def _cord_geometry(y, k, model):
 
     Notes
     -----
-    The force on the drum acts where the cord leaves it, which is entered as the place of side a.
+    The force on the drum acts where the cord leaves it, which is entered as the point of side a.
     """
     joints, bodies = model.flexible.joints, model.bodies
     body, radius, centre, n0, z0 = (
@@ -248,7 +248,7 @@ def penalty_values(t, s, joints):
 
 @inlined
 def add_joint_residual(t, y, la, k, row, model, F, r):
-    """Add joint k with the multiplier la to the forces F and its constraint to the residual, in place `row`.
+    """Add joint k with the multiplier la to the forces F and its constraint to the residual, in row `row`.
 
     A penalty is a constraint with a compliance, gap + (damping rate - la)/stiffness = 0.
 

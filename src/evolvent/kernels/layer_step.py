@@ -1,15 +1,15 @@
 """Turns of beams that lie on one another, over a step that conserves energy.
 
-A contact point p of the upper beam has below it the nearest place r of the lower beam's cubic, as seen along the axis a
+A contact point p of the upper beam has below it the nearest point r of the lower beam's cubic, as seen along the axis a
 (`kernels.layers`): direction e there, normal n = e x a outwards, gap g = (p - r) . n less the thickness. The gap is a
 function of the coordinates alone: that of a step's end is that of the next one's start, wherever r has moved to. Over a
-step the normal force lam m acts on p, and -lam m on the lower beam at the place midway between those of both ends; what
+step the normal force lam m acts on p, and -lam m on the lower beam at the point midway between those of both ends; what
 p lies off it makes a couple, which the body takes, and both momenta are kept. With the displacement u of p against that
-place and the body, and the normals n0 and n1 of both ends,
+point and the body, and the normals n0 and n1 of both ends,
 
     m = k + u (g1 - g0 - k . u)/u.u,      k = (n0 + n1)/(1 + n0 . n1)
 
-so that m . u is the change of the gap exactly (Gonzalez, 1996); k alone does it where r stays at its place on the beam.
+so that m . u is the change of the gap exactly (Gonzalez, 1996); k alone does it where r stays at its point on the beam.
 
 A point that comes to lie on the lower beam over the beam's end or side keeps the depth that it then has (`rest`), until
 it is lifted: it brings no energy. A point that leaves over an end loses the energy of its contact.
@@ -32,7 +32,7 @@ _I = types.int64
 #: Displacement, of an element's length, below which the work of k, whose error is of third order, is exact.
 _SMALL = 1e-4
 #: Share of the displacement by which the work of the mean normal may differ from the change of the gap, and least
-#: 1 + n0 . n1; beyond them a point is one that has come to another place.
+#: 1 + n0 . n1; beyond them a point is one that has moved to another part of the beam.
 _LARGEST_MISS, _LEAST_TURN = 0.5, 0.5
 
 
@@ -45,7 +45,7 @@ def _slopes(length, xi):
 
 @indirect(types.UniTuple(REAL, 4)(VECTOR, MODEL, _I, _I, _I, REAL, types.UniTuple(REAL, 3), types.UniTuple(REAL, 3)))
 def gap_below(y, model, k, upper, c, xi, p, a):
-    """Gap of the point p of element `upper` above the place (c, xi) of cylinder k's lower beam, and the normal there.
+    """Gap of the point p of element `upper` above the point (c, xi) of cylinder k's lower beam, and the normal there.
 
     The gap is infinite beyond the beam's sides.
     """
@@ -68,7 +68,7 @@ def gap_below(y, model, k, upper, c, xi, p, a):
 
 @inlined
 def _is_far(y, elements, c, half, xi, p, a):
-    """Whether p lies farther from the place (c, xi), as seen along the axis, than any contact."""
+    """Whether p lies farther from the point (c, xi), as seen along the axis, than any contact."""
     length = elements[c].length
     x, yy, z = _combined(y, elements[c].iq, half, _shape(length, xi))
     wx, wy, wz = p[0] - x, p[1] - yy, p[2] - z
@@ -78,7 +78,7 @@ def _is_far(y, elements, c, half, xi, p, a):
 
 @indirect(void(VECTOR, _I, MODEL, _I))
 def measure_layer(y, end, model, k):
-    """Places below the contact points of cylinder k's layer, gaps and normals: of a step's end (1), or its start (0).
+    """Points below the contact points of cylinder k's layer, gaps and normals: of a step's end (1), or its start (0).
 
     Fills the energy of the layer too, but for bristles.
 
@@ -128,8 +128,8 @@ def measure_layer(y, end, model, k):
 
 
 @inlined
-def _place_between(point):
-    """Element and place midway between those below a point at both ends of a step."""
+def _point_between(point):
+    """Element and point midway between those below a point at both ends of a step."""
     if point.carrier == point.carrier1:
         return point.carrier, 0.5 * (point.xi + point.xi1)
     s = 0.5 * (point.carrier + point.carrier1 + point.xi + point.xi1)
@@ -188,7 +188,7 @@ def _rub(point, row, u, n, axis, lam, h):
 
 @indirect(types.UniTuple(REAL, 2)(VECTOR, VECTOR, REAL, REAL, REAL, REAL, MODEL, _I, VECTOR))
 def add_layer_step(y0, y1, h, soft, chi, ratio, model, k, F):
-    """Forces of cylinder k's layer over a step into F, and their couple into the body's wrench, at its mean place.
+    """Forces of cylinder k's layer over a step into F, and their couple into the body's wrench, at its mean position.
 
     Returns the energies that normal forces and friction take, J. Gaps are those of `measure_layer`; `soft` times the
     stiffness is taken; chi and ratio are those of the filter, whose loss is not a contact's.
@@ -222,7 +222,7 @@ def add_layer_step(y0, y1, h, soft, chi, ratio, model, k, F):
             lost += before - stored
             rubbed += held
             continue
-        c, xi = _place_between(contacts[i])
+        c, xi = _point_between(contacts[i])
         S, L, at = contacts[i].S, _shape(elements[c].length, xi), elements[c].iq
         p0, p1 = contact_laws.point_position(y0, contacts[i].iq, S), contact_laws.point_position(y1, contacts[i].iq, S)
         r0, r1 = _combined(y0, at, half, L), _combined(y1, at, half, L)
@@ -276,7 +276,7 @@ def add_layer_step(y0, y1, h, soft, chi, ratio, model, k, F):
 
 @inlined
 def _turning(y, elements, c, half, xi, n):
-    """How the normal turns at a place on the lower beam: e / |t|, slope's factors, and curvature times |t|.
+    """How the normal turns at a point on the lower beam: e / |t|, slope's factors, and curvature times |t|.
 
     Notes
     -----
@@ -310,7 +310,7 @@ def add_layer_step_tangents(y1, model, k, matrix):
     for i in range(cylinders[k].first, cylinders[k].last):
         if contacts[i].force == 0.0:
             continue
-        c, xi = _place_between(contacts[i])
+        c, xi = _point_between(contacts[i])
         if contacts[i].element != upper or c != lower:
             if coupled:
                 _add_sum(matrix, elements[upper].iv - n_q, elements[lower].iv - n_q, half, W)
@@ -379,7 +379,7 @@ def _add_sum(matrix, upper, lower, half, W):
 
 @inlined
 def _add_inner(model, k, i, c, xi, matrix):
-    """Add the tangent of contact point i, above the place (c, xi), through inner unknowns."""
+    """Add the tangent of contact point i, above the point (c, xi), through inner unknowns."""
     flexible, n_q = model.flexible, model.info.nq
     cylinders, contacts, elements = flexible.cylinders, flexible.contact_points, flexible.elements
     half, L = NODE_VECTORS[flexible.beams[cylinders[k].under].kind], _shape(elements[c].length, xi)

@@ -1,6 +1,6 @@
 """Turns of beams that lie on one another, wound round a body's axis: where they touch, forces and tangents.
 
-A turn is seen from the one below it: a contact point p of the upper beam, the nearest place r of the lower beam's cubic
+A turn is seen from the one below it: a contact point p of the upper beam, the nearest point r of the lower beam's cubic
 in the plane across the axis a, the lower one's direction e there, n = e x a outwards, and the gap (p - r) . n less the
 layers' thickness. The gap has sides: a point that has passed through the layer below is pushed back out. Since p - r is
 across e, moving along the lower beam does not change the gap to first order, so that f n on p and -f n at r are its
@@ -19,7 +19,7 @@ from evolvent.kernels.sparse import SPARSE, add_inner, inner
 from evolvent.model import MODEL
 
 _I = types.int64
-#: Steps of the search for the nearest place, and the change (of an element) at which it ends.
+#: Steps of the search for the nearest point, and the change (of an element) at which it ends.
 MOST_STEPS, NEAR = 12, 1e-9
 #: What `contact_points.carrier` is before the first search; -1 where there is nothing below.
 UNKNOWN = -2
@@ -29,7 +29,7 @@ FAR = 2.0
 
 @inlined
 def _shape(length, xi):
-    """Hermite's cubic: factors of place, slope, place and slope of an element's two nodes."""
+    """Hermite's cubic: factors of position, slope, position and slope of an element's two nodes."""
     return (
         1.0 - xi * xi * (3.0 - 2.0 * xi),
         length * xi * (1.0 - xi) * (1.0 - xi),
@@ -40,7 +40,7 @@ def _shape(length, xi):
 
 @inlined
 def _combined(y, at, half, S):
-    """S . (place and slope of an element's two nodes), of nodes with `half` vectors."""
+    """S . (position and slope of an element's two nodes), of nodes with `half` vectors."""
     b, c, d = at + 3, at + 3 * half, at + 3 * half + 3
     return (
         S[0] * y[at] + S[1] * y[b] + S[2] * y[c] + S[3] * y[d],
@@ -51,12 +51,12 @@ def _combined(y, at, half, S):
 
 @indirect(types.Tuple([_I, REAL])(VECTOR, MODEL, _I, _I, REAL, REAL, REAL, REAL, REAL, REAL, REAL))
 def nearest(y, model, beam, element, xi, px, py, pz, ax, ay, az):
-    """Place of a beam's axis nearest to a point as seen along the unit vector a, searched from (element, xi) on.
+    """Point of a beam's axis nearest to a point as seen along the unit vector a, searched from (element, xi) on.
 
     Returns
     -------
     element : int, -1 where there is none: beyond the beam's ends, or farther away than `FAR`
-    xi : float, place in the element, 0 to 1
+    xi : float, position in the element, 0 to 1
     """
     flexible = model.flexible
     elements, half = flexible.elements, NODE_VECTORS[flexible.beams[beam].kind]
@@ -140,7 +140,7 @@ def _frame(bodies, cylinders, k):
 
 @kernel
 def find_partners(y, model, k):
-    """Find the place below every contact point of cylinder k's layer, for the step that begins.
+    """Find the point below every contact point of cylinder k's layer, for the step that begins.
 
     Notes
     -----
@@ -309,7 +309,7 @@ def side_vector(j, point, S, at, half, n_q):
     Parameters
     ----------
     point : record of the contact point; S : factors of the 4 vectors of the lower element
-    at, half : place of that element's velocities, and vectors of its nodes
+    at, half : index of that element's velocities, and vectors of its nodes
     """
     if j < 4:
         return point.iv[j] - n_q, point.S[j]

@@ -94,7 +94,7 @@ def banded_ldl_solve(A, n, w, x):
 
 @inlined
 def banded_solve_vectors(A, first, n, w, x, at):
-    """Solve for n vectors of 3 components that stand one after the other in x from place `at`, in place.
+    """Solve for n vectors of 3 components that stand one after the other in x from index `at`, in place.
 
     Parameters
     ----------

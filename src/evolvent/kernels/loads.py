@@ -104,7 +104,7 @@ def node_share(loads, k, i, span):
 
 @inlined
 def _note_state(y, k, model):
-    """Place and velocity, of a torque angular velocity, of the marker of load k into model.scratch[1:]."""
+    """Position and velocity, of a torque angular velocity, of the marker of load k into model.scratch[1:]."""
     m, x, v = model.loads[k].target, model.scratch[1], model.scratch[2]
     x[0], x[1], x[2], v[0], v[1], v[2] = marker_kinematics(y, model.markers, model.points, model.bodies, m)
     if model.loads[k].kind == TORQUE:
@@ -162,7 +162,7 @@ def add_law_tangents(t, y, c_rate, model, matrix):
 
 @indirect(void(REAL, VECTOR, types.int64, REAL, MODEL, SPARSE))
 def add_law_tangent(t, y, k, c_rate, model, matrix):
-    """Add what the law of load k changes with place, and c_rate times with velocity, but for turns of its axes."""
+    """Add what the law of load k change with position, and c_rate times with velocity, but for turns of its axes."""
     loads, markers, bodies, f = model.loads, model.markers, model.bodies, model.flexible
     p = model.parameters[loads[k].first : loads[k].last]
     scale = window(t, p[START], p[END], p[RAMP]) * p[0]

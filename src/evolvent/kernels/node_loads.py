@@ -140,7 +140,7 @@ def _axis_weights(length, xi):
 
 @inlined
 def _line_point(y, element, xi, model):
-    """Place and velocity of a point of an element's axis into model.scratch[1:]; returns the shape functions."""
+    """Position and velocity of a point of an element's axis into model.scratch[1:]; returns the shape functions."""
     f, x, v = model.flexible, model.scratch[1], model.scratch[2]
     iq, iv = f.elements[element].iq, f.elements[element].iv
     half = 6 if f.beams[f.elements[element].beam].kind == CABLE else 12
@@ -180,7 +180,7 @@ def add_following_load(t, y, k, value, model, P):
 
 @kernel
 def law_gradient(law, p, t, model, c_rate, A):
-    """A : (3, 3) = d f/dx + c_rate d f/dv of a law at the place and velocity in model.scratch[1:], by differences."""
+    """A : (3, 3) = d f/dx + c_rate d f/dv of a law at position and velocity in model.scratch[1:], by differences."""
     for c in range(3):
         A[0, c] = A[1, c] = A[2, c] = 0.0
         for of in range(1, 3):
@@ -212,7 +212,7 @@ def add_following_tangents(t, y, c_rate, model, matrix):
 
 @indirect(void(REAL, VECTOR, _I, REAL, MODEL, SPARSE))
 def add_following_tangent(t, y, k, c_rate, model, matrix):
-    """Add what load k changes with its beam's place, and c_rate times with its velocity, at its last value."""
+    """Add what load k changes with its beam's position, and c_rate times with its velocity, at its last value."""
     f, n_q = model.flexible, model.info.nq
     row = f.beam_loads[k]
     if row.now == 0.0:

@@ -33,7 +33,7 @@ def pieces(p, at, t):
 
     Parameters
     ----------
-    p, at : parameters, and the place of its own: n, value before the first time, value from the last time on, the n
+    p, at : parameters, and the index of its own: n, value before the first time, value from the last time on, the n
         times (s), then the coefficients of each of the n - 1 pieces
     """
     n = int(p[at])
@@ -56,7 +56,7 @@ def pieces(p, at, t):
 
 @indirect(REAL(REAL, types.int64, MODEL))
 def profile(t, at, model):
-    """Value at time t of the profile at place `at` of the model's parameters.
+    """Value at time t of the profile at index `at` of the model's parameters.
 
     Notes
     -----

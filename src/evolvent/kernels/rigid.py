@@ -69,7 +69,7 @@ def kinematics(t, y, model):
 
 @indirect(void(REAL, types.int64, MODEL))
 def move_along(t, b, model):
-    """Place, velocity and acceleration of a driven body b that a drive moves along a line."""
+    """Position, velocity and acceleration of a driven body b that a drive moves along a line."""
     bodies = model.bodies
     p = model.parameters[bodies[b].path_first : bodies[b].path_last]
     value, rate, acceleration = drive(bodies[b].path - 1, p, bodies[b].path_law, t)

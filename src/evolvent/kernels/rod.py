@@ -34,7 +34,7 @@ _I = types.int64
 COSINE, CHORD, PHI, PSI, STRAIN, MEASURES = 3, 4, 7, 8, 9, 15
 #: Cosine of the largest angle between the ends of an element, 120 degrees; beyond it strains are not a number.
 LEAST_COSINE = -0.5
-# places in the scratch `Flexible.rod`
+# indices in the scratch `Flexible.rod`
 _J0, _J1, _D0, _D1, _A, _B, _K, _P, _S, _M, _Q, WORK = 0, 84, 168, 210, 252, 301, 385, 529, 536, 542, 557, 600
 
 _TERMS = 13
@@ -111,7 +111,7 @@ def element_vectors(rows, k, bodies):
 
 @inlined
 def measure_element(k, model, out):
-    """Write s, c, v, phi, psi and the strains of element k at the bodies' present places; out : (MEASURES,) float."""
+    """Write s, c, v, phi, psi and strains of element k at the bodies' current positions; out : (MEASURES,) float."""
     rows, bodies = model.flexible.rod_elements, model.bodies
     A, B = bodies[rows[k].a].R, bodies[rows[k].b].R
     _, _, _, _, _, _, dx, dy, dz = element_vectors(rows, k, bodies)
@@ -201,7 +201,7 @@ def _conjugate_director(A, p, j):
 
 @inlined
 def push_ends(k, p, model):
-    """Add the forces -p . d(s, c, v) of element k to the wrenches of its bodies, at the bodies' present places."""
+    """Add the forces -p . d(s, c, v) of element k to the wrenches of its bodies, at the bodies' current positions."""
     rows, bodies = model.flexible.rod_elements, model.bodies
     a, b, scale = rows[k].a, rows[k].b, 0.5 / rows[k].length
     A, B, Fa, Fb = bodies[a].R, bodies[b].R, bodies[a].F, bodies[b].F
@@ -337,7 +337,7 @@ def _add_double(K, row, column, scale, ax, ay, az, bx, by, bz):
 def add_turned_forces(k, model, p, A0, B0, v0, A1, B1, v1, K):
     """Add p . (second derivatives of s, c and v) to K : (12, 12), displacements and turns in inertial axes.
 
-    The second factor of each product has the places with 1, which move; the first those with 0 (the same, or means).
+    The second factor of each product has the positions with 1, which move; the first those with 0 (the same, or means).
     """
     scale = 0.5 / model.flexible.rod_elements[k].length
     px, py, pz = scale * p[4], scale * p[5], scale * p[6]
@@ -559,7 +559,7 @@ def add_rod_forces(model):
 
 @indirect(void(MODEL, VECTOR))
 def add_rod_energies(model, out):
-    """Add the strain energy of all rods to out[1], and that of moments to out[2], J; at the bodies' present places."""
+    """Add the strain energy of all rods to out[1], that of moments to out[2], J; at the bodies' current positions."""
     rows, work = model.flexible.rod_elements, model.flexible.rod
     m, S = work[_M : _M + MEASURES], work[_S : _S + 6]
     for k in range(rows.size):
@@ -577,7 +577,7 @@ def add_rod_energies(model, out):
 def add_rod_tangents(c_rate, model, matrix):
     """Derivatives of the forces of all rods by displacements and turns of their bodies.
 
-    Left out is how the damping's stresses follow the places at given velocities.
+    Left out is how the damping's stresses follow the positions at given velocities.
     """
     rows, bodies, work = model.flexible.rod_elements, model.bodies, model.flexible.rod
     m, S, p = work[_M : _M + MEASURES], work[_S : _S + 6], work[_P : _P + 7]

@@ -6,7 +6,7 @@ from evolvent.kernels.rotations import rotation_from_quaternion, turn, turn_back
 
 
 @kernel
-def _end_places(rows, k, y, bodies, A, B):
+def _end_positions(rows, k, y, bodies, A, B):
     """Rotations of the bodies of element k in the state y into A and B; returns the vector between its ends."""
     a, b, la, lb = bodies[rows[k].a].iq, bodies[rows[k].b].iq, rows[k].arm_a, rows[k].arm_b
     rotation_from_quaternion(y[a + 3], y[a + 4], y[a + 5], y[a + 6], A)
@@ -32,9 +32,9 @@ def keep_chords(theta, y0, y1, model, y):
     for r in range(f.rods.size):
         ox = oy = oz = 0.0  # what the nodes so far have been moved by
         for k in range(f.rods[r].first_element, f.rods[r].first_element + f.rods[r].elements):
-            u = _mean_turned_back(A, B, _end_places(rows, k, y0, bodies, A, B))
-            v = _mean_turned_back(A, B, _end_places(rows, k, y1, bodies, A, B))
-            dx, dy, dz = _end_places(rows, k, y, bodies, A, B)
+            u = _mean_turned_back(A, B, _end_positions(rows, k, y0, bodies, A, B))
+            v = _mean_turned_back(A, B, _end_positions(rows, k, y1, bodies, A, B))
+            dx, dy, dz = _end_positions(rows, k, y, bodies, A, B)
             w = _mean_turned_back(A, B, (dx + ox, dy + oy, dz + oz))  # the node before has been moved already
             ex = u[0] + theta * (v[0] - u[0]) - w[0]
             ey = u[1] + theta * (v[1] - u[1]) - w[1]

@@ -53,7 +53,7 @@ _SMALL = 1e-6
 
 @indirect(void(MODEL, MATRIX))
 def measure_rods(model, out):
-    """`measure_element` of all elements at the bodies' present places; out : (elements, MEASURES) float."""
+    """`measure_element` of all elements at the bodies' current positions; out : (elements, MEASURES) float."""
     for k in range(model.flexible.rod_elements.size):
         measure_element(k, model, out[k])
 
@@ -142,7 +142,7 @@ def add_rod_step_tangents(model, h, chi, ratio, dq, R0, R1, x1, start, end, befo
 
     Parameters
     ----------
-    dq : (nv,) float, increments; R0, R1 : (nb, 3, 3) float, rotations at both ends, x1 : (nb, 3) float, places
+    dq : (nv,) float, increments; R0, R1 : (nb, 3, 3) float, rotations at both ends, x1 : (nb, 3) float, positions
     """
     rows, bodies, work, n_q = model.flexible.rod_elements, model.bodies, model.flexible.rod, model.info.nq
     S, p = work[_S : _S + 6], work[_P : _P + 7]

@@ -1,6 +1,6 @@
 """Sides: vectors of coordinates, or fixed to a body, that joints, hinges and contacts couple.
 
-A side is a vector u: a place or a direction, of coordinates, fixed to a body, or a combination of the slopes of a node
+A side is a vector u: a point or a direction, of coordinates, fixed to a body, or a combination of the slopes of a node
 of 24-coordinate elements. Its columns J : (3, n) are du over the side's unknowns: 3 coordinates; 6 of a free body
 (displacement, inertial axes, and rotation, body axes); 1 of a spinning body; none of a driven one; 9 of slopes.
 """

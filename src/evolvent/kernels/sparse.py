@@ -22,12 +22,12 @@ SINGULAR = -1
 TINY_PIVOT = 1e-12
 #: A pivot of the corner below this part of the largest one, after scaling, stands for a redundant row.
 TINY_CORNER = 1e-10
-# columns of SparseBlocks.table: unknowns of the block, of the later blocks it couples to, its first position; place of
+# columns of SparseBlocks.table: unknowns of the block, of the later blocks it couples to, its first position; index of
 # D in the values; its first entry in `later` and their number; its first entry in `target`; multipliers at its end
 SIZE, WIDTH, START, AT, FIRST, COUNT, TARGET, MULTIPLIERS, N_TABLE = range(9)
 # columns of SparseBlocks.later: the block, and its first column in U and Lt
 BLOCK, COLUMN = range(2)
-# places in SparseBlocks.counts: inner unknowns, deferred pivots, rank of the corner, vanishing pivots for which there
+# indices in SparseBlocks.counts: inner unknowns, deferred pivots, rank of the corner, vanishing pivots for which there
 # was no room, entries added outside the pattern
 INNER, DEFERRED, RANK, LOST, OUTSIDE, N_COUNTS = range(6)
 
@@ -41,7 +41,7 @@ class SparseBlocks(Struct):
     table : (nb, N_TABLE) int, blocks in the order of their elimination
     later : (ns, 2) int, later blocks that each block couples to, in ascending order
     target : (np,) int, where the product of rows of later block p with columns of later block q >= p is subtracted, for
-        all pairs of all blocks: place in the values of the diagonal part of p, or of the columns of q in U of p
+        all pairs of all blocks: index in the values of the diagonal part of p, or of the columns of q in U of p
     place, unknown : (n,) int, position of each unknown in the order of elimination, and its inverse
     block : (n,) int, block of each position
     pivots : (n,) int, row of the block interchanged with each row
@@ -149,7 +149,7 @@ def _first_entry(matrix, i, j):
 
 @indirect(types.UniTuple(_I, 3)(SPARSE, _I, _I))
 def first_entry(matrix, i, j):
-    """Place in the values of the entry of unknowns i and j, and from it to the entries of i, j + 1 and of i + 1, j.
+    """Index in the values of the entry of unknowns i and j, and from it to the entries of i, j + 1 and of i + 1, j.
 
     Returns (-1, 0, 0) outside the pattern, which is counted.
     """

@@ -59,7 +59,7 @@ def loose_row(matrix, b, k):
 
 @inlined
 def _original(matrix, start, k, row):
-    """Row of a block that stood in a place before its first k interchanges."""
+    """Row of a block that stood at an index before its first k interchanges."""
     for j in range(k - 1, -1, -1):
         if row == j:
             row = matrix.pivots[start + j]

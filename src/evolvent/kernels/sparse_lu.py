@@ -171,8 +171,8 @@ def _eliminate(matrix, b):
 def _subtract(matrix, to, wide, x, y, w, m, s, t):
     """T[r, c] -= sum over k of X[k, r] Y[k, c], for s rows and t columns.
 
-    T, X and Y begin at places `to`, x and y of the values; rows of T are `wide` apart, those of X and Y w. Sums for six
-    columns at a time stay in registers.
+    T, X and Y begin at indices `to`, x and y of the values; rows of T are `wide` apart, those of X and Y w. Sums for
+    six columns at a time stay in registers.
     """
     values, c = matrix.values, 0
     while c + 6 <= t:
@@ -203,7 +203,7 @@ def _subtract(matrix, to, wide, x, y, w, m, s, t):
 
 @indirect(void(SPARSE, _I, _I, _I, _I, types.boolean))
 def _substitute(matrix, d, at, m, w, upper):
-    """X = l^-1 X, or u^-T X where `upper`; l and u as `_factor_diagonal` leaves them in D, X (m, w) at a place."""
+    """X = l^-1 X, or u^-T X where `upper`; l and u as `_factor_diagonal` leaves them in D, X (m, w) at an index."""
     values, c = matrix.values, 0
     D = matrix_view(values, d, m, m)
     while c + 6 <= w:

@@ -1,12 +1,12 @@
 """Surfaces that contact points touch: gap, normal and curvature of a cylinder, a capsule or sphere, and a plane.
 
-A surface is given by a point c and a unit vector a of its body: middle and axis of a cylinder or capsule (the places
+A surface is given by a point c and a unit vector a of its body: middle and axis of a cylinder or capsule (the points
 within `radius` of a segment; a sphere where its half length is 0), or a point and the outward normal of a plane. With
-d = x - c of a point x, u = d.a, and s the place on the axis from which its distance is measured,
+d = x - c of a point x, u = d.a, and s the point on the axis from which its distance is measured,
 
     distance = |d - s a|,  s = u (cylinder),  s = min(max(u, -half), half) (capsule);    distance = u (plane)
 
-and the gap is the distance less the radius. `closest_places` does this for two segments.
+and the gap is the distance less the radius. `closest_positions` does this for two segments.
 """
 
 import math
@@ -51,7 +51,7 @@ def gap_to(surface, x, y, z, cx, cy, cz, ax, ay, az, radius, half):
 
 @inlined
 def curvature(surface, u, half, nx, ny, nz, ax, ay, az, distance):
-    """H = d2 gap / dx2, 1/m: (xx, yy, zz, xy, xz, yz); u : float, m, place of the point along the axis."""
+    """H = d2 gap / dx2, 1/m: (xx, yy, zz, xy, xz, yz); u : float, m, position of the point along the axis."""
     if surface == PLANE:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if surface == CAPSULE and abs(u) >= half:
@@ -60,8 +60,8 @@ def curvature(surface, u, half, nx, ny, nz, ax, ay, az, distance):
 
 
 @inlined
-def step_place(surface, u0, u1, half):
-    """Place s on the axis by which distance^2 changes over a step, by 2 (dm - s am) . dd - 2 s dm . da.
+def step_position(surface, u0, u1, half):
+    """Position s on the axis by which distance^2 changes over a step, by 2 (dm - s am) . dd - 2 s dm . da.
 
     With s0 and s1 of both ends, p^2 = d.d - 2 s u + s^2 changes by d(d.d) - 2 sm du - 2 (um - sm) ds, means m of both
     ends, and ds/du times du stands for ds.
@@ -83,8 +83,8 @@ def step_place(surface, u0, u1, half):
 
 @entry(REAL, REAL, REAL, REAL, REAL)
 @inlined
-def closest_places(u, v, w, half_a, half_b):
-    """Places s and t on two segments that are closest: |d + s a - t b| is least for s, t in +-half_a, +-half_b.
+def closest_positions(u, v, w, half_a, half_b):
+    """Positions s and t on two segments that are closest: |d + s a - t b| is least for s, t in +-half_a, +-half_b.
 
     Parameters
     ----------

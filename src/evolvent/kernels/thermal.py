@@ -180,7 +180,7 @@ def add_thermal_tangents(y, model, matrix):
             else:
                 _write_product_tangent(s, n, K)
             middle = 3 * (n // 2) + 3
-            for c in range(3):  # the first node's place has the reaction
+            for c in range(3):  # the first node's position has the reaction
                 for r in range(3, size):
                     K[c, r] = -K[middle + c, r]
             for r in range(size):

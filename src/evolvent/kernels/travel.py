@@ -1,6 +1,6 @@
-"""Travels: coordinates x = d . (u - p) of a place u along a direction d and from a place p that are fixed to a body.
+"""Travels: coordinates x = d . (u - p) of a point u along a direction d and from a point p that are fixed to a body.
 
-A force f along d acts at u on what carries u, and with the other sign at the same place on the body. In vectors fixed
+A force f along d acts at u on what carries u, and with the other sign at the same point on the body. In vectors fixed
 to bodies x is quadratic: along the mean shape its force does the work f dx exactly, as the energy-momentum step needs.
 """
 
@@ -18,7 +18,7 @@ _I = types.int64
 
 @inlined
 def travel_geometry(hinges, bodies, k, u):
-    """Direction of travel k, the travel of its place u (a tuple with its rate), and the rate of the travel."""
+    """Direction of travel k, the travel of its point u (a tuple with its rate), and the rate of the travel."""
     b = hinges[k].body
     R, X, V, w, n, p = bodies[b].R, bodies[b].x, bodies[b].v, bodies[b].w, hinges[k].axis, hinges[k].zero
     dx, dy, dz = turn(R, n[0], n[1], n[2])
@@ -43,7 +43,7 @@ def push_travel(model, k, u, d, force, F):
 
 @inlined
 def place_on_body(model, k, u, local):
-    """Write the place u, as seen from the body of travel k, to `local`, body axes."""
+    """Write the point u, as seen from the body of travel k, to `local`, body axes."""
     bodies, b = model.bodies, model.flexible.hinges[k].body
     X = bodies[b].x
     local[0], local[1], local[2] = turn_back(bodies[b].R, u[0] - X[0], u[1] - X[1], u[2] - X[2])
@@ -55,7 +55,7 @@ def add_travel_tangent(k, slope, model, matrix):
 
     Notes
     -----
-    As seen from the body, the force f on u depends on u alone. With columns Jb of u, and Ja of a place fixed to the
+    As seen from the body, the force f on u depends on u alone. With columns Jb of u, and Ja of a point fixed to the
     body there, u moves by s = Jb db - Ja da as seen from it, and f by slope d d.s + w x f, w the turn of the body. On
     the body acts -(f, u x f): its axes turn with it, its arm by s.
     """
@@ -80,7 +80,7 @@ def add_travel_tangent(k, slope, model, matrix):
 
 @inlined
 def _add_turns_of_body(matrix, model, a, at, na, Ja, bt, nb, Jb, force):
-    """What a turn of the body changes in the force, and a move of the place as seen from it in the torque on it."""
+    """What a turn of the body changes in the force, and a move of the point as seen from it in the torque on it."""
     bodies, values, motion = model.bodies, matrix.values, model.bodies[a].motion
     R = bodies[a].R
     to, right, down = first_entry(matrix, bt, at)

@@ -76,17 +76,17 @@ class _Text(_Read):
 
 class _Point(_Read):
     allowed = "the number of a spring, or three lengths (x, y, z), such as [2 m, 0 m, 0.87 m +- 1 mm]"
-    _place = uncertain._place()
+    _position = uncertain._position()
 
     def read(self, value: Any) -> int | tuple[Uncertain, ...]:
         if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
             return value
         if not isinstance(value, (list, tuple)) or len(value) != 3:
             raise self.refuse()
-        return tuple(self._place.read(v) for v in value)
+        return tuple(self._position.read(v) for v in value)
 
     def write(self, value: Any) -> Any:
-        return value if isinstance(value, int) else [self._place.write(v) for v in value]
+        return value if isinstance(value, int) else [self._position.write(v) for v in value]
 
 
 class _Direction(_Read):
@@ -168,7 +168,7 @@ class Springs(Section):
     )
     half_length: uncertain.Length | None = Field(None, description="a: four springs at x = +-a")
     half_width: uncertain.Length | None = Field(None, description="b: and z = +-b")
-    points: tuple[tuple[uncertain.Place, uncertain.Place, uncertain.Place], ...] | None = Field(
+    points: tuple[tuple[uncertain.Position, uncertain.Position, uncertain.Position], ...] | None = Field(
         None, description="attachment points of any number of springs, in place of half_length and half_width"
     )
     stiffness: uncertain.Stiffnesses = Field(description="of each spring by itself: uncertainties are independent")
@@ -205,7 +205,7 @@ class Springs(Section):
         return 4 if self.points is None else len(self.points)
 
     @property
-    def places(self) -> np.ndarray:
+    def attachment_points(self) -> np.ndarray:
         """(n, 3) attachment points, m; (a, b), (a, -b), (-a, -b), (-a, b) in (x, z) for a rectangle."""
         if self.points is not None:
             return np.array([[c.value for c in point] for point in self.points])
@@ -220,9 +220,9 @@ class SpringBody(Section):
 
     name: str = "body"
     mass: uncertain.MassOrUnknown
-    offset_x: uncertain.PlaceOrUnknown = Field(description="of the centre of mass from the stiffness centre")
-    offset_z: uncertain.PlaceOrUnknown = Field(description="of the centre of mass from the stiffness centre")
-    height: uncertain.PlaceOrUnknown = Field(description="of the attachment plane above the centre of mass")
+    offset_x: uncertain.PositionOrUnknown = Field(description="of the centre of mass from the stiffness centre")
+    offset_z: uncertain.PositionOrUnknown = Field(description="of the centre of mass from the stiffness centre")
+    height: uncertain.PositionOrUnknown = Field(description="of the attachment plane above the centre of mass")
     Ixx: uncertain.InertiaOrUnknown = Field(Uncertain(np.nan, 0.0, True), description="about the centre of mass")
     Iyy: uncertain.InertiaOrUnknown | None = Field(None, description="left out: anything that a body can have")
     Izz: uncertain.InertiaOrUnknown = Uncertain(np.nan, 0.0, True)

@@ -52,7 +52,7 @@ class Evaluation:
     Attributes
     ----------
     modal : Modal
-    used : places of the modes that were used, by rising frequency
+    used : indices of the modes that were used, by rising frequency
     outputs : (p,) Output
     values : (p,)
     covariance : (p, p) of all inputs and the data

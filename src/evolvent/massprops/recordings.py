@@ -115,7 +115,7 @@ def read(source: Signals, given: schema.Signals) -> Reading:
 
 
 def _time(source: Signals, given: schema.Signals) -> tuple[np.ndarray | None, int | None]:
-    """Times in s, None where a rate stands for them; and the place of their column."""
+    """Times in s, None where a rate stands for them; and the index of their column."""
     if given.rate is not None:
         lowered = [name.lower() for name in source.names]
         place = next((lowered.index(t) for t in _TIMES if t in lowered), None)

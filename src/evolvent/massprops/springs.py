@@ -323,7 +323,7 @@ def _undetermined_properties(p: Problem, values: np.ndarray) -> tuple[tuple[str,
         if name in p.unknown:
             continue
         more = dataclasses.replace(p, base=assign(p.base, p.unknown, values), unknown=(*p.unknown, name))
-        reasons = undetermined(more.jacobian(more.start), more.unknown, more.scale)
+        reasons = undetermined(more.jacobian(more.initial_estimate), more.unknown, more.scale)
         if reasons:
             rows.append((LABELS[key][0], "; ".join(reasons).replace("stiffness", "the springs' stiffness")))
     return tuple(rows)

@@ -71,7 +71,7 @@ def stand_of(given: OnSprings) -> Stand:
     """The stand, with the common factor on its stiffnesses."""
     s, n = given.stand, given.stand.number
     return Stand(
-        points=s.places,
+        points=s.attachment_points,
         stiffness=_each(s.stiffness, n) * stand_factor(given),
         length=_each(s.natural_length, n),
         damping=_each(s.damping, n),

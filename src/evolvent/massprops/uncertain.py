@@ -176,7 +176,7 @@ def _kind(*, unknown: bool = False, **fields: Any) -> Measured:
     return Measured(quantity=units.Quantity(**fields), unknown=unknown)
 
 
-def _place(unknown: bool = False) -> Measured:
+def _position(unknown: bool = False) -> Measured:
     return _kind(what="a length", unit="m", example="0 +- 0.5 mm", unknown=unknown)
 
 
@@ -186,8 +186,8 @@ _STIFFNESS: dict[str, Any] = {"what": "a stiffness", "unit": "N/m", "example": "
 _LENGTH: dict[str, Any] = {"what": "a length", "unit": "m", "example": "2 m +- 0.3 mm", "above": 0.0}
 _PRODUCT: dict[str, Any] = {"what": "a product of inertia", "unit": "kg m^2", "example": "0 +- 20 kg m^2"}
 
-Place = Annotated[Uncertain, _place()]
-PlaceOrUnknown = Annotated[Uncertain, _place(unknown=True)]
+Position = Annotated[Uncertain, _position()]
+PositionOrUnknown = Annotated[Uncertain, _position(unknown=True)]
 Mass = Annotated[Uncertain, _kind(**_MASS, above=0.0)]
 MassOrUnknown = Annotated[Uncertain, _kind(**_MASS, above=0.0, unknown=True)]
 Inertia = Annotated[Uncertain, _kind(**_INERTIA, above=0.0)]

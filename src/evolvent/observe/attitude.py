@@ -71,7 +71,7 @@ def observe_thruster(view: View, name: str) -> Observed:
     pose = view.pose(int(row["body"]))
     found.scalar("thrust", push, "N", "force of the thruster")
     found.scalar("impulse", view.y[:, int(row["iv"])], "N s", "integral of the thrust since the start")
-    found.vector("position", pose.x + turned(pose.R, row["local"]), "m", "place of the thruster, inertial axes")
+    found.vector("position", pose.x + turned(pose.R, row["local"]), "m", "position of the thruster, inertial axes")
     force = push[:, None] * turned(pose.R, row["direction"])
     found.vector("force", force, "N", "force on the body, inertial axes")
     found.drawn = [{"forces": {"name": name, "points": "position", "vectors": "force"}}]

@@ -40,10 +40,10 @@ def observe_body_contact(view: View, name: str) -> Observed:
     found.along("point_force", "contact_point", values[:, :, 15], "N", "normal force of each contact point")
     found.along("point_resultant", "contact_point", values[:, :, 0:3], "N", text.format("whole force"))
     found.along("point_friction", "contact_point", values[:, :, 9:12], "N", text.format("friction"))
-    text = "place of each contact point, on the first body's surface, inertial axes"
-    found.along("place", "contact_point", values[:, :, 12:15], "m", text)
+    text = "position of each contact point, on the first body's surface, inertial axes"
+    found.along("point_position", "contact_point", values[:, :, 12:15], "m", text)
     found.along("gap", "contact_point", values[:, :, 16], "m", "distance of the surfaces, negative where they overlap")
-    found.drawn = [{"forces": {"points": "place", "vectors": "point_resultant"}}, *_drawn(view, name)]
+    found.drawn = [{"forces": {"points": "point_position", "vectors": "point_resultant"}}, *_drawn(view, name)]
     found.plots = ["normal_force", "points"]
     return found
 

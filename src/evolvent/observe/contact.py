@@ -57,14 +57,14 @@ def observe_contact(view: View, name: str) -> Observed:
             solid = disc(part.size, centre, axis)
         else:
             solid = capsule(float(row["radius"]), 2.0 * float(row["half_length"]), centre, axis)
-        found.drawn = [{"forces": {"points": "place", "vectors": "point_resultant"}}]
+        found.drawn = [{"forces": {"points": "point_position", "vectors": "point_resultant"}}]
         found.drawn.append({"surface": {"body": part.body, "solids": [solid]}})
     found.plots = ["normal_force", "points"]
     return found
 
 
 def _add_vectors(found: Observed, view: View, row: Any, inside: slice) -> None:
-    """Places of the contact points, and the vectors of their forces."""
+    """Positions of the contact points, and the vectors of their forces."""
     points = view.model.flexible.contact_points[inside]
     at = points["iq"][:, :, None] + np.arange(3)
     places = np.einsum("kj,tkjc->tkc", points["S"], view.y[:, at])
@@ -83,7 +83,7 @@ def _add_vectors(found: Observed, view: View, row: Any, inside: slice) -> None:
     if kept.shape[1] > 0:
         friction = kept[:, inside]
     whole = found.variables["point_force"].values[..., None] * normal + friction
-    found.along("place", "contact_point", places, "m", "place of each contact point, inertial axes")
+    found.along("point_position", "contact_point", places, "m", "position of each contact point, inertial axes")
     text = "{} of each contact point on its beam, inertial axes: of the sample, or the mean over its step"
     found.along("point_friction", "contact_point", friction, "N", text.format("friction"))
     found.along("point_resultant", "contact_point", whole, "N", text.format("whole force"))

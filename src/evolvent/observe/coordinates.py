@@ -60,7 +60,7 @@ def coordinate_of(view: View, index: int) -> tuple[Array, Array]:
 
 
 def _second(view: View, row: Any) -> Side:
-    """Second direction of a hinge, or the place of a travel, and its rate."""
+    """Second direction of a hinge, or the point of a travel, and its rate."""
     if row["on"] == ON_COORDINATES:
         return Side(view.coordinates(int(row["iq"])), view.coordinates(int(row["iv"])), -1)
     if row["kind"] == coordinate.TRAVEL:
@@ -113,7 +113,7 @@ def observe_coordinate(view: View, name: str) -> Observed:
     if called is _TRAVEL:
         pose = view.pose(int(row["body"]))
         ends = np.stack([pose.x + turned(pose.R, row["zero"]), _second(view, row).u], axis=1)
-        found.along("ends", "end", ends, "m", "place of travel 0 on the first part, and the second end, inertial axes")
+        found.along("ends", "end", ends, "m", "point of travel 0 on the first part, and the second end, inertial axes")
         found.drawn = [{"line": {"points": "ends", "kind": "spring", "values": ["force"]}}]
     found.plots = [called.value, called.torque]
     return found

@@ -26,14 +26,14 @@ class Reaction(NamedTuple):
 
     Attributes
     ----------
-    force, moment : (nt, 3) float, N and N m, inertial axes; the moment about `place`
-    place : (nt, 3) float, m, at which the force acts; NaN where the rows hold directions alone
+    force, moment : (nt, 3) float, N and N m, inertial axes; the moment about `position`
+    position : (nt, 3) float, m, at which the force acts; NaN where the rows hold directions alone
     energy : (nt,) float, J, of penalties
     """
 
     force: Array
     moment: Array
-    place: Array
+    position: Array
     energy: Array
 
 
@@ -53,36 +53,36 @@ def acts(view: View, row: Any) -> Array:
 def reactions(view: View, rows: list[int]) -> Reaction:
     """Force and moment of joint rows on their second side, and their energy."""
     n = view.t.size
-    force, moment, place, energy = np.zeros((n, 3)), np.zeros((n, 3)), np.full((n, 3), np.nan), np.zeros(n)
+    force, moment, position, energy = np.zeros((n, 3)), np.zeros((n, 3)), np.full((n, 3), np.nan), np.zeros(n)
     for k in rows:
         row, la = view.model.flexible.joints[k], view.solution.la[:, k]
         if row["kind"] == kernels.ANGLE:
             index = int(row["index"][1])
             moment -= la[:, None] * turned(view.pose(index).R, view.model.bodies["axis"][index])
-            place = view.pose(index).x
+            position = view.pose(index).x
             continue
-        is_place = bool(row["kind"] != kernels.DIRECTION)
-        a, b = (view.side(row, which, is_place=is_place) for which in (0, 1))
-        if not is_place:
+        is_point = bool(row["kind"] != kernels.DIRECTION)
+        a, b = (view.side(row, which, is_point=is_point) for which in (0, 1))
+        if not is_point:
             within = row["on"][0] == sides.ON_NODE and row["iq"][0] == row["iq"][1]  # a section keeps its shape
             moment -= 0.0 if within else la[:, None] * cross(b.u, a.u)
             gap = dot(a.u, b.u)
         elif row["kind"] == kernels.ALONG:
-            along = view.side(row, 2, is_place=False).u
+            along = view.side(row, 2, is_point=False).u
             gap = dot(along, b.u - a.u)
             if row["on"][0] == sides.ON_NODE:  # of directions
                 moment -= la[:, None] * cross(b.u, along)
             else:
                 force -= la[:, None] * along
-                place = b.u
+                position = b.u
         else:
-            along = row["along"] if row["kind"] == kernels.PLACE else (b.u - a.u) / norm(b.u - a.u)[:, None]
+            along = row["along"] if row["kind"] == kernels.POINT else (b.u - a.u) / norm(b.u - a.u)[:, None]
             force -= la[:, None] * along
-            place = b.u
+            position = b.u
             gap = dot(b.u - a.u, along)
         if row["stiffness"] > 0.0:
             energy += np.where(acts(view, row), 0.5 * row["stiffness"] * (gap - row["value"]) ** 2, 0.0)
-    return Reaction(force, moment, place, energy)
+    return Reaction(force, moment, position, energy)
 
 
 def observe_joint(view: View, name: str) -> Observed:
@@ -101,7 +101,7 @@ def observe_joint(view: View, name: str) -> Observed:
         "N m",
         f"moment of the joint on {on} about the joint's position, inertial axes",
     )
-    found.vector("position", reaction.place, "m", "position of the joint, inertial axes")
+    found.vector("position", reaction.position, "m", "position of the joint, inertial axes")
     found.scalar("closed", acts(view, row), "1", "1 while the joint holds, 0 once it is released")
     if np.any(joints["stiffness"][rows] > 0.0):
         found.scalar("energy_elastic", reaction.energy, "J", "elastic energy of the penalties that hold the joint")
@@ -110,13 +110,13 @@ def observe_joint(view: View, name: str) -> Observed:
     if row["kind"] == kernels.ANGLE:
         _observe_rotation(view, row, reaction.moment, found)
     elif row["kind"] == kernels.DISTANCE:
-        a, b = (view.side(row, which, is_place=True) for which in (0, 1))
-        found.scalar("length", norm(b.u - a.u), "m", "distance of the two places")
+        a, b = (view.side(row, which, is_point=True) for which in (0, 1))
+        found.scalar("length", norm(b.u - a.u), "m", "distance of the two ends")
         tension = dot(reaction.force, (a.u - b.u) / norm(a.u - b.u)[:, None])
-        found.scalar("tension", tension, "N", "tension between the two places, positive where it pulls")
+        found.scalar("tension", tension, "N", "tension between the two ends, positive where it pulls")
         found.plots = ["tension"]
     elif row["path"] == kernels.LINEAR:
-        a, b = (view.side(row, which, is_place=True) for which in (0, 1))
+        a, b = (view.side(row, which, is_point=True) for which in (0, 1))
         found.scalar("travel", (b.u - a.u) @ row["along"], "m", "travel along the direction of the drive")
         found.plots = ["travel", "force"]
     elif row["path"] == kernels.INVOLUTE:
@@ -141,7 +141,7 @@ def _restrains_rotation(rows: Array) -> bool:
 
 
 def _called(place: Any) -> str:
-    """A place as texts call it."""
+    """A point as texts call it."""
     if isinstance(place, str):
         return place
     return str(place[0]) if isinstance(place[0], str) else "the ground"
@@ -174,7 +174,7 @@ def _wound(view: View, row: Any) -> Array:
     -----
     With the free part s = sqrt(d^2 - r^2), d the end's distance from the circle's axis: (length - s)/r.
     """
-    arm = view.side(row, 1, is_place=True).u - row["centre"]
+    arm = view.side(row, 1, is_point=True).u - row["centre"]
     off = arm - (arm @ row["axis"])[:, None] * row["axis"]
     free = np.sqrt(np.maximum(dot(off, off) - row["radius"] ** 2, 0.0))
     return np.where(acts(view, row), (row["value"] - free) / row["radius"], np.nan)
@@ -190,21 +190,23 @@ def revolute(view: View, rows: list[int]) -> tuple[Array, Array] | None:
     held = [joints[k] for k in rows if joints["kind"][k] == kernels.DIRECTION]
     if any(row["on"][0] != sides.ON_BODY for row in held):
         return None
-    place = next(joints[k] for k in rows if joints["kind"][k] == kernels.PLACE)
+    place = next(joints[k] for k in rows if joints["kind"][k] == kernels.POINT)
     body, axis = int(held[-1]["index"][0]), held[-1]["local"][0]  # the last row always holds the axis itself
 
     def zero_of(side: Side) -> Array:
         """Where the second side's direction is at the start, across the axis, in axes of the first body."""
-        e: Array = view.start.pose(body).R[0].T @ side.u[0]
+        e: Array = view.initial.pose(body).R[0].T @ side.u[0]
         return e - (e @ axis) * axis
 
     if held[-1]["on"][1] == sides.ON_BODY:
-        chosen = view.side(held[-1], 1, is_place=False)
-        zero = zero_of(view.start.side(held[-1], 1, is_place=False))
+        chosen = view.side(held[-1], 1, is_point=False)
+        zero = zero_of(view.initial.side(held[-1], 1, is_point=False))
     else:  # of a node's slopes the one that is most across the axis
         q, v = int(place["iq"][1]), int(place["iv"][1])
         offs = [3 * i for i in range(1, view.node_vectors(q))]
-        zeros = [zero_of(Side(view.start.coordinates(q + off), view.start.coordinates(v + off), -1)) for off in offs]
+        zeros = [
+            zero_of(Side(view.initial.coordinates(q + off), view.initial.coordinates(v + off), -1)) for off in offs
+        ]
         best = int(np.argmax([np.linalg.norm(z) for z in zeros]))
         zero, off = zeros[best], offs[best]
         chosen = Side(view.coordinates(q + off), view.coordinates(v + off), -1)

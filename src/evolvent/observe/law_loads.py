@@ -16,7 +16,7 @@ Array = np.ndarray
 
 
 def law_values(view: View, address: int, first: int, last: int, x: Array, v: Array) -> Array:
-    """What a law returns at places x with velocities v, (nt, 3) each: (nt, 3)."""
+    """What a law returns at points x with velocities v, (nt, 3) each: (nt, 3)."""
     parameters = np.ascontiguousarray(view.model.parameters[first:last])
     law = view.assembly.expressions[first][0] if first in view.assembly.expressions else view.assembly.laws[address]
     found = [

@@ -20,7 +20,7 @@ from evolvent.observe.variables import Observed, cross, dot, turned
 from evolvent.observe.view import View
 
 Array = np.ndarray
-#: Start, end and ramp of a load, s, and the place of its profile in the parameters, -1 for none.
+#: Start, end and ramp of a load, s, and the index of its profile in the parameters, -1 for none.
 Times = tuple[float, float, float, int]
 
 
@@ -107,7 +107,7 @@ def observe_thread_load(view: View, index: int) -> Observed:
 def strength(view: View, start: float, end: float, ramp: float, at: int) -> Array:
     """Factor of a load just after each sample, (nt,).
 
-    It acts from its start to its end, grows smoothly over `ramp`, and follows the profile at the place `at` of the
+    It acts from its start to its end, grows smoothly over `ramp`, and follows the profile at the point `at` of the
     parameters (-1 for none): `kernels.profile`.
     """
     t, near = view.t.copy(), 1e-9 * max(float(np.ptp(view.t)), 1e-300)

@@ -14,7 +14,7 @@ from evolvent.observe.view import View
 from evolvent.references import split_reference
 
 Array = np.ndarray
-#: Radius of a bar as a share of the distance between the places that it joins; height of a disc, of its radius.
+#: Radius of a bar as a share of the distance between the points that it joins; height of a disc, of its radius.
 _BAR, _DISC = 0.03, 0.4
 
 
@@ -23,18 +23,18 @@ def solids_of(view: View, name: str, row: Any) -> list[dict[str, Any]]:
 
     Notes
     -----
-    Without a shape: bars between the places of its joints and springs, where two joints that turn, or more, hold a body
+    Without a shape: bars between the points of its joints and springs, where two joints that turn, or more, hold a body
     whose moments of inertia are equal and do not show its shape; else the box of uniform density with its mass and
     moments of inertia, whose edges a, b, c follow from a^2 = 6 (Iy + Iz - Ix)/m and so on; of a body without mass that
-    turns about an axis a disc which reaches the places that other parts are attached to.
+    turns about an axis a disc which reaches the points that other parts are attached to.
     """
     part, mass = view.part(name), float(row["mass"])
     own = _of_shape(getattr(part, "shape", None))
     if own:
         return own
     moments = np.diag(row["inertia"])
-    if np.ptp(moments) <= 1e-9 * moments.max() and len(_places(view, name, _turns)) > 1:
-        return _bars(_places(view, name, lambda part: _turns(part) or part.kind in ("spring", "link")))
+    if np.ptp(moments) <= 1e-9 * moments.max() and len(_points(view, name, _turns)) > 1:
+        return _bars(_points(view, name, lambda part: _turns(part) or part.kind in ("spring", "link")))
     if mass > 0.0 and np.any(moments):
         squares = 6.0 * (moments.sum() - 2.0 * moments) / mass
         thin = 0.02 * np.sqrt(max(float(squares.max()), 0.0))
@@ -80,7 +80,7 @@ def _cylinder(radius: float, length: float, centre: list[float], axis: list[floa
 
 
 def _bars(places: list[Array]) -> list[dict[str, Any]]:
-    """Bars from place to place, and back to the first one of three or more."""
+    """Bars from point to point, and back to the first one of three or more."""
     ends = [*places, places[0]] if len(places) > 2 else places
     found = []
     for a, b in itertools.pairwise(ends):
@@ -91,7 +91,7 @@ def _bars(places: list[Array]) -> list[dict[str, Any]]:
 
 
 def _disc(view: View, name: str, row: Any) -> list[dict[str, Any]]:
-    """A disc about the axis of a body, as large as the places and drums that other parts have on it."""
+    """A disc about the axis of a body, as large as the points and drums that other parts have on it."""
     axis = np.asarray(row["axis"], dtype=float)
     reach = [0.0]
     for part, place in _attached(view, name):
@@ -105,8 +105,8 @@ def _turns(part: Any) -> bool:
     return getattr(part, "kind", "") == "joint" and part.type in ("revolute", "spherical")
 
 
-def _places(view: View, name: str, counts: Callable[[Any], bool]) -> list[Array]:
-    """Places of a body, each once, that the parts which count are attached to."""
+def _points(view: View, name: str, counts: Callable[[Any], bool]) -> list[Array]:
+    """Points of a body, each once, that the parts which count are attached to."""
     found: list[Array] = []
     for part, place in _attached(view, name):
         if counts(part) and all(np.linalg.norm(place - other) > 1e-9 for other in found):
@@ -120,21 +120,21 @@ def _attached(view: View, name: str) -> Iterator[tuple[Any, Array]]:
     for part in view.assembly.parts.values():
         fields = getattr(type(part), "model_fields", {})
         values = [getattr(part, key) for key in fields if key not in ("kind", "type", "points")]
-        for value in [one for v in values for one in ([v] if _is_place(v) or not isinstance(v, tuple | list) else v)]:
-            place = place_on(value, name, points)
+        for value in [one for v in values for one in ([v] if _is_point(v) or not isinstance(v, tuple | list) else v)]:
+            place = point_on(value, name, points)
             if place is not None:
                 centre = getattr(part, "centre", None)
                 yield part, np.array(centre, dtype=float) if isinstance(centre, tuple) else place
 
 
-def _is_place(value: Any) -> bool:
-    """Whether a value is a place in the axes of a body, such as ("hub", (0, 0, 1))."""
+def _is_point(value: Any) -> bool:
+    """Whether a value is a point in the axes of a body, such as ("hub", (0, 0, 1))."""
     return isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], tuple) and isinstance(value[0], str)
 
 
-def place_on(value: Any, name: str, points: Any) -> Array | None:
-    """The place that a reference names on a body; None of other references, and of what is none."""
-    if _is_place(value):
+def point_on(value: Any, name: str, points: Any) -> Array | None:
+    """The point that a reference names on a body; None of other references, and of what is none."""
+    if _is_point(value):
         return np.array(value[1], dtype=float) if value[0] == name else None
     if not isinstance(value, str):
         return None

@@ -1,6 +1,6 @@
 """Symbols of parts that have no extent of their own: joints, hinges, gears, motors, wheels, thrusters, panels.
 
-`add_symbols` is the one place that says what such a part is drawn as. A symbol is fixed to a body, or moves with a
+`add_symbols` is the one function that says what such a part is drawn as. A symbol is fixed to a body, or moves with a
 variable of the part. Its solids are in units of the symbols' size, which `evolvent.drawing` takes from the structure;
 outlines are in m.
 """
@@ -16,7 +16,7 @@ from evolvent.kernels import coordinate, gear, sides, springs
 from evolvent.kernels import joint as joints
 from evolvent.kernels.constraint_rows import CENTRE
 from evolvent.kernels.flexible import NODE_VECTORS
-from evolvent.observe.shapes import place_on
+from evolvent.observe.shapes import point_on
 from evolvent.observe.variables import Observed, turned
 from evolvent.observe.view import View
 
@@ -30,12 +30,12 @@ class Seat(NamedTuple):
     Attributes
     ----------
     body : int, index of the body to which it is fixed; -1 for none
-    place : (3,) float, m, body axes; (nt, 3) in inertial axes without a body
+    position : (3,) float, m, body axes; (nt, 3) in inertial axes without a body
     axis : (3,) float, of the joint, body axes; inertial axes at the start without a body
     """
 
     body: int
-    place: Array
+    position: Array
     axis: Array
 
 
@@ -46,11 +46,11 @@ def add_symbols(view: View, name: str, found: Observed) -> None:
         function(view, name, found)
 
 
-# ------------------------------------------------------------------------------------------------ places
+# ------------------------------------------------------------------------------------------------ points
 
 
 def seat_of(view: View, name: str) -> Seat | None:
-    """Where a joint is, or a spring of a joint; None of other parts, and of a spring away from any known place."""
+    """Where a joint is, or a spring of a joint; None of other parts, and of a spring away from any known point."""
     part = view.assembly.parts.get(name)
     kind = getattr(part, "kind", "")
     if kind == "joint":
@@ -65,22 +65,22 @@ def seat_of(view: View, name: str) -> Seat | None:
 
 def _joint_seat(view: View, name: str, part: Any, side: int) -> Seat | None:
     """Where a joint is, on its first (0) or second (1) side."""
-    row = _place_row(view, name)
+    row = _point_row(view, name)
     if row is None:
         return None
     axis = np.array(part.axis, dtype=float) / np.linalg.norm(part.axis)
     for which in (side, 1 - side):
         if int(row["on"][which]) == sides.ON_BODY and (which == side or side == 0):
             body = int(row["index"][which])
-            return Seat(body, np.array(row["local"][which]), view.start.pose(body).R[0].T @ axis)
-    return Seat(-1, view.side(row, side, is_place=True).u, axis)
+            return Seat(body, np.array(row["local"][which]), view.initial.pose(body).R[0].T @ axis)
+    return Seat(-1, view.side(row, side, is_point=True).u, axis)
 
 
-def _place_row(view: View, name: str) -> Any:
-    """The row of a joint that holds places; None of one that holds directions alone."""
+def _point_row(view: View, name: str) -> Any:
+    """The row of a joint that holds points; None of one that holds directions alone."""
     for k in view.joint_rows.get(name, []):
         row = view.model.flexible.joints[k]
-        if row["kind"] in (joints.PLACE, joints.DISTANCE, joints.ALONG):
+        if row["kind"] in (joints.POINT, joints.DISTANCE, joints.ALONG):
             return row
     return None
 
@@ -96,16 +96,16 @@ def _hinge_seat(view: View, name: str, part: Any) -> Seat | None:
     other = int(row["other"])
     for joint, candidate in view.assembly.parts.items():
         if getattr(candidate, "kind", "") == "joint" and candidate.type in ("revolute", "cylindrical", "universal"):
-            found = _place_row(view, joint)
+            found = _point_row(view, joint)
             if {(int(found["on"][i]), int(found["index"][i])) for i in (0, 1)} == {
                 (sides.ON_BODY, body), (sides.ON_BODY, other),
             }:  # fmt: skip
                 return seat_of(view, joint)
     if row["on"] == sides.ON_COORDINATES:
-        return Seat(-1, _node_of_slope(view, int(row["iq"])), view.start.pose(body).R[0] @ axis)
+        return Seat(-1, _node_of_slope(view, int(row["iq"])), view.initial.pose(body).R[0] @ axis)
     owner = next(n for n, at in view.assembly.names.items() if at == ("bodies", other))
-    place = place_on(part.b, owner, getattr(view.assembly.parts.get(owner), "points", None) or {})
-    back = view.start.pose(other).R[0].T @ view.start.pose(body).R[0]
+    place = point_on(part.b, owner, getattr(view.assembly.parts.get(owner), "points", None) or {})
+    back = view.initial.pose(other).R[0].T @ view.initial.pose(body).R[0]
     return Seat(other, np.zeros(3) if place is None else place, back @ axis)
 
 
@@ -119,14 +119,14 @@ def _node_of_slope(view: View, iq: int) -> Array:
 
 def _moved(view: View, seat: Seat) -> Array:
     """Position (nt, 3) of a seat, inertial axes."""
-    return seat.place if seat.body < 0 else view.on_body(seat.body, seat.place)[0]
+    return seat.position if seat.body < 0 else view.on_body(seat.body, seat.position)[0]
 
 
 def _entry(view: View, found: Observed, seat: Seat, **drawn: Any) -> dict[str, Any]:
     """A symbol at a seat, with `solids` and `outline` about it; without a body, their z is the axis of the seat."""
     name = next((n for n, at in view.assembly.names.items() if at == ("bodies", seat.body)), None)
     if seat.body >= 0 and name is not None:
-        return {"symbol": {"body": name, "centre": np.asarray(seat.place).tolist(), **drawn}}
+        return {"symbol": {"body": name, "centre": np.asarray(seat.position).tolist(), **drawn}}
     axis = np.broadcast_to(seat.axis, (view.t.size, 3))
     if seat.body >= 0:  # a body without its own name: a node of a rod
         axis = turned(view.pose(seat.body).R, seat.axis)
@@ -188,12 +188,12 @@ def _basis(axis: Any) -> tuple[Array, Array, Array]:
 def _joint(view: View, name: str, found: Observed) -> None:
     """A joint by its type: pins of rotations, rails of travels, balls, blocks of clamps, and the rod of a distance."""
     part = view.part(name)
-    row = _place_row(view, name)
+    row = _point_row(view, name)
     if row is None:
         return
     if part.type == "distance":
-        ends = np.stack([view.side(row, which, is_place=True).u for which in (0, 1)], axis=1)
-        found.along("ends", "end", ends, "m", "the two places, inertial axes")
+        ends = np.stack([view.side(row, which, is_point=True).u for which in (0, 1)], axis=1)
+        found.along("ends", "end", ends, "m", "the two ends, inertial axes")
         found.drawn.append({"line": {"points": "ends", "kind": "rod", "values": ["tension"], "tip": None}})
         return
     seat = _joint_seat(view, name, part, 0)
@@ -256,7 +256,7 @@ def _motor(view: View, name: str, found: Observed) -> None:
 def _synchronization(view: View, name: str, found: Observed) -> None:
     """A cable from hinge to hinge."""
     seats = [seat for hinge in view.part(name).hinges if (seat := seat_of(view, hinge)) is not None]
-    _add_cable(view, found, seats, "place of each hinge, inertial axes")
+    _add_cable(view, found, seats, "position of each hinge, inertial axes")
 
 
 def _add_cable(view: View, found: Observed, seats: list[Seat], text: str) -> None:
@@ -271,13 +271,13 @@ def _gear(view: View, name: str, found: Observed) -> None:
     part, f = view.part(name), view.model.flexible
     row = f.joints[view.joint_rows[name][0]]
     rows = f.gear_coordinates[int(row["first"]) : int(row["last"])]
-    start, seats, axes = view.start, [], []
+    start, seats, axes = view.initial, [], []
     for key, one in zip("ab", rows, strict=True):
         where, other = getattr(part, key), int(one["other"])
         axis = start.pose(int(one["body"])).R[0] @ one["axis"]
         place = np.zeros(3)
         if getattr(view.assembly.parts[where], "kind", "") == "joint":
-            place = np.array(_place_row(view, where)["local"][1])
+            place = np.array(_point_row(view, where)["local"][1])
         axes.append(axis)
         seats.append(Seat(other, place, start.pose(other).R[0].T @ axis))
     a, b = (_moved(start, seat)[0] for seat in seats)
@@ -293,7 +293,7 @@ def _gear(view: View, name: str, found: Observed) -> None:
             size = -radius
             found.drawn.append(_entry(view, found, seat, solids=[_pin(size, -0.15, 0.15, axis)]))
     if kinds[0] == kinds[1] and not max(radii) > 0.0:
-        _add_cable(view, found, seats, "places between which the gear acts, inertial axes")
+        _add_cable(view, found, seats, "points between which the gear acts, inertial axes")
 
 
 def _wheel_radii(kinds: list[int], ratio: float, axes: list[Array], apart: Array) -> tuple[float, float]:

@@ -85,7 +85,7 @@ def _add_tip(view: View, name: str, sums: Array) -> None:
 
 
 def observe_thread_end(view: View, name: str) -> Observed:
-    """Force of a spherical joint at the end of a thread on its place b."""
+    """Force of a spherical joint at the end of a thread on its point b."""
     found, index = Observed(), view.index(name)
     row = view.model.threads[index]
     first, n = int(row["node"]), int(row["n"])
@@ -94,14 +94,14 @@ def observe_thread_end(view: View, name: str) -> Observed:
     tension = np.where(released, seen.tension[:, first : first + n], np.nan)
     thread = next(key for key, at in view.assembly.names.items() if at == ("threads", index))
     sign = 1.0 if view.part(name).a == f"{thread}.tip" else -1.0
-    what = "pull of the thread on the place b, inertial axes" if sign > 0.0 else "force on the thread, inertial axes"
+    what = "force of the thread on b, inertial axes" if sign > 0.0 else "force on the thread, inertial axes"
     found.vector("force", sign * _end_force(view, index, x, tension), "N", what)
     found.plots = ["force"]
     return found
 
 
 def _end_force(view: View, index: int, x: Array, tension: Array) -> Array:
-    """Pull of the outermost segment on the place that a thread ends at, inertial axes: (nt, 3)."""
+    """Pull of the outermost segment on the point that a thread ends at, inertial axes: (nt, 3)."""
     row = view.model.threads[index]
     pose = view.pose(int(row["body"]))
     inner = pose.x + turned(pose.R, row["departure"])

@@ -36,7 +36,7 @@ class Observed:
     Attributes
     ----------
     variables : dict, name -> Variable
-    coordinates : dict, name -> Variable, of places along the part's own dimensions
+    coordinates : dict, name -> Variable, of positions along the part's own dimensions
     drawn : list of dict, how the part is drawn, in words of JSON: see `evolvent.observe.drawing`
     plots : list of str, names of the variables that its default figures show
     plots_along : list of str, the same of one state: variables along its length
@@ -62,7 +62,7 @@ class Observed:
         self.variables[name] = Variable(dims, np.asarray(values, dtype=float), units, long_name)
 
     def coordinate(self, name: str, dimension: str, values: Array, units: str, long_name: str) -> None:
-        """Add a coordinate (n,) of a dimension of the part's own; of the dimension's name, it numbers its places."""
+        """Add a coordinate (n,) of a dimension of the part's own; of the dimension's name, it numbers its entries."""
         self.coordinates[name] = Variable((dimension,), np.asarray(values), units, long_name)
 
 

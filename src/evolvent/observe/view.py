@@ -95,7 +95,7 @@ class View:
         return found
 
     @functools.cached_property
-    def start(self) -> View:
+    def initial(self) -> View:
         """The assembly's start as one sample at time 0."""
         found = object.__new__(View)
         found.__dict__.update(self.__dict__)
@@ -179,22 +179,22 @@ class View:
         row = beams[np.flatnonzero((beams["iq"] >= 0) & (beams["iq"] <= q))[-1]]
         return NODE_VECTORS[int(row["kind"])]
 
-    def side(self, joint: Any, which: int, *, is_place: bool) -> Side:
+    def side(self, joint: Any, which: int, *, is_point: bool) -> Side:
         """An end of a row of the family `joints`."""
         on, index, local = int(joint["on"][which]), int(joint["index"][which]), joint["local"][which]
         q, v = int(joint["iq"][which]), int(joint["iv"][which])
-        key = (on, index, q, local.tobytes(), is_place)
+        key = (on, index, q, local.tobytes(), is_point)
         if key not in self._sides:
-            self._sides[key] = self._side(on, index, q, v, local, is_place)
+            self._sides[key] = self._side(on, index, q, v, local, is_point)
         return self._sides[key]
 
-    def _side(self, on: int, index: int, q: int, v: int, local: Array, is_place: bool) -> Side:
+    def _side(self, on: int, index: int, q: int, v: int, local: Array, is_point: bool) -> Side:
         if on == sides.ON_COORDINATES:
             return Side(self.coordinates(q), self.coordinates(v), -1)
         if on == sides.ON_NODE:
             u, rate = (sum(local[i] * self.coordinates(at + 3 * i) for i in range(3)) for at in (q, v))
             return Side(u, rate, -1)
-        if is_place:
+        if is_point:
             return Side(*self.on_body(index, local), index)
         pose = self.pose(index)
         direction = turned(pose.R, local)

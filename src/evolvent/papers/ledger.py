@@ -23,7 +23,7 @@ class Claim:
     Attributes
     ----------
     name : str, unique, starts with the paper's short name ("thread-eq-18")
-    where : str, its place in the paper ("eq. (18)", "figure IV.3")
+    where : str, its location in the paper ("eq. (18)", "figure IV.3")
     claim : str, what the paper says, in our words, one sentence
     verdict : whether it holds
     paper : str, the paper's number; "" where it gives none

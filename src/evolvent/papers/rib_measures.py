@@ -287,7 +287,7 @@ def points() -> Values:
 
 
 def points_at_rest() -> Values:
-    """Contact points of each element that touch at rest, by their place, and what a cubic departs from an arc, um."""
+    """Contact points of each element that touch at rest, by position, and what a cubic departs from an arc, um."""
     from evolvent.papers.rib_figures import departure
 
     run = _of_alpha(0.2)

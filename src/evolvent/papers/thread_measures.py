@@ -59,7 +59,7 @@ def releases() -> Numbers:
 
 
 def start() -> Numbers:
-    """Place of node 2 at the start in the frame of the spool, mm."""
+    """Position of node 2 at the start in the frame of the spool, mm."""
     x, _, z = tree(RIGID)["blade-1"].position.values[0, 1]
     return {"x": 1e3 * (x - 0.05), "z": 1e3 * z}
 

@@ -80,7 +80,7 @@ def _between(a: tuple[float, float], b: tuple[float, float], **given: object) ->
 
 
 def _note(at: tuple[float, float], text: str, points_to: tuple[float, float] | None = None) -> Note:
-    """A note at a place in metres."""
+    """A note at a position in metres."""
     there = None if points_to is None else (1e3 * points_to[0], 1e3 * points_to[1])
     return Note(at=(1e3 * at[0], 1e3 * at[1]), text=text, points_to=there)
 
@@ -106,7 +106,7 @@ def _side(seen: Drawn) -> list[Line]:
 
 
 def _tangent(angle: float, scale: float = 1.0) -> tuple[float, float]:
-    """The place on the spool at an angle before the departure point (below zero: wound)."""
+    """The point on the spool at an angle before the departure point (below zero: wound)."""
     return scale * R * math.sin(angle), scale * R * math.cos(angle)
 
 

@@ -189,7 +189,7 @@ def _steps(phi, x, v, W, k, data, kind, printed, dt, count):  # type: ignore[no-
 
 
 def _release(x: Array, v: Array, k: int, data: Data, start: Start, turn: bool) -> None:
-    """Give node k - 1 the place and velocity with which it is released, or born."""
+    """Give node k - 1 the position and velocity with which it is released."""
     Q, leaving = np.array([0.0, 0.0, data.radius]), np.array([data.speed, 0.0, 0.0])
     if start == "growing" and k > 1:
         x[k - 1], v[k - 1] = (2.0 * Q + x[k - 2]) / 3.0, (2.0 * leaving + v[k - 2]) / 3.0

@@ -13,7 +13,7 @@ from evolvent.errors import InputError, counted, nearest
 from evolvent.kernels import attitude as kernels
 from evolvent.kernels import drive as drives
 from evolvent.kernels import rigid
-from evolvent.parts.base import BodyName, Part, Place, Reference, unit
+from evolvent.parts.base import BodyName, Part, PointReference, Reference, unit
 from evolvent.parts.checks import check_rotor
 from evolvent.parts.expression import Constants, Parameters, SpringLaw, refuse_without_law, write_law
 from evolvent.parts.law import Drive
@@ -36,7 +36,7 @@ def _motion(builder: Builder, index: int) -> str:
 
 
 def _profile(builder: Builder, name: str, profile: Any) -> int:
-    """Place of a profile among the parameters, -1 for none."""
+    """Index of a profile among the parameters, -1 for none."""
     return -1 if profile is None else builder.parameters(write_profile(builder, f"{name}.profile", profile))[0]
 
 
@@ -136,8 +136,8 @@ class Thruster(Part):
 
     Parameters
     ----------
-    at : place
-        Place on a free or spinning body, such as "hub.nozzle".
+    at : point
+        Point on a free or spinning body, such as "hub.nozzle".
     direction : (3,) float
         Direction of the force on the body, body axes.
     thrust : float, N
@@ -151,7 +151,7 @@ class Thruster(Part):
     """
 
     kind: Literal["thruster"] = "thruster"
-    at: Place
+    at: PointReference
     direction: units.Direction
     thrust: units.Force
     profile: ForceProfile | None = None
@@ -160,13 +160,13 @@ class Thruster(Part):
         """Write the thruster into the family `thrusters`."""
         if self.thrust <= 0.0:
             raise InputError(f"{name}.thrust is {self.thrust!r} N; it must be above 0 N")
-        place = builder.place(self.at, f"{name}.at")
+        place = builder.location(self.at, f"{name}.at")
         if place.family == "bodies" and place.row == builder.names["ground"][1]:
             raise InputError(
-                f"{name}.at is {self.at!r}, on the ground, which no load moves; give a place on a free or spinning body"
+                f"{name}.at is {self.at!r}, on the ground, which no load moves; give a point on a free or spinning body"
             )
         if place.family != "bodies":
-            raise InputError(f"{name}.at is {self.at!r}; a thruster needs a place on a free or spinning body")
+            raise InputError(f"{name}.at is {self.at!r}; a thruster needs a point on a free or spinning body")
         if builder.rows["bodies"][place.row]["motion"] == rigid.DRIVEN:
             raise InputError(
                 f"{name}.at is {self.at!r}, on a driven body, on which forces have no effect; make it free or spinning"

@@ -16,7 +16,7 @@ from evolvent.errors import InputError
 from evolvent.references import check_name, split_reference
 from evolvent.schema import Section, marks
 
-__all__ = ["Arrays", "Part", "Place", "Reference", "check_name", "split_reference", "unit"]
+__all__ = ["Arrays", "Part", "PointReference", "Reference", "check_name", "split_reference", "unit"]
 
 
 class Part(Section):
@@ -66,26 +66,27 @@ class Reference:
     Parameters
     ----------
     what : str, with its article ("a body")
-    place : bool, whether a point on the part may be meant: "boom.tip", "boom[5]", ("hub", (x, y, z)), or (x, y, z) of
+    points : bool, whether a point on the part may be meant: "boom.tip", "boom[5]", ("hub", (x, y, z)), or (x, y, z) of
         the ground
     several : bool, whether a list of names is wanted
     """
 
     what: str
-    place: bool = False
+    points: bool = False
     several: bool = False
 
     @property
     def allowed(self) -> str:
         """What is allowed, as the end of a sentence."""
-        if self.place and self.several:
+        if self.points and self.several:
             return (
-                f"a list of {self.what}, each a name, a point such as 'boom.tip' or [hub, [0, 0, 1 m]], or a position"
+                f"a list of {self.what}, each a part's name, 'boom.tip', 'boom[5]', [hub, [0, 0, 1 m]], or a position "
+                f"on the ground"
             )
-        if self.place:
+        if self.points:
             return (
-                f"{self.what}: a name, a point such as 'boom.tip', 'boom[5]' or [hub, [0, 0, 1 m]], "
-                f"or a position on the ground, [0, 0, 1 m]"
+                f"{self.what}: a part's name, 'boom.tip', 'boom[5]', [hub, [0, 0, 1 m]], or a position on the ground, "
+                f"[0, 0, 1 m]"
             )
         return f"a list of names of {self.what}" if self.several else f"the name of {self.what}"
 
@@ -97,8 +98,8 @@ class Reference:
             yield split_reference(value)[0]
         elif self.several:
             for one in value:
-                if self.place:
-                    yield from _PLACE.names(one)
+                if self.points:
+                    yield from _POINT.names(one)
                 else:
                     yield split_reference(one)[0]
         elif isinstance(value[0], str):
@@ -109,16 +110,16 @@ class Reference:
         try:
             if isinstance(value, str) and not self.several:
                 name, point = split_reference(value)
-                if point is None or self.place:
+                if point is None or self.points:
                     return value.strip()
                 raise InputError(f"{name!r} alone is meant")
-            if self.several and self.place and not isinstance(value, str):
-                return tuple(_PLACE.read(one) for one in value)
+            if self.several and self.points and not isinstance(value, str):
+                return tuple(_POINT.read(one) for one in value)
             if self.several and not isinstance(value, str):
                 return tuple(v if split_reference(v)[1] is None else _refuse(v) for v in value)
-            if self.place and not isinstance(value, str) and len(value) == 2 and isinstance(value[0], str):
+            if self.points and not isinstance(value, str) and len(value) == 2 and isinstance(value[0], str):
                 return value[0], _POSITION.read(value[1])
-            if self.place and not isinstance(value, str) and len(value) == 3:
+            if self.points and not isinstance(value, str) and len(value) == 3:
                 return _POSITION.read(value)
         except (InputError, PydanticCustomError, TypeError, AttributeError):
             pass
@@ -129,7 +130,7 @@ class Reference:
         if value is None or isinstance(value, str):
             return value
         if self.several:
-            return [_PLACE.write(one) for one in value] if self.place else list(value)
+            return [_POINT.write(one) for one in value] if self.points else list(value)
         return [value[0], _POSITION.write(value[1])] if isinstance(value[0], str) else _POSITION.write(value)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
@@ -142,9 +143,9 @@ class Reference:
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A text, or a list."""
         if self.several:
-            items = {"anyOf": [{"type": "string"}, {"type": "array"}]} if self.place else {"type": "string"}
+            items = {"anyOf": [{"type": "string"}, {"type": "array"}]} if self.points else {"type": "string"}
             return {"type": "array", "items": items, "description": self.allowed}
-        if self.place:
+        if self.points:
             return {"anyOf": [{"type": "string"}, {"type": "array"}], "description": self.allowed}
         return {"type": "string", "description": self.allowed}
 
@@ -154,11 +155,11 @@ def _refuse(value: str) -> str:
 
 
 _POSITION = units.Vector(quantity=units.Quantity(what="a length", unit="m", example="1 m"))
-_PLACE = Reference(what="a place", place=True)
+_POINT = Reference(what="a point", points=True)
 #: A point on a body, a node of a beam, a point mass, or a position on the ground.
-Place = Annotated[str | tuple[str, units.Triple] | units.Triple, _PLACE]
-Places = Annotated[
-    tuple[str | tuple[str, units.Triple] | units.Triple, ...], Reference(what="places", place=True, several=True)
+PointReference = Annotated[str | tuple[str, units.Triple] | units.Triple, _POINT]
+PointReferences = Annotated[
+    tuple[str | tuple[str, units.Triple] | units.Triple, ...], Reference(what="points", points=True, several=True)
 ]
 BodyName = Annotated[str, Reference(what="a body")]
 BeamName = Annotated[str, Reference(what="a beam")]

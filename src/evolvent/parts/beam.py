@@ -32,7 +32,7 @@ Nodal = Annotated[
 
 
 class Beam(Part):
-    """A beam, straight or with initial curvature; places on it: "boom.root", "boom.tip", its nodes from "boom[0]" on.
+    """A beam, straight or with initial curvature; points on it: "boom.root", "boom.tip", its nodes from "boom[0]" on.
 
     Parameters
     ----------
@@ -290,7 +290,7 @@ class Beam(Part):
         return {**nothing, "strain": off[..., 0], "force": pull, "bend_y": forces[..., 1], "energy": energy}
 
     def _stiffness(self, xi: np.ndarray, of: Callable[[CrossSection, float], np.ndarray]) -> np.ndarray:
-        """A function of section and place in each element, at the points `xi` of all of them: (n or 1, k, ...)."""
+        """A function of section and point in each element, at the points `xi` of all of them: (n or 1, k, ...)."""
         if self.section.between(0.0, 1.0) is self.section:  # the same in every element
             return np.array([[of(self.section, at) for at in xi]])
         pieces = [self.section.between(*ends) for ends in itertools.pairwise(self.arc / self.length)]
@@ -386,7 +386,7 @@ class Beam(Part):
     def _constants(
         self, builder: Builder, length: float, section: CrossSection, rest: np.ndarray | None
     ) -> tuple[int, int, int]:
-        """Places in the pools of an element's form, of its bending alone, and of its mass."""
+        """Indices in the pools of an element's form, of its bending alone, and of its mass."""
         inertia = elements.OWN_INERTIA if self.inertia is None else self.inertia
         if self.formulation in CABLES:
             stretch = self.formulation == "cable_stretch"
@@ -422,11 +422,11 @@ def _across(e1: np.ndarray) -> np.ndarray:
 
 
 def node_of(builder: Builder, where: Any, key: str = "node") -> tuple[int, int, int, int]:
-    """Index of a beam, its kind, and places of coordinates and velocities (as the builder counts) of one of its nodes.
+    """Index of a beam, its kind, and indices of coordinates and velocities (as the builder counts) of one of its nodes.
 
     `where` is a reference such as "boom.root", "boom.tip" or "boom[5]"; `key` says what it is given for.
     """
-    at = builder.place(where, key)
+    at = builder.location(where, key)
     if at.family != "beams":
         raise InputError(f"{key} is {where!r}; it must be a node of a beam, such as 'boom.tip' or 'boom[5]'")
     return at.row, at.beam, at.iq, at.iv

@@ -12,7 +12,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import beam_loads as kernels
 from evolvent.kernels.flexible import NODE_VECTORS
-from evolvent.parts.base import BeamName, Part, Place
+from evolvent.parts.base import BeamName, Part, PointReference
 from evolvent.parts.beam import node_of
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, refuse_without_law, write_law
 from evolvent.parts.profile import LineForceProfile, Profile, TorqueProfile, write_profile
@@ -136,7 +136,7 @@ class LineLoad(Part):
     Notes
     -----
     On a rod the load of half an element acts on its node, a sixth of the element from it: in linear statics a rod under
-    a constant load is exact at its nodes. A law is evaluated at these places, one for each node.
+    a constant load is exact at its nodes. A law is evaluated at these points, one for each node.
     """
 
     kind: Literal["line-load"] = "line-load"
@@ -185,7 +185,7 @@ class SlopeLoad(Part):
 
     Parameters
     ----------
-    at : place
+    at : point
         A node of a beam ("boom.tip").
     slope : int
         1 the slope along the axis, 2 and 3 those across.
@@ -200,7 +200,7 @@ class SlopeLoad(Part):
     """
 
     kind: Literal["slope-load"] = "slope-load"
-    at: Place
+    at: PointReference
     slope: Annotated[int, units.Whole(least=1, most=3)]
     force: units.TorqueVector
     start: units.Time = 0.0

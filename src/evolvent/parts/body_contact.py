@@ -11,7 +11,7 @@ from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError, counted
 from evolvent.kernels import surfaces
-from evolvent.parts.base import Place, unit
+from evolvent.parts.base import PointReference, unit
 from evolvent.parts.contact import ContactLaw
 from evolvent.parts.shapes import Capsule, ContactShape, Plane, RoundShape, Sphere
 
@@ -41,7 +41,7 @@ class BodyContact(ContactLaw):
     law : {"hunt-crossley", "conservative"}
         Law of the normal force as a function of the penetration depth.
     a, b : str, (str, (3,) float) or (3,) float
-        Centres of the shapes, or a point of the plane: places of bodies, such as "ball", "arm.tip" or
+        Centres of the shapes, or a point of the plane: points of bodies, such as "ball", "arm.tip" or
         ("arm", (0, 0, 1)), or positions on the ground.
     shape_a : sphere or capsule, optional
         Shape centred at `a`; the `shape` of its body if left out, which must then be a sphere or a capsule.
@@ -53,8 +53,8 @@ class BodyContact(ContactLaw):
 
     kind: Literal["body-contact"] = "body-contact"
     law: Literal["hunt-crossley", "conservative"] = "hunt-crossley"
-    a: Place
-    b: Place
+    a: PointReference
+    b: PointReference
     shape_a: RoundShape | None = None
     shape_b: ContactShape | None = None
     initial_overlap: units.NumberOrZero = 0.1
@@ -64,7 +64,7 @@ class BodyContact(ContactLaw):
         a, b = (self._surface(builder, name, key) for key in ("a", "b"))
         if a.body == b.body:
             raise InputError(
-                f"{name!r} is a contact of a body with itself: a is {self.a!r} and b is {self.b!r}; give places of two "
+                f"{name!r} is a contact of a body with itself: a is {self.a!r} and b is {self.b!r}; give points of two "
                 f"bodies"
             )
         ends = [a]
@@ -76,10 +76,10 @@ class BodyContact(ContactLaw):
     def _surface(self, builder: Builder, name: str, key: str) -> Surface:
         """The shape of one side."""
         where, shape = getattr(self, key), getattr(self, f"shape_{key}")
-        at = builder.place(where, f"{name}.{key}")
+        at = builder.location(where, f"{name}.{key}")
         if at.family != "bodies":
             raise InputError(
-                f"{name}.{key} is {where!r}, which is not a place of a rigid body; give one, such as 'ball'"
+                f"{name}.{key} is {where!r}, which is not a point of a rigid body; give one, such as 'ball'"
             )
         if shape is None:
             shape = getattr(builder.specs.get(where), "shape", None) if isinstance(where, str) else None
@@ -131,5 +131,5 @@ def start_gap(builder: Builder, a: Surface, b: Surface) -> float:
     e, g = (pose.R @ unit(side.axis) for pose, side in zip(poses, (a, b), strict=True))
     if b.kind == surfaces.PLANE:
         return float(d @ g) - a.radius - b.radius
-    s, t = surfaces.closest_places(d @ e, d @ g, e @ g, a.half, b.half)
+    s, t = surfaces.closest_positions(d @ e, d @ g, e @ g, a.half, b.half)
     return float(np.linalg.norm(d + s * e - t * g)) - a.radius - b.radius

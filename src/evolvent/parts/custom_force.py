@@ -1,4 +1,4 @@
-"""Forces between places by a law of the user's, or of a package from outside."""
+"""Forces between points by a law of the user's, or of a package from outside."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
-from evolvent.parts.base import Part, Places
+from evolvent.parts.base import Part, PointReferences
 
 
 class _Law:
@@ -51,15 +51,15 @@ ElementLaw = Annotated[Any, _Law()]
 
 
 class CustomForce(Part):
-    """Forces on several places that follow from their positions and velocities by a law.
+    """Forces on several points that follow from their positions and velocities by a law.
 
     Parameters
     ----------
-    places : list of place
+    points : list of point
         Point masses, points of bodies, nodes of beams, positions on the ground: "mass", "hub.left", ("hub", (x, y, z)),
         "boom.tip".
     law : function under ``@evolvent.element_law``
-        ``law(t, x, v, parameters, f) -> (energy, power)``: from the positions x and velocities v of the k places,
+        ``law(t, x, v, parameters, f) -> (energy, power)``: from the positions x and velocities v of the k points,
         (3 k,) each, it adds to f : (3 k,) the forces on them, and returns the energy stored (J) and the power
         dissipated (W).
     parameters : list of float
@@ -72,7 +72,7 @@ class CustomForce(Part):
     """
 
     kind: Literal["custom-force"] = "custom-force"
-    places: Places
+    points: PointReferences
     law: ElementLaw | None = None
     parameters: units.Parameters = ()
 
@@ -81,23 +81,25 @@ class CustomForce(Part):
 
         Parameters
         ----------
-        positions : (k, 3) float, m, of the places at the start, inertial axes
+        positions : (k, 3) float, m, of the points at the start, inertial axes
         """
         return self.law, self.parameters
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write a row of the family `custom_forces`, and one of `custom_places` for each place."""
-        found = [builder.place(where, f"{name}.places[{k}]") for k, where in enumerate(self.places)]
+        """Write a row of the family `custom_forces`, and one of `custom_points` for each point."""
+        found = [builder.location(where, f"{name}.points[{k}]") for k, where in enumerate(self.points)]
         if not found:
-            raise InputError(f"{name}.places is empty; a custom force needs a place to act on")
+            raise InputError(f"{name}.points is empty; a custom force needs a point to act on")
         law, parameters = self.law_and_parameters(np.array([at.x for at in found]))
         if law is None:
             raise InputError(f"{name}.law is missing; it must be a function under @evolvent.element_law")
         first, last = builder.parameters(parameters)
-        place = len(builder.rows["custom_places"])
+        first_point = len(builder.rows["custom_points"])
         for family, index, local, iq, iv, *_ in found:
             on = ON_BODY if family == "bodies" else ON_COORDINATES
-            builder.add("custom_places", on=on, index=index if on == ON_BODY else -1, iq=iq, iv=iv, local=local)
+            builder.add("custom_points", on=on, index=index if on == ON_BODY else -1, iq=iq, iv=iv, local=local)
         address = builder.law(law, "element")
-        row = builder.add("custom_forces", law=address, first=first, last=last, place=place, places=len(found))
+        row = builder.add(
+            "custom_forces", law=address, first=first, last=last, first_point=first_point, points=len(found)
+        )
         builder.names[name] = ("custom_forces", row)

@@ -349,7 +349,7 @@ if TYPE_CHECKING:
 else:
     #: How a spool or a body turns.
     Drive = Annotated[_Keys[units.Angle, units.AngularRate], _OneDrive()]
-    #: How a place is carried along a line (m, m/s) or round a circle (rad, rad/s).
+    #: How a point is moved along a line (m, m/s) or round a circle (rad, rad/s).
     PathDrive = Annotated[_Keys[units.AngleOrLength, units.AngularRateOrSpeed], _OneDrive()]
     #: How a body is carried along a line.
     LineDrive = Annotated[_Keys[units.Coordinate, units.Speed], _OneDrive()]

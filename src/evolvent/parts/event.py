@@ -70,7 +70,7 @@ class Event(Part):
             raise InputError(f"{name}.variables are those of an expression; a Python law takes the state y")
         if "t" in variables:
             raise InputError(f"{name}.variables.t has the name of the time; give it another one")
-        places = [_place(builder, f"{name}.variables.{key}", text) for key, text in variables.items()]
+        places = [_index(builder, f"{name}.variables.{key}", text) for key, text in variables.items()]
         fields = write_law(
             builder, name, self.law, "event", self.parameters, self.constants,
             variables=("t", *variables), before=[float(len(places)), *(float(place) for place, _ in places)],
@@ -81,8 +81,8 @@ class Event(Part):
         builder.names[name] = ("events", builder.add("events", stops=int(self.stops), **fields))
 
 
-def _place(builder: Builder, key: str, text: str) -> tuple[int, bool]:
-    """Place of a quantity among the coordinates, or among the velocities (True)."""
+def _index(builder: Builder, key: str, text: str) -> tuple[int, bool]:
+    """Index of a quantity among the coordinates, or among the velocities (True)."""
     match = _QUANTITY.fullmatch(text)
     if match is None:
         raise InputError(f"{key} is {text!r}; it must be a quantity such as 'ball.position.z' or 'hub.rate'")

@@ -40,7 +40,7 @@ def write_field_points(builder: Builder) -> None:
 
 
 def body_points(mass: float, inertia: Array) -> Iterator[tuple[float, Array]]:
-    """Masses and places (body axes) of at most seven points of a body's mass and inertia (3, 3), about its centre.
+    """Masses and positions (body axes) of at most seven points of a body's mass and inertia (3, 3), about its centre.
 
     Notes
     -----

@@ -11,7 +11,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import constraint_rows, joint, rigid
 from evolvent.parts.base import BodyName, Part, unit
-from evolvent.parts.joint import add_row, direction_side, place_side
+from evolvent.parts.joint import add_row, direction_side, point_side
 
 
 class Guide(Part):
@@ -57,10 +57,10 @@ class Guide(Part):
         index = builder.add("guides", kind=kind, body=body, direction=direction, axis=axis, value=value)
         builder.names[name] = ("guides", index)
         # the same constraint as implicit methods have it
-        centre = place_side(builder, self.body)
+        centre = point_side(builder, self.body)
         if self.axis is None:
-            ground = place_side(builder, (0.0, 0.0, 0.0))
-            add_row(builder, joint.PLACE, ground, centre, along=direction, value=value)
+            ground = point_side(builder, (0.0, 0.0, 0.0))
+            add_row(builder, joint.POINT, ground, centre, along=direction, value=value)
         else:
             ground, turned = direction_side(builder, 0, direction), direction_side(builder, body, pose.R @ axis)
             add_row(builder, joint.DIRECTION, ground, turned)

@@ -12,7 +12,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import coordinate, rigid, sides
 from evolvent.kernels import joint as kernels
-from evolvent.parts.base import BodyName, EventName, Part, Place, unit
+from evolvent.parts.base import BodyName, EventName, Part, PointReference, unit
 from evolvent.parts.checks import check_units
 from evolvent.parts.drive import DriveKind, RampDrive
 from evolvent.parts.joint_sides import (
@@ -26,18 +26,18 @@ from evolvent.parts.joint_sides import (
     direction_side,
     fixed_direction,
     hinged,
-    place_side,
+    point_side,
     side_of,
 )
 from evolvent.parts.law import PathDrive
 from evolvent.parts.thread_joint import check_type, fix_end
 
 __all__ = [
-    "Joint", "PrescribedMotion", "PrescribedRotation", "Side", "add_row", "direction_side", "place_side"
+    "Joint", "PrescribedMotion", "PrescribedRotation", "Side", "add_row", "direction_side", "point_side"
 ]  # fmt: skip
 
 _LEAST_OFF = 1e-6
-#: Types whose places coincide at the start and later; b stays on a line or in a plane through a; the others.
+#: Types whose points coincide at the start and later; b stays on a line or in a plane through a; the others.
 _ONE_PLACE = ("spherical", "revolute", "universal", "clamp", "fixed")
 _SLIDING = ("prismatic", "cylindrical", "point-on-line", "in-plane")
 
@@ -47,22 +47,22 @@ CLAMPS = ("clamp", "fixed")
 
 
 class Joint(Part):
-    """A joint between two places of beams, bodies, points or the ground, in their positions at the start.
+    """A joint between two points of beams, bodies, point masses or the ground, in their positions at the start.
 
     Parameters
     ----------
-    a, b : place
+    a, b : point
         Ends: "boom.root", "boom.tip" or "boom[5]" (a beam's node), "hub.left" (a point of a body), ("hub", (x, y, z)),
         "tether.tip" (the end of a thread, which has no rotation), a point mass, or a position on the ground. A body
         named alone, "hub", means its point where the other end is at the start; in a joint of type "distance" its
         origin.
     type : {"spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "point-on-line", \
 "in-plane", "distance"}
-        spherical: the places coincide, all rotations are free. revolute: they coincide, with rotation about `axis`.
+        spherical: the points coincide, all rotations are free. revolute: they coincide, with rotation about `axis`.
         universal: with rotations about `axis` of a and `axis_b` of b. clamp, or fixed: without rotation. prismatic: b
         slides along `axis`, without rotation. cylindrical: b slides along `axis` and rotates about it. point-on-line,
         in-plane: b moves on the line through a along `axis`, or in the plane through a normal to `axis`, all rotations
-        are free. distance: the distance of the places is constant.
+        are free. distance: the distance of the points is constant.
     axis : (3,) float
         Axis of the joint, inertial axes at the start; it is fixed to a.
     axis_b : (3,) float, optional
@@ -94,8 +94,8 @@ class Joint(Part):
     """
 
     kind: Literal["joint"] = "joint"
-    a: Place
-    b: Place
+    a: PointReference
+    b: PointReference
     type: Literal[
         "spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "point-on-line", "in-plane",
         "distance",
@@ -112,11 +112,11 @@ class Joint(Part):
 
     def _ends(self, builder: Builder, name: str) -> tuple[Side, Side]:
         """Both ends; a body named alone takes the place of the other end, or `position`."""
-        ends = [builder.place(self.a, f"{name}.a"), builder.place(self.b, f"{name}.b")]
+        ends = [builder.location(self.a, f"{name}.a"), builder.location(self.b, f"{name}.b")]
         if ends[0].family == "bodies" and ends[1].family == "bodies" and ends[0].row == ends[1].row:
             raise InputError(f"{name}.a and {name}.b are on one body, {self.a!r}; a joint needs two parts")
         if ends[0].iq >= 0 and ends[0].iq == ends[1].iq:
-            raise InputError(f"{name}.a and {name}.b are both {self.a!r}; a joint needs two places")
+            raise InputError(f"{name}.a and {name}.b are both {self.a!r}; a joint needs two points")
         if self.type == "distance":
             if self.position is not None:
                 raise InputError(f"{name}.position is given; a joint of type 'distance' has no position")
@@ -162,9 +162,9 @@ class Joint(Part):
             self._write_slide(builder, name, a, b, axis, common)
         else:
             if apart > _LEAST_OFF * max(1.0, float(np.abs(a.u).max())):
-                raise InputError(f"{name}: its two places are {apart:.6g} m apart at the start; they must coincide")
+                raise InputError(f"{name}: its two points are {apart:.6g} m apart at the start; they must coincide")
             for along in np.eye(3):
-                add_row(builder, kernels.PLACE, a, b, along=along, **common)
+                add_row(builder, kernels.POINT, a, b, along=along, **common)
         if self.turn_stiffness is not None:
             common["stiffness"] = self.turn_stiffness
             if (self.turn_stiffness > 0.0) != (self.stiffness > 0.0):
@@ -305,12 +305,12 @@ class PrescribedMotion(Part):
 
     Parameters
     ----------
-    at : place
+    at : point
         "boom.tip", "boom[5]", or a point mass.
     drive : a drive of `evolvent.parts`
         Along a line, m; round an involute, the angle wound so far, rad. Its rate must not jump.
     direction : (3,) float
-        Of the line, inertial axes; the place is held across it as well.
+        Of the line, inertial axes; the point is held across it as well.
     radius : float, m
         Of the circle of an involute; 0 for a line.
     centre : (3,) float, m
@@ -322,11 +322,11 @@ class PrescribedMotion(Part):
     length : float, m, optional
         Of the thread of an involute.
     until : float, s, optional
-        When the place is released; never if left out.
+        When the point is released; never if left out.
     """
 
     kind: Literal["prescribed-motion"] = "prescribed-motion"
-    at: Place
+    at: PointReference
     drive: PathDrive
     direction: units.Direction = (1.0, 0.0, 0.0)
     radius: units.LengthOrZero = 0.0
@@ -338,7 +338,7 @@ class PrescribedMotion(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write three rows."""
-        b = place_side(builder, self.at, f"{name}.at")
+        b = point_side(builder, self.at, f"{name}.at")
         if b.on != sides.ON_COORDINATES:
             raise InputError(f"{name}.at is {self.at!r}; only a beam's node or a point mass can be moved so")
         check_units(f"{name}.drive", self.drive, coordinate.ANGLE if self.radius > 0.0 else coordinate.TRAVEL)
@@ -354,12 +354,12 @@ class PrescribedMotion(Part):
             ground = Side(sides.ON_BODY, 0, -1, -1, np.zeros(3), np.zeros(3), None)
             for along in (e, np.cross(z, e), z):
                 add_row(
-                    builder, kernels.PLACE, ground, b, along=along, centre=np.array(self.centre), axis=z, zero=e,
+                    builder, kernels.POINT, ground, b, along=along, centre=np.array(self.centre), axis=z, zero=e,
                     value=self.length, radius=self.radius, path=kernels.INVOLUTE, **fields,
                 )  # fmt: skip
             return
         d = unit(self.direction)
         ground = Side(sides.ON_BODY, 0, -1, -1, b.u, b.u, None)
-        add_row(builder, kernels.PLACE, ground, b, along=d, radius=1.0, path=kernels.LINEAR, **fields)
+        add_row(builder, kernels.POINT, ground, b, along=d, radius=1.0, path=kernels.LINEAR, **fields)
         for other in across(d):
-            add_row(builder, kernels.PLACE, ground, b, along=other, until=until)
+            add_row(builder, kernels.POINT, ground, b, along=other, until=until)

@@ -20,7 +20,7 @@ PRESLIDING = {coordinate.ANGLE: 1e-4, coordinate.TRAVEL: 1e-5}
 
 
 class Ends(NamedTuple):
-    """What a coordinate is between: names of its ends, the body of the first, the place of the second, and the axis.
+    """What a coordinate is between: names of its ends, the body of the first, the point of the second, and the axis.
 
     The axis (3,) is of length 1, in inertial axes at the start.
     """
@@ -28,7 +28,7 @@ class Ends(NamedTuple):
     a: Any
     b: Any
     body: int
-    place: Location
+    location: Location
     axis: np.ndarray
 
 
@@ -74,7 +74,7 @@ class CoordinateSpring(Part):
                 if getattr(self, key) is None:
                     raise InputError(f"{name}.{key} is missing; give {name}.a and {name}.b, or {name}.joint")
             index = builder.find(str(self.a), "bodies")
-            return Ends(self.a, self.b, index, builder.place(self.b, f"{name}.b"), unit(self.axis))
+            return Ends(self.a, self.b, index, builder.location(self.b, f"{name}.b"), unit(self.axis))
         given = [key for key in ("a", "b", "axis") if key in self.model_fields_set and getattr(self, key) is not None]
         if given:
             raise InputError(
@@ -140,9 +140,9 @@ def ends_of_joint(builder: Builder, key: str, joint: str, types: Sequence[str]) 
         )
     axis = unit(spec.axis)
     for a, b, along in ((spec.a, spec.b, axis), (spec.b, spec.a, -axis)):
-        first = builder.place(a, f"{joint}.a")
+        first = builder.location(a, f"{joint}.a")
         if first.family == "bodies":
-            return Ends(_owner(a), b, first.row, builder.place(b, f"{joint}.b"), along)
+            return Ends(_owner(a), b, first.row, builder.location(b, f"{joint}.b"), along)
     raise InputError(
         f"{key} is {joint!r}, with no end on a body, but at {spec.a!r} and {spec.b!r}; one end must be on a body"
     )
@@ -158,7 +158,7 @@ def nearest_joint(name: str, known: list[str]) -> str:
 
 
 def _owner(place: Any) -> Any:
-    """The part that a place is on."""
+    """The part that a point is on."""
     if isinstance(place, str):
         return split_reference(place)[0]
     return place[0] if isinstance(place[0], str) else "ground"

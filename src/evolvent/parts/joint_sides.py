@@ -1,4 +1,4 @@
-"""Sides of joints: places and directions on bodies, nodes of beams and points; pairs of constrained directions."""
+"""Sides of joints: points and directions on bodies, nodes of beams and points; pairs of constrained directions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PARALLEL = 0.7
 
 
 class Side(NamedTuple):
-    """One side: fields of the family `joints`, its vector at the start, and, of a node, its kind and places."""
+    """One side: fields of the family `joints`, its vector at the start, and, of a node, its kind and indices."""
 
     on: int
     body: int
@@ -27,7 +27,7 @@ class Side(NamedTuple):
     iv: int
     local: Array
     u: Array
-    node: tuple[int, int] | None  # kind of beam, place of the node's first coordinate
+    node: tuple[int, int] | None  # kind of beam, index of the node's first coordinate
 
 
 #: No side, in place of the direction of rows that have none.
@@ -55,16 +55,16 @@ class Held(NamedTuple):
 
 
 def side_of(at: Location) -> Side:
-    """The side of a place."""
+    """The side of a point."""
     if at.family == "bodies":
         return Side(sides.ON_BODY, at.row, -1, -1, at.local, at.x, None)
     node = (at.beam, at.iq) if at.family == "beams" else None
     return Side(sides.ON_COORDINATES, -1, at.iq, at.iv, np.zeros(3), at.x, node)
 
 
-def place_side(builder: Builder, where: Any, key: str = "a place") -> Side:
-    """The side of a reference to a place (`Builder.place`)."""
-    return side_of(builder.place(where, key))
+def point_side(builder: Builder, where: Any, key: str = "a point") -> Side:
+    """The side of a reference to a point (`Builder.location`)."""
+    return side_of(builder.location(where, key))
 
 
 def direction_side(builder: Builder, index: int, direction: Array) -> Side:

@@ -1,4 +1,4 @@
-"""Link of fixed length between two places, and the cord that a drum winds up."""
+"""Link of fixed length between two points, and the cord that a drum winds up."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import joint, springs
-from evolvent.parts.base import Part, Place, unit
-from evolvent.parts.joint import add_row, place_side
+from evolvent.parts.base import Part, PointReference, unit
+from evolvent.parts.joint import add_row, point_side
 
 
 class Link(Part):
@@ -19,7 +19,7 @@ class Link(Part):
 
     Parameters
     ----------
-    a, b : place
+    a, b : point
         Ends, as of a `Spring`. For a node of a beam take a `Joint` of type "distance".
     length : float, m, optional
         Without a drum, the distance at the start if left out; with one, the cord's whole length, wound part included,
@@ -39,8 +39,8 @@ class Link(Part):
     """
 
     kind: Literal["link"] = "link"
-    a: Place
-    b: Place
+    a: PointReference
+    b: PointReference
     length: units.Length | None = None
     drum: units.LengthOrZero = 0.0
     axis: units.Direction = (0.0, 0.0, 1.0)
@@ -50,7 +50,7 @@ class Link(Part):
     def write(self, builder: Builder, name: str) -> None:
         """Write the link into the family `links`."""
         if self.a == self.b:
-            raise InputError(f"{name}.a and {name}.b are the same place, {self.a!r}; give two places")
+            raise InputError(f"{name}.a and {name}.b are the same point, {self.a!r}; give two points")
         a, b = builder.marker(self.a, f"{name}.a"), builder.marker(self.b, f"{name}.b")
         distance = builder.marker_state(b)[0] - builder.marker_state(a)[0]
         axis, anchor = unit(self.axis), unit(self.anchor)
@@ -63,7 +63,7 @@ class Link(Part):
         index = builder.add("links", a=a, b=b, length=length, drum=self.drum, axis=axis, zero=anchor, sense=self.sense)
         builder.names[name] = ("links", index)
         # the same constraint as implicit methods have it
-        sides = place_side(builder, self.a), place_side(builder, self.b)
+        sides = point_side(builder, self.a), point_side(builder, self.b)
         if self.drum > 0.0:
             add_row(
                 builder, joint.CORD, *sides, centre=sides[0].local, axis=axis, zero=anchor, radius=self.drum,
@@ -75,7 +75,7 @@ class Link(Part):
     def _cord(
         self, builder: Builder, name: str, a: int, distance: np.ndarray, axis: np.ndarray, anchor: np.ndarray
     ) -> float:
-        """Length of a cord on a drum, whose place is checked."""
+        """Length of a cord on a drum, whose position is checked."""
         marker = builder.rows["markers"][a]
         if marker["kind"] != springs.ON_BODY:
             raise InputError(f"{name}.a is {self.a!r}; a drum must be on a body or on the ground")

@@ -1,4 +1,4 @@
-"""Loads: on threads (force per length), forces at places and torques on bodies. Gravity belongs to the System."""
+"""Loads: on threads (force per length), forces at points and torques on bodies. Gravity belongs to the System."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from evolvent.errors import InputError
 from evolvent.kernels import beam_loads, springs
 from evolvent.kernels import loads as kernels
 from evolvent.kernels.flexible import CABLE
-from evolvent.parts.base import Part, Place, ThreadName, unit
+from evolvent.parts.base import Part, PointReference, ThreadName, unit
 from evolvent.parts.beam import node_of
 from evolvent.parts.beam_load import add_beam_load, refuse_beside_law
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, refuse_without_law, write_law
@@ -93,7 +93,7 @@ class PanelRadiation(Part):
 
     Parameters
     ----------
-    at : place
+    at : point
         Centre of the panel, a point of a body.
     area : float, m^2
         Area of one side.
@@ -120,7 +120,7 @@ class PanelRadiation(Part):
     """
 
     kind: Literal["panel-radiation"] = "panel-radiation"
-    at: Place
+    at: PointReference
     area: units.Area
     normal: units.Direction
     pressure: units.PressureOrZero
@@ -155,7 +155,7 @@ class LawLoad(Part):
     thread : str
         The thread.
     law : list of three expressions
-        fx, fy and fz, N/m, of the place x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s); or a
+        fx, fy and fz, N/m, of the position x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s); or a
         function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``.
     parameters : list of float
         Of a Python law.
@@ -187,7 +187,7 @@ class Force(Part):
 
     Parameters
     ----------
-    at : place
+    at : point
         A point of a body, a point mass, a node of a beam ("boom.tip"), or a node of a thread, counted from its tip:
         "tether.tip" (with the tip mass), "tether[3]". The force on a node that is wound on the reel is zero.
     force : (3,) float, N, optional
@@ -215,7 +215,7 @@ class Force(Part):
     """
 
     kind: Literal["force"] = "force"
-    at: Place
+    at: PointReference
     force: units.ForceVector | None = None
     direction: units.Direction | None = None
     profile: ForceProfile | None = None
@@ -278,7 +278,7 @@ class Torque(Part):
     """
 
     kind: Literal["torque"] = "torque"
-    at: Place
+    at: PointReference
     torque: units.TorqueVector | None = None
     axis: units.Direction | None = None
     profile: TorqueProfile | None = None
@@ -333,12 +333,12 @@ def _vector(name: str, load: Force | Torque, keys: tuple[str, str]) -> tuple[flo
 
 
 def _node(builder: Builder, name: str, at: Any) -> tuple[int, int, int, int] | None:
-    """The beam's node that a place is (see `node_of`); None for other places."""
-    return node_of(builder, at, f"{name}.at") if builder.place(at, f"{name}.at").family == "beams" else None
+    """The beam's node that a point is (see `node_of`); None for other points."""
+    return node_of(builder, at, f"{name}.at") if builder.location(at, f"{name}.at").family == "beams" else None
 
 
 def _thread_node(builder: Builder, name: str, at: Any) -> tuple[int, int] | None:
-    """Index of the thread and number of its node (0 at the tip) that a place is; None for other places."""
+    """Index of the thread and number of its node (0 at the tip) that a point is; None for other points."""
     thread, on = split_reference(at) if isinstance(at, str) else ("", None)
     family, index = builder.names.get(thread, ("", -1))
     if family != "threads":

@@ -10,11 +10,11 @@ from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import joint as kernels
-from evolvent.parts.base import Part, Place
+from evolvent.parts.base import Part, PointReference
 
 
 class Point(Part):
-    """A point mass, free in three directions, or fixed to a place of another part.
+    """A point mass, free in three directions, or fixed to a point of another part.
 
     Parameters
     ----------
@@ -22,20 +22,20 @@ class Point(Part):
         Of the point.
     position, velocity : (3,) float, m and m/s
         At the start, inertial axes.
-    at : place, optional
-        Place of a body, beam or rod, such as "boom.tip" or "hub.left", or the end of a thread, "tether.tip", that the
-        mass is fixed to; position and velocity are those of that place.
+    at : point, optional
+        Point of a body, beam or rod, such as "boom.tip" or "hub.left", or the end of a thread, "tether.tip", that the
+        mass is fixed to; position and velocity are those of that point.
     """
 
     kind: Literal["point"] = "point"
     mass: units.Mass
     position: units.Position = (0.0, 0.0, 0.0)
     velocity: units.Velocity = (0.0, 0.0, 0.0)
-    at: Place | None = None
+    at: PointReference | None = None
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write the point into the family `points`; fixed to a place, three rows of `joints` as well."""
-        from evolvent.parts.joint import add_row, place_side
+        """Write the point into the family `points`; fixed to a point, three rows of `joints` as well."""
+        from evolvent.parts.joint import add_row, point_side
         from evolvent.parts.thread_joint import carry_point
 
         position, velocity, held = self.position, self.velocity, None
@@ -46,12 +46,12 @@ class Point(Part):
             key = f"{name}.at"
             if carry_point(builder, name, self):
                 return
-            held = place_side(builder, self.at, key)
+            held = point_side(builder, self.at, key)
             position, velocity = tuple(held.u), tuple(builder.velocity_of(self.at, key))
         q, v = builder.coordinates(position, velocity)
         index = builder.add("points", iq=q, iv=v, mass=self.mass, compliance=1.0 / self.mass)
         builder.names[name] = ("points", index)
         if held is not None:
-            own = place_side(builder, name)
+            own = point_side(builder, name)
             for along in np.eye(3):
-                add_row(builder, kernels.PLACE, held, own, along=along)
+                add_row(builder, kernels.POINT, held, own, along=along)

@@ -111,7 +111,7 @@ def read_parts(values: Any, key: str = "parts") -> dict[str, Part]:
 
 
 def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails]]:
-    """Parts by name, and what is wrong: sentences with the place of each."""
+    """Parts by name, and what is wrong: sentences with the key of each."""
     found: dict[str, Part] = {}
     errors: list[InitErrorDetails] = []
 
@@ -159,7 +159,7 @@ class _ByName:
         return kinds().get(kind) if isinstance(kind, str) else None
 
     def read(self, values: Any) -> dict[str, Part]:
-        """The parts; errors have the place of the key, and the whole sentence."""
+        """The parts; errors have the path of the key, and the whole sentence."""
         found, errors = _read(values, "parts")
         if errors:
             raise ValidationError.from_exception_data("parts", errors)

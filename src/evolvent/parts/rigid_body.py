@@ -13,7 +13,7 @@ from evolvent.builder import Builder, Pose
 from evolvent.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
-from evolvent.parts.base import Part, Place, unit
+from evolvent.parts.base import Part, PointReference, unit
 from evolvent.parts.beam import node_rate
 from evolvent.parts.drive import FreeSpool, LineDrive, RampDrive
 from evolvent.parts.joint import Joint
@@ -50,7 +50,7 @@ class RigidBody(Part):
         Of the shape, in place of mass and inertia.
     points : mapping of names to (3,) float, m
         Points of the body, body axes; the point left of a body hub goes by the reference hub.left.
-    at : place, optional
+    at : point, optional
         Node of a beam or rod, such as "boom.tip" or "boom[5]", to which a free body is clamped. The body starts with
         the velocity and angular velocity of the node.
     position : (3,) float, m
@@ -84,7 +84,7 @@ class RigidBody(Part):
     shape: AnyShape | None = None
     density: units.Density | None = None
     points: Annotated[dict[str, units.Position], AfterValidator(_check_names)] = {}  # noqa: RUF012  (pydantic copies it)
-    at: Place | None = None
+    at: PointReference | None = None
     position: units.Position = (0.0, 0.0, 0.0)
     velocity: units.Velocity = (0.0, 0.0, 0.0)
     orientation: units.Quaternion = (1.0, 0.0, 0.0, 0.0)
@@ -212,11 +212,11 @@ class RigidBody(Part):
         """The node that the body is clamped to."""
         if self.at is None:
             return None
-        found = builder.place(self.at, f"{name}.at")
+        found = builder.location(self.at, f"{name}.at")
         part = split_reference(self.at)[0] if isinstance(self.at, str) else ""
         if found.family != "beams" and builder.names.get(part, ("",))[0] != "rods":
             raise InputError(
-                f"{name}.at is {self.at!r}; it must be a node of a beam or rod; for other places add a Joint"
+                f"{name}.at is {self.at!r}; it must be a node of a beam or rod; for other points add a Joint"
             )
         if self.motion != "free":
             raise InputError(f"{name}.motion is {self.motion!r}; a body with {name}.at must be 'free'")

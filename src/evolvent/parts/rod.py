@@ -20,7 +20,7 @@ from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, n
 
 #: Largest angle between the ends of an element at the start, degrees.
 LARGEST_TURN = 90.0
-#: Places and axes of all nodes.
+#: Positions and axes of all nodes.
 RodNodes = Annotated[tuple[tuple[units.Triple, ...], ...], Arrays(shape="of the shape (elements + 1, 4, 3)")]
 
 
@@ -28,7 +28,7 @@ class Rod(Part):
     """A geometrically exact rod (Reissner, Simo): extension, shear, bending and torsion, at any strain and rotation.
 
     Each node has a rotation: joints, forces, torques and springs refer to "arm.root", "arm.tip" and the nodes from
-    "arm[0]" on as to places of a body.
+    "arm[0]" on as to points of a body.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ class Rod(Part):
         return node_arc(self.length, self.elements, self.grading)
 
     def start_nodes(self, name: str = "rod") -> tuple[np.ndarray, np.ndarray]:
-        """Places (n + 1, 3), m, and axes (n + 1, 3, 3), columns x, y and z, of the nodes at the start."""
+        """Positions (n + 1, 3), m, and axes (n + 1, 3, 3), columns x, y and z, of the nodes at the start."""
         n, arc = self.elements, self.arc
         if self.nodes is not None:
             for key in ("position", "direction", "normal"):

@@ -13,7 +13,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import coordinate, flexible
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
-from evolvent.parts.base import BodyName, JointName, Place, unit
+from evolvent.parts.base import BodyName, JointName, PointReference, unit
 from evolvent.parts.joint_coordinate import CoordinateSpring, Ends
 from evolvent.references import Location
 
@@ -42,7 +42,7 @@ class RotationalSpring(CoordinateSpring):
         A revolute or cylindrical `Joint` that defines ends and axis, in place of `a`, `b` and `axis`.
     a : str
         A body, or ground; the axis is fixed to it.
-    b : place
+    b : point
         The other body, such as "panel", or the node of a beam, such as "boom.root". The angle is that of `b` as seen
         from `a`, right-handed about the axis.
     axis : (3,) float
@@ -79,7 +79,7 @@ class RotationalSpring(CoordinateSpring):
     kind: Literal["rotational-spring"] = "rotational-spring"
     joint: JointName | None = None
     a: BodyName | None = None
-    b: Place | None = None
+    b: PointReference | None = None
     axis: units.Direction = (0.0, 0.0, 1.0)
     angle: units.Angle | None = None
     zero: units.Direction | None = None
@@ -108,7 +108,7 @@ class RotationalSpring(CoordinateSpring):
         """Write the row of the family `hinges`."""
         self.check(name, "rad", "N m/rad")
         ends = self.ends(builder, name, ("revolute", "cylindrical"))
-        place, axis = ends.place, ends.axis
+        place, axis = ends.location, ends.axis
         if place.family == "points":
             raise InputError(f"{name}.b is {ends.b!r}, a point mass, which has no angle; give a body or a beam's node")
         second = self._body(builder, name, ends) if place.family == "bodies" else self._node(builder, name, ends)
@@ -118,7 +118,7 @@ class RotationalSpring(CoordinateSpring):
 
     def _body(self, builder: Builder, name: str, ends: Ends) -> _Second:
         """The second direction of a body: across the axis, at the angle that the start has."""
-        other, axis = ends.place.row, ends.axis
+        other, axis = ends.location.row, ends.axis
         if other == ends.body:
             raise InputError(f"{name}.a and {name}.b are one body, {ends.a!r}; a hinge needs two parts")
         if self.zero is not None:
@@ -130,7 +130,7 @@ class RotationalSpring(CoordinateSpring):
 
     def _node(self, builder: Builder, name: str, ends: Ends) -> _Second:
         """The second direction of a beam's node: the slope along it, or one across it."""
-        place: Location = ends.place
+        place: Location = ends.location
         axis = ends.axis
         slope = np.array(builder.q[place.iq + 3 : place.iq + 6])
         zero = unit(slope if self.zero is None else self.zero)

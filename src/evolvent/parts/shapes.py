@@ -134,7 +134,7 @@ class Capsule(Shape):
 
 
 class Plane(Section):
-    """A plane for contact, through a place of a body; its normal points to the side of the other body.
+    """A plane for contact, through a point of a body; its normal points to the side of the other body.
 
     Parameters
     ----------

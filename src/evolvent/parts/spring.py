@@ -10,16 +10,16 @@ from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import springs
-from evolvent.parts.base import Part, Place, unit
+from evolvent.parts.base import Part, PointReference, unit
 from evolvent.parts.law import Constants, Parameters, SpringLaw, refuse_without_law, write_law
 
 
 class Spring(Part):
-    """A spring-damper along the line between two places of bodies, points, beams or the ground.
+    """A spring-damper along the line between two points of bodies, point masses, beams or the ground.
 
     Parameters
     ----------
-    a, b : place
+    a, b : point
         Ends: "hub" (its origin), "hub.left" (a point of it), ("hub", (x, y, z)), a point mass, a node of a beam
         ("boom.tip", "boom[5]"), the end of a thread ("tether.tip"), or a position on the ground.
     stiffness : float, N/m
@@ -42,8 +42,8 @@ class Spring(Part):
     """
 
     kind: Literal["spring"] = "spring"
-    a: Place
-    b: Place
+    a: PointReference
+    b: PointReference
     stiffness: units.StiffnessOrZero = 0.0
     damping: units.DampingOrZero = 0.0
     length: units.LengthOrZero | None = None
@@ -57,7 +57,7 @@ class Spring(Part):
     def write(self, builder: Builder, name: str) -> None:
         """Write the spring into the family `springs`."""
         if self.a == self.b:
-            raise InputError(f"{name}.a and {name}.b are the same place, {self.a!r}; give two places")
+            raise InputError(f"{name}.a and {name}.b are the same point, {self.a!r}; give two points")
         a, b = (builder.marker(getattr(self, key), f"{name}.{key}", nodes=True) for key in ("a", "b"))
         apart = builder.marker_state(b)[0] - builder.marker_state(a)[0]
         axis = np.zeros(3)

@@ -78,7 +78,7 @@ def _add_to_rods(part: Any, builder: Builder, name: str, rods: list[str], surfac
     for rod in rods:
         elements = builder.rows["rods"][builder.names[rod][1]]["elements"]
         for i in range(1 + part.skip, elements + 1):
-            at = builder.place(f"{rod}[{i}]")
+            at = builder.location(f"{rod}[{i}]")
             pairs.append((Surface(at.row, at.local, surfaces.CAPSULE), surface))
     add_body_contacts(part, builder, name, pairs)
 

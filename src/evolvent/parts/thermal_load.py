@@ -35,8 +35,8 @@ class ThermalLoad(Part):
     gradient_y, gradient_z : optional
         Gradients of the temperature along y and z of the section, K/m, as functions of time. Not of a cable, whose
         section has no axes.
-    along : rows [place, factor], optional
-        Factors of all three at places along the beam, from 0 (root) to 1 (tip), straight lines between them; 1
+    along : rows [position, factor], optional
+        Factors of all three at positions along the beam, from 0 (root) to 1 (tip), straight lines between them; 1
         everywhere if left out.
 
     Notes
@@ -57,7 +57,7 @@ class ThermalLoad(Part):
     along: Annotated[tuple[tuple[units.Fraction, units.Number], ...], BeforeValidator(_pairs)] | None = None
 
     def factor(self, place: Any) -> np.ndarray:
-        """Factor of the temperatures at places along the beam, from 0 to 1."""
+        """Factor of the temperatures at positions along the beam, from 0 to 1."""
         if self.along is None:
             return np.ones(np.shape(place))
         x, values = zip(*self.along, strict=True)
@@ -95,7 +95,7 @@ class ThermalLoad(Part):
         builder.names[name] = ("thermal_loads", builder.add("thermal_loads", **fields))
 
     def means(self, ends: np.ndarray) -> np.ndarray:
-        """Means of the factor over the elements of a rod between the places `ends`, from 0 to 1: (elements,)."""
+        """Means of the factor over the elements of a rod between the positions `ends`, from 0 to 1: (elements,)."""
         at, weights = np.polynomial.legendre.leggauss(4)
         places = ends[:-1, None] + np.diff(ends)[:, None] * (0.5 + 0.5 * at)
         return np.asarray(self.factor(places) @ (0.5 * weights))
@@ -130,4 +130,4 @@ class ThermalLoad(Part):
             return
         x = [place for place, _ in self.along]
         if not x or any(b <= a for a, b in itertools.pairwise(x)):
-            raise InputError(f"{name}.along has the places {x!r}; they must increase")
+            raise InputError(f"{name}.along has the positions {x!r}; they must increase")

@@ -12,7 +12,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError, nearest
 from evolvent.kernels import rigid, springs
 from evolvent.kernels import thread as kernels
-from evolvent.parts.base import Part, Place, ReelName, unit
+from evolvent.parts.base import Part, PointReference, ReelName, unit
 from evolvent.parts.drive import RampDrive
 from evolvent.parts.reel import Reel
 from evolvent.references import Location
@@ -53,9 +53,10 @@ class Thread(Part):
         Number n of lumped masses.
     tip_mass : float, kg
         Added to the first node.
-    end : place, optional
-        Place of a body or a point mass, such as "satellite.hook", to which the outer end is fixed. Without it the end
-        is a place for springs, forces, points and joints by the name "tether.tip" (`segments` 'springs').
+    end : point, optional
+        Point of a body or a point mass, such as "satellite.hook", to which the outer end is fixed. Without it the end
+        is an attachment point for springs, forces, point masses and joints, by the name "tether.tip" (`segments`
+        'springs').
     segments : {"springs", "inextensible"}
         Springs, or segments of fixed length.
     stiffness, damping : float, N/m and N s/m
@@ -65,7 +66,7 @@ class Thread(Part):
         otherwise it carries compression. Under generalized-alpha let the steps follow from `tolerance`.
     direction : (3,) float, optional
         Direction of the thread deployed at the start, body axes; the pay-out axis of the reel if left out. With `end`
-        the thread is straight to that place.
+        the thread is straight to that point.
     velocity_turn : bool
         Whether a released node's velocity is turned along the thread (springs; eq. 12).
     wound_mass : {"ignored", "carried"}
@@ -93,7 +94,7 @@ class Thread(Part):
     With `end` the first node is that place: the tension of the outermost segment acts on it, and the mass of half a
     segment and `tip_mass` move with it. On a body their energy and momentum count as those of the thread; on a point
     mass they are added to its mass. The thread deployed at the start is straight, and stretched uniformly where the
-    place is farther away than the deployed length. Without `slack` the segments carry compression: give the end a
+    point is farther away than the deployed length. Without `slack` the segments carry compression: give the end a
     velocity away from the reel, or keep the thread taut by a spin.
     """
 
@@ -103,7 +104,7 @@ class Thread(Part):
     line_density: units.LineDensity
     nodes: Annotated[int, units.Whole(least=1, most=1_000_000)] = 20
     tip_mass: units.MassOrZero = 0.0
-    end: Place | None = None
+    end: PointReference | None = None
     segments: Literal["springs", "inextensible"] = "springs"
     stiffness: units.StiffnessOrZero = 1e4
     damping: units.DampingOrZero = 0.0
@@ -224,7 +225,7 @@ class Thread(Part):
         builder.released.append(released)
         builder.names[name] = ("threads", index)
 
-    def tip_place(self, builder: Builder, name: str, where: str, key: str) -> Location:
+    def tip_location(self, builder: Builder, name: str, where: str, key: str) -> Location:
         """The end of the thread as a place: what it is fixed to, or a point mass that takes the first node's mass."""
         row = builder.rows["threads"][builder.names[name][1]]
         if row["end"] < 0:
@@ -243,7 +244,7 @@ class Thread(Part):
         return Location("points", at["index"], np.zeros(3), own["iq"], own["iv"], -1, position, velocity, False)
 
     def check_tip(self, builder: Builder, name: str, where: str, key: str) -> None:
-        """Refuse an end that cannot be a place for other parts."""
+        """Refuse an end that cannot be an attachment point of other parts."""
         given = f"{key} is {where!r}"
         if self.segments != "springs":
             raise InputError(f"{given}; it needs {name}.segments 'springs', not {self.segments!r}")
@@ -263,7 +264,7 @@ class Thread(Part):
         pose = builder.poses[row["body"]]
         length = np.linalg.norm(x[:released] - (pose.x + pose.R @ row["departure"]), axis=1)
         rates[:released] += np.outer(length / length[0], np.array(v) - rates[0])
-        rates[0] = x[0] = 0.0  # not used: the first node is that place
+        rates[0] = x[0] = 0.0  # not used: the first node is that point
         builder.v[iv : iv + 3 * n] = rates.ravel().tolist()
         builder.q[iq : iq + 3 * n] = x.ravel().tolist()
         row["end"] = end
@@ -272,7 +273,7 @@ class Thread(Part):
     def _to_end(
         self, builder: Builder, name: str, body: int, departure: np.ndarray, X: np.ndarray, out: float
     ) -> tuple[np.ndarray, float, int]:
-        """Direction to the place that the end is fixed to (body axes), its distance, and its marker."""
+        """Direction to the point that the end is fixed to (body axes), its distance, and its marker."""
         key = f"{name}.end"
         if self.segments != "springs":
             raise InputError(f"{key} is {self.end!r}; it needs {name}.segments 'springs', not {self.segments!r}")
@@ -284,7 +285,7 @@ class Thread(Part):
         row, pose = builder.rows["markers"][end], builder.poses[body]
         if row["kind"] == springs.ON_BODY and row["index"] == body:
             raise InputError(
-                f"{key} is {self.end!r}, on the body of {self.reel!r} itself; give a place of another part"
+                f"{key} is {self.end!r}, on the body of {self.reel!r} itself; give a point of another part"
             )
         away = builder.marker_state(end)[0] - (pose.x + pose.R @ departure)
         distance = float(np.linalg.norm(away))
@@ -294,7 +295,7 @@ class Thread(Part):
             raise InputError(
                 f"{key} is {self.end!r}, {distance:.6g} m from where the thread leaves {self.reel!r}, but the "
                 f"deployed length at the start is {out:.6g} m; set {self.reel}.drive.angle to {angle:.9g} rad, or "
-                f"move the place"
+                f"move the point"
             )
         return (pose.R.T @ away / distance if distance > kernels.TINY else X), distance, end
 
@@ -327,7 +328,7 @@ class Thread(Part):
                 share = (out - i * l0) / out if out > 0.0 else 0.0
                 q[i] = root + share * distance * e
                 v[i] = root_speed + share * (far[1] - root_speed)
-            q[0], v[0] = 0.0, 0.0  # not used: the first node is that place
+            q[0], v[0] = 0.0, 0.0  # not used: the first node is that point
         else:
             for i in range(released):
                 arm = d + (out - i * l0) * e

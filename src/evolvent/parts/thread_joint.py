@@ -14,12 +14,12 @@ from evolvent.references import split_reference
 
 #: Types of joints that hold no rotation of a thread's end, which has none.
 FREE_TO_TURN = ("spherical", "distance", "point-on-line", "in-plane")
-#: Distance of two places that are joined, beside the size of their coordinates.
+#: Distance of two points that are joined, beside the size of their coordinates.
 _LEAST_OFF = 1e-6
 
 
 def tip_of(builder: Builder, where: Any) -> str | None:
-    """Name of the thread whose end a place is; None of other places."""
+    """Name of the thread whose end a point is; None of other points."""
     if not isinstance(where, str):
         return None
     name, on = split_reference(where)
@@ -27,7 +27,7 @@ def tip_of(builder: Builder, where: Any) -> str | None:
 
 
 def carry_point(builder: Builder, name: str, point: Any) -> bool:
-    """Fix a thread's end to a point mass that is given with `at`; False at other places.
+    """Fix a thread's end to a point mass that is given with `at`; False at other points.
 
     An end that another part acts on already needs rows of its own.
     """
@@ -65,7 +65,7 @@ def check_type(builder: Builder, name: str, joint: Any) -> None:
 
 
 def fix_end(builder: Builder, name: str, joint: Any) -> bool:
-    """Fix a thread's end to the other place of a spherical joint; False where the joint needs rows of its own.
+    """Fix a thread's end to the other point of a spherical joint; False where the joint needs rows of its own.
 
     These are penalties, joints that are released, those with a node of a beam, and those of an end that another part
     acts on already.
@@ -78,21 +78,21 @@ def fix_end(builder: Builder, name: str, joint: Any) -> bool:
         return False
     index = builder.names[thread][1]
     row, spec = builder.rows["threads"][index], builder.specs[thread]
-    place = builder.place(getattr(joint, other), f"{name}.{other}")
+    place = builder.location(getattr(joint, other), f"{name}.{other}")
     if row["end"] >= 0 or place.family == "beams" or not isinstance(spec, Thread):
         return False
     spec.check_tip(builder, thread, getattr(joint, key), f"{name}.{key}")
     x = np.array(builder.q[row["iq"] :][:3])
     if place.family == "bodies" and place.row == row["body"]:
         raise InputError(f"{name}.{other} is {getattr(joint, other)!r}, on the body of {spec.reel!r} itself; give a "
-                         f"place of another part")  # fmt: skip
+                         f"point of another part")  # fmt: skip
     if place.alone:
         pose = builder.poses[place.row]
         v = pose.v + np.cross(pose.w, x - pose.x)
         place = place._replace(x=x, v=v, local=pose.R.T @ (x - pose.x))
     apart = float(np.linalg.norm(place.x - x))
     if apart > _LEAST_OFF * max(1.0, float(np.abs(x).max())):
-        raise InputError(f"{name}: its two places are {apart:.6g} m apart at the start; they must coincide")
+        raise InputError(f"{name}: its two points are {apart:.6g} m apart at the start; they must coincide")
     kind = springs.ON_BODY if place.family == "bodies" else springs.ON_POINT
     spec.fix_tip(builder, thread, builder.add("markers", kind=kind, index=place.row, local=place.local), place.v)
     builder.names[name] = ("thread_ends", index)

@@ -11,7 +11,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import coordinate
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
-from evolvent.parts.base import BodyName, JointName, Place
+from evolvent.parts.base import BodyName, JointName, PointReference
 from evolvent.parts.joint_coordinate import CoordinateSpring
 
 
@@ -24,8 +24,8 @@ class TranslationalSpring(CoordinateSpring):
         A prismatic or cylindrical `Joint` that defines ends and axis, in place of `a`, `b` and `axis`.
     a : str
         A body, or ground; the axis is fixed to it.
-    b : place
-        Place whose travel is measured: a point of another body, such as "slider" or "slider.pin", a point mass, or a
+    b : point
+        Point whose travel is measured: a point of another body, such as "slider" or "slider.pin", a point mass, or a
         beam's node.
     axis : (3,) float
         Inertial axes at the start. No force acts perpendicular to it.
@@ -52,7 +52,7 @@ class TranslationalSpring(CoordinateSpring):
     kind: Literal["translational-spring"] = "translational-spring"
     joint: JointName | None = None
     a: BodyName | None = None
-    b: Place | None = None
+    b: PointReference | None = None
     axis: units.Direction = (1.0, 0.0, 0.0)
     travel: units.Coordinate = 0.0
     stiffness: units.StiffnessOrZero = 0.0
@@ -71,7 +71,7 @@ class TranslationalSpring(CoordinateSpring):
         """Write the row of the family `hinges`."""
         self.check(name, "m", "N/m")
         ends = self.ends(builder, name, ("prismatic", "cylindrical"))
-        place = ends.place
+        place = ends.location
         on_body = place.family == "bodies"
         if on_body and place.row == ends.body:
             raise InputError(f"{name}.a and {name}.b are on one body, {ends.a!r}; a travel needs two parts")

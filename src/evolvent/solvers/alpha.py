@@ -42,8 +42,8 @@ _I = types.int64
 MOST_ITERATIONS = 25
 #: Convergence slower than this has the matrix factored again.
 SLOW = 0.15
-#: A correction below this that Newton's method with a new tangent does not halve is round-off (constraints near a place
-#: where they depend on one another).
+#: A correction below this that Newton's method with a new tangent does not halve is round-off (constraints near a
+#: position where they depend on one another).
 ROUND_OFF = 1e-8
 
 

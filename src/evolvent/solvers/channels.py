@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
-from evolvent.solvers.positions import Place, find_moving
+from evolvent.solvers.positions import LinearizedPoint, find_moving
 
 Array = np.ndarray
 
@@ -42,7 +42,7 @@ class Channel(NamedTuple):
     Attributes
     ----------
     name : str
-    place : str, as the name has it
+    point : str, as the name has it
     quantity : Quantity
     row : (nv,) float
         Displacement or rotation along the axis per unit of the velocities' coordinates; of an input also the
@@ -58,15 +58,19 @@ class Channel(NamedTuple):
 
 
 def channels(
-    kind: str, names: Sequence[str], known: dict[str, Place], assembly: Assembly, quantities: dict[str, Quantity]
+    kind: str,
+    names: Sequence[str],
+    known: dict[str, LinearizedPoint],
+    assembly: Assembly,
+    quantities: dict[str, Quantity],
 ) -> list[Channel]:
     """Channels of names; a name without an axis stands for all three.
 
     Parameters
     ----------
     kind : {"inputs", "outputs"}, as messages call them
-    names : sequence of str, "place.quantity.axis" or "place.quantity"
-    known : places by name (`evolvent.solvers.positions.places`)
+    names : sequence of str, "point.quantity.axis" or "point.quantity"
+    known : points by name (`evolvent.solvers.positions.linearized_points`)
     assembly : Assembly
     quantities : `INPUTS` or `OUTPUTS`
 
@@ -90,19 +94,19 @@ def channels(
     return found
 
 
-def _example(known: dict[str, Place], quantities: dict[str, Quantity]) -> str:
+def _example(known: dict[str, LinearizedPoint], quantities: dict[str, Quantity]) -> str:
     place = next(iter(known))
     return f"{place}.{_of(known[place], quantities)[0]}.x"
 
 
-def _of(place: Place, quantities: dict[str, Quantity]) -> list[str]:
-    """Quantities that a place has."""
+def _of(place: LinearizedPoint, quantities: dict[str, Quantity]) -> list[str]:
+    """Quantities that a point has."""
     maps = place.displacement, place.rotation
     return [name for name, quantity in quantities.items() if maps[quantity.turns] is not None]
 
 
 def _channels_of(
-    kind: str, name: str, known: dict[str, Place], assembly: Assembly, quantities: dict[str, Quantity]
+    kind: str, name: str, known: dict[str, LinearizedPoint], assembly: Assembly, quantities: dict[str, Quantity]
 ) -> list[Channel]:
     words = name.rsplit(".", 2)
     if len(words) >= 2 and (words[-1] in quantities or ".".join(words[:-1]) in known):
@@ -111,7 +115,7 @@ def _channels_of(
         words = [name, "", ""]
     where, what, axis = words
     if where not in known:
-        _refuse_place(kind, name, where, what, axis, known, assembly, quantities)
+        _refuse_point(kind, name, where, what, axis, known, assembly, quantities)
     place, having = known[where], _of(known[where], quantities)
     if what not in having:
         options = [_joined(where, word, axis) for word in having]
@@ -135,18 +139,18 @@ def _joined(where: str, what: str, axis: str) -> str:
     return ".".join(word for word in (where, what, axis) if word)
 
 
-def _refuse_place(
-    kind: str, name: str, where: str, what: str, axis: str, known: dict[str, Place], assembly: Assembly,
+def _refuse_point(
+    kind: str, name: str, where: str, what: str, axis: str, known: dict[str, LinearizedPoint], assembly: Assembly,
     quantities: dict[str, Quantity],
 ) -> None:  # fmt: skip
-    """Raise InputError for a name whose place is not known."""
+    """Raise InputError for a name whose point is not known."""
     part, _, node = where.partition("[")
     row = assembly.names.get(part)
     if row is not None and row[0] in ("beams", "rods"):
         f = assembly.model.flexible
         last = int(f.beams["nodes"][row[1]]) - 1 if row[0] == "beams" else int(f.rods["elements"][row[1]])
         ends = f"'{part}.root', '{part}.tip' or '{part}[0]' to '{part}[{last}]'"
-        raise InputError(f"{kind} holds {name!r}; a place of the {row[0][:-1]} {part!r} is {ends}")
+        raise InputError(f"{kind} holds {name!r}; a point of the {row[0][:-1]} {part!r} is {ends}")
     if row is not None and not node:
         find_moving(assembly, part)
     # nodes by number would fill the message

@@ -55,7 +55,7 @@ OPTIONS = np.dtype(
 )
 #: Share of the largest energy or work that the balance may gain by round-off and by what Newton's method leaves.
 LARGEST_GAIN = 1e-3
-#: Places of the balance's fields in a row.
+#: Indices of the balance's fields in a row.
 ROW = {name: k for k, name in enumerate(BALANCE.names or ())}
 KINETIC, ELASTIC, BENDING, CONTACT, COUPLED = (ROW[n] for n in ("kinetic", "elastic", "bending", "contact", "coupled"))
 LOADS, DRIVES, BY_MASS, BY_STIFFNESS = (ROW[n] for n in ("loads", "drives", "by_mass", "by_stiffness"))

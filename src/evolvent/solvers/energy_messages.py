@@ -29,7 +29,7 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
     when = f"in the step of {h:.3g} s from t = {t:.6g} s"
     if code == energy_loop.NOT_FINITE:
         # a correction that is not finite says less than the residual from which it comes
-        return f"forces stopped being finite {when}, at {_place(assembly, work.step.r)}{bent}; {smaller}"
+        return f"forces stopped being finite {when}, at {_location(assembly, work.step.r)}{bent}; {smaller}"
     if code in (energy_loop.SINGULAR, energy_loop.REDUNDANT):
         return (
             f"the equations are singular {when}: something has no mass, constraints have become redundant, or the step "
@@ -64,14 +64,14 @@ def stalled(work: energy_loop.EnergyLoop, assembly: Assembly, steps: int, time: 
 
 
 def _where(work: energy_loop.EnergyLoop, assembly: Assembly) -> tuple[str, str]:
-    """Place of the largest correction, contacts that touch included; and what to try about them."""
-    at, touching = _place(assembly, work.x[: work.weight.size] / work.weight), _touching(assembly)
+    """Where the largest correction is, contacts that touch included; and what to try about them."""
+    at, touching = _location(assembly, work.x[: work.weight.size] / work.weight), _touching(assembly)
     if not touching:
         return at, ""
     return f"{at}, with contact at {touching}", f", or a softer contact (`stiffness` of {touching})"
 
 
-def _place(assembly: Assembly, values: Array) -> str:
+def _location(assembly: Assembly, values: Array) -> str:
     """Name of the part, and its node, to which the largest of values of all velocities (and joints) belongs."""
     size = np.abs(values)
     if not np.all(np.isfinite(size)):

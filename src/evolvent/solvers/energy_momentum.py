@@ -145,8 +145,8 @@ def is_held(model: Any) -> bool:
     fixed += [~free[f.cylinders["body"]], ~free[f.body_contacts["a"]], ~free[f.body_contacts["b"]]]
     fixed += [~free[f.gear_coordinates["body"]], ~free[f.gear_coordinates["other"]]]
     used = np.concatenate([model.springs["a"], model.springs["b"]]).astype(int)
-    places = f.custom_places
-    fixed += [~free[places["index"][places["on"] == sides.ON_BODY]], f.custom_forces["places"] == 1]
+    places = f.custom_points
+    fixed += [~free[places["index"][places["on"] == sides.ON_BODY]], f.custom_forces["points"] == 1]
     fixed += [~free[markers["index"][used][markers["kind"][used] == springs.ON_BODY]]]
     return any(bool(np.any(one)) for one in fixed)
 
@@ -318,7 +318,7 @@ class Run(implicit.Run):
         return found + broken_law(self.assembly, self.moments())
 
     def stalled(self, steps: int, time: float, rest: float) -> str:
-        """As of generalized-alpha, with the place that makes the steps so short."""
+        """As of generalized-alpha, with the part that makes the steps so short."""
         return stalled(self.work, self.assembly, steps, time, rest)
 
     def _kept(self, n: int, balance: Any) -> Sampled:

@@ -14,7 +14,7 @@ from evolvent.flow.needs import load_explicit
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact, hinge, rigid
 from evolvent.kernels.flexible import NODE_VECTORS, beam_rates
-from evolvent.solvers.static_work import places_of
+from evolvent.solvers.static_work import velocity_slice
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120
@@ -23,7 +23,7 @@ _STEP = 1e-6
 
 
 def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]:
-    """Square of the highest frequency (rad2/s2), damping rate of that mode (1/s), its place, largest damping rate.
+    """Square of the highest frequency (rad2/s2), damping rate of that mode (1/s), where it is, largest damping rate.
 
     Of the model as it starts, with every contact point in contact, across its beam, and every stop reached,
     every latch locked.
@@ -64,7 +64,7 @@ def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]
     finally:
         f.cylinders[:], f.hinges[:], f.body_contacts[:] = saved
     own = float(shape @ damping / (shape @ shape)) if squared > 0.0 else 0.0
-    return max(squared, 0.0), max(own, 0.0), _place(assembly, int(np.argmax(np.abs(shape)))), max(largest, 0.0)
+    return max(squared, 0.0), max(own, 0.0), _location(assembly, int(np.argmax(np.abs(shape)))), max(largest, 0.0)
 
 
 def _largest(product: Callable[[np.ndarray], np.ndarray], n: int) -> tuple[float, np.ndarray]:
@@ -149,11 +149,11 @@ def _contact_products(model: mdl.Model, y: np.ndarray) -> Callable[[int, np.ndar
     return product
 
 
-def _place(assembly: Assembly, velocity: int) -> str:
+def _location(assembly: Assembly, velocity: int) -> str:
     """Name of the part that a velocity belongs to."""
     found = []
     for name, (family, index) in assembly.names.items():
-        where = places_of(assembly.model, family, index)
+        where = velocity_slice(assembly.model, family, index)
         if where is not None and where.start <= velocity:
             found.append((where.start, name))
     return max(found)[1] if found else "nothing"

@@ -32,7 +32,7 @@ class _Graph:
         self.fixed: set[int] = set()
 
     def add(self, first: int, size: int) -> int:
-        """Make a block of velocities, the first given by its place in the state."""
+        """Make a block of velocities, the first given by its index in the state."""
         at = first - self.n_q
         self.block[at : at + size] = len(self.blocks)
         self.blocks.append(np.arange(at, at + size))
@@ -44,7 +44,7 @@ class _Graph:
         self.pairs.update((a, b) for i, a in enumerate(found) for b in found[i + 1 :])
 
     def of(self, iv: int) -> int:
-        """Block of a velocity, given by its place in the state."""
+        """Block of a velocity, given by its index in the state."""
         return int(self.block[iv - self.n_q])
 
 
@@ -143,7 +143,7 @@ def _couple_forces(graph: _Graph) -> None:
             ends += [graph.body[row["body"]], graph.body[row["other"]] if on_body else graph.of(int(row["iv"]))]
         graph.couple(*ends)
     for force in model.flexible.custom_forces:
-        places = model.flexible.custom_places[int(force["place"]) : int(force["place"] + force["places"])]
+        places = model.flexible.custom_points[int(force["first_point"]) : int(force["first_point"] + force["points"])]
         on_body = places["on"] == sides.ON_BODY
         graph.couple(*graph.body[places["index"][on_body]], *(graph.of(int(iv)) for iv in places["iv"][~on_body]))
     for cylinder in model.flexible.cylinders[model.flexible.cylinders["under"] < 0]:
@@ -180,7 +180,7 @@ def _add_multipliers(graph: _Graph) -> None:
             coordinates = graph.model.flexible.gear_coordinates[int(row["first"]) : int(row["last"])]
             ends = [int(b) for key in ("body", "other") for b in graph.body[coordinates[key]]]
         groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
-        if row["kind"] not in (joint.PLACE, joint.ANGLE, joint.GEAR):  # the force turns with the other side
+        if row["kind"] not in (joint.POINT, joint.ANGLE, joint.GEAR):  # the force turns with the other side
             graph.couple(*ends)
     for blocks, rows in groups.items():
         group = len(graph.blocks)

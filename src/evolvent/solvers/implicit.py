@@ -388,7 +388,7 @@ class Run:
         return found
 
 
-def place_of_rows(assembly: Assembly, name: str) -> slice:
+def rows_of_part(assembly: Assembly, name: str) -> slice:
     """Rows of the multipliers `la` that belong to the joint called `name`."""
     start = assembly.index(name, "joints")
     others = [index for family, index in assembly.names.values() if family == "joints" and index > start]

@@ -27,7 +27,7 @@ MOST_REDUNDANT = 64
 ROUND_OFF, LIFTED_SHARE = 1e-9, 1e-2
 #: Least energy beside which a gain counts, J: a structure at rest without a load has none but round-off.
 LEAST_ENERGY = 1e-18
-#: Strain of a rod that is round-off: it is the difference of places beside the length of an element.
+#: Strain of a rod that is round-off: it is the difference of positions beside the length of an element.
 ROUND_OFF_STRAIN = 1e-10
 #: What a joint may be off at the start, beside the size of the system and its speed.
 _FITS = 1e-6
@@ -129,7 +129,7 @@ def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
 
 
 def check_start(assembly: Assembly, t: float) -> None:
-    """Refuse joints that the start does not meet, by name: places or velocities that contradict them."""
+    """Refuse joints that the start does not meet, by name: positions or velocities that contradict them."""
     model, y = assembly.model, assembly.y.copy()
     joints = model.flexible.joints
     if np.any(joints["kind"] == joint.CORD):

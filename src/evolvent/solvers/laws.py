@@ -238,13 +238,13 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
             if not everywhere:
                 break
     elif use.family == "custom_forces":
-        yield time, *custom.states_of_places(model, y, use.number)
+        yield time, *custom.states_of_points(model, y, use.number)
     else:
         yield time, y
 
 
 def _masses(model: Any, y: Array) -> Iterator[tuple[Array, Array]]:
-    """Places and velocities, (3,) each, of points, free bodies, nodes of beams and threads; after `kinematics`."""
+    """Positions and velocities, (3,) each, of points, free bodies, nodes of beams and threads; after `kinematics`."""
     for point in model.points:
         yield y[point["iq"] :][:3].copy(), y[point["iv"] :][:3].copy()
     for body in model.bodies[model.bodies["motion"] == FREE]:
@@ -310,5 +310,5 @@ def _try(assembly: Assembly, use: _Use, time: float, arguments: tuple[Any, ...])
 
 
 def _room(use: _Use) -> tuple[Array, ...]:
-    """Room for the forces that a law between places writes; nothing for other laws."""
-    return (np.zeros(3 * int(use.row["places"])),) if use.family == "custom_forces" else ()
+    """Room for the forces that a law between points writes; nothing for other laws."""
+    return (np.zeros(3 * int(use.row["points"])),) if use.family == "custom_forces" else ()

@@ -14,7 +14,7 @@ from evolvent.errors import InputError, nearest
 from evolvent.solvers import reduction
 from evolvent.solvers.channels import INPUTS, OUTPUTS, Channel, Quantity, channels
 from evolvent.solvers.modes import Where, at_equilibrium
-from evolvent.solvers.positions import Place, places
+from evolvent.solvers.positions import LinearizedPoint, linearized_points
 from evolvent.solvers.reduction import Basis, Structure
 from evolvent.solvers.solution import Solution
 
@@ -85,7 +85,7 @@ class StateSpace:
     square : (m,) float, rad2/s2, squares of the undamped frequencies of the states, without a spin's gyroscopic terms
     basis : (nv, m) float, displacements of the velocities' coordinates by the first m states
     method : {"full", "modal", "craig-bampton"}
-    boundary : tuple of str, places whose coordinates a Craig-Bampton model keeps
+    boundary : tuple of str, points whose coordinates a Craig-Bampton model keeps
     equilibrium : Solution
 
     Notes
@@ -195,7 +195,7 @@ class StateSpace:
         ----------
         n : int, elastic modes (modal), or elastic modes with the boundary held (craig-bampton)
         method : {"modal", "craig-bampton"}
-        boundary : sequence of str, places, as of `linearize`
+        boundary : sequence of str, points, as of `linearize`
         static_correction : bool, as of `linearize`
         """
         return self._source.model(n, method, boundary, static_correction=static_correction)
@@ -222,19 +222,19 @@ def linearize(
     Parameters
     ----------
     assembly : Assembly
-    inputs, outputs : sequence of str, "place.quantity.axis", or "place.quantity" for all three axes
-        A place is a body ("hub"), a point, or a node of a beam ("boom.root", "boom.tip", "boom[5]"). Inputs: `force`
-        (N), `torque` (N m, not on points). Outputs: `position` or `displacement` (m), `velocity` (m/s), `acceleration`
-        (m/s2), `rotation` (rad, small), `rate` (rad/s), `angular_acceleration` (rad/s2). Axes are inertial, or those
-        that turn with a structure that spins, and motions relative to them. A beam's rotation is that of its section,
-        a cable's that of its axis.
+    inputs, outputs : sequence of str, "point.quantity.axis", or "point.quantity" for all three axes
+        A point is a body ("hub"), a point mass, or a node of a beam ("boom.root", "boom.tip", "boom[5]"). Inputs:
+        `force` (N), `torque` (N m, not on point masses). Outputs: `position` or `displacement` (m), `velocity` (m/s),
+        `acceleration` (m/s2), `rotation` (rad, small), `rate` (rad/s), `angular_acceleration` (rad/s2). Axes are
+        inertial, or those that turn with a structure that spins, and motions relative to them. A beam's rotation is
+        that of its section, a cable's that of its axis.
     equilibrium, y, time, rotating, centre : as of `evolvent.solvers.modes.modes`
     damped : bool, whether dampers count
     modes : int, optional, size of a reduced model; all modes if left out
         Modal: the slowest elastic modes, and all rigid-body modes besides. Craig-Bampton: elastic modes with the
         boundary held, and the boundary's coordinates besides.
     method : {"modal", "craig-bampton"}, of the reduction
-    boundary : sequence of str, places whose displacements and rotations a Craig-Bampton model keeps, besides the
+    boundary : sequence of str, points whose displacements and rotations a Craig-Bampton model keeps, besides the
         coordinates that inputs and outputs touch
     static_correction : bool
         Whether D of a modal model holds what the modes left out would give to positions and rotations statically; the
@@ -265,12 +265,12 @@ def linearize(
     """
     where = Where(equilibrium, y, time, rotating, centre)
     assembly, equilibrium, work, (M, C, K, G) = at_equilibrium(assembly, where, damped=damped)
-    known = places(assembly, equilibrium.y[-1])
+    known = linearized_points(assembly, equilibrium.y[-1])
     source = _Source(
         structure=Structure(M, C, K, G, work.balance.weight),
         inputs=channels("inputs", inputs, known, assembly, INPUTS),
         outputs=channels("outputs", outputs, known, assembly, OUTPUTS),
-        places=known,
+        points=known,
         assembly=assembly,
         equilibrium=equilibrium,
     )
@@ -284,7 +284,7 @@ class _Source:
     structure: Structure
     inputs: list[Channel]
     outputs: list[Channel]
-    places: dict[str, Place]
+    points: dict[str, LinearizedPoint]
     assembly: Assembly
     equilibrium: Solution
 
@@ -314,7 +314,7 @@ class _Source:
     def _boundary(self, names: Sequence[str]) -> tuple[tuple[str, ...], Array]:
         """Names and rows of the boundary's coordinates."""
         if isinstance(names, str):
-            raise InputError(f"boundary is {names!r}; it must be a list of places")
+            raise InputError(f"boundary is {names!r}; it must be a list of points")
         ends = [*self.inputs, *self.outputs]
         if not ends and not len(names):
             raise InputError("a Craig-Bampton model needs inputs, outputs or a boundary")
@@ -322,10 +322,10 @@ class _Source:
         for name in names:
             wanted = {"displacement": Quantity(False, 0, "m"), "rotation": Quantity(True, 0, "rad")}
             having = [
-                k for k, q in wanted.items() if name not in self.places or self.places[name][2 + q.turns] is not None
+                k for k, q in wanted.items() if name not in self.points or self.points[name][2 + q.turns] is not None
             ]
             for what in having:
-                rows += channels("boundary", [f"{name}.{what}"], self.places, self.assembly, wanted)
+                rows += channels("boundary", [f"{name}.{what}"], self.points, self.assembly, wanted)
         touched = dict.fromkeys([*names, *(channel.place for channel in ends)])
         return tuple(touched), np.array([channel.row for channel in [*rows, *ends]])
 

@@ -21,7 +21,7 @@ from evolvent.references import split_reference
 from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.eigenproblem import constrained
 from evolvent.solvers.implicit_setup import sizes
-from evolvent.solvers.positions import Place, find_moving, moving, places, rigid_motions
+from evolvent.solvers.positions import LinearizedPoint, find_moving, linearized_points, moving, rigid_motions
 from evolvent.solvers.solution import Solution
 
 if TYPE_CHECKING:
@@ -47,10 +47,10 @@ class PartModes:
 
     Attributes
     ----------
-    name : str, of a part, or of a place ("boom.tip", "boom[5]")
+    name : str, of a part, or of a point ("boom.tip", "boom[5]")
     shape : (k, ...) float or complex
-        Coordinates: (k, nodes, vectors, 3) of a beam, m of places and 1 of slopes; (k, vectors, 3) of one of its nodes;
-        (k, nodes, 6) of a rod, and (k, 6) of one of its nodes, as of free bodies;
+        Coordinates: (k, nodes, vectors, 3) of a beam, m of positions and 1 of slopes; (k, vectors, 3) of one of its
+        nodes; (k, nodes, 6) of a rod, and (k, 6) of one of its nodes, as of free bodies;
         (k, 3) of a point, m; (k, 6) of a free body, m in inertial axes and rad in body axes; (k, 1), rad, of a body on
         a fixed axis.
     displacement : (k, 3) or of a beam (k, nodes, 3), m, inertial axes (those that turn, of a structure that spins)
@@ -138,7 +138,7 @@ class Modes:
         return tuple(moving(self.assembly))
 
     def __contains__(self, name: object) -> bool:
-        return name in self.parts or name in self._places
+        return name in self.parts or name in self._points
 
     def __getitem__(self, name: str) -> PartModes:
         """Shapes of one part, or of a node of a beam ("boom.tip", "boom[5]").
@@ -148,7 +148,7 @@ class Modes:
         InputError
             Where no part has this name, or the part does not move.
         """
-        known = self._places
+        known = self._points
         if name in known:
             displacement, rotation = (self._mapped([known[name]], which)[:, 0] for which in (0, 1))
             shape = self.shape[:, known[name].where]
@@ -167,11 +167,11 @@ class Modes:
         return PartModes(name, shape, self._mapped(nodes, 0), self._mapped(nodes, 1))
 
     @functools.cached_property
-    def _places(self) -> dict[str, Place]:
-        return places(self.assembly, self.equilibrium.y[-1])
+    def _points(self) -> dict[str, LinearizedPoint]:
+        return linearized_points(self.assembly, self.equilibrium.y[-1])
 
-    def _mapped(self, found: Sequence[Place], which: int) -> Array:
-        """Displacements (0) or rotations (1) of places: (k, n, 3)."""
+    def _mapped(self, found: Sequence[LinearizedPoint], which: int) -> Array:
+        """Displacements (0) or rotations (1) of points: (k, n, 3)."""
         out = np.zeros((len(self.shape), len(found), 3), dtype=self.shape.dtype)
         for i, place in enumerate(found):
             T = place.rotation if which else place.displacement
@@ -293,7 +293,7 @@ class Modes:
     def _scale(self, d: Array, amplitude: float | None) -> float:
         """What displacements d (frames, nv) are multiplied by for an amplitude."""
         largest = np.zeros(2)
-        for place in self._places.values():
+        for place in self._points.values():
             for i, T in enumerate((place.displacement, place.rotation)):
                 if T is not None:
                     largest[i] = max(largest[i], float(np.linalg.norm(d[:, place.where] @ T.T, axis=1).max()))

@@ -24,7 +24,7 @@ from evolvent.solvers.positions import rigid_motions
 from evolvent.solvers.redundancy import independent
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.static import solve_static
-from evolvent.solvers.static_work import Work, places_of
+from evolvent.solvers.static_work import Work, velocity_slice
 
 Array = np.ndarray
 
@@ -68,7 +68,7 @@ def modes(
     Notes
     -----
     M u'' + (C + Gy) u' + (K + Z) u + G^T la = 0, G u = 0: K is the tangent with the stresses and multipliers of the
-    equilibrium, Z and Gy are what accelerations of the turn, or of an orbital frame, add by place and velocity
+    equilibrium, Z and Gy are what accelerations of the turn, or of an orbital frame, add by position and velocity
     (Coriolis). Poles of velocities are those of the linear problem of twice the size; `Modes.unstable` shows which
     grow. A steady drift, as along an orbit, is a double zero and given once, as frequency 0. Of an acceleration field
     by a law the derivatives at rest count, without `damped` only the skew-symmetric part of those by velocity.
@@ -223,7 +223,7 @@ def gyroscopic(work: Work, M: sparse.csr_matrix, rate: Array) -> sparse.csr_matr
     turns = sparse.lil_matrix((n_v, n_v))
     own = []
     for family, index in work.assembly.names.values():
-        where = places_of(model, family, index)
+        where = velocity_slice(model, family, index)
         if where is None:
             continue
         if family in ("bodies", "rods"):
@@ -251,7 +251,7 @@ def _attached(model: Any) -> set[int]:
     """Bodies on which anything but elements of rods acts."""
     f, markers = model.flexible, model.markers
     found = [markers["index"][markers["kind"] == springs.ON_BODY], f.hinges["body"], f.cylinders["body"]]
-    for rows, index in ((f.joints, f.joints["index"]), (f.custom_places, f.custom_places["index"])):
+    for rows, index in ((f.joints, f.joints["index"]), (f.custom_points, f.custom_points["index"])):
         found.append(index[rows["on"] == sides.ON_BODY])
     found.append(f.hinges["other"][f.hinges["on"] == sides.ON_BODY])
     return {int(b) for b in np.concatenate([np.ravel(one) for one in found])}
@@ -269,10 +269,10 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
     for family, index in work.assembly.names.values():
         if family == "rods":  # whose own tangent is complete
             for body in sorted(set(bodies_of(model, family, index)) & _attached(model)):
-                where = places_of(model, "bodies", body)
+                where = velocity_slice(model, "bodies", body)
                 own.extend(range(where.start, where.stop) if where else ())
             continue
-        where = places_of(model, family, index) if family in families else None
+        where = velocity_slice(model, family, index) if family in families else None
         if where is not None:
             own.extend(range(where.start, where.stop))
     if by_law:  # nodes of beams that a spring pulls
@@ -284,7 +284,7 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
     facing = {v - work.n_q + c for v in ends for c in range(3)} if own else set()
     following: set[int] = set()
     for push in f.beam_loads[f.beam_loads["kind"] == FIELD]:
-        where = places_of(model, "beams", int(push["beam"]))
+        where = velocity_slice(model, "beams", int(push["beam"]))
         following.update(range(work.n_v)[where] if where else ())
     if not own and not following:
         return K

@@ -1,4 +1,4 @@
-"""Places of a structure: how bodies, points and nodes of beams move with the velocities' coordinates."""
+"""Points of a structure: how bodies, points and nodes of beams move with the velocities' coordinates."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from evolvent.families import bodies_of, rod_arms
 from evolvent.kernels import rigid
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
-from evolvent.solvers.static_work import places_of
+from evolvent.solvers.static_work import velocity_slice
 
 Array = np.ndarray
 
 
-class Place(NamedTuple):
-    """A place, and the linear maps from the displacements u (nv,) of the velocities' coordinates to its motion.
+class LinearizedPoint(NamedTuple):
+    """A point, and the linear maps from the displacements u (nv,) of the velocities' coordinates to its motion.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ def moving(assembly: Assembly) -> dict[str, tuple[str, int, slice]]:
     """Parts that move: name -> (family, index, their coordinates)."""
     found = {}
     for name, (family, index) in assembly.names.items():
-        where = places_of(assembly.model, family, index)
+        where = velocity_slice(assembly.model, family, index)
         if where is not None:
             found[name] = (family, index, where)
     return found
@@ -54,15 +54,15 @@ def find_moving(assembly: Assembly, name: str) -> tuple[str, int, slice]:
     raise InputError(f"no part is called {name!r}; {nearest(str(name), known)}")
 
 
-def places(assembly: Assembly, y: Array) -> dict[str, Place]:
-    """Places of all parts that move, by name: "hub", "mass", "boom[0]" to "boom[n]", "boom.root", "boom.tip".
+def linearized_points(assembly: Assembly, y: Array) -> dict[str, LinearizedPoint]:
+    """Points of all parts that move, by name: "hub", "mass", "boom[0]" to "boom[n]", "boom.root", "boom.tip".
 
     Parameters
     ----------
     assembly : Assembly
     y : (ny,) float, state about which the maps are linear
     """
-    found: dict[str, Place] = {}
+    found: dict[str, LinearizedPoint] = {}
     for name, (family, index, where) in moving(assembly).items():
         if family == "beams":
             nodes = _nodes(assembly, index, where, y)
@@ -73,7 +73,7 @@ def places(assembly: Assembly, y: Array) -> dict[str, Place]:
             found.update({f"{name}[{i}]": node for i, node in enumerate(nodes)})
             found[f"{name}.root"], found[f"{name}.tip"] = nodes[0], nodes[-1]
         elif family == "points":
-            found[name] = Place(_at(y, assembly.model.points["iq"][index]), where, np.eye(3), None)
+            found[name] = LinearizedPoint(_at(y, assembly.model.points["iq"][index]), where, np.eye(3), None)
         else:
             found[name] = _body(assembly, index, where, y)
     return found
@@ -83,7 +83,7 @@ def _at(y: Array, first: int) -> Array:
     return np.array(y[first : first + 3])
 
 
-def _body(assembly: Assembly, index: int, where: slice, y: Array) -> Place:
+def _body(assembly: Assembly, index: int, where: slice, y: Array) -> LinearizedPoint:
     """A free body by its centre of mass, or one that turns about a fixed axis."""
     row = assembly.model.bodies[index]
     q = int(row["iq"])
@@ -91,12 +91,12 @@ def _body(assembly: Assembly, index: int, where: slice, y: Array) -> Place:
     if row["motion"] == rigid.FREE:
         rotation_from_quaternion(*y[q + 3 : q + 7], R)
         zero = np.zeros((3, 3))
-        return Place(_at(y, q), where, np.hstack([np.eye(3), zero]), np.hstack([zero, R]))
+        return LinearizedPoint(_at(y, q), where, np.hstack([np.eye(3), zero]), np.hstack([zero, R]))
     rotation_about_axis(row["axis"], float(y[q]), row["R0"], R)
-    return Place(np.array(row["x0"]), where, None, (R @ row["axis"])[:, None])
+    return LinearizedPoint(np.array(row["x0"]), where, None, (R @ row["axis"])[:, None])
 
 
-def _nodes(assembly: Assembly, index: int, where: slice, y: Array) -> list[Place]:
+def _nodes(assembly: Assembly, index: int, where: slice, y: Array) -> list[LinearizedPoint]:
     """Nodes of a beam; rotations of its section, of a cable those of its axis, which has no twist."""
     row = assembly.model.flexible.beams[index]
     vectors = NODE_VECTORS[row["kind"]]
@@ -114,11 +114,11 @@ def _nodes(assembly: Assembly, index: int, where: slice, y: Array) -> list[Place
             across = node[2:]
             A = sum((r @ r) * np.eye(3) - np.outer(r, r) for r in across)
             rotation[:, 6:] = np.linalg.solve(A, np.hstack([_skew(r) for r in across]))
-        found.append(Place(node[0].copy(), slice(at, at + size), displacement, rotation))
+        found.append(LinearizedPoint(node[0].copy(), slice(at, at + size), displacement, rotation))
     return found
 
 
-def _rod_nodes(assembly: Assembly, index: int, y: Array) -> list[Place]:
+def _rod_nodes(assembly: Assembly, index: int, y: Array) -> list[LinearizedPoint]:
     """Nodes of a rod: bodies, whose centres are off the rod's ends."""
     model, found = assembly.model, []
     arms = rod_arms(model, index)

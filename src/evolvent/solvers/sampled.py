@@ -16,9 +16,9 @@ from evolvent.kernels.rod import add_rod_energies
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray
-#: Numbers of a cylinder at a sample (see `Sampled`), and the places of two of them.
+#: Numbers of a cylinder at a sample (see `Sampled`), and the indices of two of them.
 N_CYLINDER, IMPULSE, TOUCHING = 10, 7, 8
-#: Numbers of a contact between bodies at a sample, and the place of its impulse.
+#: Numbers of a contact between bodies at a sample, and the index of its impulse.
 N_TOUCH, TOUCHED = 19, 18
 
 
@@ -35,7 +35,7 @@ class Sampled(NamedTuple):
     wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes; torques of free
         bodies less the gyroscopic w x J w
     touches : (nt, n, 19) float, of each contact between bodies: force on a (N), moments on a and b about their origins
-        (N m), friction on a (N), place of contact (m), inertial axes; normal force (N), gap (m), energy (J), and the
+        (N m), friction on a (N), point of contact (m), inertial axes; normal force (N), gap (m), energy (J), and the
         impulse of the normal force (N s, NaN of explicit methods)
     friction : (nt, n, 3) float, N, inertial axes, friction on the contact points of beams; n = 0 where nothing rubs
     points : (nt, n) float, N, normal forces of the contact points, means over the step; None where they follow from the

@@ -89,7 +89,7 @@ class Solution:
 
     @functools.cached_property
     def observations(self) -> Observations:
-        """Places and tensions of threads, and motion of bodies, at the samples."""
+        """Positions and tensions of threads, and motion of bodies, at the samples."""
         return observe(self.assembly.model, self.t, self.y, self.s)
 
     @functools.cached_property

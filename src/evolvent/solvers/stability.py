@@ -16,7 +16,7 @@ from evolvent.solvers.explicit import Method
 
 
 class Mode(NamedTuple):
-    """The fastest mode: bounds of frequency (rad/s) and damping rate (1/s), its place; and the largest rate of all."""
+    """The fastest mode: bounds of frequency (rad/s) and damping rate (1/s), where it is, and the largest rate."""
 
     frequency: float
     damping_rate: float

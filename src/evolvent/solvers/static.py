@@ -56,7 +56,7 @@ def solve_static(
     rotating : str or (3,) float, optional, rad/s
         A steady turn of everything, the ground included, about an axis: a driven body's, by its name, or a rate. Loads
         turn with it.
-    centre : (3,) float, m, on that axis; the body's place or the origin if left out
+    centre : (3,) float, m, on that axis; the body's position or the origin if left out
     tolerance : float, correction at which an iteration has converged, beside the size of the system (or 1 for slopes)
     most_steps : int, after which the search ends
     progress : called with the load factor reached

@@ -125,7 +125,7 @@ class Work:
             for k in range(NODE_VECTORS[row["kind"]] * int(row["nodes"]))
             if k % NODE_VECTORS[row["kind"]] > 0
         ]
-        #: Places in the state of all slopes of beams, (n, 3).
+        #: Indices in the state of all slopes of beams, (n, 3).
         self.slopes = np.add.outer(np.array(slopes, dtype=np.int64), np.arange(3))
         unknowns = {name: np.zeros(n_u) for name in ("r", "p", "x", "z", "start")}
         moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before")}
@@ -256,7 +256,7 @@ class Work:
         size = np.abs(X / b.weight[:, None]).max(axis=1)
         found = []
         for name, (family, index) in self.assembly.names.items():
-            where = places_of(self.model, family, index)
+            where = velocity_slice(self.model, family, index)
             if where is not None and size[where].max(initial=0.0) > 0.05 * size.max():
                 found.append(name)
         return found
@@ -283,7 +283,7 @@ def _allowed_moves(G: Array, size: Array) -> Any:
     return sparse.csr_array((values, (rows, np.searchsorted(free, columns))), shape=(size.size, free.size))
 
 
-def places_of(model: mdl.Model, family: str, index: int) -> slice | None:
+def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:
     """Velocities of a part that moves, as the model counts them; None of one that does not."""
     n_q = int(model.info.nq)
     if family == "beams":

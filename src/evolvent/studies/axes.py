@@ -42,7 +42,7 @@ class Axis:
         return self.key.removeprefix(f"{self.stage}.") if self.stage else self.key
 
     def written(self, place: int) -> Any:
-        """The value at a place as a case holds it."""
+        """The value at an index as a case holds it."""
         value = self.values[place]
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
         return f"{value!r} {self.unit}" if self.entry and self.unit and is_number else value

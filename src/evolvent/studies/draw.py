@@ -148,7 +148,7 @@ def _figure(drawn: xr.DataArray, keys: list[str], rest: list[str], grid: bool) -
 
 
 def _along(values: xr.DataArray) -> tuple[np.ndarray, dict[float, str] | None]:
-    """Places of a key's values on an axis, and the names of words, which stand side by side."""
+    """Positions of a key's values on an axis, and the names of words, which stand side by side."""
     if values.dtype.kind in "iuf":
         return values.values, None
     words = list(dict.fromkeys(values.values.tolist()))

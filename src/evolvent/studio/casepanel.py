@@ -228,6 +228,6 @@ class CasePanel:
 
 
 def _place_in(kind: type[Section]) -> Callable[[str], int]:
-    """Places of a section's keys; what it does not know comes last."""
+    """Order of a section's keys; what it does not know comes last."""
     known = list(kind.model_fields)
     return lambda name: known.index(name) if name in known else len(known)

@@ -20,8 +20,8 @@ class Context(abc.ABC):
     ----------
     studio : Studio
     view : View, what is shown beside the panels
-    main : ui.element, the place beside the panels
-    dialogs : ui.element, the parent of dialogs; it stays while the place beside the panels is drawn again
+    main : ui.element, the area beside the panels
+    dialogs : ui.element, the parent of dialogs; it stays while the area beside the panels is drawn again
     """
 
     studio: Studio
@@ -35,7 +35,7 @@ class Context(abc.ABC):
 
     @abc.abstractmethod
     def draw(self) -> None:
-        """Draw the place beside the panels again."""
+        """Draw the area beside the panels again."""
 
     @abc.abstractmethod
     def update(self) -> None:

@@ -1,4 +1,4 @@
-"""The working folder: the only place that the studio reads from and writes to.
+"""The working folder: the only folder that the studio reads from and writes to.
 
 What it holds is not trusted: it may be an unpacked archive or a cloned repository. Files are opened from the folder
 down, one component of the path after the other, and no symbolic link is followed on the way; only regular files are

@@ -181,7 +181,7 @@ class Jobs:
 
     # -------------------------------------------------------------------------------------------- what a page asks
 
-    def place(self, key: str) -> pathlib.Path:
+    def folder_of(self, key: str) -> pathlib.Path:
         """Folder of a job."""
         return self.folder.own / key
 
@@ -303,7 +303,7 @@ class Jobs:
             if self.get(key).open:
                 raise InputError(f"{key} has not ended; cancel it first")
             del self.jobs[key]
-            shutil.rmtree(self.place(key), ignore_errors=True)
+            shutil.rmtree(self.folder_of(key), ignore_errors=True)
             self._changed()
 
     def result(self, key: str) -> pathlib.Path | None:
@@ -353,7 +353,7 @@ class Jobs:
     def _compute(self, job: Job) -> None:
         began = time.monotonic()
         job.note = "starting"
-        place = self.place(job.key)
+        place = self.folder_of(job.key)
         text = self.case_text(job.key)
         if hashlib.sha256(text.encode()).hexdigest() != job.digest:
             raise InputError("its case was changed after it was queued; run the case again")

@@ -156,7 +156,7 @@ def named_in(sentence: str, parts: Mapping[str, Any]) -> str:
 
 
 def words(parts: Mapping[str, Any]) -> Sequence[str]:
-    """What a reference may be: names of parts, and of places on them."""
+    """What a reference may be: names of parts, and of points on them."""
     found = []
     for name, content in parts.items():
         found.append(name)

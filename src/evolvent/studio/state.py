@@ -358,7 +358,7 @@ class Studio:
     def mode(self, ref: str) -> bytes | None:
         """The packed motion of a mode, "job:KEY:NUMBER"; None where there is none."""
         key, _, number = ref.removeprefix("job:").rpartition(":")
-        place = self.jobs.place(self.jobs.get(key).key)
+        place = self.jobs.folder_of(self.jobs.get(key).key)
         if not re.fullmatch(r"[0-9]{1,4}", number):
             return None
         try:

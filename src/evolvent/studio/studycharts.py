@@ -12,7 +12,7 @@ import xarray as xr
 
 from evolvent.studio.charts import VIRIDIS
 
-#: Where a point of a chart is: (series, index) -> dimension of the cases -> place.
+#: Where a point of a chart is: (series, index) -> dimension of the cases -> index.
 At = Callable[[int, int], dict[str, int]]
 #: Values at most that are drawn as categories, and the largest number that is one.
 _CATEGORIES, _LARGEST = 8, 12
@@ -55,7 +55,7 @@ def is_category(variable: xr.DataArray) -> bool:
 
 
 def categories(variable: xr.DataArray) -> tuple[list[str], np.ndarray]:
-    """Names of the categories, and the place of each value among them; -1 for none."""
+    """Names of the categories, and the index of each value among them; -1 for none."""
     if variable.dtype.kind in "iuf":
         values = variable.values.astype(float)
         known = np.unique(values[np.isfinite(values)])
@@ -96,7 +96,7 @@ def most_varying(variable: xr.DataArray, dims: Sequence[str]) -> xr.DataArray:
 
 
 def entry(variable: xr.DataArray, dims: Sequence[str]) -> dict[str, int]:
-    """Places of that entry; empty where the result is one value a case, or words."""
+    """Indices of that entry; empty where the result is one value a case, or words."""
     rest = [str(d) for d in variable.dims if d not in dims]
     if not rest or variable.dtype.kind not in "iuf":
         return dict.fromkeys(rest, 0)

@@ -13,7 +13,7 @@ import numpy as np
 
 from evolvent import __version__, cases, schema, units
 from evolvent.errors import InputError
-from evolvent.stepping import Place, Stepper
+from evolvent.stepping import ResultAddress, Stepper
 
 #: Results that are outputs unless others are named: of bodies, and of point masses.
 OF_BODIES, OF_POINTS = ("position", "attitude", "velocity", "rate"), ("position", "velocity")
@@ -36,7 +36,7 @@ class Variable(NamedTuple):
     unit : str, SI, '' for none
     description : str
     start : float; None of an output and of the time
-    place : where an output is found
+    address : where an output is found
     """
 
     name: str
@@ -44,7 +44,7 @@ class Variable(NamedTuple):
     unit: str
     description: str
     start: float | None = None
-    place: Place | None = None
+    address: ResultAddress | None = None
 
 
 class Contents(NamedTuple):
@@ -55,7 +55,7 @@ class Contents(NamedTuple):
     title : str
     case : str, YAML
     inputs : names of bodies
-    variables : sequence of Variable; its place is a variable's value reference
+    variables : sequence of Variable; its index is a variable's value reference
     duration, step : float, s, of the default experiment
     """
 
@@ -72,7 +72,8 @@ class Contents(NamedTuple):
             "version": __version__,
             "inputs": list(self.inputs),
             "variables": [
-                {"name": v.name, "causality": v.causality, "start": v.start, "place": v.place} for v in self.variables
+                {"name": v.name, "causality": v.causality, "start": v.start, "address": v.address}
+                for v in self.variables
             ],
         }
         return found | {"token": token(self.case, found)}
@@ -113,7 +114,7 @@ def contents(case: Any, overrides: Mapping[str, Any], inputs: Sequence[str], out
         )
     for name in dict.fromkeys(names):
         unit, text = stepper.describe(name)
-        variables.append(Variable(name, "output", "" if unit == "1" else unit, text, place=stepper.place(name)))
+        variables.append(Variable(name, "output", "" if unit == "1" else unit, text, address=stepper.address(name)))
     variables += parameters(loaded, content)
     settings = cases.system(loaded.system).settings(loaded)
     duration = stepper.until
@@ -151,7 +152,7 @@ def _components(stepper: Stepper, name: str) -> list[str]:
     if not names:
         part, _, rest = name.partition(".")
         raise InputError(
-            f"--outputs names {name!r}, which has {found.size} values; name one place, such as '{part}[0].{rest}'"
+            f"--outputs names {name!r}, which has {found.size} values; name one entry, such as '{part}[0].{rest}'"
         )
     return names
 

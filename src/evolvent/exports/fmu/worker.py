@@ -154,9 +154,9 @@ class Instance:
             return self._values[reference]
         if variable["causality"] == "independent":
             return self._start if self._stepper is None else float(self._stepper.time)
-        from evolvent.stepping import Place
+        from evolvent.stepping import ResultAddress
 
-        return float(self.stepper().value(Place(*variable["place"])))
+        return float(self.stepper().value(ResultAddress(*variable["address"])))
 
     def _variable(self, reference: int) -> dict[str, Any]:
         if reference >= len(self._variables):
@@ -173,7 +173,7 @@ class Instance:
 # ------------------------------------------------------------------------------------------------ messages
 
 
-def work(connection: socket.socket, prepared: Instance | None) -> None:
+def answer_requests(connection: socket.socket, prepared: Instance | None) -> None:
     """Answer the requests of an instance until its socket closes.
 
     Parameters
@@ -303,7 +303,7 @@ def _be_worker(prepared: Instance | None, connection: int, output: int) -> NoRet
         os.dup2(output, 1)
         os.dup2(output, 2)
         os.close(output)
-        work(socket.socket(fileno=connection), prepared)
+        answer_requests(socket.socket(fileno=connection), prepared)
         code = 0
     except OSError:  # the importer has gone
         code = 0

@@ -1,7 +1,7 @@
-"""End of a thread that is fixed to a place of a body or to a point mass.
+"""End of a thread that is fixed to a point of a body or to a point mass.
 
-Node 0 is then that place itself: the tension of the outermost segment acts there, and the mass of the node (half a
-segment and the tip mass) moves with it. On a body the mass is carried at the place; that of a point mass is part of the
+Node 0 is then that point itself: the tension of the outermost segment acts there, and the mass of the node (half a
+segment and the tip mass) moves with it. On a body the mass is carried at the point; that of a point mass is part of the
 point's own mass, and the node has none. The node's coordinates in the state are not used.
 """
 
@@ -24,13 +24,13 @@ TINY = 1e-9
 
 @inlined
 def is_end(threads, p, i):
-    """Whether node i of thread p is a place of a body or a point mass."""
+    """Whether node i of thread p is a point of a body or a point mass."""
     return i == 0 and threads[p].end >= 0
 
 
 @inlined
 def place_end(y, model, p):
-    """Position and velocity of the place that thread p ends at, into those of its node 0."""
+    """Position and velocity of the point that thread p ends at, into those of its node 0."""
     k = model.threads[p].node
     found = marker_kinematics(y, model.markers, model.points, model.bodies, model.threads[p].end)
     x, v = model.nodes[k].x, model.nodes[k].v
@@ -55,7 +55,7 @@ def carry_end(model, p):
 
 @inlined
 def pull_end(model, p, fx, fy, fz):
-    """A force on the place that thread p ends at."""
+    """A force on the point that thread p ends at."""
     x = model.nodes[model.threads[p].node].x
     push_marker(model.markers, model.points, model.bodies, model.threads[p].end, x[0], x[1], x[2], fx, fy, fz)
 
@@ -86,7 +86,7 @@ def add_end_residual(n_q, model, p, r):
 
 @indirect(void(VECTOR, REAL, REAL, types.int64, MODEL, SPARSE))
 def add_end_tangent(y, along, tension, p, model, matrix):
-    """Tangent of the outermost segment of thread p, whose outer end is a place.
+    """Tangent of the outermost segment of thread p, whose outer end is a point.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def add_end_tangent(y, along, tension, p, model, matrix):
 
 
 def add_end_bound(model, row, body, point):
-    """Add the outermost segment to the stiffness and damping that its place feels. Not compiled."""
+    """Add the outermost segment to the stiffness and damping at its point. Not compiled."""
     marker, node = model.markers[int(row["end"])], model.nodes[int(row["node"])]
     index = int(marker["index"])
     d = np.array(node["x"]) - row["Q"][:3]

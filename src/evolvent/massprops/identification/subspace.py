@@ -181,7 +181,7 @@ class Starts:
             return add_peaks(self.signal, np.empty(0, dtype=complex), order)
         poles = candidates(shift_poles(subspace, order, self.signal.step, total=True), self.signal)
         if len(poles) < order:
-            # a mode outside the band, or one that does not oscillate, took a place in the subspace
+            # a mode outside the band, or one that does not oscillate, took a dimension of the subspace
             for more in range(order + 1, min(2 * order + 4, (len(subspace.vectors) - 1) // 2)):
                 trial = candidates(shift_poles(subspace, more, self.signal.step, total=True), self.signal)
                 if len(trial) >= order:

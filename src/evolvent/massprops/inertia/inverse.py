@@ -80,7 +80,9 @@ def from_modes(
     )
     begin = dataclasses.replace(body, inertia=first.tensor)
     p = problem(near, begin, ("stiffness", "Ixx", "Izz"), frequency, frequency_covariance=covariance)
-    return solve(p, "least squares", [p.start])  # from this root alone: the others fit the frequencies as well
+    return solve(
+        p, "least squares", [p.initial_estimate]
+    )  # from this root alone: the others fit the frequencies as well
 
 
 def from_three_frequencies(

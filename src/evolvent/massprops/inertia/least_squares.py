@@ -23,7 +23,7 @@ CENTRE_SHARE, PRODUCT_SHARE = 1e-2, 1e-3  # nudges off a symmetric start, of the
 
 def starts(p: Problem, stand: Stand, body: Body) -> list[np.ndarray]:
     """Where a search may begin: the given body, off its symmetries, and what the direct ways find."""
-    base = p.start
+    base = p.initial_estimate
     nudge = np.array(
         [CENTRE_SHARE if n in ("ex", "h", "ez") else PRODUCT_SHARE * (n in ("Ixy", "Ixz", "Iyz")) for n in p.unknown]
     )

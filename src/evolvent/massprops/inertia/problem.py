@@ -190,7 +190,7 @@ class Problem:
     weighted: bool
 
     @property
-    def start(self) -> np.ndarray:
+    def initial_estimate(self) -> np.ndarray:
         """(p,) values of the unknowns in `base`."""
         return np.array([float(value_of(self.base, name)) for name in self.unknown])
 
@@ -219,7 +219,7 @@ class Problem:
         known : sequence of str
             Known numbers to be replaced by `known_values` (..., q).
         frequency, shapes : (..., m), (..., m, s), optional
-            In place of the measured ones.
+            Used for the measured ones.
 
         Returns
         -------

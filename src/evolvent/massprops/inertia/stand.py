@@ -43,7 +43,7 @@ class Stand:
     length : float or (n,) float, m, natural length
     damping : float or (n,) float, N s/m, axial
     lateral_stiffness, lateral_damping : float or (n,) float, N/m and N s/m
-        Against horizontal displacement of the attachment from its place over (or under) the ground point.
+        Against horizontal displacement of the attachment from its position above (or below) the ground point.
     ground : (n, 3) float, m, optional
         Ground points in the frame of the level, unloaded stand, where the attachments stand at `points`. Left out,
         they lie vertically above (hanging, guided) or below (standing) the attachments at the natural length.

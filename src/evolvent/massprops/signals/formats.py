@@ -295,7 +295,7 @@ def _run(name: str, wanted: Iterable[str]) -> Content:
         if found.dims != ("time",):
             hint = f"{one}.{found['axis'].values[0]}" if "axis" in found.dims and "axis" in found.coords else ""
             raise InputError(
-                f"{one!r} of {name!r} is no single number over time; name one of its components or places"
+                f"{one!r} of {name!r} is no single number over time; name one of its components or entries"
                 + (f", such as {hint}" if hint else "")
             )
         columns[one] = np.asarray(found.values, dtype=float)

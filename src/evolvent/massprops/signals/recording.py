@@ -36,7 +36,7 @@ class Signals:
         self.data.flags.writeable = False
 
     def index(self, column: str | int, key: str = "column") -> int:
-        """Place of a column given by name, or by number from 1; `key` names it in messages.
+        """Index of a column given by name, or by number from 1; `key` names it in messages.
 
         Raises
         ------

@@ -104,7 +104,7 @@ class Rib(Section):
 
     @property
     def vectors(self) -> int:
-        """Vectors of a node: place and slope of a cable; place and three slopes of a beam."""
+        """Vectors of a node: position and slope of a cable; position and three slopes of a beam."""
         return 2 if self.formulation in ("cable", "cable_stretch") else 4
 
     @property
@@ -530,7 +530,7 @@ class Case(Section):
 
     @property
     def penalty(self) -> tuple[float, float]:
-        """Stiffness of the penalties of a root under explicit methods: place (N/m) and direction (N m).
+        """Stiffness of the penalties of a root under explicit methods: position (N/m) and direction (N m).
 
         That of a quarter of an element, and a tenth of that of its slopes: about as fast as the element itself.
         """
