@@ -18,7 +18,7 @@ import evolvent
 from evolvent import results
 
 FOLDER = pathlib.Path(__file__).parent
-sys.path.insert(0, str(FOLDER.parents[1] / "tests"))
+sys.path[0] = str(FOLDER.parents[1] / "tests")  # in place of this folder, whose studio.py hides the tests' package
 
 from studio.conftest import ARGUMENTS, chromium  # noqa: E402
 from studio.serving import choose, part, serving  # noqa: E402

@@ -27,6 +27,7 @@ class Line:
     style : str, of matplotlib ("-", "--", ":"), "" for none
     marker : str, of matplotlib, "" for none
     width : float, points
+    fill : str, color's name of the area inside a closed curve, "" for none; charts of the studio leave it empty
     """
 
     x: Array
@@ -36,6 +37,7 @@ class Line:
     style: str = "-"
     marker: str = ""
     width: float = 1.6
+    fill: str = ""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -153,6 +155,12 @@ def axis_label(text: str) -> str:
     unit = re.sub(r"(?<=[a-zA-Z])\^?(-?\d+)\b", lambda m: m[1].translate(_SUPERSCRIPTS), unit)
     unit = re.sub(r"\bu(?=[mNsJg]\b)", "µ", unit)
     return f"{quantity} [{unit}]".lstrip()
+
+
+def with_power(text: str, power: int) -> str:
+    """Label of an axis whose numbers are multiples of 10^power: "force, N" -> "force, 1e-4 N"."""
+    quantity, comma, unit = text.rpartition(", ")
+    return text if power == 0 else f"{quantity}, 1e{power} {unit}" if comma else f"{text}, 1e{power}"
 
 
 def plain(text: str) -> str:

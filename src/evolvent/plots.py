@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import io
 import os
+import re
 import textwrap
 from collections.abc import Sequence
 from typing import Any
@@ -13,7 +14,7 @@ import numpy as np
 
 from evolvent import progress
 from evolvent.errors import InputError
-from evolvent.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, y_limits
+from evolvent.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, with_power, y_limits
 from evolvent.results import make_folder, write_file
 
 #: Okabe and Ito's palette, distinguishable with any kind of colour vision; black leads.
@@ -25,6 +26,7 @@ DASHES: tuple[Any, ...] = (
 )  # fmt: skip
 #: Formats of a figure's file.
 FORMATS = ("png", "pdf", "svg")
+_NO_BREAK = "\N{NO-BREAK SPACE}"
 #: Dots of a PNG file in an inch.
 DPI = 200.0
 #: Style of every figure: sizes of text, points, on a page of 174 mm; fonts are embedded as TrueType.
@@ -176,16 +178,17 @@ def text_width(text: str, size: float) -> float:
 
 
 def _wrapped(text: str, size: float, width: float) -> str:
-    """A text in lines that are no longer than a width, mm."""
+    """A text in lines that are no longer than a width, mm; no line ends within a unit in brackets."""
     lines = []
-    for paragraph in text.split("\n"):
+    joined = re.sub(r"\[[^]]*\]", lambda m: m[0].replace(" ", _NO_BREAK), text)
+    for paragraph in joined.split("\n"):
         letters = len(paragraph)
         while (
             letters > 8 and max((text_width(one, size) for one in textwrap.wrap(paragraph, letters)), default=0) > width
         ):
-            letters -= 4
+            letters -= 1
         lines += textwrap.wrap(paragraph, max(letters, 1)) or [""]
-    return "\n".join(lines)
+    return "\n".join(lines).replace(_NO_BREAK, " ")
 
 
 def _schematic_height(figure: Figure) -> float | None:
@@ -212,6 +215,8 @@ def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool) 
         _map(axis, panel.map)
     dashed = _is_dashed(panel)
     for line in panel.lines:
+        if line.fill:
+            axis.fill(line.x, line.y, facecolor=line.fill, linewidth=0.0, zorder=0.5)
         axis.plot(
             line.x,
             line.y,
@@ -247,7 +252,7 @@ def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool) 
     if not panel.axes:
         axis.set_axis_off()
         axis.margins(0.08)
-    _plain_ticks(axis)
+    _plain_ticks(axis, (panel.x_label, panel.y_label), size)
     title = _wrapped(panel.title, 8.0, width + 6.0)
     if legend and any(line.label for line in panel.lines):
         _legend(axis, axis, title, width, loc="lower left", bbox_to_anchor=(0.0, 1.0))
@@ -255,22 +260,39 @@ def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool) 
         axis.set_title(title)
 
 
-def _plain_ticks(axis: Any) -> None:
-    """Write the numbers of linear axes as plain text; the power of ten beside them stays mathtext."""
+def _plain_ticks(axis: Any, labels: tuple[str, str] = ("", ""), size: tuple[float, float] = (0.0, 0.0)) -> None:
+    """Write the numbers of linear axes as plain text, and a power of ten that they share before the unit of the label.
+
+    Without a label the power stays beside the axis.
+    """
     from matplotlib.ticker import ScalarFormatter
 
-    for one in (axis.xaxis, axis.yaxis):
+    for one, label, room in zip((axis.xaxis, axis.yaxis), labels, size, strict=True):
         if type(one.get_major_formatter()) is ScalarFormatter:
-            one.set_major_formatter(_plain_numbers())
+            one.set_major_formatter(_plain_numbers(one, label, room))
 
 
-def _plain_numbers() -> Any:
+def _plain_numbers(along: Any, label: str, room: float) -> Any:
     """A formatter of ticks without mathtext, whose parsing took a third of the time of a figure."""
     from matplotlib.ticker import ScalarFormatter
 
     class PlainNumbers(ScalarFormatter):
+        beside = ""  # a factor of all numbers that is not in the label
+
         def __call__(self, x: float, pos: int | None = None) -> str:
             return str(super().__call__(x, pos)).removeprefix(r"$\mathdefault{").removesuffix("}$")
+
+        def set_locs(self, locs: Any) -> None:
+            super().set_locs(locs)
+            self.beside = str(super().get_offset())
+            power = re.search(r"10\^\{([-\N{MINUS SIGN}]?\d+)\}", self.beside)
+            if label:
+                text = with_power(label, int(power[1].replace("\N{MINUS SIGN}", "-"))) if power else label
+                along.set_label_text(_wrapped(axis_label(text), 8.0, room))
+                self.beside = "" if power else self.beside
+
+        def get_offset(self) -> str:
+            return self.beside
 
     return PlainNumbers()
 

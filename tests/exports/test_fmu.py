@@ -482,7 +482,7 @@ BAD = {
         "no variable is called 'boom.tp'; did you mean 'boom.slope'?",
     ),
     "too many values": (["boom-slew", "--outputs", "boom.position"], "name one entry, such as 'boom[0].position'"),
-    "adds up": (["boom-slew", "--outputs", "wheel.work"], "'wheel.work' adds up over all samples of a run"),
+    "adds up": (["boom-slew", "--outputs", "slew.work"], "'slew.work' adds up over all samples of a run"),
     "not stepped": (["inertia-stand"], "system is 'inertia-stand', which is not stepped from outside"),
     "folder": (["boom-slew", "-o", "."], "cannot write '.'"),
 }

@@ -290,16 +290,16 @@ def test_changes_are_keys_whose_values_differ_and_not_their_units():
     base = cases.content_of("boom-slew")
     same = cases.content_of("boom-slew", {"simulate.until": "20000 ms", "parts.boom.length": 3})
     assert changes(base, same) == []
-    content = cases.content_of("boom-slew", {"parts.boom.section.tube.radius": "12 mm", "parts.wheel": None})
-    del content["parts"]["wheel"]
+    content = cases.content_of("boom-slew", {"parts.boom.section.tube.radius": "12 mm", "parts.slew": None})
+    del content["parts"]["slew"]
     content["parts"]["end"] = {"kind": "point", "mass": "1 g", "at": "boom.tip"}
     content["parts"]["boom"]["elements"] = 8
     found = dict(changes(base, content))
     assert found["parts.boom.section.tube.radius"] == "12 mm"
     assert found["parts.boom.elements"] == "8"
-    assert found["parts.wheel"] == "removed"
+    assert found["parts.slew"] == "removed"
     assert found["parts.end"] == "added"
     assert len(found) == 4
     profile = cases.content_of("boom-slew")
-    profile["parts"]["wheel"]["profile"] = [["0 s", "0 N m"], ["1 s", "300 mN m"], ["2 s", "0 N m"]]
-    assert changes(base, profile) == [("parts.wheel.profile", "[[0 s, 0 N m], [1 s, 300 mN m], [2 s, 0 N m]]")]
+    profile["parts"]["slew"]["profile"] = [["0 s", "0 N m"], ["1 s", "300 mN m"], ["2 s", "0 N m"]]
+    assert changes(base, profile) == [("parts.slew.profile", "[[0 s, 0 N m], [1 s, 300 mN m], [2 s, 0 N m]]")]

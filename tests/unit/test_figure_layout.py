@@ -49,6 +49,10 @@ def boxes(sheet):
     return [(text.get_text(), Text.get_window_extent(text)) for text in dict.fromkeys(drawn)]
 
 
+def figure_of(*panels):
+    return Figure(name="f", title="", panels=list(panels), height=35.0 * len(panels))
+
+
 def faults(figure):
     """What is wrong with the layout of a figure, as sentences."""
     sheet = plots.sheet(figure, dpi=100.0)
@@ -122,6 +126,34 @@ def test_labels_of_axes_have_units_in_brackets():
     assert axis_label(", rad/s") == "[rad/s]"
     assert axis_label("sensor") == "sensor"
     assert plain(r"moment $I_{xx}$, $\alpha$ = 1") == "moment Ixx, \N{GREEK SMALL LETTER ALPHA} = 1"
+
+
+def test_a_power_of_ten_stands_before_the_unit_of_the_label():
+    """Beside the axis it would lie on the legend."""
+    x = np.linspace(0.0, 1.0, 5)
+    line = Line(x=x, y=3e-5 * x, label="force")
+    words = [
+        text for text, _ in boxes(plots.sheet(figure_of(Panel(x_label="time, s", y_label="force, N", lines=[line]))))
+    ]
+    assert "force [10⁻⁵ N]" in words
+    assert not any("times" in text for text in words)
+    line = Line(x=x, y=3e5 * x)
+    words = [text for text, _ in boxes(plots.sheet(figure_of(Panel(x_label="time, s", y_label="cases", lines=[line]))))]
+    assert "cases [10⁵]" in words
+
+
+def test_a_unit_is_not_broken_into_two_lines():
+    panel = Panel(x_label="t, s", y_label="a long name of it, N m s", lines=[Line(x=np.ones(2), y=np.ones(2))])
+    words = [text for text, _ in boxes(plots.sheet(figure_of(panel, panel, panel)))]
+    assert any("\n" in text for text in words)
+    assert any(text.endswith("[N m s]") for text in words)
+
+
+def test_the_inside_of_a_hub_is_filled():
+    circle = np.linspace(0.0, 2.0 * np.pi, 40)
+    line = Line(x=np.cos(circle), y=np.sin(circle), fill="gainsboro")
+    sheet = plots.sheet(figure_of(Panel(x_label="x, m", y_label="y, m", lines=[line], equal=True)))
+    assert len(sheet.axes[0].patches) == 1
 
 
 def test_small_differences_look_small():

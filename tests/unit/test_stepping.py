@@ -326,7 +326,7 @@ def test_results_by_name() -> None:
         "hub.rte": "did you mean 'hub.rate'",
         "hup.rate": "no result is called 'hup.rate'; did you mean 'hub.rate'",
         "hub": "'hub' is a part; give one of its results: position, attitude",
-        "wheel.work": "adds up over all samples of a run",
+        "slew.work": "adds up over all samples of a run",
         "hub.rate.w": "the variable has no component 'w'",
         "boom[99].position": "boom.position has no 99",
         3: "no result is called 3",

@@ -256,7 +256,7 @@ def _shape_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
 
     time, R, moments = root.time.values, case.hub.radius, _moments(root)
     around, hub = np.linspace(0.0, 2.0 * np.pi, 181), _of(run, "hub.position")[moments]
-    whole = [Line(x=R * np.cos(around), y=R * np.sin(around), color="gray", width=1.0)]
+    whole = [Line(x=R * np.cos(around), y=R * np.sin(around), color="gray", width=1.0, fill="gainsboro")]
     for b in root.rib.values:
         nodes, slopes = (_of(run, f"rib-{b}.{name}")[moments] for name in ("position", "slope"))
         points = smooth(nodes, slopes, case.rib.element_length, case.output.points) - hub[:, None]
