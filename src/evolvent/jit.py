@@ -27,7 +27,7 @@ from numba.core.errors import NumbaExperimentalFeatureWarning, TypingError
 from numba.core.typing.templates import infer, make_intrinsic_template
 from numba.extending import intrinsic
 
-from evolvent.codecache import COMPILED, Cache, compiling, module_name, sources, without_path
+from evolvent.codecache import Cache, Linked, compiling, is_followed, module_name, snapshot, sources, without_path
 from evolvent.pointer import has_addresses, load_attribute
 
 # functions in 1-tuples are typed as pointers, which numba calls experimental; tests pin what is used of it
@@ -41,18 +41,22 @@ def _njit(function: Callable, *, cache: bool = True, **options: Any) -> Any:
     """Numba's dispatcher of a function of this package, with nothing compiled yet.
 
     Without numba's reference counts, which cost more than the arithmetic of a small model: arrays are borrowed from the
-    caller, and a kernel that tried to allocate one would not compile.
+    caller, and a kernel that tried to allocate one would not compile. A function of another package is compiled with
+    the values that its globals have now, and kept by a digest of these; it is not kept where that cannot be decided.
     """
-    found = njit(error_model="numpy", _nrt=False, no_cfunc_wrapper=True, **options)(without_path(function))
+    digest, compiled = "", function
+    if cache and not is_followed(function.__module__):
+        compiled, digest, _ = snapshot(function)
+        cache = bool(digest)
+    found = njit(error_model="numpy", _nrt=False, no_cfunc_wrapper=True, **options)(without_path(compiled))
     _set_compiler(found, _Compiler)
     if cache:
-        found._cache = Cache(function)
+        found._cache = Cache(function, digest)
     return found
 
 
 def _check_followed(function: Callable) -> None:
-    package, _, module = function.__module__.partition(".")
-    if package == "evolvent" and module.split(".")[0] not in COMPILED:
+    if function.__module__.partition(".")[0] == "evolvent" and not is_followed(function.__module__):
         raise RuntimeError(f"{function.__module__} is not among the modules whose changes the cache folder follows")
 
 
@@ -93,7 +97,7 @@ def _set_compiler(dispatcher: Any, kind: type[_FunctionCompiler]) -> None:
     dispatcher._compiler = kind(old.py_func, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class)
 
 
-class Kernel:
+class Kernel(Linked):
     """A function that compiled code links in; called from Python it is compiled on its own.
 
     Attributes
@@ -105,7 +109,12 @@ class Kernel:
     def __init__(self, function: Callable, *, inline: bool) -> None:
         self.py_func, self._inline = function, inline
         self.signature: tuple[Any, ...] | None = None
+        self.is_followed, self.options = is_followed(function.__module__), f"inline={inline}"
         functools.update_wrapper(self, function)
+
+    def around(self, function: Callable) -> Kernel:
+        """Another one, of a copy of its function."""
+        return Kernel(function, inline=self._inline)
 
     @functools.cached_property
     def _numba_type_(self) -> Any:
@@ -174,7 +183,7 @@ _counts: dict[str, int] = {}
 _BY_SLOT: dict[int, Any] = {}
 
 
-class Indirect:
+class Indirect(Linked):
     """A function with its own signature that compiled code calls by its address.
 
     It is compiled once, whoever calls it, and only where it is loaded: a caller may name functions that a model never
@@ -188,6 +197,7 @@ class Indirect:
 
     def __init__(self, function: Callable, signature: Any, *, disjoint: bool = False) -> None:
         self.py_func, self.signature, self._disjoint = function, signature, disjoint
+        self.is_followed, self.options = is_followed(function.__module__), f"{signature} disjoint={disjoint}"
         functools.update_wrapper(self, function)
         module = function.__module__
         place = _MODULES.index(module) * _SLOTS if module in _MODULES else 0
@@ -196,6 +206,10 @@ class Indirect:
             raise RuntimeError(f"{module} has more than {_SLOTS} functions that are called by address")
         self.slot = place + number
         _BY_SLOT[self.slot] = self
+
+    def around(self, function: Callable) -> Indirect:
+        """Itself: its place in the table is its own."""
+        return self
 
     @functools.cached_property
     def _numba_type_(self) -> Any:
@@ -383,11 +397,17 @@ def load(functions: Iterable[Any]) -> None:
     if config.DISABLE_JIT:
         return
     wanted = [function for function in dict.fromkeys(functions) if not function.is_loaded]
-    missing = [function for function in wanted if not function.dispatcher._cache.exists()]
+    missing = [function for function in wanted if not _is_kept(function)]
     if missing:
         _compile(missing)
     for function in wanted:
         function.load()
+
+
+def _is_kept(function: Any) -> bool:
+    """Whether a function is in the cache; one of another package may have none."""
+    cache = function.dispatcher._cache
+    return isinstance(cache, Cache) and cache.exists(function.signature)
 
 
 def _compile(missing: list[Any]) -> None:
@@ -399,7 +419,7 @@ def _compile(missing: list[Any]) -> None:
         _report(Progress(0, len(missing), math.nan))
         for function in missing:
             function.load()
-            done = [other.is_loaded or other.dispatcher._cache.exists() for other in missing]
+            done = [other.is_loaded or _is_kept(other) for other in missing]
             part = sum(weight for weight, is_done in zip(weights, done, strict=True) if is_done) / sum(weights)
             _report(Progress(sum(done), len(missing), (time.perf_counter() - began) * (1.0 / part - 1.0)))
     finally:
@@ -435,7 +455,7 @@ def compile_named(names: list[tuple[str, str]]) -> None:
     """Compile functions, given as modules and names, into the cache, but those that are there by then."""
     for module, name in names:
         function = getattr(importlib.import_module(module), name)
-        if not function.dispatcher._cache.exists():
+        if not _is_kept(function):
             with compiling:
                 function.dispatcher.compile(function.signature)
 

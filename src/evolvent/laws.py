@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from types import FunctionType
@@ -9,8 +10,9 @@ from typing import Any
 
 from numba import config, njit, types
 from numba.core.errors import NumbaError
+from numba.core.typeinfer import register_dispatcher
 
-from evolvent.codecache import CACHE_DIR
+from evolvent.codecache import LawCache, snapshot
 from evolvent.errors import InputError, counted
 from evolvent.jit import LAWS, PLAIN, Kernel, pointer_of
 
@@ -26,20 +28,18 @@ FORMS = {
 
 
 def _compile_law(signature: Any, function: Callable) -> Any:
-    """Compile a user's function as numba compiles its own, for the host, with checked indices, and keep it."""
-    options = {"error_model": "numpy", "_nrt": False, "boundscheck": True}
-    if function.__closure__:  # what it closes over is another object in every process
-        return njit(signature, **options)(function)
-    previous, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_DIR)
-    try:
-        return njit(signature, cache=True, **options)(function)
-    except (RuntimeError, ImportError) as error:
-        # no source file to key the cache by (an interactive prompt), or a law kept under another name of its module
-        if isinstance(error, RuntimeError) and "cannot cache" not in str(error):
-            raise
-        return njit(signature, **options)(function)
-    finally:
-        config.CACHE_DIR = previous
+    """Compile a user's function as numba compiles its own, for the host, with checked indices, and keep it.
+
+    It and its helpers get the values that their globals have now, and it is kept by a digest of all of these.
+    """
+    found = snapshot(function)
+    compiled = njit(error_model="numpy", _nrt=False, boundscheck=True)(found.function)
+    compiled._cache = LawCache(found)
+    with register_dispatcher(compiled):  # for a law that calls itself
+        compiled.compile(signature)
+    compiled.disable_compile()
+    compiled.py_func = function
+    return functools.update_wrapper(compiled, function)
 
 
 def _law(kind: str, function: Callable) -> Any:
@@ -155,7 +155,9 @@ def force_law(function: Callable) -> Any:
 
     Notes
     -----
-    Keep helpers of a law in the same file: a change in another user file is not noticed by the cache.
+    Globals, closures and helpers, in any file, have the values of the moment at which the law is decorated. A law is
+    stored, for the next start, by the content of all that it refers to; where that cannot be decided (a function that
+    numba knows from an extension, a class that is compiled) it is compiled at every start.
     """
     return _law("force", _time_last(function))
 

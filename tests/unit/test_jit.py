@@ -13,13 +13,13 @@ import pathlib
 import shutil
 import subprocess
 import sys
-import tempfile
 
 import numpy as np
 import pytest
 from numba import config
 
 from evolvent import codecache, jit, laws, parts
+from evolvent.codecache import folder as cachefolder
 from evolvent.errors import InputError
 from evolvent.solvers import solve
 from evolvent.system import System
@@ -46,53 +46,30 @@ def python(script: str, *arguments: str, **environment: str) -> dict:
 def copied_package(tmp_path, monkeypatch):
     """A copy of the package's sources that the hash is taken from."""
     copy = tmp_path / "evolvent"
-    shutil.copytree(codecache._PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(codecache, "_PACKAGE", copy)
+    shutil.copytree(cachefolder._PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(cachefolder, "_PACKAGE", copy)
     return copy
 
 
 @pytest.mark.parametrize("name", ["jit.py", "model.py", "kernels/rotations.py", "flow/rhs.py", "solvers/explicit.py"])
 def test_a_change_in_any_compiled_floor_gives_another_cache_folder(copied_package, name):
-    before = codecache._source_hash()
+    before = cachefolder._source_hash()
     path = copied_package / name
     path.write_text(path.read_text() + "\n# changed\n")
-    assert codecache._source_hash() != before
+    assert cachefolder._source_hash() != before
 
 
 @pytest.mark.parametrize("name", ["system.py", "parts/point.py", "errors.py"])
 def test_a_change_elsewhere_keeps_the_cache_folder(copied_package, name):
-    before = codecache._source_hash()
+    before = cachefolder._source_hash()
     path = copied_package / name
     path.write_text(path.read_text() + "\n# changed\n")
-    assert codecache._source_hash() == before
-
-
-def test_the_cache_folder_is_where_the_user_wants_it(tmp_path, monkeypatch):
-    monkeypatch.setenv("EVOLVENT_CACHE", str(tmp_path / "mine"))
-    folder = codecache._find_cache_dir()
-    assert folder == tmp_path / "mine" / codecache.folder_name()
-    assert folder.is_dir()
-
-
-def test_an_unusable_cache_folder_falls_back_to_the_users_own(tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("EVOLVENT_CACHE", str(tmp_path / "file" / "below"))
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
-    assert codecache._find_cache_dir().parent == tmp_path / "home" / "evolvent"
-
-
-def test_without_any_usable_folder_a_temporary_one_is_taken(tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("EVOLVENT_CACHE", str(tmp_path / "file" / "below"))
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file" / "too"))
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    assert codecache._find_cache_dir().parent.name.startswith("evolvent-")
-    assert codecache._find_cache_dir() == codecache._find_cache_dir()
+    assert cachefolder._source_hash() == before
 
 
 @compiled_only
 def test_warm_marks_stand_in_the_cache_folder(tmp_path, monkeypatch):
-    monkeypatch.setattr(codecache, "CACHE_DIR", tmp_path / "fresh")
+    monkeypatch.setattr(cachefolder, "CACHE_DIR", tmp_path / "fresh")
     assert not codecache.is_warm("rk4")
     codecache.mark_warm("rk4")
     assert codecache.is_warm("rk4")

@@ -18,6 +18,7 @@ import pytest
 from numba import config
 
 from evolvent import codecache, jit
+from evolvent.codecache import folder as cachefolder
 
 pytestmark = [
     pytest.mark.slow,
@@ -135,7 +136,7 @@ def call(installed: pathlib.Path, cache: pathlib.Path, program: str, *arguments:
 
 def kernels_called_in(path: pathlib.Path) -> set[tuple[str, bool]]:
     """Kernels that plain functions of a file call, and whether they declare their types."""
-    names = ("evolvent", *path.relative_to(codecache._PACKAGE).with_suffix("").parts)
+    names = ("evolvent", *path.relative_to(cachefolder._PACKAGE).with_suffix("").parts)
     known = vars(importlib.import_module(".".join(name for name in names if name != "__init__"))).copy()
     tree = ast.parse(path.read_text("utf-8"))
     for node in ast.walk(tree):
@@ -169,7 +170,7 @@ def files_of(name: str, folder: pathlib.Path) -> list[pathlib.Path]:
 def test_kernels_that_python_calls_declare_their_types():
     """Else they would be compiled at a user's first run."""
     imports = re.compile(r"(from|import) evolvent\.(kernels|flow|solvers|batch)")
-    paths = [path for path in codecache._PACKAGE.rglob("*.py") if imports.search(path.read_text("utf-8"))]
+    paths = [path for path in cachefolder._PACKAGE.rglob("*.py") if imports.search(path.read_text("utf-8"))]
     found = set().union(*(kernels_called_in(path) for path in paths))
     assert {("drive", True), ("advance_block", True), ("guide_geometry", True)} <= found
     assert {name for name, declared in found if not declared} == set()
@@ -188,7 +189,7 @@ def test_no_file_of_the_wheel_names_a_folder_of_this_machine(wheel):
     with zipfile.ZipFile(wheel) as content:
         for name in (name for name in content.namelist() if "/_kernels/" in name):
             data = content.read(name)
-            for path in (ROOT, codecache.CACHE_DIR, pathlib.Path.home()):
+            for path in (ROOT, cachefolder.CACHE_DIR, pathlib.Path.home()):
                 assert os.fsencode(path) not in data, name
 
 
