@@ -194,19 +194,42 @@ def json_schema(name: str) -> dict[str, Any]:
 # ------------------------------------------------------------------------------------------------ YAML
 
 
-#: Values of a YAML text, those that aliases repeat counted each time, at most.
-_MOST_VALUES = 1_000_000
+#: Values, aliases, beginnings and ends of lists and mappings in a YAML text, at most, and values where aliases are
+#: written out; levels of lists and mappings in one another, at most.
+_MOST_EVENTS, _DEEPEST = 200_000, 100
+#: Letters of a text that is read again by the slow loader for its message.
+_LONGEST_SLOW = 50_000
 
 
-class _Loader(yaml.SafeLoader):
-    """YAML with the numbers and truth values of version 1.2 (``1e4`` is a number, ``on`` is a word)."""
+class _Tree:
+    """A loader that refuses a text whose aliases would fill the memory."""
 
     def get_single_node(self) -> yaml.Node | None:
-        """The text's only document, refused where its aliases would fill the memory."""
-        node: yaml.Node | None = super().get_single_node()
+        """The text's only document."""
+        node: yaml.Node | None = super().get_single_node()  # type: ignore[misc]
         if node is not None:
             _count(node, {})
         return node
+
+
+class _SlowLoader(_Tree, yaml.SafeLoader):
+    """YAML with the numbers and truth values of version 1.2 (``1e4`` is a number, ``on`` is a word)."""
+
+
+class _Loader(_Tree, getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    """The same by the library in C, where there is one: five times as fast; its messages say less."""
+
+
+def _check_events(source: str) -> None:
+    """Refuse a text of too many values, or too many levels, before any is kept."""
+    deep = 0
+    for count, event in enumerate[Any](yaml.parse(source, Loader=_Loader)):
+        deep += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        problem = f"its lists and mappings are nested more than {_DEEPEST} levels deep" if deep > _DEEPEST else ""
+        if count >= _MOST_EVENTS:
+            problem = f"it holds more than {_MOST_EVENTS} values; give long tables as files of data"
+        if problem:
+            raise yaml.constructor.ConstructorError(None, None, problem, event.start_mark)
 
 
 def _count(node: yaml.Node, known: dict[int, int]) -> int:
@@ -217,34 +240,34 @@ def _count(node: yaml.Node, known: dict[int, int]) -> int:
         known[id(node)] = -1
         inner = node.value if isinstance(node, yaml.SequenceNode) else [part for pair in node.value for part in pair]
         known[id(node)] = 1 + sum(_count(part, known) for part in inner)
-        if known[id(node)] > _MOST_VALUES:
-            problem = f"it holds more than {_MOST_VALUES} values, aliases written out"
+        if known[id(node)] > _MOST_EVENTS:
+            problem = f"it holds more than {_MOST_EVENTS} values, aliases written out"
             raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
     elif known[id(node)] < 0:
         raise yaml.constructor.ConstructorError(None, None, "an alias is inside what it names", node.start_mark)
     return known[id(node)]
 
 
-_Loader.yaml_implicit_resolvers = {
+_SlowLoader.yaml_implicit_resolvers = {
     first: [(tag, pattern) for tag, pattern in resolvers if tag.rpartition(":")[2] in ("null", "merge")]
     for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
 }
-_Loader.add_implicit_resolver(
+_SlowLoader.add_implicit_resolver(
     "tag:yaml.org,2002:bool", re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z"), list("tTfF")
 )
-_Loader.add_implicit_resolver("tag:yaml.org,2002:int", re.compile(r"[-+]?[0-9]+\Z"), list("-+0123456789"))
-_Loader.add_implicit_resolver(
+_SlowLoader.add_implicit_resolver("tag:yaml.org,2002:int", re.compile(r"[-+]?[0-9]+\Z"), list("-+0123456789"))
+_SlowLoader.add_implicit_resolver(
     "tag:yaml.org,2002:float",
     re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z|[-+]?\.(inf|Inf|INF)\Z|\.(nan|NaN|NAN)\Z"),
     list("-+.0123456789"),
 )
 # an integer of more digits than a float can hold is infinite, and refused as such by the key that it is for
-_Loader.add_constructor(
+_SlowLoader.add_constructor(
     "tag:yaml.org,2002:int", lambda _, node: int(node.value) if len(node.value) < 310 else float(node.value)
 )
 
 
-def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[Any, Any]:
+def _mapping(loader: Any, node: yaml.MappingNode) -> dict[Any, Any]:
     """A mapping whose keys are words, none of them twice."""
     keys: set[str] = set()
     for name, _ in node.value:
@@ -259,7 +282,9 @@ def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[Any, Any]:
     return loader.construct_mapping(node, deep=True)
 
 
-_Loader.add_constructor("tag:yaml.org,2002:map", _mapping)
+_SlowLoader.add_constructor("tag:yaml.org,2002:map", _mapping)
+_Loader.yaml_implicit_resolvers = _SlowLoader.yaml_implicit_resolvers
+_Loader.yaml_constructors = _SlowLoader.yaml_constructors
 
 
 def _key_problem(key: Any) -> str:
@@ -308,7 +333,13 @@ def parse_yaml(source: str, name: str) -> Any:
         If it is not YAML.
     """
     try:
-        return yaml.load(source, Loader=_Loader)  # noqa: S506  (a SafeLoader)
+        try:
+            _check_events(source)
+            return yaml.load(source, Loader=_Loader)  # noqa: S506  (a SafeLoader)
+        except (yaml.scanner.ScannerError, yaml.parser.ParserError, yaml.composer.ComposerError):
+            if len(source) > _LONGEST_SLOW:
+                raise
+            return yaml.load(source, Loader=_SlowLoader)  # noqa: S506  (a SafeLoader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f", line {mark.line + 1}, column {mark.column + 1}" if mark is not None else ""

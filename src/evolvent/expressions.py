@@ -272,7 +272,7 @@ class _Compiler:
             raise self._refuse(node.func, f"is no function; {nearest(node.func.id, FUNCTIONS)}")
         instruction, count, function = FUNCTIONS[node.func.id]
         given = len(node.args)
-        if given != count and (count > 0 or given < 2):
+        if given != count if count else given < 2:
             wanted = f"{count} argument{'s' if count > 1 else ''}" if count else "two or more arguments"
             raise self._refuse(node, f"has {given}; {node.func.id} takes {wanted}")
         if instruction == run.WHERE:

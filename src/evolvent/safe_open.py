@@ -33,6 +33,8 @@ _FEW_TEXTS = 64
 #: of the other kinds of elements.
 _COMPRESSED, _MAT_OTHERS = 15, (1, 2, 3, 4, 5, 16, 17, 18)
 _MAT_WIDTHS = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}
+#: Bytes that are decompressed at a time, which may become a thousand times as many.
+_SLICE = 1 << 15
 #: Filters of HDF5 that the library has itself: deflate, shuffle, Fletcher, szip, n-bit, scale-offset, LZF.
 _FILTERS = (1, 2, 3, 4, 5, 6, 32000)
 #: Codecs of Zarr arrays that read numbers and texts alone; a pickle is none of them.
@@ -314,15 +316,16 @@ def plain_mat(raw: bytes, name: str) -> tuple[bytes, list[str]]:
         kind, first, last, _ = _mat_tag(raw, place, order)
         element = raw[place:last]
         if kind == _COMPRESSED:
-            machine, left, pieces = zlib.decompressobj(), raw[first:last], []
-            while left and not machine.eof:
+            machine, pieces = zlib.decompressobj(), []
+            for at in range(first, min(last, len(raw)), _SLICE):
                 try:
-                    pieces.append(machine.decompress(left, 1 << 20))
+                    pieces.append(machine.decompress(raw[at : min(at + _SLICE, last)]))
                 except zlib.error:
                     break
-                left = machine.unconsumed_tail
                 declared += len(pieces[-1])
                 check_declared(declared, len(raw), name)
+                if machine.eof:
+                    break
             element = b"".join(pieces)
         title, is_whole = _mat_array(element, order)
         if is_whole is None:

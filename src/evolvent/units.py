@@ -8,7 +8,7 @@ import functools
 import math
 import numbers
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Annotated, Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -17,7 +17,18 @@ from pydantic_core import PydanticCustomError, core_schema
 from evolvent import startup
 from evolvent.errors import counted
 
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
+#: Longest text of a unit, and what none needs: a power of a power, of a number but 10, or above 99, each of which may
+#: take the units library forever.
+_LONGEST_UNIT = 100
+_TOWER = re.compile(
+    r"(?:\*\*|\^)(?:[\s(+-]*\d{3}|[\s(+-]*[\d.]+[\s)]*(?:\*\*|\^))"  # m^100, m^2^3
+    r"|(?<![A-Za-z_])(?!10\b)\d+[\d.]*\s*(?:\*\*|\^)"  # 9^9
+    r"|\d\s*(?:\*\*|\^)\s*\("  # 10^(9*9)
+    r"|\)\s*(?:\*\*|\^).*\)\s*(?:\*\*|\^)"  # ((m)^9)^9
+)
+#: Digits of exponents that stand high.
+_RAISED, _LOWERED = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+"), str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 #: Units that are read without the units library, which takes a moment to load: factor to the SI unit of the key.
 COMMON: dict[str, dict[str, float]] = {
@@ -57,6 +68,11 @@ class UnitError(ValueError):
     """A text that is no value of the wanted kind; the message says why."""
 
 
+def is_list(value: Any) -> bool:
+    """Whether a value is a list, a tuple or an array: no text, and nothing whose entries have no order."""
+    return hasattr(value, "__len__") and not isinstance(value, (str, bytes, Mapping, Set))
+
+
 def _float(value: numbers.Real) -> float:
     """`value` as a float; infinite where it is too large for one."""
     try:
@@ -83,7 +99,7 @@ def parse(text: str, unit: str) -> float:
     UnitError
         If the text is not a number with a unit of the same dimension.
     """
-    match = _NUMBER.fullmatch(text)
+    match = split(text)
     if match is None:
         raise UnitError("it is not a number with a unit")
     value, given = float(match[1]), " ".join(match[2].split())
@@ -99,22 +115,45 @@ def parse(text: str, unit: str) -> float:
         raise UnitError(f"{given!r} is a unit of something else, or not of SI")
     if unit.startswith("rad") and re.search(r"hertz|Hz\b", given):
         raise UnitError("hertz does not say whether it counts turns or radians")
-    pint, registry = startup.load("pint"), _registry()
+    exponents = re.sub(r"(?<=[A-Za-z])(-?[2-6])(?![\w.])", r"^\1", given)  # "kg m2" and "m/s2" as well
     try:
-        exponents = re.sub(r"(?<=[A-Za-z])(-?[2-6])(?![\w.])", r"^\1", given)  # "kg m2" and "m/s2" as well
-        quantity = registry.Quantity(value, registry.parse_units(exponents))
-        wanted = registry.parse_units(unit)
-        return float(quantity.to(wanted).magnitude)
-    except pint.DimensionalityError:
-        raise UnitError(f"{given!r} is a unit of something else") from None
+        return float(_registry().Quantity(value, known(exponents)).to(known(unit)).magnitude)
+    except startup.load("pint").DimensionalityError:
+        raise UnitError(f"{_cut(given)!r} is a unit of something else") from None
     except Exception:  # noqa: BLE001  (the units library raises many kinds of errors on what it cannot read)
-        raise UnitError(f"{given!r} is not a known unit") from None
+        raise UnitError(f"{_cut(given)!r} is not a known unit") from None
+
+
+def known(unit: str) -> Any:
+    """A unit as the units library holds it.
+
+    Raises
+    ------
+    UnitError
+        If the library does not know it, or could take very long to read it.
+    """
+    try:
+        plain = _RAISED.sub(lambda digits: f"^{digits[0]}".translate(_LOWERED), unit)
+        if len(unit) <= _LONGEST_UNIT and not _TOWER.search(plain):
+            return _registry().parse_units(unit)
+    except Exception:  # noqa: BLE001  (see `parse`)
+        pass
+    raise UnitError(f"{_cut(unit)!r} is not a known unit")
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LONGEST_UNIT else f"{text[:40]}..."
+
+
+def split(text: Any) -> re.Match[str] | None:
+    """A number in group 1 and what follows it in group 2; None of what begins with no number."""
+    return _NUMBER.fullmatch(text.strip()) if isinstance(text, str) else None
 
 
 def base_exponents(unit: str) -> dict[str, float] | None:
     """Exponents of base units, by their full names, in a coherent unit of SI; None of what is no such unit."""
     try:
-        found = _registry().Quantity(1.0, _registry().parse_units(unit)).to_base_units()
+        found = _registry().Quantity(1.0, known(unit)).to_base_units()
     except Exception:  # noqa: BLE001  (see `parse`)
         return None
     return dict(found.units._units) if found.magnitude == 1.0 else None
@@ -359,7 +398,7 @@ class Vector:
         """`value` as a tuple of floats; a `PydanticCustomError` says what is allowed."""
         reason = ""
         try:
-            if isinstance(value, str) or not hasattr(value, "__len__"):
+            if not is_list(value):
                 raise UnitError("it is not a list")
             if len(value) != self.size if self.size else len(value) == 0 and not self.empty:
                 raise UnitError(f"it has {counted(len(value), 'value')}")
@@ -439,12 +478,12 @@ def shared_unit(values: list[Any]) -> list[Any]:
 
 def unit_of(value: Any) -> str:
     """The unit in a text such as "2 m"; '' of a number, and of a text that is none."""
-    match = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+    match = split(value)
     return "" if match is None else match[2]
 
 
-def _is_plain(text: str) -> bool:
-    match = _NUMBER.fullmatch(text)
+def _is_plain(text: Any) -> bool:
+    match = split(text)
     return match is not None and not match[2]
 
 
@@ -474,12 +513,12 @@ class Tensor:
         """`value` as a float, a tuple of three, or three of them."""
         reason = ""
         try:
-            if isinstance(value, str) or not hasattr(value, "__len__"):
+            if not is_list(value):
                 return self.quantity.read(value)
             row = Vector(quantity=self.quantity).read
             if len(value) != 3:
                 raise UnitError(f"it has {counted(len(value), 'value')}")
-            if not any(hasattr(v, "__len__") and not isinstance(v, str) for v in value):
+            if not any(map(is_list, value)):
                 return row(value)
             return tuple(row(v) for v in self._rows(value))
         except UnitError as error:
@@ -492,9 +531,9 @@ class Tensor:
 
     def _rows(self, value: Any) -> list[Any]:
         """Rows of a tensor, the unit of the very last entry in each of them."""
-        rows = [list(row) if hasattr(row, "__len__") and not isinstance(row, str) else [row] for row in value]
+        rows = [list(row) if is_list(row) else [row] for row in value]
         last = rows[-1][-1] if rows[-1] else 0.0
-        match = _NUMBER.fullmatch(last) if isinstance(last, str) else None
+        match = split(last)
         if match is None or not match[2]:
             return rows
         for row in rows[:-1]:

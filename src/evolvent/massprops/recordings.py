@@ -13,6 +13,7 @@ from evolvent.errors import InputError, nearest
 from evolvent.massprops import description as schema
 from evolvent.massprops.identification.signals import check_rate, check_times
 from evolvent.massprops.signals import Signals
+from evolvent.massprops.uncertain import parts_of
 
 #: Names that a column of times goes by.
 _TIMES = ("time", "t", "zeit", "temps", "tiempo", "время")
@@ -258,13 +259,11 @@ def _converted(sensor: schema.Sensor, found: str, given: schema.Signals, k: int)
     value, std, per = _sensitivity(sensor.sensitivity, f"{key}.sensitivity")
     if not per:
         return _Converted(1.0 / value, unit, std, noise)
-    registry = units._registry()
-    quotient = registry.parse_units(unit) / registry.parse_units(per)
-    factor = registry.Quantity(1.0 / value, quotient).to_reduced_units()
-    numerator = registry.parse_units(per.split("/")[0].strip() or "1")
-    read = registry.parse_units(unit)
+    read = units.known(unit)
+    factor = (1.0 / value * (read / units.known(per))).to_reduced_units()
+    numerator = units.known(per.split("/")[0].strip() or "1")
     # the column is divided by the sensitivity, so that the reading's own unit must go out
-    if registry.parse_units(per).is_compatible_with(read) or ("/" in per and not numerator.is_compatible_with(read)):
+    if units.known(per).is_compatible_with(read) or ("/" in per and not numerator.is_compatible_with(read)):
         raise InputError(
             f"{key}.sensitivity is {sensor.sensitivity!r}; the column {sensor.column!r} is in {unit}, so it must be in "
             f"{unit} per quantity, such as {unit}/mm"
@@ -274,8 +273,8 @@ def _converted(sensor: schema.Sensor, found: str, given: schema.Signals, k: int)
 
 def _sensitivity(text: str, key: str) -> tuple[float, float, str]:
     """Value, relative standard uncertainty, and unit of a sensitivity."""
-    head, *tail = re.split(r"\s*(?:\+-|\+/-|±)\s*", text.strip())
-    match = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", head)
+    head, *tail = parts_of(text)
+    match = units.split(head)
     wrong = f"{key} is {text!r}; it must be a reading per quantity, such as '0.5 V/mm +- 0.2 %'"
     if match is None or len(tail) > 1 or float(match[1]) == 0.0:
         raise InputError(wrong)
@@ -294,7 +293,7 @@ def _sensitivity(text: str, key: str) -> tuple[float, float, str]:
 
 def _value(text: str, unit: str, key: str, example: str) -> float:
     if unit in _PIXELS:
-        text, unit = re.sub(r"\s*(px|pixels?)\s*$", "", text), ""
+        text, unit = re.sub(r"(px|pixels?)$", "", text.strip()), ""
     try:
         return units.parse(text, unit)
     except units.UnitError as error:
@@ -305,8 +304,8 @@ def _check_unit(unit: str, key: str) -> None:
     if unit in _PIXELS:
         return
     try:
-        units._registry().parse_units(unit)
-    except Exception:  # noqa: BLE001  (the units library raises many kinds of errors on what it cannot read)
+        units.known(unit)
+    except units.UnitError:
         guess = nearest(unit, ("m", "mm", "um", "m/s", "m/s^2", "mm/s", "rad", "deg", "rad/s", "V", "mV", "g_0", "px"))
         raise InputError(f"{key} is {unit!r}, not a known unit; {guess}") from None
 

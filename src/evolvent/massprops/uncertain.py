@@ -13,9 +13,13 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from evolvent import units
 
-_BETWEEN = re.compile(r"\s*(?:\+-|\+/-|±)\s*")
-_PART = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
+_BETWEEN = re.compile(r"\+-|\+/-|±")
 _UNKNOWN = re.compile(r"unknown(?:\s+near\s+(?P<near>.+))?", re.DOTALL)
+
+
+def parts_of(text: str) -> list[str]:
+    """What stands before, between and behind the signs of an uncertainty, "+-" and its like, without blanks."""
+    return [part.strip() for part in _BETWEEN.split(text)]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -75,7 +79,7 @@ class Measured:
                 raise units.UnitError("a mapping has the keys value and std only")
             value, std = value["value"], value.get("std", 0.0)
         elif isinstance(value, str):
-            parts = _BETWEEN.split(value.strip())
+            parts = parts_of(value)
             if len(parts) > 2:
                 raise units.UnitError("it has more than one +-")
             if len(parts) == 2:
@@ -162,7 +166,7 @@ class MeasuredList:
 
 def _shared_unit(value: str, std: str) -> tuple[str, str]:
     """Both texts with a unit: where one has none it takes the other's."""
-    first, second = _PART.fullmatch(value), _PART.fullmatch(std)
+    first, second = units.split(value), units.split(std)
     if not first or not second:
         raise units.UnitError("both sides of +- must be numbers")
     if not second[2]:

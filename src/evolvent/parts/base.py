@@ -113,13 +113,15 @@ class Reference:
                 if point is None or self.points:
                     return value.strip()
                 raise InputError(f"{name!r} alone is meant")
-            if self.several and self.points and not isinstance(value, str):
+            if not units.is_list(value):
+                raise InputError("it is no list")
+            if self.several and self.points:
                 return tuple(_POINT.read(one) for one in value)
-            if self.several and not isinstance(value, str):
+            if self.several:
                 return tuple(v if split_reference(v)[1] is None else _refuse(v) for v in value)
-            if self.points and not isinstance(value, str) and len(value) == 2 and isinstance(value[0], str):
+            if self.points and len(value) == 2 and isinstance(value[0], str):
                 return value[0], _POSITION.read(value[1])
-            if self.points and not isinstance(value, str) and len(value) == 3:
+            if self.points and len(value) == 3:
                 return _POSITION.read(value)
         except (InputError, PydanticCustomError, TypeError, AttributeError):
             pass

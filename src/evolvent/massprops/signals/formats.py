@@ -9,6 +9,7 @@ import logging
 import os
 import re
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
@@ -16,7 +17,7 @@ import numpy as np
 
 from evolvent import safe_open
 from evolvent.errors import EvolventError, InputError
-from evolvent.massprops.signals.recording import Signals
+from evolvent.massprops.signals.recording import Signals, distinct
 from evolvent.massprops.signals.text import read_text
 
 #: Scalars of a MAT or HDF5 file that are its sampling rate, Hz, or its step, s; letter case does not matter.
@@ -88,7 +89,8 @@ def _reader(raw: bytes, name: str) -> tuple[str, Callable[[str, bytes], Content]
         return "MAT", _hdf5
     if raw.startswith(b"MATLAB 5") or name.lower().endswith(".mat"):
         return "MAT", _mat
-    if re.match(rb"\s*-1\s*\r?\n\s*\d+\s", raw):
+    first, _, rest = raw[:4096].lstrip().partition(b"\n")
+    if first.strip() == b"-1" and rest[:1000].split(maxsplit=1)[:1] and rest.split(maxsplit=1)[0].isdigit():
         return "UFF 58", _uff
     foreign = raw.startswith((b"PK\x03\x04", b"%PDF", b"\x1f\x8b", b"\x89PNG", b"CDF")) or b"\0" in raw[:4096]
     if foreign and not raw.startswith((b"\xff\xfe", b"\xfe\xff")):  # those begin a text in UTF-16
@@ -120,19 +122,6 @@ def _signals(content: Content, name: str, format_: str, digest: str) -> Signals:
     )
 
 
-def _distinct(names: Iterable[str]) -> list[str]:
-    """Names, a number behind those that stand twice."""
-    found: list[str] = []
-    for name in names:
-        name = name.strip() or f"column {len(found) + 1}"
-        k, fresh = 1, name
-        while fresh in found:
-            k += 1
-            fresh = f"{name} ({k})"
-        found.append(fresh)
-    return found
-
-
 def _one_rate(steps: Iterable[float], name: str) -> float | None:
     """The rate of columns that each state a step, s; refused where they differ."""
     known = [float(step) for step in steps if step and np.isfinite(step)]
@@ -156,8 +145,8 @@ def _tdms(name: str, raw: bytes) -> Content:
     finally:
         logging.disable(before)
     channels = [c for group in file.groups() for c in group.channels() if len(c) and c.dtype.kind in "biuf"]
-    plain = [c.name for c in channels]
-    names = _distinct(n if plain.count(n) == 1 else f"{c.group_name}/{n}" for n, c in zip(plain, channels, strict=True))
+    count = Counter(c.name for c in channels)
+    names = distinct(c.name if count[c.name] == 1 else f"{c.group_name}/{c.name}" for c in channels)
     return Content(
         {n: c[:] for n, c in zip(names, channels, strict=True)},
         {n: str(c.properties.get("unit_string", "")) for n, c in zip(names, channels, strict=True)},
@@ -168,12 +157,12 @@ def _tdms(name: str, raw: bytes) -> Content:
 def _uff(name: str, raw: bytes) -> Content:
     pyuff = importlib.import_module("pyuff")
     file = pyuff.UFF(name)
-    sets = file.read_sets()
-    sets = [s for s in (sets if isinstance(sets, list) else [sets]) if s.get("type") == 58]
+    sets = file.read_sets([k for k, kind in enumerate(file.get_set_types()) if kind == 58])
+    sets = sets if isinstance(sets, list) else [sets]
     times = [s for s in sets if s.get("func_type") in (0, 1) and not np.iscomplexobj(s["data"])]
     if sets and not times:
         raise InputError(f"cannot read {name!r}: its data sets 58 are functions of frequency, not of time")
-    names = _distinct(_uff_name(s) for s in times)
+    names = distinct(_uff_name(s) for s in times)
     uneven = [s for s in times if not s.get("abscissa_spacing", 1)]
     columns = {"time": np.asarray(times[0]["x"], dtype=float)} if uneven else {}
     columns |= {n: np.asarray(s["data"], dtype=float) for n, s in zip(names, times, strict=True)}

@@ -2,11 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from evolvent.errors import InputError, nearest
+
+
+def distinct(names: Iterable[str]) -> list[str]:
+    """Names, a number behind those that stand twice, and behind "column" in place of an empty one."""
+    taken: set[str] = set()
+    last: dict[str, int] = {}
+    found: list[str] = []
+    for name in names:
+        name = name.strip() or f"column {len(found) + 1}"
+        fresh = name
+        while fresh in taken:
+            last[name] = last.get(name, 1) + 1
+            fresh = f"{name} ({last[name]})"
+        taken.add(fresh)
+        found.append(fresh)
+    return found
 
 
 @dataclass(frozen=True, eq=False)

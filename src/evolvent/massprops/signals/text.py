@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import io
 import re
+from typing import NamedTuple
 
 import numpy as np
 
 from evolvent.errors import InputError
+from evolvent.massprops.signals.recording import distinct
 
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--")
 _NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][-+]?\d+)?")
-_UNIT = re.compile(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]")
-#: Lines that may stand before the names.
-_PREAMBLE = 200
+#: Lines that may stand before the numbers, and lines from one on by which the separator is judged.
+_PREAMBLE, _FOLLOWING = 200, 20
 
 
 def read_text(raw: bytes, name: str) -> tuple[dict[str, np.ndarray], dict[str, str], None]:
@@ -35,21 +36,25 @@ def read_text(raw: bytes, name: str) -> tuple[dict[str, np.ndarray], dict[str, s
         titles = [row for row in others if len(row) == width > 1]
     heads, marks = (titles[-2], titles[-1]) if _units_row(titles) else (titles[-1] if titles else [], [])
     columns = _numbers(lines[first:], separator, width, name, first)
-    names: list[str] = []
-    units: dict[str, str] = {}
-    for c in range(width):
-        title = heads[c].lstrip("#% ") if heads else ""
-        match = _UNIT.fullmatch(title)
-        title, unit = (match[1], match[2]) if match and match[1] else (title, "")
-        title = title or f"column {c + 1}"
-        while title in names:
-            title += "'"
-        names.append(title)
-        units[title] = unit or (marks[c].strip("[]() ") if marks else "")
+    named = [_title_and_unit(head.lstrip("#% ")) for head in heads] if heads else [("", "")] * width
+    names = distinct(title for title, _ in named)
+    units = {
+        n: unit or (marks[c].strip("[]() ") if marks else "")
+        for c, (n, (_, unit)) in enumerate(zip(names, named, strict=True))
+    }
     kept = {n: column for n, column in zip(names, columns, strict=True) if column is not None}
     if not kept:
         raise InputError(f"cannot read {name!r}: no column of it holds numbers")
     return kept, units, None
+
+
+def _title_and_unit(title: str) -> tuple[str, str]:
+    """'left (mm)' and 'left [mm]' -> 'left', 'mm'; a title without a unit as it is, and ''."""
+    start = max(title.rfind("["), title.rfind("("))
+    before, unit = title[:start].rstrip(), title[start + 1 : -1]
+    if start < 0 or title[-1] not in ")]" or not before or any(sign in unit for sign in ")]"):
+        return title, ""
+    return before, unit
 
 
 def _decoded(raw: bytes, name: str) -> str:
@@ -71,11 +76,19 @@ def _comment(line: str, separator: str, width: int) -> bool:
     return line.lstrip().startswith(("#", "%", "//")) and len(_split(line, separator)) != width
 
 
-def _is_row(cells: list[str]) -> bool:
-    """Whether a line holds data: a number at least, and no more words than numbers."""
+class _Row(NamedTuple):
+    """How many cells a line has; whether it holds data: a number at least, and no more words than numbers; no words."""
+
+    cells: int
+    is_row: bool
+    whole: bool
+
+
+def _row(line: str, separator: str) -> _Row:
+    cells = _split(line, separator)
     numbers = sum(bool(_NUMBER.fullmatch(cell)) for cell in cells)
     words = sum(not _NUMBER.fullmatch(cell) and cell.lower() not in _MISSING for cell in cells)
-    return numbers > 0 and words <= numbers
+    return _Row(len(cells), numbers > 0 and words <= numbers, words == 0)
 
 
 def _layout(lines: list[str], name: str) -> tuple[str, int]:
@@ -83,14 +96,13 @@ def _layout(lines: list[str], name: str) -> tuple[str, int]:
     best: tuple[bool, bool, int] | None = None
     found = ("", 0)
     for separator in ("\t", ";", ",", " "):
-        for k, line in enumerate(lines[:_PREAMBLE]):
-            cells = _split(line, separator)
-            if not line.strip() or not _is_row(cells):
+        rows = [_row(line, separator) if line.strip() else None for line in lines[: _PREAMBLE + _FOLLOWING]]
+        for k, row in enumerate(rows[:_PREAMBLE]):
+            if row is None or not row.is_row:
                 continue
-            following = [_split(more, separator) for more in lines[k : k + 20] if more.strip()]
-            even = all(len(row) == len(cells) and _is_row(row) for row in following[:8])
-            whole = all(_NUMBER.fullmatch(c) or c.lower() in _MISSING for row in following for c in row)
-            score = (len(cells) > 1, whole, len(cells))
+            following = [more for more in rows[k : k + _FOLLOWING] if more is not None]
+            even = all(more.cells == row.cells and more.is_row for more in following[:8])
+            score = (row.cells > 1, all(more.whole for more in following), row.cells)
             if even and len(following) > 1 and (best is None or score > best):
                 best, found = score, (separator, k)
             if even:
