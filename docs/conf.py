@@ -21,6 +21,9 @@ _profile.mkdir(parents=True, exist_ok=True)
 (_profile / "ipython_kernel_config.py").write_text('c = get_config()\nc.IPKernelApp.log_level = "ERROR"\n')
 os.environ["IPYTHONDIR"] = str(_profile.parent)
 
+# plug-ins of whoever builds the pages are not among what they list
+os.environ["EVOLVENT_PLUGINS"] = "none"
+
 # of no use to a reader of an example
 warnings.filterwarnings("ignore", message="First-class function type")
 

@@ -6,21 +6,23 @@ import contextlib
 import difflib
 import functools
 import importlib
-import importlib.metadata
 import os
 import pathlib
 import pkgutil
 import re
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import yaml
 from pydantic import ValidationError
 
-from evolvent import safe_open
+from evolvent import plugins, safe_open
 from evolvent.errors import InputError, nearest
 from evolvent.schema import Section, by_name, dotted, keys, locate, sentence, shown
 from evolvent.units import UnitError, shared_unit, unit_of
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 _FOLDER = pathlib.Path(__file__).parent / "systems"
 
@@ -56,9 +58,9 @@ GROUP = "evolvent.systems"
 
 
 @functools.cache
-def _outside() -> dict[str, importlib.metadata.EntryPoint]:
+def _outside() -> dict[str, EntryPoint]:
     """Systems of other packages: name -> where they are."""
-    return {point.name: point for point in importlib.metadata.entry_points(group=GROUP)}
+    return {point.name: point for point in plugins.entry_points(GROUP)}
 
 
 @functools.cache
@@ -82,13 +84,13 @@ def system(name: str) -> Any:
     if name not in _outside():
         return importlib.import_module(f"evolvent.systems.{name.replace('-', '_')}").SYSTEM
     point = _outside()[name]
+    made = plugins.load(point, f"the system {name!r} of {point.value!r}")
     try:
-        made = point.load()
         found = made() if isinstance(made, type) else made
         called = found.Case.model_fields["system"].default
         if called != name:
             raise TypeError(f"its Case.system is {called!r}, not {name!r}")
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         why = " ".join(f"{type(error).__name__}: {error}".split())
         raise InputError(f"the system {name!r} of {point.value!r} cannot be loaded: {why}") from error
     return found
@@ -152,7 +154,7 @@ def _outside_cases() -> dict[str, str]:
 def unusable() -> list[str]:
     """Sentences on systems and parts of other packages that cannot be loaded."""
     found: list[str] = []
-    if importlib.metadata.entry_points(group="evolvent.parts"):  # parts take long to load
+    if plugins.entry_points("evolvent.parts"):  # parts take long to load
         from evolvent.parts import registry
 
         found += registry.unusable().values()

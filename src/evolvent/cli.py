@@ -14,7 +14,7 @@ import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn, Protocol, get_args, get_origin, runtime_checkable
 
 import click
@@ -129,8 +129,16 @@ def list_cases() -> None:
     width = max(len(name) for name in found)
     for name, what in found.items():
         click.echo(f"{name:<{width}}  {what}")
-    for sentence in cases.unusable():
-        click.echo(f"evolvent: {sentence}", err=True)
+    _say_unusable(cases.unusable())
+
+
+def _say_unusable(sentences: Iterable[str]) -> None:
+    """Say why plug-ins cannot be used, unless that was said as they were loaded."""
+    from evolvent import plugins
+
+    for sentence in sentences:
+        if sentence not in plugins.said:
+            click.echo(f"evolvent: {sentence}", err=True)
 
 
 @commands.command()
@@ -155,8 +163,7 @@ def list_parts(kind: str | None) -> None:
     from evolvent.schema import descriptions, marks
 
     if kind is None:
-        for sentence in registry.unusable().values():
-            click.echo(f"evolvent: {sentence}", err=True)
+        _say_unusable(registry.unusable().values())
         _print_rows(
             [(name, inspect.cleandoc(part.__doc__ or "").splitlines()[0]) for name, part in registry.kinds().items()]
         )

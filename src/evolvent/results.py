@@ -183,6 +183,29 @@ def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is 
     InputError
         If the file cannot be read, or holds something else.
     """
+    dataset = _opened(path)
+    if dataset.attrs.pop(DIGEST, known := digest(dataset)) != known:
+        before = dataset.attrs.get("warning", "")
+        dataset.attrs["warning"] = f"{before}; {_ALTERED}" if before else _ALTERED
+    return dataset
+
+
+def open_unaltered(path: str | os.PathLike[str]) -> Any:
+    """As `open`, but only what is as evolvent wrote it.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, holds something else, or was altered.
+    """
+    dataset = _opened(path)
+    if dataset.attrs.pop(DIGEST, "") != digest(dataset):
+        raise InputError(f"cannot use {os.fspath(path)!r}: {_ALTERED}")
+    return dataset
+
+
+def _opened(path: str | os.PathLike[str]) -> Any:
+    """A run as its file holds it, with its digest."""
     name = _named(path, "read")
     with safe_open.binary(name) as file:
         if file.read(1):
@@ -204,9 +227,6 @@ def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is 
         _check(dataset)
     except InputError as error:
         raise InputError(f"cannot read {name!r}: it is no whole run of evolvent: {error}") from None
-    if dataset.attrs.pop(DIGEST, known := digest(dataset)) != known:
-        before = dataset.attrs.get("warning", "")
-        dataset.attrs["warning"] = f"{before}; {_ALTERED}" if before else _ALTERED
     return dataset
 
 

@@ -17,7 +17,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import evolvent
-from evolvent import InputError, cases, parts, studies
+from evolvent import InputError, cases, parts, plugins, studies
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "plugin"
 
@@ -40,6 +40,7 @@ def command(installed, tmp_path):
     source = str(pathlib.Path(evolvent.__file__).parents[1])
     before = os.environ.get("PYTHONPATH", "")
     env = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, [source, str(installed), before]))}
+    del env["EVOLVENT_PLUGINS"]
 
     def run(*words: str) -> tuple[int, str, str]:
         line = [sys.executable, "-m", "evolvent", *words]
@@ -158,6 +159,7 @@ def test_pages_of_the_package_show_its_keys(installed, tmp_path):
     (tmp_path / "index.md").write_text(page + "```{case-file} pantograph\n```\n")
     source = str(pathlib.Path(evolvent.__file__).parents[1])
     env = os.environ | {"PYTHONPATH": os.pathsep.join([source, str(installed), os.environ.get("PYTHONPATH", "")])}
+    del env["EVOLVENT_PLUGINS"]
     build = [sys.executable, "-m", "sphinx", "-q", "-b", "text", ".", "out"]
     done = subprocess.run(build, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
@@ -196,6 +198,53 @@ def test_a_package_that_cannot_be_loaded_harms_no_other(command, tmp_path, insta
         assert err.startswith("evolvent: parts.a.kind is 'hoop'; the plug-in 'hoop' of the package 'broken' cannot be")
     finally:
         shutil.rmtree(broken)
+
+
+ENDINGS = {
+    "sys.exit(3)": "SystemExit: 3",
+    "raise KeyboardInterrupt": "KeyboardInterrupt",
+    "raise GeneratorExit('enough')": "GeneratorExit: enough",
+    "raise BaseException": "BaseException",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("line", ENDINGS)
+def test_a_package_that_ends_the_process_is_named_and_harms_no_other(command, tmp_path, installed, line):
+    ending = installed / "ending-0.1.dist-info"
+    ending.mkdir()
+    (ending / "METADATA").write_text("Metadata-Version: 2.1\nName: ending\nVersion: 0.1\n")
+    points = "[evolvent.systems]\nending = ends_it:System\n[evolvent.parts]\nhoop = ends_it:Hoop\n"
+    (ending / "entry_points.txt").write_text(points)
+    (installed / "ends_it.py").write_text(f"import sys\n{line}\n")
+    part = f"the plug-in 'hoop' of the package 'ending' cannot be loaded: {ENDINGS[line]}\n"
+    try:
+        code, out, err = command("list")
+        assert code == 0
+        assert "pantograph" in out
+        assert err.count(f"evolvent: the system 'ending' of 'ends_it:System' cannot be loaded: {ENDINGS[line]}\n") == 1
+        assert err.count(f"evolvent: {part}") == 1
+        (tmp_path / "case.yaml").write_text("parts: {a: {kind: point, mass: 1 kg}}\nsimulate: {until: 1 s}\n")
+        code, _, err = command("run", "case.yaml", "--no-figures", "-o", "run.nc")
+        assert code == 0
+        assert f"evolvent: {part}" in err
+        assert all("cannot be loaded" in line for line in err.splitlines())
+        (tmp_path / "case.yaml").write_text("system: ending\n")
+        code, _, err = command("run", "case.yaml")
+        assert code == 2
+        assert "the system 'ending' of 'ends_it:System' cannot be loaded" in err
+    finally:
+        shutil.rmtree(ending)
+
+
+def test_plug_ins_can_be_left_out(installed, monkeypatch):
+    monkeypatch.syspath_prepend(str(installed))
+    for word, listed in (("none", False), ("all", True)):
+        monkeypatch.setenv("EVOLVENT_PLUGINS", word)
+        assert ("pantograph" in [entry.name for entry in plugins.entry_points(cases.GROUP)]) == listed
+    monkeypatch.setenv("EVOLVENT_PLUGINS", "no")
+    with pytest.raises(InputError, match="EVOLVENT_PLUGINS is 'no'; it must be 'none' or 'all'"):
+        plugins.entry_points(cases.GROUP)
 
 
 @pytest.mark.parametrize(("cells", "until"), [(1, 0.12), (3, 0.25)])

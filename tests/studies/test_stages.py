@@ -4,6 +4,7 @@ import copy
 import os
 import pathlib
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -102,14 +103,34 @@ def test_a_stage_that_is_done_is_not_computed_again(chain, reference, calls, tmp
     xr.testing.assert_identical(found, reference[1])
 
 
-def test_a_damaged_run_is_computed_again(chain, calls, tmp_path):
+def cut(path):
+    path.write_bytes(path.read_bytes()[:1000])
+
+
+def scaled(path):
+    """Two percent more, in a file that can be read."""
+    with h5py.File(path, "r+") as file:
+        file["tip_radius"][...] *= 1.02
+
+
+def without_digest(path):
+    scaled(path)
+    with h5py.File(path, "r+") as file:
+        del file.attrs[results.DIGEST]
+
+
+@pytest.mark.parametrize("damage", [cut, scaled, without_digest])
+def test_a_damaged_or_altered_run_is_computed_again(chain, reference, calls, tmp_path, damage):
     calls.stop = 2
     with pytest.raises(KeyboardInterrupt):
         studies.sweep(chain, output=tmp_path / "out")
     kept = tmp_path / "out" / "stages" / "000000-wind.nc"
-    kept.write_bytes(kept.read_bytes()[:1000])
-    assert (studies.sweep(chain, output=tmp_path / "out").status == "success").all()
+    damage(kept)
+    said = []
+    found = studies.sweep(chain, output=tmp_path / "out", report=said.append)
     assert calls == ["wind", "deploy", "wind", "deploy", "wind", "deploy"]
+    xr.testing.assert_identical(found, reference[1])
+    assert said == [f"{str(kept)!r} is damaged or was altered; the run of this stage is computed again"]
 
 
 def test_a_stage_that_fails_ends_its_case(chain, replace_run, tmp_path):

@@ -78,6 +78,58 @@ def test_a_stopped_calibration_goes_on(tmp_path: pathlib.Path) -> None:
     assert third.evaluations == 0
 
 
+#: Contents that may stand in the place of a whole file of evaluations, and how many of its lines are then damaged.
+WHOLE = {
+    "empty": (b"", 0),
+    "no end": (b"[" * 100_000, 0),
+    "nested": (b"[" * 100_000 + b"\n", 1),
+    "no text": (b"\xff\xfe\x00\n" * 3, 3),
+    "words": (b"all is well\n\n", 2),
+    "other values": (b'[1, 2]\n["a", [1.0], "x"]\nnull\n{}\n[[], {}, []]\n', 5),
+}
+
+
+def scaled(line: str) -> str:
+    """An evaluation whose values are two percent larger."""
+    key, values, check = json.loads(line)
+    return json.dumps([key, [[1.02 * v for v in one] for one in values], check])
+
+
+@pytest.mark.slow
+def test_evaluations_that_were_altered_are_computed_again(tmp_path: pathlib.Path) -> None:
+    source = made_log(tmp_path / "log.csv", tip_mass=0.12, density=0.003, hidden=11.0)
+    said: list[str] = []
+    options: Any = {"fit": FIT, "observe": ["spin_rate"], "folder": tmp_path / "kept", "report": said.append}
+    whole = calibration.calibrate("wire-booms", source, **options)
+    (kept,) = (tmp_path / "kept").glob("evaluations-*.jsonl")
+    lines = kept.read_text().splitlines()
+    again = calibration.calibrate("wire-booms", source, **options)
+    assert (again.evaluations, said) == (0, [])
+    altered = {
+        "scaled": ("\n".join([lines[0], scaled(lines[1]), scaled(lines[2]), *lines[3:], ""]).encode(), 2),
+        "cut": ("\n".join(lines).encode()[:-100], 0),
+        "cut inside": ("\n".join([lines[0][:-70], *lines[1:], ""]).encode(), 1),
+        "key of another": ("\n".join([lines[0].replace("0.", "1.", 1), *lines[1:], ""]).encode(), 1),
+    }
+    for name, (content, damaged) in (altered | WHOLE).items():
+        said.clear()
+        kept.write_bytes(content)
+        again = calibration.calibrate("wire-booms", source, **options)
+        np.testing.assert_array_equal(again.values, whole.values, err_msg=name)
+        assert again.evaluations > 0, name
+        assert again.evaluations + again.reused == whole.evaluations, name
+        many = "1 evaluation" if damaged == 1 else f"{damaged} evaluations"
+        verb = "is" if damaged == 1 else "are"
+        assert said == ([f"{many} in {str(kept)!r} {verb} damaged or altered, and computed again"] if damaged else [])
+        assert calibration.calibrate("wire-booms", source, **options).evaluations == 0, name  # written again
+    kept.unlink()
+    kept.mkdir()
+    with pytest.raises(InputError, match=r"evaluations-.*it is a folder"):
+        calibration.calibrate("wire-booms", source, **options)
+    with pytest.raises(InputError, match=r"cannot write into .*log\.csv"):
+        calibration.calibrate("wire-booms", source, **options | {"folder": source})
+
+
 @pytest.mark.slow
 def test_a_history_of_a_users_structure(tmp_path: pathlib.Path) -> None:
     """Mass and stiffness of an oscillator: the data hold their ratio, and refuse both."""

@@ -333,6 +333,7 @@ class Entry:
     ],
 )
 def test_a_package_adds_a_kind(value: Any, words: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EVOLVENT_PLUGINS", "all")
     monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: [Entry(value)])
     registry._kinds_and_failures.cache_clear()
     try:

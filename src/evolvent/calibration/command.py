@@ -62,7 +62,7 @@ def calibrate(
         try:
             found = fitting.calibrate(
                 case, data, fit=fit, observe=observe, model=model, deviations=deviations, folder=folder,
-                progress=show,
+                progress=show, report=say,
             )  # fmt: skip
         except KeyboardInterrupt:
             say(f"stopped; every evaluation is kept in {folder}, and the same command continues")

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import cases, schema, units, variables
+from evolvent import cases, results, safe_open, schema, units, variables
 from evolvent.calibration import data
-from evolvent.errors import EvolventError, InputError, RunFailed, nearest
+from evolvent.errors import EvolventError, InputError, RunFailed, counted, nearest
 from evolvent.measurements import Measurements, Series
 
 Array = np.ndarray
@@ -97,7 +97,7 @@ def calibrate(
     case: Any, source: str, *, fit: Sequence[str], observe: Sequence[str], model: str = "auto",
     deviations: Sequence[float] | None = None, folder: str | os.PathLike[str] | None = None,
     progress: Callable[[int, float], None] | None = None, references: bool = True,
-    fixed: Mapping[str, Any] | None = None,
+    fixed: Mapping[str, Any] | None = None, report: Callable[[str], None] | None = None,
 ) -> Calibration:  # fmt: skip
     """Fit parameters of a case to measured data.
 
@@ -113,6 +113,7 @@ def calibrate(
     progress : called with the number of evaluations and the root mean square reached
     references : bool, whether the formulas that the system has beside its model are fitted as well
     fixed : mapping, keys of the case that are set after those that the data set
+    report : called with a sentence about evaluations in the folder that are damaged
 
     Raises
     ------
@@ -129,7 +130,7 @@ def calibrate(
     content = cases.content_of(content, _plain_lists(content, parameters))
     weights = _weights(measured.series, deviations)
     closed_form = _is_closed_form(model, content)
-    run = _Model(content, measured, parameters, weights, closed_form, folder, progress)
+    run = _Model(content, measured, parameters, weights, closed_form, folder, progress, report)
     start = np.array([p.start / p.scale for p in parameters])
     low, high = (np.array([getattr(p, side) / p.scale for p in parameters]) for side in ("least", "most"))
     if run.count <= len(parameters):
@@ -262,11 +263,75 @@ def _weights(series: Sequence[Series], deviations: Sequence[float] | None) -> li
 # ------------------------------------------------------------------------------------------------ the model
 
 
+class _Kept:
+    """Evaluations that a folder keeps: one a line, with its check sum, in a file named by what was asked.
+
+    Attributes
+    ----------
+    found : dict, of every set of parameters the values of all series
+    damaged : int, lines that are left out, whose evaluations are computed again
+    """
+
+    def __init__(self, folder: pathlib.Path, asked: str, sizes: Sequence[int]) -> None:
+        self._sizes = list(sizes)
+        digest = hashlib.sha256(asked.encode()).hexdigest()[:16]
+        self.found: dict[str, list[list[float]]] = {}
+        self.damaged = 0
+        results.make_folder(folder)
+        self._file = folder / f"evaluations-{digest}.jsonl"
+        if os.path.lexists(self._file):
+            self._read()
+
+    def _read(self) -> None:
+        """Read the lines that are whole, and write the file again where others are."""
+        content = safe_open.content(self._file)
+        for line in content.split(b"\n")[:-1]:
+            try:
+                key, values, check = json.loads(line)
+                is_whole = (
+                    isinstance(key, str)
+                    and check == _check_sum(key, values)
+                    and [len(one) for one in values] == self._sizes
+                )
+            except (ValueError, TypeError, RecursionError):
+                is_whole = False
+            if is_whole:
+                self.found[key] = values
+            else:
+                self.damaged += 1
+        if self.damaged or not content.endswith(b"\n"):  # the line that was being written as the process ended
+            results.write_file(self._file, "".join(self._line(key, values) for key, values in self.found.items()))
+
+    def add(self, key: str, values: list[list[float]]) -> None:
+        """Keep an evaluation."""
+        self.found[key] = values
+        try:
+            with self._file.open("a", encoding="utf-8") as file:
+                file.write(self._line(key, values))
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise InputError(f"cannot write {str(self._file)!r}: {reason}") from None
+
+    def _line(self, key: str, values: list[list[float]]) -> str:
+        return json.dumps([key, values, _check_sum(key, values)]) + "\n"
+
+    def sentence(self) -> str:
+        """What to say of lines that are left out."""
+        many = counted(self.damaged, "evaluation")
+        verb = "is" if self.damaged == 1 else "are"
+        return f"{many} in {str(self._file)!r} {verb} damaged or altered, and computed again"
+
+
+def _check_sum(key: Any, values: Any) -> str:
+    """Check sum of an evaluation, of the text in which JSON writes it."""
+    return hashlib.sha256(json.dumps([key, values]).encode()).hexdigest()[:32]
+
+
 class _Model:
     """Residuals of a case as functions of scaled parameters; keeps what was computed."""
 
     def __init__(self, content: Any, measured: Measurements, parameters: Any, weights: list[float],
-                 closed_form: bool, folder: Any, progress: Any) -> None:  # fmt: skip
+                 closed_form: bool, folder: Any, progress: Any, report: Any) -> None:  # fmt: skip
         self.content, self.measured, self.parameters, self.weights = content, measured, parameters, weights
         self.module = cases.system(content["system"])
         self.closed_form, self.progress = closed_form, progress
@@ -274,11 +339,11 @@ class _Model:
         self.evaluations = self.reused = 0
         self._known: dict[str, list[list[float]]] = {}
         self._stored: set[str] = set()
-        self._file: pathlib.Path | None = None
+        self._kept: _Kept | None = None
         if folder is not None:
-            self._open(pathlib.Path(folder))
+            self._open(pathlib.Path(folder), report)
 
-    def _open(self, folder: pathlib.Path) -> None:
+    def _open(self, folder: pathlib.Path, report: Any) -> None:
         """Read the evaluations that a folder keeps; of another case, data or version there are none."""
         from evolvent.studies.store import sources
 
@@ -287,16 +352,10 @@ class _Model:
             [self.content, self.closed_form, sources(), measured],
             sort_keys=True, default=str,
         )  # fmt: skip
-        digest = hashlib.sha256(asked.encode()).hexdigest()[:16]
-        folder.mkdir(parents=True, exist_ok=True)
-        self._file = folder / f"evaluations-{digest}.jsonl"
-        if self._file.exists():
-            for line in self._file.read_text(encoding="utf-8").splitlines():
-                try:
-                    key, values = json.loads(line)
-                except ValueError:  # the line that was being written as the process ended
-                    continue
-                self._known[key] = values
+        self._kept = _Kept(folder, asked, [s.values.size for s in self.measured.series])
+        if self._kept.damaged and report is not None:
+            report(self._kept.sentence())
+        self._known |= self._kept.found
         self._stored = set(self._known)
 
     def overrides(self, x: Array) -> dict[str, Any]:
@@ -316,13 +375,8 @@ class _Model:
         found = self._evaluated(given)
         self.evaluations += 1
         self._known[key] = [v.tolist() for v in found]
-        if self._file is not None:
-            try:
-                with self._file.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps([key, self._known[key]]) + "\n")
-            except OSError as error:
-                reason = (error.strerror or str(error)).lower()
-                raise InputError(f"cannot write {str(self._file)!r}: {reason}") from None
+        if self._kept is not None:
+            self._kept.add(key, self._known[key])
         return found
 
     def _evaluated(self, given: Mapping[str, Any]) -> tuple[Array, ...]:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import functools
-import importlib.metadata
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
+from evolvent import plugins
 from evolvent.errors import InputError, nearest
 from evolvent.parts.base import Part
 from evolvent.references import check_name
 from evolvent.schema import error_priority, sentence, shown
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 #: Entry points by which a package outside adds parts: name of a kind -> class.
 GROUP = "evolvent.parts"
@@ -52,7 +55,7 @@ def _kinds_and_failures() -> tuple[Mapping[str, type[Part]], Mapping[str, str]]:
         part = getattr(parts, name)
         if isinstance(part, type) and issubclass(part, Part):
             found[part.model_fields["kind"].default] = part
-    for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: e.name):
+    for entry in plugins.entry_points(GROUP):
         try:
             kind, part = _load(entry)
         except InputError as error:
@@ -65,18 +68,14 @@ def _kinds_and_failures() -> tuple[Mapping[str, type[Part]], Mapping[str, str]]:
     return MappingProxyType(found), MappingProxyType(wrong)
 
 
-def _called(entry: importlib.metadata.EntryPoint) -> str:
+def _called(entry: EntryPoint) -> str:
     package = f" of the package {entry.dist.name!r}" if entry.dist is not None else ""
     return f"{entry.name!r}{package}"
 
 
-def _load(entry: importlib.metadata.EntryPoint) -> tuple[str, type[Part]]:
+def _load(entry: EntryPoint) -> tuple[str, type[Part]]:
     """Kind and class of a package's part."""
-    try:
-        part = entry.load()
-    except Exception as error:  # noqa: BLE001  (a package may raise anything as it is imported)
-        reason = " ".join(str(error).split())
-        raise InputError(f"the plug-in {_called(entry)} cannot be loaded: {type(error).__name__}: {reason}") from None
+    part = plugins.load(entry, f"the plug-in {_called(entry)}")
     field = part.model_fields.get("kind") if isinstance(part, type) and issubclass(part, Part) else None
     if field is None or not isinstance(field.default, str):
         raise InputError(

@@ -174,6 +174,8 @@ class _Sweep:
         """Keep a finished task."""
         if result.refused and self._tasks == 0:
             raise InputError(result.refused)
+        for sentence in result.notes:
+            self.report(sentence)
         self.store.append(result.content)
         self._tasks += 1
         self._done += count

@@ -129,8 +129,10 @@ def chain(
     start_key: str,
     keep: Sequence[str],
     folder: str,
-) -> tuple[record.Outcome, dict[str, record.Outcome]]:
-    """Run the stages of a case, or take their runs from the folder; what is kept of the whole, and of every stage.
+) -> tuple[record.Outcome, dict[str, record.Outcome], list[str]]:
+    """Run the stages of a case, or take their runs from the folder.
+
+    Returns what is kept of the whole, what is kept of every stage, and sentences on runs that were computed again.
 
     Parameters
     ----------
@@ -144,21 +146,22 @@ def chain(
     """
     each: dict[str, record.Outcome] = {}
     kept: dict[str, xr.DataArray] = {}
+    notes: list[str] = []
     before = ""
     for name, changes in overrides.items():
         path = pathlib.Path(folder) / FOLDER / f"{index:06d}-{name}.nc"
         start = {start_key: before} if before else {}
         own = own_keep(keep, name)
-        one = record.outcome(index, _run(content, {**changes, **start}, path), own)
+        one = record.outcome(index, _run(content, {**changes, **start}, path, notes), own)
         if keep and not own:
             one = dataclasses.replace(one, variables={})
         each[name] = one
         kept |= {f"{name}_{key}": _named(values, name) for key, values in one.variables.items()}
         if one.status == "failed":
             reason = f"stage {name!r}: {one.reason}"
-            return record.Outcome(index=index, status="failed", reason=reason, variables=kept), each
+            return record.Outcome(index=index, status="failed", reason=reason, variables=kept), each, notes
         before = str(path)
-    return record.Outcome(index=index, status=one.status, variables=kept), each
+    return record.Outcome(index=index, status=one.status, variables=kept), each, notes
 
 
 def check_kept(each: Sequence[Mapping[str, record.Outcome]]) -> None:
@@ -170,15 +173,20 @@ def check_kept(each: Sequence[Mapping[str, record.Outcome]]) -> None:
             raise InputError(f"stage {name!r}: {error}") from None
 
 
-def _run(content: Mapping[str, Any], overrides: Mapping[str, Any], path: pathlib.Path) -> xr.Dataset | Exception:
-    """The run of a stage, from its file if it is there; else computed and kept, a failed one too."""
+def _run(
+    content: Mapping[str, Any], overrides: Mapping[str, Any], path: pathlib.Path, notes: list[str]
+) -> xr.Dataset | Exception:
+    """The run of a stage, from its file if it is there; else computed and kept, a failed one too.
+
+    A file that is damaged or was altered gives one more sentence of `notes`.
+    """
     try:
         case = cases.load(content, overrides)
         if path.exists():
             try:
-                found = results.open(path)
-            except InputError:  # damaged: computed again
-                pass
+                found = results.open_unaltered(path)
+            except InputError:
+                notes.append(f"{str(path)!r} is damaged or was altered; the run of this stage is computed again")
             else:
                 if found.attrs["case"] == cases.to_yaml(case):
                     return found

@@ -27,7 +27,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import evolvent
-from evolvent import cases, results, safe_open
+from evolvent import cases, plugins, results, safe_open
 from evolvent.errors import InputError
 from evolvent.parts import registry
 from evolvent.studies import record
@@ -70,7 +70,7 @@ def versions() -> dict[str, str]:
     """Versions of what computes; also of packages that add systems and parts."""
     found = {"evolvent": evolvent.__version__, "python": platform.python_version()}
     for group in (cases.GROUP, registry.GROUP):
-        added = [point.dist for point in importlib.metadata.entry_points(group=group) if point.dist is not None]
+        added = [point.dist for point in plugins.entry_points(group) if point.dist is not None]
         found |= {package.name: package.version for package in added}
     return found | {name: importlib.metadata.version(name) for name in ("numpy", "scipy", "numba")}
 

@@ -49,11 +49,13 @@ class Result:
     content : bytes, of a `record.Table`
     seconds : float, that it took
     refused : str, why the study cannot go on; else empty
+    notes : tuple of str, sentences on what was computed again
     """
 
     content: bytes
     seconds: float
     refused: str
+    notes: tuple[str, ...] = ()
 
 
 def task(study: Study, indices: Sequence[int], folder: str | os.PathLike[str] = ".") -> Task:
@@ -86,9 +88,10 @@ def compute(task: Task) -> Result:
         raise EvolventError("a worker has other sources of evolvent than this process; install the same everywhere")
     began = time.perf_counter()
     refused = ""
+    notes: list[str] = []
     with threadpool_limits(limits=1):  # the number of threads may change the last bits of linear algebra
         if task.start_key:
-            outcomes, refused = _chains(task)
+            outcomes, refused = _chains(task, notes)
         else:
             outcomes = _outcomes(task)
             try:
@@ -96,20 +99,24 @@ def compute(task: Task) -> Result:
             except InputError as error:
                 refused = str(error)
     content = record.encode(record.table(outcomes))
-    return Result(content=content, seconds=time.perf_counter() - began, refused=refused)
+    return Result(content=content, seconds=time.perf_counter() - began, refused=refused, notes=tuple(notes))
 
 
-def _chains(task: Task) -> tuple[list[record.Outcome], str]:
+def _chains(task: Task, notes: list[str]) -> tuple[list[record.Outcome], str]:
     """What is kept of every case, in order, whose stages follow one another; and why the study cannot go on."""
-    found = [
-        stages.chain(task.content, overrides, index=index, start_key=task.start_key, keep=task.keep, folder=task.folder)
-        for index, overrides in zip(task.indices, task.overrides, strict=True)
-    ]
+    outcomes, stages_of_each = [], []
+    for index, overrides in zip(task.indices, task.overrides, strict=True):
+        one, each, own = stages.chain(
+            task.content, overrides, index=index, start_key=task.start_key, keep=task.keep, folder=task.folder
+        )
+        outcomes.append(one)
+        stages_of_each.append(each)
+        notes += own
     try:
-        stages.check_kept([each for _, each in found])
+        stages.check_kept(stages_of_each)
     except InputError as error:
-        return [one for one, _ in found], str(error)
-    return [one for one, _ in found], ""
+        return outcomes, str(error)
+    return outcomes, ""
 
 
 def _outcomes(task: Task) -> list[record.Outcome]:
