@@ -224,6 +224,8 @@ def test_a_package_that_ends_the_process_is_named_and_harms_no_other(command, tm
         assert "pantograph" in out
         assert err.count(f"evolvent: the system 'ending' of 'ends_it:System' cannot be loaded: {ENDINGS[line]}\n") == 1
         assert err.count(f"evolvent: {part}") == 1
+        if line not in ("sys.exit(3)", "raise KeyboardInterrupt"):
+            return
         (tmp_path / "case.yaml").write_text("parts: {a: {kind: point, mass: 1 kg}}\nsimulate: {until: 1 s}\n")
         code, _, err = command("run", "case.yaml", "--no-figures", "-o", "run.nc")
         assert code == 0
