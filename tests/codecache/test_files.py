@@ -125,7 +125,7 @@ def test_others_must_not_have_written_a_file(kept, capsys, tmp_path):
     kept.symlink_to(elsewhere)
     files._said.clear()
     assert called() == (4.0, 0)
-    assert "it is compiled again\n" in capsys.readouterr().err
+    assert "it is a symbolic link; it is compiled again\n" in capsys.readouterr().err
     assert not kept.is_symlink()
     kept.unlink()
     os.mkfifo(kept)

@@ -36,7 +36,7 @@ def fresh_folder(tmp_path, monkeypatch):
 
 def digest(text: str, **names: object) -> str:
     """Digest of the function f of a text, whose module has some names more."""
-    space: dict = {"__name__": "written", "np": np, "math": math, "njit": njit, **names}
+    space: dict = {"__name__": __name__, "np": np, "math": math, "njit": njit, **names}
     exec(compile(text, "written.py", "exec"), space)
     found = snapshot(space["f"])
     assert isinstance(found, Snapshot)
@@ -137,6 +137,10 @@ def test_attributes_of_modules_enter(text):
 @pytest.mark.parametrize("value", [object(), lambda x: x, [object()], np.array([None]), type("Own", (), {})])
 def test_what_cannot_be_decided_is_not_stored(value):
     assert digest(K_TIMES, K=value) == ""
+
+
+def test_a_function_whose_module_cannot_be_found_again_is_not_stored():
+    assert digest(K_TIMES, K=1.0) != digest(K_TIMES, K=1.0, __name__="../nowhere") == ""
 
 
 def test_what_a_function_does_not_name_does_not_enter():
@@ -278,7 +282,7 @@ def test_a_kernel_of_another_package_has_the_value_of_its_global(tmp_path):
     """Such a kernel is kept by the same digest as a law, and no longer by its name and line."""
     found = []
     for k in (10.0, 20.0, 10.0):
-        space = {"K": k, "__name__": "plugin", "kernel": jit.kernel}
+        space = {"K": k, "__name__": __name__, "kernel": jit.kernel}
         text = "@kernel\ndef helper(x):\n    return K * x\n\n@kernel\ndef f(x):\n    return helper(x)\n"
         exec(compile(text, "plugin.py", "exec"), space)
         found.append((space["f"](2.0), sum(space["f"].dispatcher.stats.cache_hits.values())))

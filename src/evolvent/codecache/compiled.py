@@ -15,6 +15,7 @@ import functools
 import hashlib
 import pathlib
 import pickle
+import re
 from types import FunctionType
 from typing import Any
 
@@ -63,7 +64,7 @@ class _Store(_Cache):
     """
 
     def __init__(self, name: str, content: str, place: str) -> None:
-        self._name = name.replace("<", "").replace(">", "")[:80]
+        self._name = re.sub(r"[^\w.-]", "", name)[:80]  # a user may give a module any name
         self._content, self._place = content, place
         self._held: dict[str, bytes] = {}
 
@@ -113,7 +114,11 @@ class _Store(_Cache):
         if result.library.has_dynamic_globals or any(not one.can_cache for one in result.lifted):
             return
         key = self._key(signature, result.codegen)
-        files.write(self._path(folder.CACHE_DIR, key), key, dumps(self._reduce(result)))
+        try:
+            content = dumps(self._reduce(result))
+        except Exception:  # noqa: BLE001  (a constant of a user that cannot be pickled)
+            return
+        files.write(self._path(folder.CACHE_DIR, key), key, content)
 
 
 class Cache(_Store):
@@ -122,7 +127,8 @@ class Cache(_Store):
     def __init__(self, function: Any, digest: str = "") -> None:
         code = function.__code__
         content = digest or f"{code.co_firstlineno} {hashlib.sha256(code.co_code).hexdigest()}"
-        super().__init__(function.__qualname__, content, function.__module__.removeprefix("evolvent."))
+        place = "users" if digest else function.__module__.removeprefix("evolvent.")
+        super().__init__(function.__qualname__, content, place)
 
     def _read(self, key: str) -> bytes | None:
         shipped = None

@@ -7,6 +7,7 @@ it, and the folder that it is in (`evolvent.codecache.folder`), belong to the us
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import os
 import pathlib
@@ -71,7 +72,8 @@ def read(path: pathlib.Path, key: str, *, is_own: bool = True) -> bytes | None:
     except FileNotFoundError:
         return None
     except OSError as error:
-        return _cannot_use(path, (error.strerror or str(error)).lower())
+        is_link = error.errno == errno.ELOOP
+        return _cannot_use(path, "it is a symbolic link" if is_link else (error.strerror or str(error)).lower())
     found = os.fstat(number)
     changed = may_be_changed(found) if is_own else ""
     if not stat.S_ISREG(found.st_mode) or changed or found.st_size > _LARGEST:

@@ -118,6 +118,8 @@ class _Walk:
             self._remember(value, made)  # before it is followed: it may call itself
             self._followed.add(id(value))
         self._feed("function", str(function.__module__), function.__qualname__)
+        if space.get("__name__") not in sys.modules:  # which stored code asks for by name
+            self.is_decided = False
         self._code(code, depth)
         self.value(function.__defaults__, depth + 1)
         self.value(function.__kwdefaults__, depth + 1)
