@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 import math
 import os
@@ -14,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import cases, results, safe_open, schema, units, variables
+from evolvent import cases, schema, units, variables
 from evolvent.calibration import data
-from evolvent.errors import EvolventError, InputError, RunFailed, counted, nearest
+from evolvent.calibration.kept import Kept
+from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.measurements import Measurements, Series
 
 Array = np.ndarray
@@ -263,70 +263,6 @@ def _weights(series: Sequence[Series], deviations: Sequence[float] | None) -> li
 # ------------------------------------------------------------------------------------------------ the model
 
 
-class _Kept:
-    """Evaluations that a folder keeps: one a line, with its check sum, in a file named by what was asked.
-
-    Attributes
-    ----------
-    found : dict, of every set of parameters the values of all series
-    damaged : int, lines that are left out, whose evaluations are computed again
-    """
-
-    def __init__(self, folder: pathlib.Path, asked: str, sizes: Sequence[int]) -> None:
-        self._sizes = list(sizes)
-        digest = hashlib.sha256(asked.encode()).hexdigest()[:16]
-        self.found: dict[str, list[list[float]]] = {}
-        self.damaged = 0
-        results.make_folder(folder)
-        self._file = folder / f"evaluations-{digest}.jsonl"
-        if os.path.lexists(self._file):
-            self._read()
-
-    def _read(self) -> None:
-        """Read the lines that are whole, and write the file again where others are."""
-        content = safe_open.content(self._file)
-        for line in content.split(b"\n")[:-1]:
-            try:
-                key, values, check = json.loads(line)
-                is_whole = (
-                    isinstance(key, str)
-                    and check == _check_sum(key, values)
-                    and [len(one) for one in values] == self._sizes
-                )
-            except (ValueError, TypeError, RecursionError):
-                is_whole = False
-            if is_whole:
-                self.found[key] = values
-            else:
-                self.damaged += 1
-        if self.damaged or not content.endswith(b"\n"):  # the line that was being written as the process ended
-            results.write_file(self._file, "".join(self._line(key, values) for key, values in self.found.items()))
-
-    def add(self, key: str, values: list[list[float]]) -> None:
-        """Keep an evaluation."""
-        self.found[key] = values
-        try:
-            with self._file.open("a", encoding="utf-8") as file:
-                file.write(self._line(key, values))
-        except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise InputError(f"cannot write {str(self._file)!r}: {reason}") from None
-
-    def _line(self, key: str, values: list[list[float]]) -> str:
-        return json.dumps([key, values, _check_sum(key, values)]) + "\n"
-
-    def sentence(self) -> str:
-        """What to say of lines that are left out."""
-        many = counted(self.damaged, "evaluation")
-        verb = "is" if self.damaged == 1 else "are"
-        return f"{many} in {str(self._file)!r} {verb} damaged or altered, and computed again"
-
-
-def _check_sum(key: Any, values: Any) -> str:
-    """Check sum of an evaluation, of the text in which JSON writes it."""
-    return hashlib.sha256(json.dumps([key, values]).encode()).hexdigest()[:32]
-
-
 class _Model:
     """Residuals of a case as functions of scaled parameters; keeps what was computed."""
 
@@ -339,7 +275,7 @@ class _Model:
         self.evaluations = self.reused = 0
         self._known: dict[str, list[list[float]]] = {}
         self._stored: set[str] = set()
-        self._kept: _Kept | None = None
+        self._kept: Kept | None = None
         if folder is not None:
             self._open(pathlib.Path(folder), report)
 
@@ -352,7 +288,7 @@ class _Model:
             [self.content, self.closed_form, sources(), measured],
             sort_keys=True, default=str,
         )  # fmt: skip
-        self._kept = _Kept(folder, asked, [s.values.size for s in self.measured.series])
+        self._kept = Kept(folder, asked, [s.values.size for s in self.measured.series])
         if self._kept.damaged and report is not None:
             report(self._kept.sentence())
         self._known |= self._kept.found
