@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from evolvent.console import once
+from evolvent.console import echo, once
 from evolvent.errors import InputError, RunFailed
 
 
@@ -50,15 +50,15 @@ def modes(case: str, assignments: tuple[str, ...], count: int | None, output: st
     _check_targets(output, figures, case)
     loaded, definition = _loaded(case, assignments)
     found = definition.modes(loaded, count=count)
-    click.echo(found.table())
+    echo(found.table())
     if output is not None:
         found.save(output)
-        click.echo(f"modes: {output}")
+        echo(f"modes: {output}")
     if figures is not None:
         results.make_folder(figures)
         for k in range(len(found.pole)):
             found.animate(k, os.path.join(figures, f"mode-{k:02d}.html"))
-        click.echo(f"animations: mode-00.html to mode-{len(found.pole) - 1:02d}.html in {figures}")
+        echo(f"animations: mode-00.html to mode-{len(found.pole) - 1:02d}.html in {figures}")
 
 
 @click.command()
@@ -78,10 +78,10 @@ def equilibrium(case: str, assignments: tuple[str, ...], output: str | None, fig
     rows = [("status", found.attrs["status"])] + [(n.label, n.value) for n in show.numbers(found)]
     width = max(len(label) for label, _ in rows)
     for label, value in rows:
-        click.echo(f"{label:<{width}}  {value}")
+        echo(f"{label:<{width}}  {value}")
     if output is not None:
         results.save(found, output)
-        click.echo(f"results: {output}")
+        echo(f"results: {output}")
     if figures is not None:
         _draw(found, figures)
     if found.attrs["status"] == "failed":
@@ -96,4 +96,4 @@ def _draw(found: Any, folder: str) -> None:
     motion = show.motion(found)
     if motion is not None:
         paths.append(animation.write(motion, os.path.join(folder, "shape.html")))
-    click.echo(f"figures: {', '.join(map(os.path.basename, paths))} in {folder}" if paths else "no figures")
+    echo(f"figures: {', '.join(map(os.path.basename, paths))} in {folder}" if paths else "no figures")

@@ -17,7 +17,7 @@ import yaml
 from pydantic import ValidationError
 
 from evolvent import plugins, safe_open
-from evolvent.errors import InputError, nearest
+from evolvent.errors import HIDDEN, InputError, nearest
 from evolvent.schema import Section, by_name, dotted, keys, locate, sentence, shown
 from evolvent.units import UnitError, shared_unit, unit_of
 
@@ -237,6 +237,10 @@ def _check_events(source: str) -> None:
 def _count(node: yaml.Node, known: dict[int, int]) -> int:
     """Values of a node, those that aliases repeat counted each time."""
     if isinstance(node, yaml.ScalarNode):
+        hidden = HIDDEN.search(node.value)
+        if hidden is not None:
+            problem = f"the character {hidden[0]!a} is not allowed"
+            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
         return 1
     if id(node) not in known:
         known[id(node)] = -1

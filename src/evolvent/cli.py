@@ -22,7 +22,7 @@ import click
 from evolvent import __version__, progress, startup
 from evolvent.analysis_command import equilibrium, modes
 from evolvent.calibration.command import calibrate
-from evolvent.console import figure_format, note, once, showing_progress
+from evolvent.console import echo, figure_format, note, once, showing_progress
 from evolvent.errors import EvolventError, InputError, RunFailed, abbreviated, nearest
 from evolvent.exports.command import export, report
 from evolvent.exports.fmu.command import fmu
@@ -52,7 +52,7 @@ def main() -> NoReturn:
     except (click.ClickException, EvolventError) as error:
         code = _complain(error)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("evolvent: interrupted", err=True)
+        echo("evolvent: interrupted", err=True)
         code = INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone away
         _discard_output()
@@ -60,7 +60,7 @@ def main() -> NoReturn:
     except OSError as error:
         _discard_output()
         about = f" {error.filename!r}" if error.filename else " the output"
-        click.echo(f"evolvent: cannot write{about}: {(error.strerror or str(error)).lower()}", err=True)
+        echo(f"evolvent: cannot write{about}: {(error.strerror or str(error)).lower()}", err=True)
         code = FAILED
     sys.exit(code if isinstance(code, int) else 0)
 
@@ -74,7 +74,7 @@ def _discard_output() -> None:
 def _say(text: str) -> None:
     """Print to stdout; a reader that has gone away is no reason to stop."""
     try:
-        click.echo(text)
+        echo(text)
     except BrokenPipeError:
         _discard_output()
 
@@ -91,7 +91,7 @@ def _complain(error: click.ClickException | EvolventError) -> int:
         if isinstance(error, click.UsageError) and error.ctx is not None and error.ctx.command is not commands:
             message = f"{message.rstrip('.')}; {' '.join(error.ctx.get_usage().split()).replace('Usage', 'usage')}"
     message = abbreviated(" ".join(message.split()).rstrip("."))
-    click.echo(f"evolvent: {message}", err=True)
+    echo(f"evolvent: {message}", err=True)
     return FAILED if isinstance(error, RunFailed) else BAD_INPUT
 
 
@@ -128,7 +128,7 @@ def list_cases() -> None:
     found = cases.built_in() | {name: f"study: {what}" for name, what in studies.built_in().items()}
     width = max(len(name) for name in found)
     for name, what in found.items():
-        click.echo(f"{name:<{width}}  {what}")
+        echo(f"{name:<{width}}  {what}")
     _say_unusable(cases.unusable())
 
 
@@ -138,7 +138,7 @@ def _say_unusable(sentences: Iterable[str]) -> None:
 
     for sentence in sentences:
         if sentence not in plugins.said:
-            click.echo(f"evolvent: {sentence}", err=True)
+            echo(f"evolvent: {sentence}", err=True)
 
 
 @commands.command()
@@ -148,11 +148,11 @@ def show(case: str) -> None:
     from evolvent import cases, studies
 
     if case in studies.built_in():
-        click.echo(studies.text(case), nl=False)
+        echo(studies.text(case), nl=False)
     elif case not in cases.built_in() and re.search(r"[./\\]", case):
-        click.echo(cases.to_yaml(cases.load(case), cases.content_of(case)), nl=False)
+        echo(cases.to_yaml(cases.load(case), cases.content_of(case)), nl=False)
     else:
-        click.echo(cases.text(case), nl=False)
+        echo(cases.text(case), nl=False)
 
 
 @commands.command("parts")
@@ -236,7 +236,7 @@ def schema(system: str) -> None:
     """Print the JSON schema of a SYSTEM's cases, for editors."""
     from evolvent import cases
 
-    click.echo(json.dumps(cases.json_schema(system), indent=2))
+    echo(json.dumps(cases.json_schema(system), indent=2))
 
 
 @commands.command()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from evolvent import progress
+from evolvent.errors import visible
 
 if TYPE_CHECKING:
     from evolvent.jit import Progress
@@ -33,9 +34,14 @@ figure_format = click.option(
 )  # fmt: skip
 
 
+def echo(text: str, *, err: bool = False, nl: bool = True) -> None:
+    """Print a text to stdout or stderr; what it would hide is written as escapes."""
+    click.echo(visible(text), err=err, nl=nl)
+
+
 def note(sentence: str) -> None:
     """Print one sentence to stderr."""
-    click.echo(f"evolvent: {sentence}", err=True)
+    echo(f"evolvent: {sentence}", err=True)
 
 
 @contextlib.contextmanager

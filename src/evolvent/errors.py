@@ -11,11 +11,27 @@ from collections.abc import Iterable, Iterator, Mapping
 _LONGEST_WORD, _LONGEST_MESSAGE = 300, 1200
 
 
+#: Characters of a text that are not seen and change what is seen: of control but for tabs and ends of lines, half
+#: characters, those that no XML may hold, and those that turn the direction of writing.
+HIDDEN = re.compile("[\0-\x08\x0b-\x1f\x7f-\x84\x86-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
+
+
+def visible(text: str) -> str:
+    r"""A text whose hidden characters are written as escapes: what of a file reaches a terminal, XML, HTML or CSV.
+
+    Examples
+    --------
+    >>> visible("boom\x1b[2J")
+    'boom\\x1b[2J'
+    """
+    return HIDDEN.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+
+
 class EvolventError(Exception):
     """Base of all errors that this package raises on purpose; the message is one clear sentence."""
 
     def __init__(self, message: str = "") -> None:
-        super().__init__(abbreviated(message))
+        super().__init__(visible(abbreviated(message)))
 
 
 class InputError(EvolventError):

@@ -25,7 +25,7 @@ import numpy as np
 import xarray as xr
 
 from evolvent import __version__, cases, netcdf, safe_open
-from evolvent.errors import InputError
+from evolvent.errors import HIDDEN, InputError
 from evolvent.figures import Number
 from evolvent.fine_samples import MARK
 
@@ -50,7 +50,8 @@ _TEXTS = (
     "made_with",
 )
 _NUMBERS = ("wall_time_s", "compile_time_s")
-_JSON = ("statistics", "laws")
+#: Levels of lists and mappings in attributes in JSON, at most.
+_DEEPEST = 12
 #: Attribute of the root and of every group: its numeric variables, name -> {dimension: size, null of time}, JSON.
 _VARIABLES = "variables"
 #: Attribute of a file with the `digest` of what evolvent wrote.
@@ -151,7 +152,7 @@ def closing_numbers(run: Any) -> list[Number]:
     if run.attrs.get("warning"):
         found.append(Number(label="warning", value=run.attrs["warning"]))
     statistics = statistics_of(run)
-    steps = f"{int(statistics['steps']):,} of {run.attrs['solver']}"
+    steps = f"{int(statistics.get('steps') or 0):,} of {run.attrs['solver']}"
     for key, what in (("rejected_steps", "rejected"), ("iterations", "iterations")):
         if statistics.get(key):
             steps += f", {int(statistics[key]):,} {what}"
@@ -184,9 +185,13 @@ def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is 
         If the file cannot be read, or holds something else.
     """
     dataset = _opened(path)
-    if dataset.attrs.pop(DIGEST, known := digest(dataset)) != known:
+    held = dataset.attrs.pop(DIGEST, "")
+    if held == digest(dataset):
+        return dataset
+    if held:
         before = dataset.attrs.get("warning", "")
         dataset.attrs["warning"] = f"{before}; {_ALTERED}" if before else _ALTERED
+    _check_shown(dataset, os.fspath(path))
     return dataset
 
 
@@ -230,6 +235,19 @@ def _opened(path: str | os.PathLike[str]) -> Any:
     return dataset
 
 
+def _check_shown(run: Any, name: str) -> None:
+    """Refuse a run that was altered so that it cannot be shown: no check of single keys finds all that may be wrong."""
+    shown = cases.presenter(run)
+    try:
+        for show in (shown.numbers, shown.figures, shown.motion):
+            show(run)
+    except InputError as error:
+        raise InputError(f"cannot read {name!r}: {_ALTERED}: {error}") from None
+    except Exception as error:  # (what follows from a value in a wrong place may be any error)
+        why = f"{type(error).__name__}: {error}"
+        raise InputError(f"cannot read {name!r}: it is no whole run of evolvent: it cannot be shown ({why})") from error
+
+
 def _load(file: BinaryIO) -> Any:
     """The content of a file."""
     with xr.open_datatree(file, engine=_ENGINE, decode_times=False) as tree:
@@ -250,19 +268,17 @@ def _check(run: Any) -> None:
         raise InputError(f"its attribute 'status' is {attrs['status']!r}; known: {', '.join(STATUSES)}")
     if not isinstance(attrs.get("warning", ""), str):
         raise InputError(f"its attribute 'warning' is {attrs['warning']!s:.60}; it must be a text")
-    for key in _JSON:
-        try:
-            mapping = isinstance(json.loads(attrs[key]), dict)
-        except ValueError:
-            mapping = False
-        if not mapping:
-            raise InputError(f"its attribute {key!r} is {attrs[key][:40]!r}; it must be a mapping in JSON")
+    for key, of, what in (("statistics", (numbers.Real, type(None)), "numbers"), ("laws", (str,), "texts")):
+        for value in _json(attrs, key, dict).values():
+            if not isinstance(value, of):
+                raise InputError(f"its attribute {key!r} holds {value!s:.60}; it must hold {what}")
     if attrs["case"]:  # there is none of a system composed in Python with laws in Python
         content = cases.parse_yaml(attrs["case"], "its case")
         lacking = getattr(run, "children", None) and cases.lacks_package(content)
         of = content.get("system", "structure") if lacking else cases.load(content).system
         if of != attrs["system"]:
             raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {of!r}")
+    _check_texts(run)
     _check_groups(run)
     _check_variables(run, "")
     for name, group in getattr(run, "children", {}).items():
@@ -270,6 +286,46 @@ def _check(run: Any) -> None:
     times = run["time"].values if "time" in run.coords else np.zeros(1)
     if not np.all(np.diff(times) > 0.0):
         raise InputError("the variable 'time' does not rise from sample to sample")
+
+
+def _json(attrs: Mapping[str, Any], key: str, kind: type, of: str = "its", missing: str = "") -> Any:
+    """An attribute in JSON, a mapping or a list without deep levels."""
+    text = attrs.get(key, missing)
+    try:
+        found = json.loads(text) if isinstance(text, str) else None
+        if isinstance(found, kind) and _levels(found) <= _DEEPEST:
+            return found
+    except (ValueError, RecursionError):
+        pass
+    what = "a mapping" if kind is dict else "a list"
+    raise InputError(f"{of} attribute {key!r} is {text!s:.40}; it must be {what} in JSON")
+
+
+def _levels(value: Any) -> int:
+    """Levels of nested lists and mappings."""
+    levels, inside = 0, [value]
+    while inside:
+        inside = [one for each in inside if isinstance(each, (list, dict)) for one in _entries(each)]
+        levels += 1
+    return levels
+
+
+def _entries(value: Any) -> Any:
+    return value.values() if isinstance(value, dict) else value
+
+
+def _check_texts(run: Any) -> None:
+    """Refuse hidden characters in names and attributes, and names of the root that would be read as those of parts."""
+    parted = bool(getattr(run, "children", {}))
+    for group, held in netcdf.datasets(run).items():
+        texts = [group, *held.attrs.values()]
+        for name, values in held.variables.items():
+            if parted and not re.fullmatch(r"\w+", str(name)):
+                raise InputError(f"a variable is called {str(name)[:60]!r}; it must be letters, digits and '_'")
+            texts += [str(name), *values.attrs.values()]
+        hidden = next((text for text in texts if isinstance(text, str) and HIDDEN.search(text)), None)
+        if hidden is not None:
+            raise InputError(f"it holds the text {hidden[:60]!r}, with characters that are not seen")
 
 
 def variables_of(dataset: Any) -> str:
@@ -293,12 +349,11 @@ def _listed(run: Any) -> Any:
 
 def _check_variables(group: Any, prefix: str) -> None:
     """Refuse a group without a variable that was written, or with one over other dimensions."""
-    try:
-        listed = json.loads(group.attrs.get(_VARIABLES, "{}"))
-        expected = [(name, dict(sizes)) for name, sizes in listed.items()]
-    except (TypeError, ValueError, AttributeError):
-        raise InputError(f"the attribute 'variables' of {prefix.rstrip('.') or 'its root'} is damaged") from None
-    for own, sizes in expected:
+    of = f"the part {prefix[:-1]!r}: its" if prefix else "its"
+    listed = _json(group.attrs, _VARIABLES, dict, of, "{}")
+    for own, sizes in listed.items():
+        if not isinstance(sizes, dict) or not all(size is None or isinstance(size, int) for size in sizes.values()):
+            raise InputError(f"{of} attribute 'variables' is damaged at {own[:60]!r}")
         name = f"{prefix}{own}"
         if own not in group.variables:
             raise InputError(f"the variable {name!r} is missing")
@@ -321,17 +376,18 @@ def _check_variables(group: Any, prefix: str) -> None:
 def _check_groups(run: Any) -> None:
     """Refuse a run without the group of a part, and groups that do not say how they are shown."""
     groups = getattr(run, "children", {})
-    missing = [name for name in json.loads(run.attrs.get("parts", "[]")) if name not in groups]
+    listed = _json(run.attrs, "parts", list, missing="[]")
+    missing = [name for name in listed if name not in list(groups)]
     if missing:
-        raise InputError(f"the results of its part {missing[0]!r} are missing")
+        raise InputError(f"the results of its part {missing[0]!s:.60} are missing")
     for name, group in groups.items():
-        for key in ("drawn", "plots"):
-            try:
-                listed = isinstance(json.loads(group.attrs.get(key, "")), list)
-            except (TypeError, ValueError):
-                listed = False
-            if not listed:
-                raise InputError(f"the attribute {key!r} of its part {name!r} is not a list in JSON")
+        if name not in listed and listed:
+            raise InputError(f"it has results of {name!r}, which is none of its parts")
+        for key, kind in (("drawn", dict), ("plots", str)):
+            if not all(isinstance(one, kind) for one in _json(group.attrs, key, list, f"the part {name!r}: its")):
+                raise InputError(f"the part {name!r}: its attribute {key!r} is damaged")
+        if group.children:
+            raise InputError(f"the part {name!r} has groups of its own")
         if not isinstance(group.attrs.get("kind"), str):
             raise InputError(f"the attribute 'kind' of its part {name!r} is missing")
 

@@ -21,7 +21,19 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError, PydanticSerializationError, core_schema
 
-from evolvent.errors import InputError, nearest
+from evolvent.errors import HIDDEN, InputError, nearest
+
+
+def check_visible(key: str, value: Any) -> None:
+    """Refuse a text with characters that are not seen, such as those that turn the direction of writing.
+
+    Raises
+    ------
+    InputError
+    """
+    hidden = HIDDEN.search(value) if isinstance(value, str) else None
+    if hidden is not None:
+        raise InputError(f"{key} is {shown(value)}; the character {hidden[0]!a} is not allowed in it")
 
 
 class Section(BaseModel):
@@ -42,6 +54,8 @@ class Section(BaseModel):
 
     @model_validator(mode="after")
     def _refuse(self) -> Self:
+        for key in type(self).model_fields:
+            check_visible(key, getattr(self, key))
         for text in self.refusals():
             raise InputError(text)
         return self

@@ -13,6 +13,7 @@ from evolvent import units
 from evolvent.builder import Assembly, Builder
 from evolvent.errors import InputError, RunFailed, nearest
 from evolvent.parts.base import Part, check_name
+from evolvent.schema import check_visible
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,6 +55,7 @@ class System:
         self._parts: dict[str, Part] = {}
         self.settings = dict(settings or {})
         self.sections = {name: dict(content) for name, content in (sections or {}).items()}
+        check_visible("title", title)
         self.title = title
 
     def add(self, part: Part, name: str | None = None) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from evolvent import progress
-from evolvent.console import once, showing_progress
+from evolvent.console import echo, once, showing_progress
 from evolvent.studies.command import INTERRUPTED
 
 
@@ -67,6 +67,6 @@ def calibrate(
         except KeyboardInterrupt:
             say(f"stopped; every evaluation is kept in {folder}, and the same command continues")
             raise click.exceptions.Exit(INTERRUPTED) from None
-    click.echo(report.text(found))
+    echo(report.text(found))
     paths = report.write(found, folder)
-    click.echo(f"results: {', '.join(paths)} in {folder}")
+    echo(f"results: {', '.join(paths)} in {folder}")

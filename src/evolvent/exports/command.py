@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from evolvent import progress
-from evolvent.console import once, showing_progress
+from evolvent.console import echo, once, showing_progress
 from evolvent.errors import InputError, nearest
 
 #: Formats: ending of what is written unless named.
@@ -69,7 +69,7 @@ def export(
     with showing_progress():
         progress.report(f"writing {kind}")
         written = _writer(kind)(found, target, Request(frames=frames, speed=speed, axes=axes, large=large))
-    click.echo(f"{kind}: {written}")
+    echo(f"{kind}: {written}")
     _print_label(found)
 
 
@@ -89,7 +89,7 @@ def report(path: str, output: str | None) -> None:
     with showing_progress():
         progress.report("writing the report")
         size = page.write(found, target)
-    click.echo(f"report: {target} ({shown_size(size)})")
+    echo(f"report: {target} ({shown_size(size)})")
     _print_label(found)
 
 
@@ -110,7 +110,7 @@ def _print_label(found: Any) -> None:
     from evolvent.results import unfinished
 
     if label := unfinished(found):
-        click.echo(f"label on the files: {label}")
+        echo(f"label on the files: {label}")
 
 
 def _writer(kind: str) -> Any:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import csv
 import itertools
 import os
+import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from evolvent import cases, variables
+from evolvent.errors import visible
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
 from evolvent.results import make_folder, unfinished, writing
 
@@ -26,6 +28,11 @@ WIDE = 12
 MOST_SHAPES = 200
 #: Rows that a spreadsheet shows.
 SHEET = 1_048_576
+#: First characters of formulas, and what is none: a number, and one with a unit.
+_FORMULA, _QUANTITY = (
+    ("=", "+", "-", "@", "\t", "\n"),
+    re.compile(r"[-+]\d[\d.]*(e[-+]?\d+)?( [A-Za-z%][A-Za-z\d/^ ]*)?"),
+)
 #: Bytes of one number.
 _CELL = 19
 
@@ -88,7 +95,7 @@ def write(run: Any, path: str, request: Request) -> str:
             # a spreadsheet recognizes UTF-8 by its mark
             open(temporary, "w", encoding="utf-8-sig", newline="") as file,
         ):
-            csv.writer(file).writerows(content)
+            csv.writer(file).writerows(map(_cell, row) for row in content)
     summary = f"{', '.join(tables)} in {path}: {samples_text(rows, count)}, shapes at {moments.size}"
     if moments.size * points >= SHEET:
         summary += f" (shapes.csv has {moments.size * points:,} rows; a spreadsheet shows {SHEET:,}, so lower --frames)"
@@ -154,12 +161,20 @@ def _bodies(motion: Motion) -> Iterator[Iterable[Any]]:
 
 
 def _number(x: Any) -> Any:
-    """A value as the shortest text that gives the same number; an empty cell for none."""
+    """A value that is written as the shortest text that gives the same number; an empty cell for none."""
     if isinstance(x, np.bool_):
         return int(x)
     if isinstance(x, np.integer):
         return int(x)
-    return repr(float(x)) if np.isfinite(x) else ""
+    return float(x) if np.isfinite(x) else ""
+
+
+def _cell(value: Any) -> Any:
+    """A number as it is; a text that a spreadsheet would take for a formula with an apostrophe before it."""
+    if not isinstance(value, str):
+        return value
+    text = visible(value)
+    return f"'{text}" if text.startswith(_FORMULA) and not _QUANTITY.fullmatch(text) else text
 
 
 def _results(run: Any, numbers: Iterable[Number]) -> Iterator[Iterable[Any]]:

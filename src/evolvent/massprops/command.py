@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from evolvent import progress
-from evolvent.console import once, showing_progress
-from evolvent.errors import InputError
+from evolvent.console import echo, once, showing_progress
+from evolvent.errors import InputError, visible
 
 if TYPE_CHECKING:
     from evolvent.massprops.estimates import MassProperties
@@ -84,7 +84,7 @@ def identify(
     if not quiet:
         _table(measured)
         if output is not None:
-            click.echo(f"certificate: {output}")
+            echo(f"certificate: {output}")
 
 
 def _draw(folder: str | None, several: Sequence[Modal]) -> None:
@@ -97,9 +97,7 @@ def _draw(folder: str | None, several: Sequence[Modal]) -> None:
     for found in several:
         name = os.path.splitext(os.path.basename(found.reading.source.path))[0]
         drawn = mode_figures.figures(found.modes, found.reading.unit)
-        click.echo(
-            f"figures: {', '.join(plots.draw(drawn, os.path.join(folder, name) if len(several) > 1 else folder))}"
-        )
+        echo(f"figures: {', '.join(plots.draw(drawn, os.path.join(folder, name) if len(several) > 1 else folder))}")
 
 
 def _not_an_input(output: str, inputs: Mapping[str, str]) -> None:
@@ -131,7 +129,7 @@ def _vibration(found: Modal) -> None:
     console, m, reading = Console(highlight=False), found.modes, found.reading
     unit = "" if reading.unit == "dimensionless" else f" {reading.unit}"
     table = _made(
-        f"modes of {os.path.basename(reading.source.path)}",
+        f"modes of {visible(os.path.basename(reading.source.path))}",
         "",
         "frequency Hz",
         "frequency rad/s",
@@ -163,7 +161,7 @@ def _table(found: MassProperties) -> None:
     several = len(found.evaluations) > 1
     modes = _made("modes" if not several else "recordings", "", "frequency rad/s", "decay rate 1/s", "")
     for e in found.evaluations:
-        m, name = e.modal.modes, os.path.basename(e.modal.reading.source.path)
+        m, name = e.modal.modes, visible(os.path.basename(e.modal.reading.source.path))
         for k in e.used if several else range(m.order):
             wide = e.modal.widening[k]
             last = " ".join(shown(v, s) for v, s in zip(e.values, e.std, strict=True)) if several else ""

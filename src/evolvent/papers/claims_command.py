@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from evolvent.console import note, showing_progress
+from evolvent.console import echo, note, showing_progress
 
 
 @click.command()
@@ -24,14 +24,14 @@ def claims(name: str | None, markdown: bool) -> None:
         if markdown:
             raise InputError(f"--markdown needs a PAPER; give one of {', '.join(papers.CLAIMS_OF)}")
         for short, (paper, _) in papers.CLAIMS_OF.items():
-            click.echo(f"{short}  {paper}: {ledger.counts(ledger.claims(short))}")
+            echo(f"{short}  {paper}: {ledger.counts(ledger.claims(short))}")
     elif name in papers.CLAIMS_OF:
         if markdown:
-            click.echo(ledger.markdown(name))
+            echo(ledger.markdown(name))
             return
         for one in ledger.claims(name):
-            click.echo(f"{one.name}  {one.verdict}: {one.claim}")
-        click.echo(f"{ledger.counts(ledger.claims(name))}; evolvent claims CLAIM computes one again")
+            echo(f"{one.name}  {one.verdict}: {one.claim}")
+        echo(f"{ledger.counts(ledger.claims(name))}; evolvent claims CLAIM computes one again")
     else:
         one = ledger.claim(name)
         if markdown:
@@ -46,18 +46,18 @@ def _show(one: object) -> None:
     from evolvent.papers.ledger import Claim
 
     assert isinstance(one, Claim)
-    click.echo(f"{one.where}: {one.claim}")
-    click.echo(f"verdict: {one.verdict}")
-    click.echo(f"paper: {one.paper or 'no number'}")
-    click.echo(f"stored result: {one.text()}")
+    echo(f"{one.where}: {one.claim}")
+    echo(f"verdict: {one.verdict}")
+    echo(f"paper: {one.paper or 'no number'}")
+    echo(f"stored result: {one.text()}")
     if one.command:
-        click.echo(f"shown by: {one.command}")
+        echo(f"shown by: {one.command}")
     if one.measure is None:
         return
     note(f"measuring, about {max(one.seconds, 1)} s of CPU time")
     with showing_progress():
         values = one.measure()
-    click.echo(f"measured now: {one.text(values)}")
+    echo(f"measured now: {one.text(values)}")
     differences = one.differences(values)
     for sentence in differences:
         note(sentence)

@@ -6,7 +6,7 @@ import os
 
 import click
 
-from evolvent.console import figure_format, note, once, showing_progress
+from evolvent.console import echo, figure_format, note, once, showing_progress
 from evolvent.errors import InputError
 from evolvent.studies.command import INTERRUPTED
 
@@ -29,14 +29,14 @@ def figure(name: str, output: str | None, kind: str, quick: bool) -> None:
 
     if name == "list":
         for key, one in papers.ENTRIES.items():
-            click.echo(f"{key}  {one.paper}, {one.title} ({_minutes(one.seconds[0])})")
+            echo(f"{key}  {one.paper}, {one.title} ({_minutes(one.seconds[0])})")
         return
     entry = papers.entry(name)
     path = _claimed(output if output is not None or entry.kind == "table" else f"{name}.{kind}", entry.kind)
     note(f"{entry.paper}, {entry.title}: {_minutes(entry.seconds[quick])}")
     with showing_progress() as say:
         made = entry.make(papers.Options(quick=quick, report=say))
-    click.echo(made.text)
+    echo(made.text)
     if path is not None:
         _write(made, path)
     if not made.complete:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from evolvent import progress
-from evolvent.console import figure_format, once, showing_progress
+from evolvent.console import echo, figure_format, once, showing_progress
 from evolvent.errors import RunFailed
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def sweep(
         with showing_progress(quiet=quiet):
             paths = draw.write(found, figures, kind=kind)
         if not quiet:
-            click.echo(f"figures: {len(paths)} in {figures}" if paths else "figures: none, since nothing varies")
+            echo(f"figures: {len(paths)} in {figures}" if paths else "figures: none, since nothing varies")
     if bool((found.status == "failed").all()):
         raise RunFailed(f"all {found.status.size} cases failed; the first: {found.reason.values.flat[0]}", found)
 
@@ -99,10 +99,10 @@ def _summary(found: xr.Dataset, folder: str, reached: _Reached) -> None:
     count = found.status.size
     here = reached.done - reached.before
     there = f", {reached.before} of them before" if reached.before else ""
-    click.echo(f"{found.attrs['title']}: {count} cases, {here} run now{there}")
+    echo(f"{found.attrs['title']}: {count} cases, {here} run now{there}")
     failed = (found.status == "failed").values
     if failed.any():
-        click.echo(f"failed: {failed.sum()} of {count}; the first: {found.reason.values[failed][0]}")
-    click.echo(f"results: {folder}/results.zarr")
+        echo(f"failed: {failed.sum()} of {count}; the first: {found.reason.values[failed][0]}")
+    echo(f"results: {folder}/results.zarr")
     if json.loads(found.attrs.get("stages", "[]")):
-        click.echo(f"runs of the stages: {folder}/stages, each a file for evolvent plot")
+        echo(f"runs of the stages: {folder}/stages, each a file for evolvent plot")

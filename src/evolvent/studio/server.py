@@ -7,9 +7,9 @@ import contextlib
 import os
 import socket
 
-import click
 from nicegui import app, background_tasks, ui
 
+from evolvent.console import echo
 from evolvent.errors import InputError
 from evolvent.studio import page, routes
 from evolvent.studio.folder import Folder
@@ -34,7 +34,7 @@ def serve(root: str, *, host: str, port: int, token: str | None, browser: bool) 
     port = _free(host, port)
     studio = Studio(Folder(root))
     if studio.jobs.note:
-        click.echo(f"evolvent studio: {studio.jobs.note}", err=True)
+        echo(f"evolvent studio: {studio.jobs.note}", err=True)
     routes.install(app, studio)
     page.install(studio)
     app.add_middleware(Gate, host=host, token=token)
@@ -70,7 +70,7 @@ async def _announce(host: str, port: int, line: str) -> None:
             await asyncio.sleep(0.02)
             continue
         writer.close()
-        click.echo(line)
+        echo(line)
         return
 
 

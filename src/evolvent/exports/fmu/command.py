@@ -6,7 +6,7 @@ import os
 
 import click
 
-from evolvent.console import once
+from evolvent.console import echo, once
 from evolvent.errors import InputError
 
 
@@ -46,7 +46,7 @@ def fmu(case: str, assignments: tuple[str, ...], output: str | None, inputs: str
     made = contents.contents(case, cases.parse_assignments(assignments), _names(inputs), _names(outputs))
     write.write(made, target)
     kinds = [variable.causality for variable in made.variables]
-    click.echo(
+    echo(
         f"fmu: {target}, {kinds.count('input')} inputs, {kinds.count('output')} outputs, "
         f"{kinds.count('parameter')} parameters"
     )

@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 
 from evolvent import __version__, units
+from evolvent.errors import visible
 from evolvent.exports.fmu.contents import Contents, Variable
 
 _SI = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "radian": "rad"}
@@ -64,6 +65,8 @@ def build_description(identifier: str, source: str) -> bytes:
 
 
 def _text(root: ET.Element) -> bytes:
+    for element in root.iter():
+        element.attrib = {key: visible(value) for key, value in element.attrib.items()}
     ET.indent(root)
     return bytes(ET.tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent import safe_open
-from evolvent.errors import EvolventError, InputError
+from evolvent.errors import EvolventError, InputError, visible
 from evolvent.massprops.signals.recording import Signals, distinct
 from evolvent.massprops.signals.text import read_text
 
@@ -102,6 +102,7 @@ def _signals(content: Content, name: str, format_: str, digest: str) -> Signals:
     """The result, its columns of equal length."""
     columns = {key: np.asarray(value, dtype=float).ravel() for key, value in content.columns.items()}
     columns = {key: value for key, value in columns.items() if value.size}
+    names = tuple(distinct(map(visible, columns)))
     if not columns:
         raise InputError(f"cannot read {name!r}: this {format_} file holds no signal")
     lengths = {value.size for value in columns.values()}
@@ -112,9 +113,9 @@ def _signals(content: Content, name: str, format_: str, digest: str) -> Signals:
         if np.isinf(value).any():
             raise InputError(f"cannot read {name!r}: sample {np.argmax(np.isinf(value)) + 1} of {key!r} is infinite")
     return Signals(
-        names=tuple(columns),
+        names=names,
         data=np.column_stack(list(columns.values())),
-        units=tuple(content.units.get(key, "").strip() for key in columns),
+        units=tuple(visible(content.units.get(key, "")).strip() for key in columns),
         rate=content.rate,
         path=name,
         format=format_,
