@@ -288,8 +288,8 @@ def _check(run: Any) -> None:
         raise InputError("the variable 'time' does not rise from sample to sample")
 
 
-def _json(attrs: Mapping[str, Any], key: str, kind: type, of: str = "its", missing: str = "") -> Any:
-    """An attribute in JSON, a mapping or a list without deep levels."""
+def _json(attrs: Mapping[str, Any], key: str, kind: type, part: str = "", missing: str = "") -> Any:
+    """An attribute of a run or of a part in JSON, a mapping or a list without deep levels."""
     text = attrs.get(key, missing)
     try:
         found = json.loads(text) if isinstance(text, str) else None
@@ -297,8 +297,12 @@ def _json(attrs: Mapping[str, Any], key: str, kind: type, of: str = "its", missi
             return found
     except (ValueError, RecursionError):
         pass
-    what = "a mapping" if kind is dict else "a list"
-    raise InputError(f"{of} attribute {key!r} is {text!s:.40}; it must be {what} in JSON")
+    what = "mapping" if kind is dict else "list"
+    raise InputError(f"{_attribute(key, part)} is {str(text)[:40]!r}; it must be a {what} in JSON")
+
+
+def _attribute(key: str, part: str) -> str:
+    return f"the attribute {key!r} of its part {part!r}" if part else f"its attribute {key!r}"
 
 
 def _levels(value: Any) -> int:
@@ -349,11 +353,10 @@ def _listed(run: Any) -> Any:
 
 def _check_variables(group: Any, prefix: str) -> None:
     """Refuse a group without a variable that was written, or with one over other dimensions."""
-    of = f"the part {prefix[:-1]!r}: its" if prefix else "its"
-    listed = _json(group.attrs, _VARIABLES, dict, of, "{}")
+    listed = _json(group.attrs, _VARIABLES, dict, prefix[:-1], "{}")
     for own, sizes in listed.items():
         if not isinstance(sizes, dict) or not all(size is None or isinstance(size, int) for size in sizes.values()):
-            raise InputError(f"{of} attribute 'variables' is damaged at {own[:60]!r}")
+            raise InputError(f"{_attribute(_VARIABLES, prefix[:-1])} is damaged at {own[:60]!r}")
         name = f"{prefix}{own}"
         if own not in group.variables:
             raise InputError(f"the variable {name!r} is missing")
@@ -384,8 +387,8 @@ def _check_groups(run: Any) -> None:
         if name not in listed and listed:
             raise InputError(f"it has results of {name!r}, which is none of its parts")
         for key, kind in (("drawn", dict), ("plots", str)):
-            if not all(isinstance(one, kind) for one in _json(group.attrs, key, list, f"the part {name!r}: its")):
-                raise InputError(f"the part {name!r}: its attribute {key!r} is damaged")
+            if not all(isinstance(one, kind) for one in _json(group.attrs, key, list, name)):
+                raise InputError(f"{_attribute(key, name)} is damaged")
         if group.children:
             raise InputError(f"the part {name!r} has groups of its own")
         if not isinstance(group.attrs.get("kind"), str):

@@ -22,10 +22,10 @@ import pytest
 import scipy.io
 import yaml
 
-from evolvent import cases, parts, results, studies
+from evolvent import cases, expressions, parts, references, results, studies, units
 from evolvent.calibration import data as calibration_data
 from evolvent.errors import InputError
-from evolvent.massprops import description, signals
+from evolvent.massprops import description, signals, uncertain
 from evolvent.studies import store
 from evolvent.system import System
 from security import mutations
@@ -91,7 +91,7 @@ def test_values_of_cases() -> None:
         found, wrong = mutations.judged(lambda: cases.load(content))
         return wrong or check_case(found)
 
-    check(0.25, one)
+    check(0.22, one)
 
 
 def test_assignments_are_reflected() -> None:
@@ -113,7 +113,7 @@ def test_assignments_are_reflected() -> None:
             return f"{key} was set to {value!r} and is {held!r}"
         return check_case(found)
 
-    check(0.12, one)
+    check(0.11, one)
 
 
 def test_plans_of_changed_cases() -> None:
@@ -199,7 +199,33 @@ def test_recordings(tmp_path: pathlib.Path) -> None:
             return f"{name}: a rate of {found.rate}"
         return f"{name}: an infinite sample" if np.isinf(found.data).any() else ""
 
-    check(0.26, one)
+    check(0.23, one)
+
+
+def test_units_and_expressions() -> None:
+    """Texts of values, references and expressions, put together from what means something to their readers."""
+    pieces = (
+        "1", "9", "-", "+", ".", "e", "1e9", " ", "  ", "m", "kg", "s", "rad", "*", "**", "^", "/", "(", ")", "²", "⁹",
+        "%", "squared", "cubed", "per", "max(", "min(", "where(", "t < 1", ",", "x", "hub", "[5]", "boom.tip",
+        "unknown near ", "+-", "±", "\u202e", "[", "]",
+    )  # fmt: skip
+
+    def one(random_: random.Random) -> str:
+        text = "".join(random_.choices(pieces, k=random_.choice((2, 4, 8, 30)))) * random_.choice((1, 1, 1, 100))
+        readers: tuple[Callable[[], Any], ...] = (
+            lambda: units.parse(text, "m"),
+            lambda: expressions.compile_expression(text, ["x", "t"]),
+            lambda: references.split_reference(text),
+            lambda: uncertain.Position.__metadata__[0].read(text),
+            lambda: cases.parse_yaml(text, "text"),
+        )
+        for reader in readers:
+            wrong = mutations.judged(reader)[1]
+            if wrong and not wrong.startswith(("UnitError", "PydanticCustomError")):
+                return f"{text[:60]!r}: {wrong}"
+        return ""
+
+    check(0.06, one)
 
 
 def test_stands() -> None:
@@ -292,6 +318,68 @@ def change_run(path: pathlib.Path, random_: random.Random) -> str:
                 changed = mutations.changed_text(text, random_).encode("utf-8", "replace").decode()
                 holder.attrs[key] = changed.replace("\0", "")
         return f"{how} {name} {key}"
+
+
+#: Values in JSON that an attribute may not hold.
+NESTED = (
+    "[" * 900 + "]" * 900, '{"a": ' * 500 + "1" + "}" * 500, '{"x": {"y": [1]}}', '[{"line": {}}]', '["x"]', "[[1]]",
+    '[{"symbol": {"body": "nobody"}}]', '[{"frame": 5}]', '[{"marks": {"points": ["x"]}}]', '{"steps": "x"}',
+)  # fmt: skip
+
+
+def change_groups(path: pathlib.Path, random_: random.Random) -> str:
+    """Change an attribute in JSON, the groups or the dimensions of a run of parts; returns what was changed."""
+    with h5py.File(path, "r+") as file:
+        groups = [name for name, item in file.items() if isinstance(item, h5py.Group)]
+        one, other = random_.sample(groups, 2)
+        how = random_.randrange(7)
+        if how < 2:
+            holder = random_.choice((file, file[one]))
+            key = random_.choice(("laws", "statistics", "variables", "parts", "drawn", "plots", "title", "kind"))
+            holder.attrs[key] = value = random_.choice((*NESTED, "", "x\x1b[2J", "=1+1", "\u202e", 5))
+            return f"{how} {holder.name} {key} {value!s:.40}"
+        if how == 2:
+            file.move(one, "moved")
+            file.move(other, one)
+            file.move("moved", other)
+        elif how == 3:
+            file.copy(one, random_.choice(("copy", f"{other}/inner")))
+        elif how == 4:
+            del file[other]
+            file.copy(one, other)
+        elif how == 5:
+            file[random_.choice((f"{one}.rate", "a[1]", "x y"))] = np.zeros(random_.choice(((), 3, (2, 3))))
+        else:
+            names = [name for name, item in file[one].items() if "DIMENSION_LIST" in item.attrs]
+            name = random_.choice(names)
+            del file[one][name].attrs["DIMENSION_LIST"]
+            if random_.random() < 0.7:
+                file[one][name].attrs["DIMENSION_LIST"] = random_.choice((5, np.zeros(2), "x"))
+    return f"{how} {one} {other}"
+
+
+def test_runs_of_parts(structure_run: pathlib.Path, tmp_path: pathlib.Path, call: Any) -> None:
+    """A run of several parts that was altered is refused, or opened with a warning and shown."""
+    path = tmp_path / "run.nc"
+    commands = (("info", "run.nc"), ("export", "run.nc", "--to", "csv", "-o", "csv"))
+
+    def one(random_: random.Random) -> str:
+        shutil.copy(structure_run, path)
+        what, words = change_groups(path, random_), random_.choice(commands)
+        found, wrong = mutations.judged(lambda: results.open(path))
+        if wrong or found is None:
+            return f"{what}: {wrong}" if wrong else ""
+        if "altered" not in found.attrs.get("warning", ""):
+            return f"{what}: altered, and no warning"
+        if random_.random() < 0.7:  # the commands take longer than all else
+            return ""
+        ended, wrong = mutations.judged(lambda: call(*words))
+        if ended is None:
+            return f"{what}: {words}: {wrong}"
+        code, _, err = ended
+        return "" if code in (0, 2) and err.count("\n") == (code == 2) else f"{what}: {words}: code {code}, {err[:200]}"
+
+    check(0.005, one)
 
 
 def test_runs(small_run: bytes, tmp_path: pathlib.Path) -> None:

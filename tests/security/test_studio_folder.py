@@ -67,7 +67,7 @@ def started(monkeypatch):
         found.append({"command": command, **options, "in it": os.listdir(options["cwd"])})
         raise OSError("this test starts no process")
 
-    monkeypatch.setattr(queue.subprocess, "Popen", start)
+    monkeypatch.setattr(queue, "subprocess", types.SimpleNamespace(**vars(subprocess) | {"Popen": start}))
     return found
 
 

@@ -137,6 +137,8 @@ class Store:
         shutil.rmtree(temporary, ignore_errors=True)
         try:
             dataset = dataset.assign_attrs({results.DIGEST: results.digest(dataset)})
+            # a file lists coordinates by their names, parted by blanks; `read` makes those with a blank in it again
+            dataset = dataset.reset_coords([c for c in dataset.coords if " " in str(c) and c not in dataset.dims])
             dataset.to_zarr(temporary, mode="w", zarr_format=2, consolidated=True, write_empty_chunks=True)
             os.replace(temporary, target)
             _sync(self.folder)
@@ -261,7 +263,7 @@ def read(folder: str | os.PathLike[str]) -> Any:
         raise InputError(f"cannot read {str(place / RESULTS)!r}: it is damaged; {_AGAIN}") from None
     if found.attrs.pop(results.DIGEST, None) != results.digest(found):
         raise InputError(f"cannot read {str(place / RESULTS)!r}: its values were altered; {_AGAIN}")
-    return found
+    return found.set_coords([key for key in json.loads(found.attrs["keys"]) if key in found.data_vars])
 
 
 def _write_text(path: pathlib.Path, content: str) -> None:

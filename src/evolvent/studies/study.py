@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import cases, safe_open, schema
+from evolvent import cases, progress, safe_open, schema
 from evolvent.errors import InputError, nearest
 from evolvent.studies import catalogue
 from evolvent.studies import stages as st
@@ -26,6 +26,8 @@ SAMPLES = ("grid", "list", "latin-hypercube", "monte-carlo")
 _KEYS = ("study", "case", "set", "stages", "sample", "over", "samples", "seed", "keep", "batch")
 #: Most cases that are planned before anything runs.
 _CORNERS = 16
+#: Cases of a grid that are all checked before it begins.
+_ALL = 10_000
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -130,7 +132,8 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     Raises
     ------
     InputError
-        One sentence that names the key, its value and what is allowed. Every case has been checked against its schema.
+        One sentence that names the key, its value and what is allowed. Every case has been checked against its schema;
+        of a grid of more than 10 000 cases every value, while others of its cases are checked when they are run.
     """
     content, folder = _content(study)
     for key in content:
@@ -311,13 +314,13 @@ def _text(content: Mapping[str, Any], case: Mapping[str, Any]) -> str:
 
 
 def _checked(study: Study, module: Any) -> Study:
-    """The study with its axes' values as the schema reads them; every case is validated.
+    """The study with its axes' values as the schema reads them; every case is validated, of a large grid every value.
 
     A study none of whose corners can be planned is refused, as is one that keeps variables which its runs will not
     have; a case that is refused later is recorded as failed.
     """
     read_values: list[list[Any]] = [[None] * len(axis.values) for axis in study.axes]
-    for index in range(study.count):
+    for index in progress.track(_checked_cases(study), "checking the cases"):
         places = np.unravel_index(index, study.shape) * (1 if study.sample == "grid" else len(study.axes))
         for name, case in _loaded(study, index, module):
             for values, axis, k in zip(read_values, study.axes, places, strict=True):
@@ -343,6 +346,20 @@ def _checked(study: Study, module: Any) -> Study:
             check_names(found.keep, plan.start())
         return found
     raise refused if refused is not None else InputError("the study has no cases")
+
+
+def _checked_cases(study: Study) -> Sequence[int]:
+    """Indices of the cases that are checked before any is run: all, or of a large grid those along its edges.
+
+    They hold every value of every key.
+    """
+    if study.sample != "grid" or study.count <= _ALL:
+        return range(study.count)
+    edges = [study.count - 1]
+    for k, size in enumerate(study.shape):
+        step = math.prod(study.shape[k + 1 :])
+        edges += range(0, size * step, step)
+    return sorted(set(edges))
 
 
 def _loaded(study: Study, index: int, module: Any) -> Iterator[tuple[str, Any]]:

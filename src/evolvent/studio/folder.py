@@ -16,12 +16,14 @@ import pathlib
 import re
 import secrets
 import stat
+import threading
 from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO, NamedTuple
 
 from evolvent import cases
 from evolvent.errors import InputError
 from evolvent.studies import store
+from evolvent.studio import reading
 
 #: Folder inside the working folder that holds the queue, its runs, and what was dropped on the page.
 OWN = ".evolvent-studio"
@@ -38,6 +40,8 @@ _FILES = re.compile(rf"\.(ya?ml|{'|'.join(ending[1:] for ending in SIGNALS)})$",
 _PATH = re.compile(r"(/|~[\w.-]*/|\.\.?[/\\]|[A-Za-z]:[/\\]|\\\\)\S*|\S*/\.\./\S*")
 #: Keys of a case that hold a text.
 _TEXTS = ("title", "remarks")
+#: Time that a list of the files waits for those that are read, s; at first, until the process is there that reads.
+_WAIT, _FIRST = 1.0, 30.0
 #: Uploads of one name, at most.
 _MOST_SAME = 1000
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
@@ -81,6 +85,21 @@ class _Place(NamedTuple):
             os.unlink(self.prefix + name, dir_fd=self.fd)
 
 
+class Written(NamedTuple):
+    """What is known of a YAML file.
+
+    Attributes
+    ----------
+    keys : names of the first level, none where it is no mapping or not read
+    is_stand : bool, whether it describes a stand
+    reason : str, "cannot be read" or "is being read" of a file without keys
+    """
+
+    keys: frozenset[str]
+    is_stand: bool
+    reason: str
+
+
 class Folder:
     """A working folder.
 
@@ -93,7 +112,10 @@ class Folder:
         self.root = pathlib.Path(path).resolve()
         if not self.root.is_dir():
             raise InputError(f"{os.fspath(path)!r} is not a folder")
-        self._read: dict[str, tuple[tuple[int, int], Any]] = {}  # name -> (its date and size, what it holds)
+        self._read: dict[str, tuple[tuple[int, int], Written]] = {}  # name -> (its date and size, what it holds)
+        self._wanted: dict[str, tuple[int, int]] = {}  # files that are still to be read
+        self._listing = threading.Condition()
+        self._busy = self._is_ready = False
 
     @property
     def own(self) -> pathlib.Path:
@@ -354,32 +376,65 @@ class Folder:
                 break
         return sorted(found)
 
-    def yaml(self) -> dict[str, Mapping[str, Any]]:
-        """YAML files that hold a mapping, name -> content."""
-        return {name: content for name, content in self._yaml().items() if isinstance(content, Mapping)}
+    def yaml(self) -> dict[str, Written]:
+        """YAML files that hold a mapping, name -> what is known of it."""
+        return {name: found for name, found in self._yaml().items() if found.keys}
 
-    def unreadable(self) -> list[str]:
-        """YAML files that cannot be read, or hold no mapping; `text` or who reads them says why."""
-        return [name for name, content in self._yaml().items() if not isinstance(content, Mapping)]
+    def unreadable(self) -> dict[str, str]:
+        """YAML files that cannot be read, hold no mapping, or are being read, and which of these; `text` says why."""
+        return {name: found.reason for name, found in self._yaml().items() if not found.keys}
 
-    def _yaml(self) -> dict[str, Any]:
-        """YAML files, name -> content, None where it cannot be read; each is read again only when it changed."""
-        before, self._read = self._read, {}
+    def _yaml(self) -> dict[str, Written]:
+        """What is known of the YAML files; each is read again only when it changed.
+
+        They are read by `evolvent.studio.reading`, one after the other. This waits for them for `_WAIT` seconds; others
+        follow while the studio goes on.
+        """
+        stamps: dict[str, tuple[int, int]] = {}
         for name in self.files(".yaml", ".yml"):
-            path = self.root / name
-            try:
-                status = path.stat()
-            except OSError:
-                continue
-            stamp = status.st_mtime_ns, status.st_size
-            if name in before and before[name][0] == stamp:
-                self._read[name] = before[name]
-                continue
-            content = None
-            with contextlib.suppress(InputError):
-                content = cases.parse_yaml(self.text(name), name)
-            self._read[name] = stamp, content
-        return {name: content for name, (_, content) in self._read.items()}
+            with contextlib.suppress(OSError):
+                status = (self.root / name).stat()
+                stamps[name] = status.st_mtime_ns, status.st_size
+        with self._listing:
+            self._read = {name: kept for name, kept in self._read.items() if stamps.get(name) == kept[0]}
+            self._wanted = {name: stamp for name, stamp in stamps.items() if name not in self._read}
+            if self._wanted and not self._busy:
+                self._busy = True
+                threading.Thread(target=self._look, daemon=True).start()
+            self._listing.wait_for(lambda: self._is_ready or not self._wanted, _FIRST)
+            self._listing.wait_for(lambda: not self._wanted, _WAIT)
+            pending = {name: Written(frozenset(), False, "is being read") for name in self._wanted}
+            return {name: found for name, (_, found) in self._read.items()} | pending
+
+    def _look(self) -> None:
+        """Read the files that are wanted."""
+        while True:
+            with self._listing:
+                if not self._wanted:
+                    self._busy = False
+                    return
+                name, stamp = next(iter(self._wanted.items()))
+            found = Written(frozenset(), False, "cannot be read")
+            with contextlib.suppress(InputError, OSError):
+                facts = reading.reader("texts").ask("facts", reading.TEXT, source=self.text(name), name=name)
+                if facts is not None:
+                    found = Written(frozenset(facts["keys"]), facts["is_stand"], "")
+            with self._listing:
+                self._is_ready = True
+                if self._wanted.get(name) == stamp:
+                    del self._wanted[name]
+                    self._read[name] = stamp, found
+                self._listing.notify_all()
+
+    def content(self, name: str) -> Any:
+        """What a YAML file holds, for a form.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read, or holds more than a form shows.
+        """
+        return reading.content(self.text(name), name)
 
     def text(self, name: str) -> str:
         """What a YAML file holds.
@@ -464,13 +519,13 @@ class Folder:
         InputError
             If a file cannot be read, or lies outside.
         """
-        content = cases.parse_yaml(self.text(name), name)
+        content = self.content(name)
         if not isinstance(content, Mapping):
             raise InputError(f"{name}: it holds no study; a study is a mapping of keys to values")
         case = content.get("case")
         if isinstance(case, str) and case not in cases.built_in() and re.search(r"[./\\]", case):
             path = str(self.inside(name).parent / case)
-            content = {**content, "case": cases.parse_yaml(self.text(path), case)}
+            content = {**content, "case": reading.content(self.text(path), case)}
         return self.placed(content)
 
     def placed(self, content: Any) -> Any:

@@ -14,7 +14,7 @@ import numpy as np
 import yaml
 from nicegui import events, ui
 
-from evolvent import cases, units
+from evolvent import units
 from evolvent.errors import EvolventError, InputError
 from evolvent.figures import Figure, Line, Panel
 from evolvent.massprops import description, signals
@@ -138,7 +138,7 @@ class MeasurePanel:
             self._stand.set_value(self._source_of())
 
     def _open(self, name: str) -> None:
-        content = cases.parse_yaml(self.studio.folder.text(name), name)
+        content = self.studio.folder.content(name)
         stand = content.get("stand") if isinstance(content, Mapping) else None
         if not isinstance(stand, Mapping) or stand.get("kind") not in description.KINDS:
             raise InputError(

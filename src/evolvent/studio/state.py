@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from evolvent import cases, families
 from evolvent.errors import EvolventError, InputError
-from evolvent.studio import pages, signing, studydraft
+from evolvent.studio import pages, reading, signing, studydraft
 from evolvent.studio.changes import changes
 from evolvent.studio.exports import Export, Exports
 from evolvent.studio.folder import OWN, Folder
@@ -182,8 +182,8 @@ class Studio:
         found = {f"new:{name}": f"new {name}" for name in NEW}
         found |= {f"case:{name}": name for name in cases.built_in()}
         written = self.folder.yaml().items()
-        found |= {f"file:{name}": name for name, content in written if "system" in content or "parts" in content}
-        return found | {f"file:{name}": f"{name} (cannot be read)" for name in self.folder.unreadable()}
+        found |= {f"file:{name}": name for name, one in written if one.keys & {"system", "parts"}}
+        return found | {f"file:{name}": f"{name} ({why})" for name, why in self.folder.unreadable().items()}
 
     def study_sources(self) -> dict[str, str]:
         """Studies that can be run."""
@@ -191,16 +191,11 @@ class Studio:
 
         found = {"new:study": "new study"} | {f"case:{name}": name for name in studies.built_in()}
         every = self.folder.yaml().items()
-        return found | {f"file:{name}": name for name, content in every if {"case", "over"} <= set(content)}
+        return found | {f"file:{name}": name for name, one in every if {"case", "over"} <= one.keys}
 
     def stands(self) -> list[str]:
         """Files that describe a stand."""
-        found = []
-        for name, content in self.folder.yaml().items():
-            stand = content.get("stand")
-            if isinstance(stand, Mapping) and "kind" in stand:
-                found.append(name)
-        return found
+        return [name for name, one in self.folder.yaml().items() if one.is_stand]
 
     def open_case(self, source: str) -> None:
         """Put a case into the form.
@@ -227,7 +222,7 @@ class Studio:
             about, text = NEW[name]
             content = cases.content_of(cases.parse_yaml(text, name))
         else:
-            content, about = cases.parse_yaml(self.folder.text(name), name), name
+            content, about = self.folder.content(name), name
             if not isinstance(content, Mapping):
                 raise InputError(f"{name}: it holds no case; a case is a mapping of keys to values")
             content = cases.content_of(content)
@@ -270,9 +265,10 @@ class Studio:
         content = self.folder.placed(draft.content)
         case = cases.load(content)
         definition = cases.system(case.system)
-        if kind == "run":
+        assembled = reading.elements(content) <= reading.MOST_ELEMENTS  # of a larger one by its job alone
+        if assembled and kind == "run":
             definition.plan(case)
-        else:
+        elif assembled:
             families.check(definition.build(case).assemble(), families.MODES if kind == "modes" else families.STATIC)
         name = pathlib.PurePosixPath((draft.origin or draft.source).partition(":")[2]).stem or case.system
         changed = [list(change) for change in changes(draft.base, draft.content)] if draft.base else []
@@ -287,10 +283,8 @@ class Studio:
         InputError
             If its parts cannot be assembled.
         """
-        from evolvent.studio import preview
-
-        with self.computing:
-            packed = preview.start_of(self.folder.placed(content), note)
+        reading.check_size(content)
+        packed = reading.start(self.folder.placed(content), note)
         name = hashlib.sha256(packed).hexdigest()[:24]
         with self._lock:
             self._starts.pop(name, None)

@@ -13,7 +13,7 @@ import yaml
 
 from evolvent import cases
 from evolvent.errors import EvolventError, InputError
-from evolvent.studio import form, parts
+from evolvent.studio import form, parts, reading
 from evolvent.studio.folder import Folder
 
 #: How the values of a key are given, by the study's key 'sample': name -> what it is.
@@ -76,7 +76,7 @@ def opened(folder: Folder, source: str) -> StudyDraft:
         return StudyDraft(source, "new study", dict(cases.parse_yaml(NEW, name)))
     if kind == "case":
         return StudyDraft(source, studies.built_in()[name], dict(cases.parse_yaml(studies.text(name), name)))
-    content = cases.parse_yaml(folder.text(name), name)
+    content = folder.content(name)
     folder.study(name)  # refuses files outside
     found = of_content(content, name)
     case = found.content.get("case")
@@ -113,7 +113,7 @@ def case_of(folder: Folder, draft: StudyDraft) -> dict[str, Any]:
     """
     case, changes = draft.content.get("case"), draft.content.get("set") or {}
     if isinstance(case, str) and _is_file(case):
-        case = cases.parse_yaml(folder.text(case), case)
+        case = folder.content(case)
     elif isinstance(case, str):
         case = cases.parse_yaml(cases.text(case), case)
     if not isinstance(case, Mapping):
@@ -131,7 +131,7 @@ def study_with_case(folder: Folder, draft: StudyDraft) -> dict[str, Any]:
     """
     content, case = dict(draft.content), draft.content.get("case")
     if isinstance(case, str) and _is_file(case):
-        content["case"] = cases.parse_yaml(folder.text(case), case)
+        content["case"] = folder.content(case)
     placed: dict[str, Any] = folder.placed(content)
     return placed
 
@@ -298,6 +298,8 @@ def responses(folder: Folder, draft: StudyDraft) -> list[str]:
 
     study = studies.read(study_with_case(folder, draft))
     module, run = cases.system(study.system), None
+    if reading.elements(study.content) > reading.MOST_ELEMENTS:
+        return []  # its names take as long as its start
     for index in corners(study):
         try:
             plan = module.plan(cases.load(study.content, study.overrides(index)))

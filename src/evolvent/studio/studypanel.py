@@ -15,7 +15,7 @@ from nicegui import ui
 
 from evolvent import cases
 from evolvent.errors import EvolventError, InputError
-from evolvent.studio import form, studydraft
+from evolvent.studio import form, reading, studydraft
 from evolvent.studio.context import Context
 from evolvent.studio.jobview import duration
 from evolvent.studio.state import View
@@ -99,7 +99,7 @@ class StudyPanel:
         """
 
         def take() -> None:
-            raw = cases.parse_yaml(content, about) if isinstance(content, str) else content
+            raw = reading.content(content, about) if isinstance(content, str) else content
             self.studio.study = studydraft.of_content(raw, about)
 
         if self.page.attempt(take):
@@ -178,9 +178,7 @@ class StudyPanel:
     def _draw_case(self) -> None:
         case = self.draft.content.get("case")
         known = {name: name for name in cases.built_in()}
-        known |= {
-            name: name for name, found in self.studio.folder.yaml().items() if "system" in found or "parts" in found
-        }
+        known |= {name: name for name, found in self.studio.folder.yaml().items() if found.keys & {"system", "parts"}}
         value = case if isinstance(case, str) else studydraft.OWN_CASE
         if value not in known:
             known = {value: "keys in the study itself" if value == studydraft.OWN_CASE else str(value), **known}
