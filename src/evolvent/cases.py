@@ -354,7 +354,7 @@ def parse_yaml(source: str, name: str) -> Any:
         raise InputError(
             f"{name}: the character {chr(int(error.character))!r} at position {error.position} is not allowed"
         ) from None
-    except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
+    except (yaml.YAMLError, ValueError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{name}: this is not YAML ({' '.join(str(error).split())})") from None
 
 

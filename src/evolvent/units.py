@@ -488,7 +488,7 @@ def _is_plain(text: Any) -> bool:
 
 
 def _number_of(value: Any) -> float:
-    return float(value)
+    return _float(value) if isinstance(value, numbers.Real) else float(value)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -65,6 +65,11 @@ def test_yaml_is_refused_before_it_is_built(name: str) -> None:
         cases.parse_yaml(YAML[name], "text")
 
 
+def test_tags_of_the_library_are_refused() -> None:
+    with pytest.raises(InputError, match=r"text.*: this is not YAML|not supported"):
+        cases.parse_yaml("a: !!timestamp x", "text")
+
+
 def test_yaml_of_many_values_is_read() -> None:
     with mutations.limited(LIMIT):
         assert len(cases.parse_yaml(f"a: [{'1,' * 100_000}]", "text")["a"]) == 100_000
@@ -146,6 +151,7 @@ class _Joined(Section):
         {"inertia": [[], [], ["1 kg m^2"]]},
         {"inertia": {"1": 1, "2": 2, "3": 3}},
         {"axis": {"0": 1, "1": 2, "2": 3}},
+        {"axis": [10**400, 1, "2 m"]},
     ],
 )
 def test_mappings_and_nested_lists_where_lists_must_be(values: dict[str, Any]) -> None:
