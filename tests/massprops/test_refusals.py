@@ -12,7 +12,8 @@ import pytest
 from click.testing import CliRunner
 
 from evolvent import EvolventError, InputError, cli
-from evolvent.massprops import identify, json_schema, load, mass_properties, write
+from evolvent.massprops import description as schema
+from evolvent.massprops import identify, json_schema, load, mass_properties, recordings, signals, write
 from evolvent.massprops.inertia import Body, linear_model
 from evolvent.massprops.signals import Signals
 from massprops import rig
@@ -122,6 +123,37 @@ def test_a_wrong_unit_of_time_is_named(tmp_path: pathlib.Path) -> None:
     refused("slowest mode found has 13868.* the body heaves at 13.96.*check the unit of the time", fast)
     slow = rig.write_csv(tmp_path / "b.csv", 1e3 * t, x)
     refused("0.05 samples a second show nothing above 0.157.* the body's heave is expected at 13.96", slow)
+
+
+def with_words(path: pathlib.Path, head: str, *cells: str) -> Signals:
+    """A recording of a knock with one more column, whose cells repeat."""
+    first, *rows = pathlib.Path(rig.write_csv(path, *rig.knock())).read_text(encoding="utf-8").splitlines()
+    more = [f"{row},{cells[k % len(cells)]}" for k, row in enumerate(rows)]
+    path.write_text("\n".join([f"{first},{head}", *more]) + "\n", encoding="utf-8")
+    return signals.read(path)
+
+
+def named(*columns: str) -> schema.Signals:
+    return schema.Signals.model_validate({"sensors": [{"column": column} for column in columns]})
+
+
+def test_a_column_that_is_mostly_words_is_named(tmp_path: pathlib.Path) -> None:
+    """Whether few or most of its cells are words; where the signals are named, other columns may hold anything."""
+    with pytest.raises(InputError, match="line 4 holds 'over' in column 6, where a number must be"):
+        with_words(tmp_path / "a.csv", "gauge (mm)", "1.5", "2.5", "over", "0.5")
+    source = with_words(tmp_path / "a.csv", "gauge (mm)", "1.5", "over", "over")
+    what = "is no signal.*: 408 of its 612 cells are words, the first in line 3: 'over'"
+    with pytest.raises(InputError, match=f"the column 'gauge' of .* {what}; correct it, or name the columns"):
+        recordings.read(source, schema.Signals())
+    with pytest.raises(InputError, match=f"column is 'gauge', which {what}"):
+        recordings.read(source, named("sensor 1", "gauge"))
+    assert recordings.read(source, named("sensor 1", "sensor 2")).notes == ()
+
+
+def test_a_column_of_words_alone_is_left_out_with_a_note(tmp_path: pathlib.Path) -> None:
+    source = with_words(tmp_path / "a.csv", "state", "ok", "over")
+    assert source.names[1:] == tuple(f"sensor {k}" for k in (1, 2, 3, 4))
+    assert recordings.read(source, schema.Signals()).notes == ("'state' is left out: no cell holds a number",)
 
 
 def test_nothing_but_a_time_column(

@@ -67,6 +67,7 @@ def read(source: Signals, given: schema.Signals) -> Reading:
         Columns that are not there, no time, no unit, units of different kinds, uneven times, an empty range, gaps that
         are not wanted or too large.
     """
+    notes = [] if given.sensors else _words(source)
     time, clock = _time(source, given)
     sensors = given.sensors or tuple(schema.Sensor(column=name) for k, name in enumerate(source.names) if k != clock)
     if not sensors:
@@ -79,7 +80,6 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     if len(set(names)) < len(names):
         raise InputError(f"signals.sensors have the names {', '.join(names)}; they must be different")
     data = source.data[:, places]
-    notes: list[str] = []
     if time is None:
         rate = given.rate or source.rate
         assert rate is not None
@@ -110,6 +110,18 @@ def read(source: Signals, given: schema.Signals) -> Reading:
         sensitivity_std=np.array([item.std for item in converted]),
         notes=tuple(notes),
     )
+
+
+def _words(source: Signals) -> list[str]:
+    """A sentence on the columns that are left out, since they hold words alone; refused where they hold numbers too."""
+    for name, found in source.left_out.items():
+        if found.numbers:
+            raise InputError(
+                f"the column {name!r} of {source.path!r} is no signal: {found}; correct it, or name the columns that "
+                f"are signals under signals.sensors"
+            )
+    names = ", ".join(repr(name) for name in source.left_out)
+    return [f"{names} {'is' if len(source.left_out) == 1 else 'are'} left out: no cell holds a number"] if names else []
 
 
 # ------------------------------------------------------------------------------------------------ time

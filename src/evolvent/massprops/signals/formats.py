@@ -11,13 +11,14 @@ import re
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent import safe_open
 from evolvent.errors import EvolventError, InputError, visible
-from evolvent.massprops.signals.recording import Signals, distinct
+from evolvent.massprops.signals.recording import Signals, Words, distinct
 from evolvent.massprops.signals.text import read_text
 
 #: Scalars of a MAT or HDF5 file that are its sampling rate, Hz, or its step, s; letter case does not matter.
@@ -27,11 +28,12 @@ FORMATS = "CSV, TSV, TDMS, UFF 58, MAT, HDF5, WAV, and runs of evolvent"
 
 
 class Content(NamedTuple):
-    """Columns of a file: name -> samples, their units, and the rate if the file states one."""
+    """Columns of a file: name -> samples, their units, the rate if the file states one, and columns of words."""
 
     columns: dict[str, np.ndarray]
     units: dict[str, str]
     rate: float | None
+    left_out: Mapping[str, Words] = MappingProxyType({})
 
 
 def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals:
@@ -120,6 +122,7 @@ def _signals(content: Content, name: str, format_: str, digest: str) -> Signals:
         path=name,
         format=format_,
         sha256=digest,
+        left_out=content.left_out,
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,27 @@ def distinct(names: Iterable[str]) -> list[str]:
     return found
 
 
+class Words(NamedTuple):
+    """A column that is no signal, since at least half of its cells are no numbers.
+
+    Attributes
+    ----------
+    words, rows : int, cells that hold words, and all
+    numbers : int, cells that hold a number
+    line : int, in the file, of the first word
+    first : str, that word
+    """
+
+    words: int
+    rows: int
+    numbers: int
+    line: int
+    first: str
+
+    def __str__(self) -> str:
+        return f"{self.words} of its {self.rows} cells are words, the first in line {self.line}: {self.first!r}"
+
+
 @dataclass(frozen=True, eq=False)
 class Signals:
     """Columns of numbers as a file holds them.
@@ -39,6 +61,7 @@ class Signals:
     path : of the file
     format : "CSV", "TDMS", "UFF 58", "MAT", "HDF5", "WAV" or "run"
     sha256 : of the file's bytes, hexadecimal
+    left_out : columns that are not among them -> what they hold instead of numbers
     """
 
     names: tuple[str, ...]
@@ -48,6 +71,7 @@ class Signals:
     path: str
     format: str
     sha256: str
+    left_out: Mapping[str, Words] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.data.flags.writeable = False
@@ -67,6 +91,8 @@ class Signals:
                 f"{key} is {column}, but {self.path!r} has {len(self.names)} columns, counted from 1: "
                 f"{', '.join(self.names)}"
             )
+        if column in self.left_out:
+            raise InputError(f"{key} is {column!r}, which is no signal in {self.path!r}: {self.left_out[column]}")
         if column not in self.names:
             raise InputError(f"{key} is {column!r}, which {self.path!r} does not hold; {nearest(column, self.names)}")
         return self.names.index(column)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.errors import InputError
-from evolvent.massprops.signals.recording import distinct
+from evolvent.massprops.signals.recording import Words, distinct
 
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--")
 _NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][-+]?\d+)?")
@@ -17,8 +17,8 @@ _NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][-+]?\d+)?")
 _PREAMBLE, _FOLLOWING = 200, 20
 
 
-def read_text(raw: bytes, name: str) -> tuple[dict[str, np.ndarray], dict[str, str], None]:
-    """Columns and units of a text; names such as 'left (mm)' or 'left [mm]' hold their unit.
+def read_text(raw: bytes, name: str) -> tuple[dict[str, np.ndarray], dict[str, str], None, dict[str, Words]]:
+    """Columns and units of a text, and its columns of words; names such as 'left (mm)' or 'left [mm]' hold their unit.
 
     Raises
     ------
@@ -42,10 +42,11 @@ def read_text(raw: bytes, name: str) -> tuple[dict[str, np.ndarray], dict[str, s
         n: unit or (marks[c].strip("[]() ") if marks else "")
         for c, (n, (_, unit)) in enumerate(zip(names, named, strict=True))
     }
-    kept = {n: column for n, column in zip(names, columns, strict=True) if column is not None}
+    found = dict(zip(names, columns, strict=True))
+    kept = {n: column for n, column in found.items() if not isinstance(column, Words)}
     if not kept:
         raise InputError(f"cannot read {name!r}: no column of it holds numbers")
-    return kept, units, None
+    return kept, units, None, {n: column for n, column in found.items() if isinstance(column, Words)}
 
 
 def _title_and_unit(title: str) -> tuple[str, str]:
@@ -119,8 +120,8 @@ def _units_row(titles: list[list[str]]) -> bool:
     return all(len(cell) <= 8 for cell in titles[-1]) and not all(cell == "" for cell in titles[-1])
 
 
-def _numbers(lines: list[str], separator: str, width: int, name: str, first: int) -> list[np.ndarray | None]:
-    """Columns as floats; None for one that holds words only."""
+def _numbers(lines: list[str], separator: str, width: int, name: str, first: int) -> list[np.ndarray | Words]:
+    """Columns as floats; `Words` for one of which at least half the cells are no numbers, words among them."""
     import pandas as pd
 
     comma = separator != "," and not any("." in line for line in lines[:50]) and any("," in line for line in lines[:50])
@@ -141,15 +142,18 @@ def _numbers(lines: list[str], separator: str, width: int, name: str, first: int
         match = re.search(r"line (\d+)", str(error))
         where = f"line {int(match[1]) + first} has more cells than the {width} of the others" if match else str(error)
         raise InputError(f"cannot read {name!r}: {where}") from None
-    found: list[np.ndarray | None] = []
+    found: list[np.ndarray | Words] = []
     for c in range(width):
         column = table[c]
         values = pd.to_numeric(column, errors="coerce").to_numpy(dtype=float)
         wrong = np.flatnonzero(np.isnan(values) & column.notna().to_numpy())
-        if wrong.size and np.isnan(values).sum() < len(values) // 2:
+        if not wrong.size:
+            found.append(values)
+            continue
+        line, cell = first + 1 + int(wrong[0]), str(column.iloc[wrong[0]])[:40]
+        if np.isnan(values).sum() < len(values) // 2:
             raise InputError(
-                f"cannot read {name!r}: line {first + 1 + wrong[0]} holds {str(column.iloc[wrong[0]])[:40]!r} "
-                f"in column {c + 1}, where a number must be"
+                f"cannot read {name!r}: line {line} holds {cell!r} in column {c + 1}, where a number must be"
             )
-        found.append(None if wrong.size else values)
+        found.append(Words(wrong.size, len(values), int(np.sum(~np.isnan(values))), line, cell))
     return found
