@@ -57,6 +57,44 @@ def test_momenta_of_a_free_rod_with_section_inertia(
     )  # fmt: skip
 
 
+def test_torsion_with_a_polar_moment_of_its_own(book: Book) -> None:
+    """A clamped chain of n lumps; without it the sum of both moments counts."""
+    n, polar = 12, 1.5e-3
+    own = {"mass_per_length": 0.7, "inertia_y": 1e-3, "inertia_z": 2e-3}
+    k = np.arange(1, 4)
+    exact = 2.0 * n * np.sqrt(RUBBER.shear_modulus * S.J) * np.sin((2 * k - 1) * np.pi / (4 * n))
+    for inertia, about in ((SectionInertia(**own), 3e-3), (SectionInertia(**own, inertia_x=polar), polar)):
+        system = System()
+        system.add(parts.Rod(**KEYS | {"elements": n}, inertia=inertia), "rod")
+        system.add(parts.Joint(a=ORIGIN, b="rod.root", type="clamp"), "clamp")
+        found = system.modes(count=60)
+        twists = found.participation[:, 3] ** 2 > 1e-6 * found.total_mass[3]
+        error = np.abs(found.frequency[twists][:3] / (exact / np.sqrt(about)) - 1.0).max()
+        assert error < 1e-6
+        assert found.total_mass[3] == pytest.approx(about, rel=1e-9)
+    book(
+        "Modes", "Rod with a polar moment of its own, clamped: three torsion modes",
+        reference="2 n/L sqrt(GJ/I) sin((2 k - 1) pi/(4 n))", source="closed form", error=error, allowed=1e-6,
+    )  # fmt: skip
+
+
+def test_the_mass_of_the_held_node_is_what_the_modes_of_a_clamped_rod_lack() -> None:
+    """All modes and what the clamp holds have the whole mass, along and about every axis."""
+    system = System()
+    system.add(parts.Rod(**KEYS | {"elements": 20}, inertia=INERTIA), "rod")
+    system.add(parts.Joint(a=ORIGIN, b="rod.root", type="clamp"), "clamp")
+    found = system.modes(count=200)
+    np.testing.assert_allclose(found.effective_mass.sum(axis=0) + found.held_mass, found.total_mass, rtol=1e-8)
+    lump = 0.7 / 40.0
+    np.testing.assert_allclose(found.held_mass[:3], lump, rtol=1e-8)
+    assert found.total_mass[0] == pytest.approx(0.7)
+    data = found.to_dataset()
+    np.testing.assert_allclose(data.held_mass, lump, rtol=1e-8)
+    np.testing.assert_allclose(data.held_inertia, found.held_mass[3:])
+    assert "held by supports" in found.table()
+    assert "whole structure" in found.table()
+
+
 def test_offset_mass_twists_a_rod_in_gravity(book: Book) -> None:
     """Torque per length m g c: the tip turns by m g c L^2/(2 G J)."""
     m, g, c = 0.5, 0.01, 0.004
@@ -217,9 +255,9 @@ def test_a_body_on_a_node_of_a_rod() -> None:
     assert sag(True) == pytest.approx(sag(False), abs=1e-10)
 
 
-def refused(*added: Any, **keys: Any) -> str:
+def refused(*added: Any, kind: Any = parts.Rod, **keys: Any) -> str:
     system = System()
-    system.add(parts.Rod(**(KEYS | keys)), "arm")
+    system.add(kind(**(KEYS | keys)), "arm")
     for k, part in enumerate(added):
         system.add(part, f"part {k}")
     with pytest.raises(InputError) as error:
@@ -231,6 +269,12 @@ def test_refusals() -> None:
     assert "arm.grading has 3 values; it must be one value, or 4" in refused(grading=(1.0, 2.0, 3.0))
     words = "arm.inertia.inertia_yz is 1 kg m; its square must be below"
     assert words in refused(inertia=SectionInertia(inertia_yz=1.0))
+    for polar in (1.7e-3, 2.5e-3):  # 1.75e-3 is the difference of the principal moments, 2.3e-3 the sum
+        words = "arm.inertia.inertia_x is 0.00"
+        assert words in refused(inertia=INERTIA.model_copy(update={"inertia_x": polar}))
+    assert "arm.inertia.inertia_x is given; the sections of a Beam are plane" in refused(
+        kind=parts.Beam, inertia=INERTIA.model_copy(update={"inertia_x": 2e-3})
+    )
     torque = parts.DistributedTorque(beam="arm", torque=1.0)
     assert "is 'arm', a rod, which this load does not support; use a Torque" in refused(torque)
     assert "force is missing; give force, or direction and profile" in refused(parts.LineLoad(beam="arm"))

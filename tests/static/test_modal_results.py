@@ -257,6 +257,6 @@ def test_dataset_and_table(tmp_path):
     assert "mass.rotation" not in seen
     seen.to_netcdf(tmp_path / "modes.nc", engine="h5netcdf")
     lines = found.table().splitlines()
-    assert len(lines) == 2 + 9 + 2
+    assert len(lines) == 2 + 9 + 4
     assert len({len(line) for line in lines[2:]}) == 1
     assert "inertia z" in lines[0]

@@ -101,6 +101,8 @@ def test_reels_and_attitude(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> N
     names: dict[str, Any] = {}
     for program in re.findall(r"^```python\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE):
         exec(program, names)
+        if "slew = " in program:
+            names["craft_on_wheels"] = names["craft"].assemble()
     flight = names["flight"]
     assert "warning" not in flight.attrs
     assert float(flight["tether"].deployed_length[-1]) > 0.7
@@ -111,6 +113,12 @@ def test_reels_and_attitude(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> N
     assert float(slew["control"].error_angle.max()) < 0.02
     assert slew["bus"].attitude.values[-1] == pytest.approx([np.cos(np.pi / 6), 0.0, 0.0, np.sin(np.pi / 6)], abs=1e-3)
     assert np.abs(slew.angular_momentum.values).max() < 1e-6 * float(np.ptp(slew["wheel 1"].wheel_momentum.values))
+    # the inertia that the guide states for the controller's frequency; `tests/attitude` has the motion in closed form
+    whole, wheels, turned = map(float, re.findall(r"here (\S+) - (\S+) = (\S+) kg m2", page)[0])
+    own = [part for part in names["craft_on_wheels"].parts.values() if part.kind == "reaction-wheel"]
+    assert len(own) == 4
+    assert wheels == pytest.approx(sum(part.inertia * (part.axis[2] / np.linalg.norm(part.axis)) ** 2 for part in own))
+    assert (whole, turned) == (6.0, 6.0 - wheels)
     flexible = names["flexible"]
     assert float(flexible["control"].error_angle[-1]) < 2e-4
     exchanged = float(np.ptp(flexible["wheel"].wheel_momentum.values))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -13,6 +14,9 @@ from evolvent.elements.sections import CrossSection, Material
 from evolvent.errors import InputError
 from evolvent.schema import Section
 
+#: What a polar moment may be beyond its limits by rounding.
+ROUNDED = 1e-6
+
 
 class SectionInertia(Section):
     """Inertia of a beam per length, independent of its stiffness; keys left out follow from material and section.
@@ -21,9 +25,12 @@ class SectionInertia(Section):
     ----------
     mass_per_length : float, kg/m, optional
         Density times area if left out.
+    inertia_x : float, kg m, optional
+        Polar moment of inertia per length, about an axis through the mass centre along x; the sum of `inertia_y` and
+        `inertia_z` if left out, as of every plane section. Of a `Rod` alone.
     inertia_y, inertia_z : float, kg m, optional
         Moments of inertia per length about axes through the mass centre along y and z of the section, int z^2 dm and
-        int y^2 dm; density times second moments if left out. About the beam's axis the section has their sum.
+        int y^2 dm of a plane section; density times second moments if left out.
     inertia_yz : float, kg m, optional
         Product int y z dm; 0 if left out beside one of the moments.
     offset : (2,) float, m
@@ -31,6 +38,7 @@ class SectionInertia(Section):
     """
 
     mass_per_length: units.LineDensity | None = None
+    inertia_x: units.LineInertia | None = None
     inertia_y: units.LineInertia | None = None
     inertia_z: units.LineInertia | None = None
     inertia_yz: units.LineProduct | None = None
@@ -50,7 +58,20 @@ class SectionInertia(Section):
                 f"inertia_yz is {product:.6g} kg m; its square must be below that of inertia_y times inertia_z, "
                 f"{about_y:.6g} and {about_z:.6g} kg m"
             )
+        if self.inertia_x is not None:
+            least, most = math.hypot(about_y - about_z, 2.0 * product), about_y + about_z
+            if not least * (1.0 - ROUNDED) <= self.inertia_x <= most * (1.0 + ROUNDED):
+                raise InputError(
+                    f"inertia_x is {self.inertia_x:.6g} kg m; mass that has inertia_y and inertia_z, {about_y:.6g} and "
+                    f"{about_z:.6g} kg m, has from {least:.6g} to {most:.6g} kg m, their difference (of the principal "
+                    f"ones) and their sum"
+                )
         return mass, about_y, about_z, product
+
+    def polar(self, section: CrossSection, material: Material) -> float:
+        """Moment of inertia per length about the axis through the mass centre along x."""
+        _, about_y, about_z, _ = self.values(section, material)
+        return about_y + about_z if self.inertia_x is None else self.inertia_x
 
 
 #: That of the section's own material.

@@ -79,9 +79,10 @@ def element_inertia(
         mass, inertia = 0.0, np.zeros((3, 3))
         for x, weight in zip(0.5 + 0.5 * _AT, 0.5 * _WEIGHT, strict=True):
             m, about_y, about_z, product = own.values(section.at(x), material)
+            polar = own.polar(section.at(x), material)
             part = length * weight * (x if side else 1.0 - x)
             mass += part * m
-            inertia += part * np.array([[about_y + about_z, 0, 0], [0, about_y, -product], [0, -product, about_z]])
+            inertia += part * np.array([[polar, 0, 0], [0, about_y, -product], [0, -product, about_z]])
         shares.append(Lumped(mass, inertia))
     return shares[0], shares[1]
 

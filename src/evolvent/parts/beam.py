@@ -144,6 +144,11 @@ class Beam(Part):
                 f"{name}.inertia.{given[0]} is given, but {name}.formulation is {self.formulation!r}; a cable has a "
                 f"mass per length alone"
             )
+        if self.inertia.inertia_x is not None:
+            raise InputError(
+                f"{name}.inertia.inertia_x is given; the sections of a Beam are plane, with the sum of inertia_y and "
+                f"inertia_z about its axis; leave it out, or use a Rod"
+            )
         check_inertia(name, self.inertia, self.section, self.material)
 
     def start_nodes(self, name: str = "beam") -> np.ndarray:

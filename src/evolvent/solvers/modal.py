@@ -232,13 +232,23 @@ class Modes:
         Notes
         -----
         ``w^T M w`` with w the part of r that the constraints leave, ``M w + G^T mu = M r``, ``G w = 0``. It falls short
-        of `total_mass` by what the supports carry directly: the share of the elements next to a support, which goes
-        to zero with their length, and mass in directions in which a joint to the ground leaves it no freedom.
+        of `total_mass` by `held_mass`.
         """
         w = constrained(self.M, self.G, self.M @ self._rigid, np.zeros((self.G.shape[0], 6)))
         found = np.einsum("ij,ij->j", w, self.M @ w)
         found[found <= NOTHING * self.total_mass] = 0.0
         return np.asarray(found)
+
+    @property
+    def held_mass(self) -> Array:
+        """What the supports carry directly and no mode moves, `total_mass` less `movable_mass`: (6,), kg and kg m2.
+
+        It is the share of the elements next to a support, which goes to zero with their length (of a clamped rod the
+        lump of the node that is held), and mass in directions in which a joint to the ground leaves it no freedom.
+        """
+        found = self.total_mass - self.movable_mass
+        found[np.abs(found) <= NOTHING * self.total_mass] = 0.0
+        return found
 
     @property
     def cumulative_fraction(self) -> Array:
@@ -333,7 +343,8 @@ class Modes:
                 factor, root = name.replace("effective", "participation"), "kg^(1/2)" if unit == "kg" else "kg^(1/2) m"
                 what = f"participation factor, whose square is the {name_of}"
                 data[factor] = (("mode", "axis"), self.participation[:, part], {"units": root, "long_name": what})
-                for of, values in (("movable", self.movable_mass), ("total", self.total_mass)):
+                kinds = {"movable": self.movable_mass, "held": self.held_mass, "total": self.total_mass}
+                for of, values in kinds.items():
                     data[name.replace("effective", of)] = ("axis", values[part], {"units": unit})
         for name in self.parts:
             found = self[name]
@@ -368,6 +379,9 @@ class Modes:
                 line += "".join(f"  {m if m > f else 0.0:>10.4g}" for m, f in zip(masses[k], floor, strict=True))
             lines.append(line)
         if masses is not None:
-            for word, values in (("sum", masses.sum(axis=0)), ("all modes", self.movable_mass)):
+            sums = {"sum": masses.sum(axis=0), "all modes": self.movable_mass}
+            for word, values in (
+                sums | {"held by supports": self.held_mass, "whole structure": self.total_mass}
+            ).items():
                 lines.append(f"{word:>29}" + "".join(f"  {m:>10.4g}" for m in values))
         return "\n".join(lines)
