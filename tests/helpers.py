@@ -250,3 +250,26 @@ def tangent_error(assembly: Assembly, y: Array, rng: np.random.Generator) -> flo
     """Largest difference of the implicit tangent from central differences, a share of the tangent's largest entry."""
     found, differences = tangent_columns(assembly, y, rng)
     return float(np.abs(differences - found).max() / np.abs(found).max())
+
+
+def flying_apart(t: np.ndarray, square: float, rate: float) -> np.ndarray:
+    """Extension of a thread between two masses that are released at 1, where it may only pull.
+
+    The solution of x'' + rate x' + square x = 0 while square x + rate x' is above 0, then free flight.
+
+    Parameters
+    ----------
+    t : (nt,) float, s
+    square, rate : float, 1/s2 and 1/s, stiffness and damping over the reduced mass; underdamped
+    """
+    decay = 0.5 * rate
+    w = np.sqrt(square - decay**2)
+
+    def moving(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        x = np.exp(-decay * at) * (np.cos(w * at) + decay / w * np.sin(w * at))
+        return x, -np.exp(-decay * at) * square / w * np.sin(w * at)
+
+    # square x + rate x' = 0 where cos(w t) = decay/w sin(w t)
+    free = np.arctan2(w, decay) / w
+    x, v = moving(free)
+    return np.where(t < free, moving(np.minimum(t, free))[0], x + v * (t - free))

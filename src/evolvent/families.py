@@ -123,7 +123,7 @@ _BEAM = (flexible.add_elements, flexible.beam_energies, flexible.beam_momenta)
 _EXPLICIT = frozenset({EXPLICIT})
 _ACTUATORS = (attitude.actuator_forces, attitude.command, attitude.find_error, profile.profile)
 _ACTUATOR_TANGENTS = (attitude.add_actuator_tangents, attitude.add_controller_tangent)
-_THREAD = (thread.reels, thread.carry_wound, thread.carry_power, thread.thread_inventory)
+_THREAD = (thread.longest_step, thread.reels, thread.carry_wound, thread.carry_power, thread.thread_inventory)
 _THREAD_TANGENT = (
     thread.add_thread_residual,
     thread.add_thread_tangent,

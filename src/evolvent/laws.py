@@ -223,7 +223,8 @@ def element_law(function: Callable) -> Any:
     Notes
     -----
     The energy balance of a run closes where f . v = -(d/dt)(energy) - power. Of forces that give energy, the power is
-    below zero. Momentum is kept where the forces have neither a resultant nor a moment.
+    below zero. A law that always returns zeros states no energy: its forces do work, as loads do. Momentum is kept
+    where the forces have neither a resultant nor a moment.
     """
     return _law("element", function)
 

@@ -158,8 +158,9 @@ RECORDS: dict[str, np.dtype] = {
         "a b account", "ratio_a ratio_b offset stiffness damping", "torque energy lost lost0"
     ),
     # a user-defined law between points, which are sides (`kernels.sides`). balanced: 1 where the last forces had
-    # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric
-    "custom_forces": _record("law first last first_point points", "", "balanced symmetric"),
+    # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric;
+    # stated: 1 once the law has given an energy or a power
+    "custom_forces": _record("law first last first_point points", "", "balanced symmetric stated"),
     "custom_points": _record("on index iq iv", "local", "", local=_3),
     # angles and travels of gears, which are joints (`kernels.gear`); first, last of a joint: its coordinates
     "gear_coordinates": _record(

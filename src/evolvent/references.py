@@ -27,6 +27,7 @@ OF_THE_RUN = frozenset(
             "work_spools",
         ),
         *("energy", "energy_kinetic", "energy_elastic", "energy_dissipated", "energy_released", "energy_defect"),
+        "energy_moved",
     )
 )
 #: What numbers of the nodes of a thread mean; those of a beam count from its root.

@@ -364,9 +364,11 @@ def balance_numbers(run: xr.DataTree) -> list[Number]:
         ]
         found += [("energy dissipated by", ", ".join(causes))] if causes else []
     worst = float(np.nanmax(np.abs(root["energy_defect"].values), initial=0.0))
-    work = root["work_loads"].values + root["work_drives"].values + root["work_spools"].values
-    most = max(1e-300, *(float(np.nanmax(np.abs(values), initial=0.0)) for values in (root["energy"].values, work)))
-    found.append(("energy balance", f"closes to {quantity(worst, 'J', 2)}, {worst / most:.2g} of the largest energy"))
+    closes = f"closes to {quantity(worst, 'J', 2)}"
+    if "energy_moved" in root:
+        moved = float(np.nanmax(root["energy_moved"].values, initial=0.0))
+        closes += f", {worst / max(moved, 1e-300):.2g} of the {quantity(moved, 'J', 3)} that were moved"
+    found.append(("energy balance", closes))
     return [Number(label=label, value=value) for label, value in found]
 
 

@@ -97,6 +97,9 @@ def _balances(solution: Solution) -> dict[str, xr.Variable]:
         solution.energy_defect,
         "energy minus that at the start and the work, plus the losses; negative: dissipated by the method",
     )
+    data["energy_moved"] = energy(
+        solution.energy_moved, "energy moved since the start: the largest of ranges of energies, work and losses"
+    )
     momentum = solution.momentum
     for name, values, unit, text in (
         ("momentum", momentum.linear, "kg m s-1", "linear momentum of all parts, inertial axes"),

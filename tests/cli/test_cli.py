@@ -310,9 +310,10 @@ def test_unwritable_folder_is_refused_before_the_run(call, monkeypatch, tmp_path
 
 
 def test_a_failed_run_is_kept_and_labelled(call, monkeypatch):
-    import evolvent.solvers.drive as drive
+    from evolvent.solvers import balance
 
-    monkeypatch.setattr(drive, "ENERGY_LIMIT", 1e-30)
+    monkeypatch.setattr(balance, "GAINED", 1e-30)
+    monkeypatch.setattr(balance, "ROUND_OFF", 0.0)
     code, out, err = call("run", "heliogyro", *QUICK, "-o", "run.nc")
     assert code == 1
     assert err.splitlines()[-1].startswith("evolvent: the energy balance is off")

@@ -21,30 +21,42 @@ def ran(system: System, end: float, step: float, rho: float = 1.0) -> Solution:
 
 
 def test_a_custom_force_is_that_of_springs() -> None:
-    """Laws that say what springs say: the same motion to second order, and a balance that closes."""
-    off = []
+    """Laws that say what springs say: the same motion and energy to second order."""
+    off, defect = [], []
     for step in (0.02, 0.01):
         plain, own = (ran(connected(law), 1.0, step) for law in (False, True))
         n = int(plain.assembly.model.info.nq)
         off.append(np.abs(own.y[:, :n] - plain.y[:, :n]).max())
-        assert np.abs(own.energy_defect).max() < 1e-9 * own.energy[0]
+        defect.append(np.abs(own.energy_defect).max() / own.energy[0])
+        assert not own.balance.loads.any()
         assert own.balance.by_springs[-1] == pytest.approx(plain.balance.by_springs[-1], rel=0.01)
     assert off[1] < 0.3 * off[0] < 1e-3
+    assert defect[1] < 0.3 * defect[0] < 1e-3
 
 
-@pytest.mark.parametrize("step", [0.1, 0.02])
+@pytest.mark.parametrize("step", [0.05, 0.02])
 def test_a_law_between_free_places_keeps_momenta(step: float) -> None:
     found = ran(triangle(), 4.0, step)
     scale = np.abs(found.momentum.angular).max()
     assert np.abs(found.momentum.drift_linear).max() < 1e-11
     assert np.abs(found.momentum.drift_angular).max() < 2e-8 * scale
-    assert np.abs(found.energy_defect).max() < 1e-9 * found.energy[0]
 
 
-def test_what_a_law_gives_beside_its_energy_falls_with_the_step() -> None:
-    given = [np.abs(ran(triangle(), 4.0, h).balance.loads).max() for h in (0.02, 0.01)]
-    assert given[0] < 2e-3 * ran(triangle(), 0.1, 0.01).energy[0]
-    assert given[1] < 0.3 * given[0]
+def test_what_a_law_does_beside_its_energy_is_a_defect_that_falls_with_the_step() -> None:
+    """The law is evaluated at the middle of the step: its work differs from its energy in the third order."""
+    runs = [ran(triangle(), 4.0, h) for h in (0.02, 0.01)]
+    defect = [np.abs(found.energy_defect).max() for found in runs]
+    assert defect[0] < 2e-3 * runs[0].energy[0]
+    assert defect[1] < 0.3 * defect[0]
+    assert not any(found.balance.loads.any() for found in runs)
+
+
+def test_a_step_too_long_for_a_law_fails() -> None:
+    """Its energy is off by 3 %: what was counted as work of loads before."""
+    found = solve_energy(triangle().assemble(), samples=np.linspace(0.0, 4.0, 11), step=0.1, spectral_radius=1.0)
+    assert found.status == "failed"
+    assert "gained more than 1 % of the 1.08 J that were moved" in found.message
+    assert "or the energy that 'skin' states is not that of its forces" in found.message
 
 
 def satellite() -> System:

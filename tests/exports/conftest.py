@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import evolvent
-import evolvent.solvers.drive as drive
 from evolvent import results
+from evolvent.solvers import balance, drive
 
 SHORT = {
     "heliogyro": (
@@ -34,8 +34,9 @@ def failed():
     """A run that stopped half-way, since its energy balance was said to be off."""
     case, changes = SHORT["heliogyro"]
     with pytest.MonkeyPatch.context() as patch:
-        for limit in ("ENERGY_LIMIT", "DIVERGED"):
-            patch.setattr(drive, limit, 1e-13)
+        patch.setattr(drive, "DIVERGED", 1e-13)
+        patch.setattr(balance, "GAINED", 1e-13)
+        patch.setattr(balance, "ROUND_OFF", 0.0)
         with pytest.raises(evolvent.RunFailed) as caught:
             evolvent.run(case, changes)
     run = caught.value.run

@@ -12,7 +12,7 @@ from evolvent import System, parts
 from evolvent.builder import Assembly
 from evolvent.flow.observations import observe
 from evolvent.solvers.implicit import solve_implicit
-from helpers import Run, fitted_order, run, tangent_columns
+from helpers import Run, fitted_order, flying_apart, run, tangent_columns
 
 G, RADIUS = 9.81, 0.05
 
@@ -56,24 +56,28 @@ def swinging(*, nodes: int, stiffness: float, damping: float = 0.0, slack: bool 
     return system.assemble()
 
 
+@pytest.mark.parametrize("damping", [0.0, 3.0])
 @pytest.mark.parametrize("options", [{"step": 1e-3}, {"tolerance": 1e-7}], ids=["step", "tolerance"])
-def test_a_slack_thread_lets_its_end_fly(options: dict[str, float], book: Book) -> None:
+def test_a_slack_thread_lets_its_end_fly(options: dict[str, float], damping: float, book: Book) -> None:
+    """Its tension is never below zero: its damper does not push either, and takes what the spring releases."""
     t = np.linspace(0.0, 2.0, 21)
-    found = implicit(two_ends(), t, **options)
-    w = np.sqrt(30.0 * (1.0 / 4.0 + 1.0 / 1.5))
-    free = 0.5 * np.pi / w
-    exact = np.where(t < free, 0.05 * np.cos(w * t), -0.05 * w * (t - free))
+    found = implicit(two_ends(damping), t, **options)
+    per_mass = 1.0 / 4.0 + 1.0 / 1.5
+    exact = 0.05 * flying_apart(t, 30.0 * per_mass, damping * per_mass)
     model = found.assembly.model
     apart = found.y[:, int(model.points["iq"][0])] - found.y[:, int(model.bodies["iq"][1])]
     error = np.abs(apart - 1.0 - exact).max() / 0.05
-    assert error < 2e-4
+    allowed = 2e-4 if damping == 0.0 else 1e-3  # the force has a corner where the pull ends
+    assert error < allowed
     assert found.seen.tension.min() >= 0.0
-    assert np.all(found.seen.tension[t > free] == 0.0)
-    assert np.abs(found.solution.energy_defect).max() < 1e-4 * found.energy[0]
+    assert np.all(found.seen.tension[t > 0.36] == 0.0)
+    assert np.abs(found.solution.energy_defect).max() < 2e-4 * found.energy[0]
     how = "steps of 1 ms" if "step" in options else "tolerance 1e-7"
     book(
-        "Threads, reels, tethers", f"Thread that goes slack between two bodies (generalized-alpha, {how})",
-        source="closed form", reference="cos(w t), then free flight", error=error, allowed=2e-4,
+        "Threads, reels, tethers",
+        f"Thread that goes slack between two bodies, damping {damping:g} N s/m (generalized-alpha, {how})",
+        source="closed form", reference="damped oscillation while it pulls, then free flight", error=error,
+        allowed=allowed,
     )  # fmt: skip
 
 
@@ -88,8 +92,8 @@ def test_slack_and_taut_again(damping: float) -> None:
     found = implicit(swinging(**given), t, tolerance=1e-7)
     assert np.abs(found.seen.position - exact.seen.position).max() < 5e-4
     assert np.abs(found.solution.energy_defect).max() < 1e-4 * exact.energy.max()
-    if damping == 0.0:
-        assert found.seen.tension.min() >= 0.0
+    assert found.seen.tension.min() >= 0.0
+    assert exact.seen.tension.min() >= 0.0
 
 
 def test_stiff_segments_that_go_slack() -> None:

@@ -99,6 +99,7 @@ def synthetic(content, overrides=None) -> xr.DataTree:
         "energy_losses": (("time", "cause"), taken, "J"),
         "energy_released": (("time",), zero, "J"),
         "energy_defect": (("time",), defect, "J"),
+        "energy_moved": (("time",), np.maximum.accumulate(np.abs(work)), "J"),
         "work_loads": (("time",), work, "J"),
         "work_drives": (("time",), zero, "J"),
         "work_spools": (("time",), zero, "J"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -48,13 +49,17 @@ def gaining(solution: Solution, gain: float) -> Solution:
 
 def test_a_gain_that_matters_fails(swing: Solution) -> None:
     """The solver itself passes gains up to 1e-4 of the weight lifted by the string's length, here 98 uJ."""
-    largest = analysis.exchanged(swing)
-    assert 1e-6 < largest < 2e-3
+    moved = swing.closure.moved
+    assert 1e-6 < moved < 2e-3
     assert analysis.check_energy_gain(swing) is swing
-    assert analysis.check_energy_gain(gaining(swing, 0.05 * largest)).success
-    failed = analysis.check_energy_gain(gaining(swing, 1.7 * largest))
+    assert swing.closure.gained < 0.02 * moved
+    assert analysis.check_energy_gain(gaining(swing, 0.05 * moved)).success
+    assert gaining(swing, 0.05 * moved).closure.warns
+    words = r"the energy balance has gained \S+ J, \S+ % of the \S+ J that were moved"
+    assert re.match(words, analysis.unclosed(gaining(swing, 1.7 * moved)))
+    failed = analysis.check_energy_gain(gaining(swing, 1.7 * moved))
     assert failed.status == "failed"
-    assert "% of its largest energy or work; use a smaller tolerance or step" in failed.message
+    assert "J that were moved; use a smaller `tolerance` or `step`" in failed.message
 
 
 def test_a_failed_or_interrupted_run_stays_what_it_is(swing: Solution) -> None:

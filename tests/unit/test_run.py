@@ -56,6 +56,7 @@ def test_has_all_variables_with_units(quick):
         "work_loads": (time, "J"),
         "work_drives": (time, "J"),
         "energy_defect": (time, "J"),
+        "energy_moved": (time, "J"),
     }
     for name, (dims, unit) in wanted.items():
         assert quick[name].dims == dims, name
@@ -421,9 +422,10 @@ def test_progress_is_told():
 
 
 def test_a_failed_run_is_raised_with_what_was_computed(monkeypatch):
-    import evolvent.solvers.drive as drive
+    from evolvent.solvers import balance
 
-    monkeypatch.setattr(drive, "ENERGY_LIMIT", 1e-30)
+    monkeypatch.setattr(balance, "GAINED", 1e-30)
+    monkeypatch.setattr(balance, "ROUND_OFF", 0.0)
     with pytest.raises(evolvent.RunFailed, match="energy balance") as caught:
         evolvent.run("heliogyro", QUICK)
     assert caught.value.run.attrs["status"] == "failed"

@@ -90,7 +90,6 @@ class EnergyStep(Struct):
     gap0, gap1 : (nj,) float, gaps of the joints; length0, length1 : (ns,) float, lengths of the springs
     hinge0, hinge1 : (nh, 3) float, of `hinge_step.measure_hinges`
     powers : (N_POWERS,) float, means over the step; contact : (2,) float, J, what normal forces and friction take
-    stored : (2,) float, J, energies of custom forces at both ends
     """
 
     step: np.record = record(STEP)
@@ -120,7 +119,6 @@ class EnergyStep(Struct):
     hinge1: np.ndarray = array(2)
     powers: np.ndarray = array(1)
     contact: np.ndarray = array(1)
-    stored: np.ndarray = array(1)
 
 
 ENERGY_STEP = EnergyStep._numba_type_
@@ -149,8 +147,6 @@ def measure(end, model, work):
         lengths[k] = math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
     if model.flexible.rods.size > 0:
         rod_step.measure_rods(model, work.rods1 if end == 1 else work.rods0)
-    if model.flexible.custom_forces.size > 0:
-        work.stored[end] = custom.custom_energies(t, y, model)
     if model.flexible.hinges.size > 0:
         hinge_step.measure_hinges(y, model.flexible.switches, model, work.hinge1 if end == 1 else work.hinge0)
     if model.flexible.body_contacts.size > 0:
@@ -293,7 +289,7 @@ def residual(model, work):
     if f.custom_forces.size > 0:
         _, lost, given = custom.add_custom_forces(tm, ym, model, F)
         powers[SPRINGS] += lost
-        powers[MARKER_LOADS] += given + lost + (work.stored[1] - work.stored[0]) / h
+        powers[MARKER_LOADS] += given
     if attitude.has_actuators(model):
         _, given, _ = attitude.actuator_forces(tm, ym, model)  # work of motors: `attitude.end_actuator_step`
         powers[MARKER_LOADS] += given

@@ -101,7 +101,8 @@ def add_flexible_forces(t, y, s, model, dy):
         if joint.is_penalty(t, s, f.joints, k):
             by_joints += joint.add_penalty(t, y, k, model, F)
     if f.custom_forces.size > 0:
-        _, by_laws, _ = custom.add_custom_forces(t, y, model, F)
+        _, by_laws, work = custom.add_custom_forces(t, y, model, F)
+        given += work
     if f.joints.size > 0 or f.hinges.size > 0 or f.custom_forces.size > 0:
         points.take_forces(n_q, model.points, F)
     if f.beams.size > 0 or f.rods.size > 0:

@@ -100,8 +100,9 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[JOINTS] += lost
         powers[DRIVEN] += coordinate.motor_power(model)
     if f.custom_forces.size > 0:
-        _, lost, _ = custom.add_custom_forces(t, y, model, F)
+        _, lost, given = custom.add_custom_forces(t, y, model, F)
         powers[SPRINGS] += lost
+        powers[MARKER_LOADS] += given
     if attitude.has_actuators(model):
         _, given, _ = attitude.actuator_forces(t, y, model)  # work of motors: `attitude.end_actuator_step`
         powers[MARKER_LOADS] += given

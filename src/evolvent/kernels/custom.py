@@ -59,14 +59,20 @@ def _evaluate(t, model, k, m, out):
 
 @inlined
 def _add_forces(y, t, k, model, F):
-    """Forces of law k; returns the energy stored, the power dissipated, and the power of the forces."""
+    """Forces of law k; returns the energy stored, the power dissipated, and that of forces without a stated energy.
+
+    A law that has given neither an energy nor a power so far states none: its forces do work, as loads do.
+    """
     flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
     forces, points, work = flexible.custom_forces, flexible.custom_points, flexible.custom
     m, given = _gather(y, model, k), 0.0
     stored, lost = _evaluate(t, model, k, m, 2 * m)
     forces[k].balanced = _is_balanced(work, m)
-    for i in range(m):
-        given += work[2 * m + i] * work[m + i]
+    if stored != 0.0 or lost != 0.0:
+        forces[k].stated = 1.0
+    if forces[k].stated == 0.0:
+        for i in range(m):
+            given += work[2 * m + i] * work[m + i]
     for i in range(forces[k].points):
         p, x, f = forces[k].first_point + i, 3 * i, 2 * m + 3 * i
         pull(
@@ -78,7 +84,10 @@ def _add_forces(y, t, k, model, F):
 
 @indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, MODEL, VECTOR))
 def add_custom_forces(t, y, model, F):
-    """Forces of all users' laws; returns the energy stored (J), the power dissipated and that of the forces (W)."""
+    """Forces of all users' laws; returns the energy stored (J), the power dissipated, and that of those without energy.
+
+    The powers are in W; see `_add_forces`.
+    """
     energy = power = given = 0.0
     for k in range(model.flexible.custom_forces.size):
         stored, lost, work = _add_forces(y, t, k, model, F)

@@ -61,7 +61,7 @@ class CustomForce(Part):
     law : function under ``@evolvent.element_law``
         ``law(t, x, v, parameters, f) -> (energy, power)``: from the positions x and velocities v of the k points,
         (3 k,) each, it adds to f : (3 k,) the forces on them, and returns the energy stored (J) and the power
-        dissipated (W).
+        dissipated (W); the work of a law that always returns zeros is work of loads.
     parameters : list of float
         Of the law.
 

@@ -62,8 +62,9 @@ class Thread(Part):
     stiffness, damping : float, N/m and N s/m
         Of one segment (springs).
     slack : bool
-        Whether a spring segment that is shorter than its natural length goes slack, without stiffness and damping;
-        otherwise it carries compression. Under generalized-alpha let the steps follow from `tolerance`.
+        Whether a spring segment only pulls: it is slack below its natural length, and while its damper would push
+        harder than its spring pulls. Otherwise it carries compression. Under generalized-alpha let the steps follow
+        from `tolerance`.
     direction : (3,) float, optional
         Direction of the thread deployed at the start, body axes; the pay-out axis of the reel if left out. With `end`
         the thread is straight to that point.

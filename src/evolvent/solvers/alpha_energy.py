@@ -10,7 +10,15 @@ from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import attitude, body_contact, contact, coordinate, joint
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import WORKSPACE
-from evolvent.solvers.balance import defect_of, energy_of, scale_of
+from evolvent.solvers.balance import (
+    defect_of,
+    extend_extremes,
+    largest_of,
+    lost_of,
+    moved_of,
+    potential_of,
+    worked_of,
+)
 
 _B = types.boolean
 
@@ -65,14 +73,16 @@ def add_step_to_balance(t, h, model, work):
 def has_gained(t, ends, model, work):
     """Fill in the energies; returns whether the balance has gained too much from nothing since its lowest.
 
+    Beside the energy moved or, at the start of a motion that has hardly moved any, the largest energy.
+
     A gain counts that lasts, or that stands where the run `ends`.
     """
-    loop, options = work.loop, work.options
+    loop, options, balance = work.loop, work.options, work.balance
     fill_energies(t, model, work)
-    loop.peak_energy = max(loop.peak_energy, energy_of(work.balance))
-    loop.gain = defect_of(work.balance, loop.start_energy)
+    extend_extremes(loop, balance.kinetic, potential_of(balance), worked_of(balance), lost_of(balance))
+    loop.gain = defect_of(balance, loop.start_energy)
     loop.lowest_gain = min(loop.lowest_gain, loop.gain)
-    largest = options.gain * (scale_of(work.balance, loop.peak_energy) + options.floor)
+    largest = options.gain * (max(moved_of(loop), largest_of(loop)) + options.floor)
     loop.over = loop.over + 1 if loop.gain - loop.lowest_gain > largest else 0
     return loop.over >= LASTS or (ends and loop.over >= (1 if loop.steps > 5 else 2))
 

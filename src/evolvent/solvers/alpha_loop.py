@@ -33,7 +33,7 @@ from evolvent.solvers.alpha_state import (
     displace,
     factor_at,
 )
-from evolvent.solvers.balance import energy_of
+from evolvent.solvers.balance import begin_extremes, energy_of, potential_of
 
 _I = types.int64
 #: Largest angle of a free body over an adaptive step, rad: a steady turn has no error by itself, but samples between
@@ -73,7 +73,8 @@ def begin(model, matrix, work):
     keep_momentum(t, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
     attitude.end_actuator_step(0.0, 0.5, work.dq, work.y, model)
     fill_energies(t, model, work)
-    work.loop.start_energy = work.loop.peak_energy = energy_of(work.balance)
+    work.loop.start_energy = energy_of(work.balance)
+    begin_extremes(work.loop, work.balance.kinetic, potential_of(work.balance))
     if model.flexible.hinges.size > 0:
         coordinate.end_coordinate_step(0.0, 1.0, work.y, model.flexible.switches, model)
     hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
@@ -185,6 +186,8 @@ def next_target(work, near):
 def step_length(model, work, left, adaptive):
     """Length of the next step, at most the time `left` to the target, and whether it lands there."""
     h = min(work.loop.step, work.loop.event_step, hinge.longest_step(model.flexible.hinges))
+    if adaptive and model.threads.size > 0:
+        h = min(h, thread.longest_step(work.y, model.flexible.switches, model))
     if h >= left * (1.0 - 1e-6):  # which adds up round-off
         return left, True
     if adaptive and 2.0 * h > left:

@@ -14,7 +14,7 @@ from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record
-from evolvent.solvers.balance import BALANCE
+from evolvent.solvers.balance import BALANCE, EXTREMES
 
 # status codes of the loop
 BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, 2, -1, -2, -3, -4, -5
@@ -22,17 +22,18 @@ BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT =
 #: `contact.count_touching` counts; over: steps in a row at which the balance has gained too much; sample, stop: the
 #: next ones; factored_step: step of the factored matrix; quality: its worst pivot so far; gain, lowest_gain: what the
 #: balance has gained since the start, and the lowest of that so far, J; last_step: step that the algorithmic
-#: accelerations belong to; event_step: limit of the next step, on which a latch lies; start_energy, peak_energy: J;
-#: latches: number of latches that have locked.
+#: accelerations belong to; event_step: limit of the next step, on which a latch lies; start_energy: J; latches: number
+#: of latches that have locked; and the extremes of `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stale",
                                    "contact_set", "over", "latches")]
     + [(name, np.float64) for name in ("time", "step", "factored_step", "quality", "gain", "lowest_gain",
-                                       "last_step", "event_step", "start_energy", "peak_energy")],
+                                       "last_step", "event_step", "start_energy")]
+    + list(EXTREMES),
     align=True,
 )  # fmt: skip
 #: Options of a run. newton: correction at which an iteration has converged; tolerance: 0 of fixed steps; gain: largest
-#: share of energy and work that may come from nothing; mass, span, floor: a typical mass (kg), time (s) and energy (J).
+#: part of the energy moved that may come from nothing; mass, span, floor: a typical mass (kg), time (s), energy (J).
 OPTIONS = np.dtype(
     [(name, np.float64) for name in ("alpha_m", "alpha_f", "beta", "gamma", "newton", "tolerance", "smallest",
                                      "longest", "gain", "mass", "span", "floor")]

@@ -1,11 +1,21 @@
-"""The energy balance of a run: what every solver keeps of it at its samples, and what follows from that.
+"""The energy balance of a run: what every solver keeps of it, the energy that was moved, and the rule for a defect.
 
 The functions take one record, or a whole array of them (`numpy.recarray`), in Python and in compiled code.
+
+The rule, for every method: a defect counts beside the energy moved, not beside that of the state, whose zero is
+arbitrary. Moved is the largest of
+
+- the range of the kinetic energy, and of the potential energy (of elements, springs, threads, contacts and joints),
+- the sum of the magnitudes of all work since the start, and that of all losses,
+- `SPIN` of the largest kinetic energy, which its range does not show where bodies pass it to one another, or spin.
+
+It never falls over a run. What is gained is the largest rise of the defect, lost its largest fall. See `Closure`.
 """
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +30,19 @@ WORK = ("loads", "drives", "spools", "released")
 LOSSES = ("by_mass", "by_stiffness", "by_contact", "by_friction", "by_joints", "by_springs")
 #: One record of the balance, J.
 BALANCE = np.dtype([(name, np.float64) for name in (*ENERGIES, *WORK, *LOSSES)], align=True)
+#: What a loop keeps to know the energy moved, J: extremes of the energies, and the largest sums of the magnitudes of
+#: all work and of all losses.
+EXTREMES = tuple(
+    (name, np.float64) for name in ("kinetic_low", "kinetic_high", "potential_low", "potential_high", "worked", "lost")
+)
+#: Part of the largest kinetic energy that counts as moved in any case.
+SPIN = 0.5
+#: Part of the energy moved from which a defect is reported, and from which a run that gains it has failed.
+WARNED = GAINED = 0.01
+#: The same of motions so small that the steps of implicit methods are not meant to resolve them.
+GAINED_UNRESOLVED = 0.1
+#: Part of the largest energy, and of the energies that steps do not resolve, below which a defect is round-off.
+ROUND_OFF, RESOLVED = 1e-6, 1e-5
 
 
 def energy(balance: Any) -> Any:
@@ -50,16 +73,139 @@ def defect(balance: Any, start: Any) -> Any:
     )  # fmt: skip
 
 
-def scale(balance: Any, peak: Any) -> Any:
-    """Energy beside which a defect counts: the largest there was, or the sum of the magnitudes of all work, J."""
-    given = abs(balance.loads) + abs(balance.drives) + abs(balance.spools) + abs(balance.released)
-    return max(peak, given)
+def potential(balance: Any) -> Any:
+    """Potential energy, J: of elements, springs, threads, contacts, joints and laws between points."""
+    return balance.elastic + balance.coupled
+
+
+def worked(balance: Any) -> Any:
+    """Sum of the magnitudes of all work, J, of a run whose work begins at zero."""
+    return abs(balance.loads) + abs(balance.drives) + abs(balance.spools) + abs(balance.released)
+
+
+def lost(balance: Any) -> Any:
+    """Sum of the magnitudes of all losses, J, of a run whose losses begin at zero."""
+    return (
+        abs(balance.by_mass) + abs(balance.by_stiffness) + abs(balance.by_contact)
+        + abs(balance.by_friction) + abs(balance.by_joints) + abs(balance.by_springs)
+    )  # fmt: skip
+
+
+def begin(found: Any, kinetic: Any, potential: Any) -> None:
+    """Begin the extremes with the energies at the start."""
+    found.kinetic_low = found.kinetic_high = kinetic
+    found.potential_low = found.potential_high = potential
+    found.worked = found.lost = 0.0
+
+
+def extend(found: Any, kinetic: Any, potential: Any, worked: Any, lost: Any) -> None:
+    """Extend the extremes by another moment."""
+    found.kinetic_low = min(found.kinetic_low, kinetic)
+    found.kinetic_high = max(found.kinetic_high, kinetic)
+    found.potential_low = min(found.potential_low, potential)
+    found.potential_high = max(found.potential_high, potential)
+    found.worked = max(found.worked, worked)
+    found.lost = max(found.lost, lost)
+
+
+def largest(found: Any) -> Any:
+    """Magnitude of the largest energy, J, of the extremes of a run."""
+    return max(found.kinetic_high, abs(found.potential_low), abs(found.potential_high))
+
+
+def moved(found: Any) -> Any:
+    """Energy moved, J, of the extremes of a run."""
+    swing = max(found.kinetic_high - found.kinetic_low, found.potential_high - found.potential_low)
+    return max(swing, found.worked, found.lost, SPIN * found.kinetic_high)
 
 
 #: The same for compiled code.
-energy_of, defect_of, scale_of = inlined(energy), inlined(defect), inlined(scale)
+energy_of, defect_of, potential_of = inlined(energy), inlined(defect), inlined(potential)
+worked_of, lost_of, moved_of, largest_of = inlined(worked), inlined(lost), inlined(moved), inlined(largest)
+begin_extremes, extend_extremes = inlined(begin), inlined(extend)
+
+
+def moved_over(balance: Any) -> np.ndarray:
+    """Energy moved from the first sample to each: (nt,) float, J; see `moved`. Samples of NaN move nothing."""
+    high, low = np.fmax.accumulate, np.fmin.accumulate
+    since = balance.copy()
+    for name in (*WORK, *LOSSES):
+        since[name] = balance[name] - balance[name][:1]
+    kinetic, stored = np.asarray(balance.kinetic), np.asarray(potential(balance))
+    swings = [high(values) - low(values) for values in (kinetic, stored)]
+    found = np.maximum.reduce([*swings, high(worked(since)), high(lost(since)), SPIN * high(kinetic)])
+    return np.asarray(np.nan_to_num(found, nan=0.0, posinf=math.inf))
 
 
 def records(size: int) -> Any:
     """Room for the balances of `size` samples: fields are attributes."""
     return np.zeros(size, dtype=BALANCE).view(np.recarray)
+
+
+class Closure(NamedTuple):
+    """How well the balance of a run closes, and what follows.
+
+    Attributes
+    ----------
+    moved : float, J, energy that was moved
+    gained, lost : float, J, largest rise and largest fall of the defect
+    largest : float, J, magnitude of the largest energy
+    unresolved : float, J, energies that the steps of an implicit method are not meant to resolve; 0 of explicit ones
+    damps : bool, whether the method has numerical damping, which may take energy
+    """
+
+    moved: float
+    gained: float
+    lost: float
+    largest: float
+    unresolved: float
+    damps: bool
+
+    @property
+    def defect(self) -> float:
+        """The larger of what was gained and what was lost, J."""
+        return max(self.gained, self.lost)
+
+    @property
+    def round_off(self) -> float:
+        """Defect that is round-off, J."""
+        return ROUND_OFF * self.largest + RESOLVED * self.unresolved
+
+    @property
+    def share(self) -> float:
+        """The defect beside the energy moved; infinity where they are not finite, 0 of round-off without a motion."""
+        if not math.isfinite(self.moved + self.defect):
+            return math.inf
+        return self.defect / max(self.moved, self.round_off, 1e-300)
+
+    @property
+    def fails(self) -> bool:
+        """Whether the run has failed: it has gained too much, or lost it where the method does not damp."""
+        if not math.isfinite(self.moved + self.defect):
+            return True
+        wrong = self.gained if self.damps else self.defect
+        allowed = min(GAINED * (self.moved + self.unresolved), GAINED_UNRESOLVED * self.moved)
+        return wrong > max(allowed, self.round_off)
+
+    @property
+    def warns(self) -> bool:
+        """Whether the defect is to be reported."""
+        return self.defect > max(WARNED * self.moved, self.round_off)
+
+
+def closure(balance: Any, *, moved: float = 0.0, unresolved: float = 0.0, damps: bool = True) -> Closure:
+    """How well the balances at the samples of a run, (nt,) records, close.
+
+    Parameters
+    ----------
+    moved : float, J, energy that was moved as a loop saw it, between samples too
+    unresolved, damps : as of `Closure`
+    """
+    found = np.asarray(defect(balance, 0.0))
+    if not damps and not np.all(np.isfinite(found)):  # samples of other methods may have no balance
+        return Closure(moved, math.inf, math.inf, math.inf, unresolved, damps)
+    rise = float(np.nanmax(found - np.fmin.accumulate(found), initial=0.0))
+    fall = float(np.nanmax(np.fmax.accumulate(found) - found, initial=0.0))
+    most = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in (balance.kinetic, potential(balance)))
+    whole = max(moved, float(moved_over(balance).max(initial=0.0)))
+    return Closure(whole, rise, fall, most, unresolved, damps)

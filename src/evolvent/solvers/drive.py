@@ -22,7 +22,7 @@ from evolvent.parts.checks import positive
 from evolvent.pointer import zeros_record
 from evolvent.solvers import balance as eb
 from evolvent.solvers import explicit as ex
-from evolvent.solvers.laws import broken_law, law_failure, refusing_laws, try_laws, what_may_jump
+from evolvent.solvers.laws import broken_law, law_failure, refusing_laws, states_energy, try_laws, what_may_jump
 from evolvent.solvers.releases import reason_of_outrun
 from evolvent.solvers.sampled import balances
 from evolvent.solvers.solution import Solution
@@ -42,13 +42,11 @@ FASTEST_MODE_LOSS = 1e-4
 ENERGY_LOSS = {"heun": (3, 4.0), "rk4": (5, 72.0)}
 #: Stable steps beyond which an explicit run is refused: at a microsecond each they take hours.
 MOST_STEPS = 1e10
-#: Relative defect of the energy balance at which a run has failed.
-ENERGY_LIMIT = 1e-2
-#: Relative defect at which a run is ended early. Smaller ones are judged at the end, by the largest energy: at the
-#: start of a motion from rest there is hardly any.
+#: Defect, in parts of the energy moved, at which a run is ended early. Smaller ones are judged at the end: at the start
+#: of a motion from rest hardly any energy was moved.
 DIVERGED = 10.0
-#: Energy below which a defect does not count, J: a structure at rest has that of round-off, before a load begins.
-LEAST_ENERGY = 1e-18
+#: Number of samples whose balance is looked at where it closes; all where it does not.
+LOOKED_AT = 100
 #: Share of a run in which a whole log of events is not plausible: the same ones fire again and again.
 CHATTER = 1e-6
 #: What a step may be, in messages.
@@ -241,7 +239,7 @@ def solve(
 
 
 class _Run:
-    """A plan that runs: its loop, the energy at its start, and the largest defect of the balance so far."""
+    """A plan that runs: its loop, and the balances that it was looked at so far."""
 
     def __init__(self, of: Plan) -> None:
         self.plan, self.assembly, self.model = of, of.assembly, of.assembly.model
@@ -251,38 +249,39 @@ class _Run:
         self.advance = _load(self.model, self.tableau, rtol=of.rtol, atol=of.atol)
         self.compile_time = of.compile_time + clock.perf_counter() - began
         self.work = _workspace(self.assembly, of.times, self.tableau, of.step)
-        first = self._balance(float(of.times[0]))
-        self.start = eb.defect(first, 0.0)  # energy, less what the accounts of the state hold already
-        self.peak, self.off, self.worst = float(eb.energy(first)), 0.0, 0.0
+        self.seen = [self._look(np.array([of.times[0]]), self.work.y[None], self.work.s[None])]
+        self.found = eb.Closure(0.0, 0.0, 0.0, 0.0, 0.0, damps=False)
 
     @property
     def reached(self) -> float:
         """Time reached, s."""
         return float(self.work.loop.time)
 
-    def _balance(self, t: float) -> Any:
-        y, s = self.work.y[None], self.work.s[None]
-        return balances(self.model, y, sums_of(self.model, np.array([t]), y, s))[0]
+    def _look(self, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, Any]:
+        return t, balances(self.model, y, sums_of(self.model, t, y, s))
 
-    def _peak_of_samples(self) -> float:
-        """Largest energy of the samples kept so far, J: what went from rest to rest had it between two looks."""
-        kept, work = int(self.work.loop.sample), self.work
-        if kept == 0:
-            return 0.0
-        y, s = work.out_y[:kept], work.out_s[:kept]
-        found = eb.energy(balances(self.model, y, sums_of(self.model, work.samples[:kept], y, s)))
-        return float(np.max(found, initial=0.0, where=np.isfinite(found)))
+    def closure(self, samples: int) -> eb.Closure:
+        """How well the balance closes by now, and where it was looked at before; and at so many of the samples kept."""
+        work, kept = self.work, int(self.work.loop.sample)
+        if len(self.seen) > 2 * LOOKED_AT:
+            del self.seen[1::2]
+        self.seen.append(self._look(np.array([self.reached]), work.y[None], work.s[None]))
+        looks = list(self.seen)
+        if samples and kept:
+            chosen = np.unique(np.linspace(0, kept - 1, min(kept, samples)).astype(int))
+            looks.append(self._look(work.samples[chosen], work.out_y[chosen], work.out_s[chosen]))
+        order = np.argsort(np.concatenate([t for t, _ in looks]), kind="stable")
+        found = eb.closure(np.concatenate([one for _, one in looks])[order].view(np.recarray), damps=False)
+        self.found = found
+        return found
 
-    def is_balanced(self, limit: float) -> bool:
-        """Whether the defect of the energy balance, the largest so far, is below `limit` times the energy."""
-        now = self._balance(self.reached)
-        self.peak = max(self.peak, float(eb.energy(now)))
-        off = abs(float(eb.defect(now, self.start)))
-        self.off = off if not off <= self.off else self.off
-        if self.off > limit * float(eb.scale(now, self.peak)):
-            self.peak = max(self.peak, self._peak_of_samples())
-        self.worst = self.off / max(float(eb.scale(now, self.peak)), LEAST_ENERGY)
-        return self.worst <= limit
+    def is_lost(self) -> bool:
+        """Whether the balance is off by far more than the energy moved, or is not finite."""
+        return self.closure(0).share > DIVERGED and self.closure(int(self.work.loop.sample)).share > DIVERGED
+
+    def has_failed(self) -> bool:
+        """Whether the balance is off by more than the rule allows."""
+        return self.closure(LOOKED_AT).fails and self.closure(int(self.work.loop.sample)).fails
 
     def solution(self, progress: Callable[[float], None] | None) -> Solution:
         """Run to the end, or as far as the run comes."""
@@ -296,8 +295,8 @@ class _Run:
                     moments = _moments(self.work, self.tableau)
                     later = self.reached + 1e-6 * float(self.work.samples[-1])  # past a step that shrank to nothing
                     message += broken_law(self.assembly, [*moments, (later, self.work.y, self.work.s)])
-            elif not self.is_balanced(ENERGY_LIMIT):
-                status, message = "failed", _unbalanced(self.plan, self.worst, self.reached, self.work)
+            elif self.has_failed():
+                status, message = "failed", _unbalanced(self.plan, self.found, self.reached, self.work)
             elif code == ex.STOPPED:
                 status, message = "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"
         except KeyboardInterrupt:
@@ -324,7 +323,8 @@ class _Run:
                 "step": math.nan if self.plan.step is None else self.plan.step,
                 "mean_step": (self.reached - float(self.plan.times[0])) / max(int(work.loop.steps), 1),
                 "stability_limit": self.plan.limit,
-                "energy_defect": self.worst,
+                "energy_moved": self.found.moved,
+                "energy_defect": self.found.share,
             },
             event_times=work.log_t[:n_events].copy(),
             event_kinds=work.log_k[:n_events].copy(),
@@ -361,7 +361,7 @@ class _Run:
                 progress(self.reached)
             if self.work.loop.steps >= check:
                 check += every
-                if not self.is_balanced(DIVERGED):
+                if self.is_lost():
                     return code
 
 
@@ -404,7 +404,7 @@ def _short(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:50]} ... {text[-6:]}"
 
 
-def _unbalanced(of: Plan, worst: float, reached: float, work: ex.ExplicitWorkspace) -> str:
+def _unbalanced(of: Plan, found: eb.Closure, reached: float, work: ex.ExplicitWorkspace) -> str:
     """What is known of a run whose energy does not balance, and what to try."""
     smaller = "use a smaller `rtol`"
     if of.step is not None:
@@ -412,8 +412,9 @@ def _unbalanced(of: Plan, worst: float, reached: float, work: ex.ExplicitWorkspa
         other = "energy-momentum" if f.beams.size or f.rods.size else "dopri5"
         smaller = f"use a smaller `step` than {float(work.loop.step):.3g} s, or `method` {other}"
     return (
-        f"the energy balance is off by {worst:.2g} of the energy at t = {reached:.6g} s, more than {ENERGY_LIMIT:g}: "
-        f"the steps do not resolve the motion{what_may_jump(of.assembly)}; {smaller}"
+        f"the energy balance is off by {found.defect:.3g} J at t = {reached:.6g} s, {found.share:.2g} of the "
+        f"{found.moved:.3g} J that were moved, more than {eb.GAINED:g}: the steps do not resolve the motion"
+        f"{what_may_jump(of.assembly)}{states_energy(of.assembly)}; {smaller}"
     )
 
 

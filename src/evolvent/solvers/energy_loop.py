@@ -30,7 +30,16 @@ from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record, struct
-from evolvent.solvers.balance import BALANCE, WORK
+from evolvent.solvers.balance import (
+    BALANCE,
+    EXTREMES,
+    LOSSES,
+    WORK,
+    begin_extremes,
+    extend_extremes,
+    largest_of,
+    moved_of,
+)
 from evolvent.solvers.dense import interpolate
 from evolvent.solvers.sampled import TOUCHED
 
@@ -39,21 +48,25 @@ _I = types.int64
 BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, -1, -2, -3, -4, -5
 #: Counters and clock. sample, stop: the next ones; stages: solutions that needed softened contacts; divided: steps that
 #: were divided; wanted, length: of the next step, s, before and after it was divided; last: length of the step before,
-#: s, 0 at a start; start, peak: J, defect of the balance at the start, and the largest energy so far; factored: length
-#: of the step whose matrix is factored, s, 0 of none; contact_set: points that pressed in it (`_count_touching`).
+#: s, 0 at a start; start: J, defect of the balance at the start; factored: length of the step whose matrix is factored,
+#: s, 0 of none; contact_set: points that pressed in it (`_count_touching`); and the extremes of
+#: `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stages",
                                    "divided", "latches", "contact_set")]
     + [(name, np.float64) for name in ("time", "wanted", "length", "event_step", "last", "quality", "start",
-                                       "peak", "factored")],
+                                       "factored")]
+    + list(EXTREMES),
     align=True,
 )  # fmt: skip
 #: tolerance: 0 of fixed steps; newton: correction at which an iteration has converged; mass: a typical one, kg; all
-#: beside `weight`; floor: energy beside which a gain is round-off, J; first: step at a start, s.
+#: beside `weight`; gain: part of the energy moved that the balance may gain; floor: energy beside which a gain is
+#: round-off, J; first: step at a start, s.
 OPTIONS = np.dtype(
-    [(name, np.float64) for name in ("chi", "tolerance", "newton", "smallest", "longest", "mass", "floor", "first")]
-)
-#: Share of the largest energy or work that the balance may gain by round-off and by what Newton's method leaves.
+    [(name, np.float64) for name in ("chi", "tolerance", "newton", "smallest", "longest", "mass", "gain", "floor",
+                                     "first")]
+)  # fmt: skip
+#: Part of the energy moved that the balance may gain by round-off and by what Newton's method leaves.
 LARGEST_GAIN = 1e-3
 #: Indices of the balance's fields in a row.
 ROW = {name: k for k, name in enumerate(BALANCE.names or ())}
@@ -65,6 +78,8 @@ BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS = (
 #: Signs of the fields of a row in the defect: what there is and what was lost, less what came in.
 SIGNS = np.array([-1.0 if name in WORK else 1.0 for name in ROW])
 SIGNS[[BENDING, CONTACT]] = 0.0  # which the elastic energy contains
+#: Whether a field of a row is a loss.
+IS_LOSS = np.array([name in LOSSES for name in ROW])
 #: Convergence slower than this takes a new tangent.
 SLOW = 0.15
 #: A correction of beams below this that a new tangent does not reduce is round-off, for elements may be stiff.
@@ -347,16 +362,20 @@ def fill_energies(model, work):
 @inlined
 def _has_gained(work):
     """Whether the energy balance has gained more than round-off, which no step does by its construction."""
-    loop, defect, given = work.loop, 0.0, 0.0
-    for i in range(work.balance.size):
-        defect += SIGNS[i] * work.balance[i]
+    loop, options, row, defect, given, lost = work.loop, work.options, work.balance, 0.0, 0.0, 0.0
+    for i in range(row.size):
+        defect += SIGNS[i] * row[i]
         if SIGNS[i] < 0.0:
-            given += abs(work.balance[i])
-    energy = work.balance[KINETIC] + work.balance[ELASTIC] + work.balance[COUPLED]
-    loop.peak = max(loop.peak, energy)
+            given += abs(row[i])
+        if IS_LOSS[i]:
+            lost += abs(row[i])
+    stored = row[ELASTIC] + row[COUPLED]
     if loop.steps == 0:
         loop.start = defect
-    return defect - loop.start > LARGEST_GAIN * max(loop.peak, given) + work.options.floor
+        begin_extremes(loop, row[KINETIC], stored)
+    extend_extremes(loop, row[KINETIC], stored, given, lost)
+    scale = max(moved_of(loop), largest_of(loop))  # at the start hardly any energy was moved
+    return defect - loop.start > options.gain * scale + options.floor
 
 
 @indirect(void(MODEL, ENERGY_LOOP))

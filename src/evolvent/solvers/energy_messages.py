@@ -8,7 +8,8 @@ from evolvent.builder import Assembly
 from evolvent.families import owner
 from evolvent.kernels import flexible, rigid
 from evolvent.solvers import energy_loop
-from evolvent.solvers.laws import what_may_jump
+from evolvent.solvers.balance import moved
+from evolvent.solvers.laws import states_energy, what_may_jump
 from evolvent.solvers.rod_messages import bending_hint
 
 Array = np.ndarray
@@ -36,10 +37,13 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
             f"leads too far; {smaller}, and check the last samples"
         )
     if code == energy_loop.GAINED:
+        share, whole, hint = 100.0 * float(work.options.gain), float(moved(work.loop)), states_energy(assembly)
+        found = f"the energy balance has gained more than {share:g} % of the {whole:.3g} J that were moved {when}"
+        if hint:
+            return f"{found}{hint}; {smaller}"
         return (
-            f"the energy balance has gained more than {100.0 * energy_loop.LARGEST_GAIN:g} % {when}, which no step of "
-            f"this method does: Newton's method leaves too large a residual; use another `step` or `tolerance`, "
-            "and report it"
+            f"{found}, which no step of this method does: Newton's method leaves too large a residual; use another "
+            f"`step` or `tolerance`, and report it"
         )
     size = float(np.abs(work.x[: work.weight.size] / work.weight).max(initial=0.0))
     where, softer = _where(work, assembly)

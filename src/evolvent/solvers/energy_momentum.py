@@ -36,7 +36,7 @@ from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
 from evolvent.solvers import energy_loop, implicit, redundancy
 from evolvent.solvers.alpha_state import SHORT
-from evolvent.solvers.balance import BALANCE
+from evolvent.solvers.balance import BALANCE, GAINED
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.energy_messages import reason, stalled
 from evolvent.solvers.implicit_messages import redundant
@@ -125,6 +125,8 @@ def plan(
         smallest=1e-13 * span,
         longest=span,
         mass=mass,
+        # laws between points alone are not made to do the work that they state; that is of third order in the step
+        gain=energy_loop.LARGEST_GAIN if not own.model.flexible.custom_forces.size else GAINED,
         floor=energy_floor(own, mass, weight),
         first=min(1e-5 * span, 1e-4),
     )
@@ -208,7 +210,6 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         **{name: np.zeros((f.hinges.size, 3)) for name in ("hinge0", "hinge1")},
         powers=np.zeros(N_POWERS),
         contact=np.zeros(2),
-        stored=np.zeros(2),
     )
     first = of.step if of.step is not None else float(of.options.first)
     out = empty(model, times.size)

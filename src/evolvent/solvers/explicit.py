@@ -21,7 +21,7 @@ from evolvent.flow.events import DUE, apply_event, event_values, is_release
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
-from evolvent.kernels import body_contact, hinge, rigid
+from evolvent.kernels import body_contact, hinge, rigid, thread
 from evolvent.kernels.flexible import is_finite
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record
@@ -516,6 +516,8 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
             h = min(h, hinge.longest_step(model.flexible.hinges))
         if touches:
             h = min(h, body_contact.longest_step(model))
+        if model.threads.size > 0:
+            h = min(h, thread.longest_step(y, s, model))
         landing = t + h * 1.01 >= until
         if landing:
             h = until - t

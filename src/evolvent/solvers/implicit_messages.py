@@ -8,7 +8,7 @@ from evolvent.kernels import contact_laws
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import alpha_state, ordering
 from evolvent.solvers import balance as eb
-from evolvent.solvers.laws import what_may_jump
+from evolvent.solvers.laws import states_energy, what_may_jump
 from evolvent.solvers.rod_messages import bending_hint
 
 
@@ -59,12 +59,12 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
             f"the equations of the step of {h:.3g} s from t = {t:.6g} s are singular: something has no mass, "
             f"constraints have become redundant, or the step leads too far; {smaller}, and check the last samples"
         )
-    scale = float(eb.scale(work.balance, work.loop.peak_energy)) + float(work.options.floor)
-    share = float(work.loop.gain - work.loop.lowest_gain) / max(scale, 1e-300)
+    gained, moved = float(work.loop.gain - work.loop.lowest_gain), float(eb.moved(work.loop))
     return (
-        f"by t = {t:.6g} s the run has gained {share:.2g} of its largest energy without work, more than "
-        f"{float(work.options.gain):.2g}: the step of {h:.3g} s does not resolve the motion or a contact"
-        f"{what_may_jump(assembly)}; {smaller}, or a lower `spectral_radius`"
+        f"by t = {t:.6g} s the run has gained {gained:.3g} J without work, {gained / max(moved, 1e-300):.2g} of the "
+        f"{moved:.3g} J that were moved, more than {float(work.options.gain):.2g}: the step of {h:.3g} s does not "
+        f"resolve the motion or a contact{what_may_jump(assembly)}{states_energy(assembly)}; {smaller}, or a lower "
+        f"`spectral_radius`"
     )
 
 

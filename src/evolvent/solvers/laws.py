@@ -55,6 +55,8 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
             placed = True
         for arguments in _arguments(assembly, use, (start, y, s), everywhere=False):
             _try(assembly, use, start, arguments)
+            if use.family == "custom_forces":
+                _note_stated(assembly, use, arguments, end - start)
 
 
 @contextlib.contextmanager
@@ -139,6 +141,35 @@ def what_may_jump(assembly: Assembly) -> str:
     if not names:
         return ""
     return f", or a law of the user's jumps ({', '.join(repr(name) for name in names[:3])})"
+
+
+def states_energy(assembly: Assembly) -> str:
+    """A half sentence on laws between points, whose energy may not be that of their forces; '' where there is none."""
+    stated = np.flatnonzero(assembly.model.flexible.custom_forces["stated"])
+    names = [repr(owner(assembly, "custom_forces", int(k))) for k in stated[:3]]
+    return f", or the energy that {' or '.join(names)} states is not that of its forces" if names else ""
+
+
+def _note_stated(assembly: Assembly, use: _Use, arguments: tuple[Any, ...], span: float) -> None:
+    """Note whether a law between points gives an energy or a power: one without either does work, as a load.
+
+    Parameters
+    ----------
+    arguments : time, positions and velocities at the start
+    span : float, s, of the run
+
+    Notes
+    -----
+    A law whose energy is zero at the start by chance gives it a little later, or where its points stand a little aside.
+    """
+    law, parameters, (t, x, v) = _law(assembly, use)[0], _parameters(assembly, use), arguments
+    apart = max(float(np.ptp(x.reshape(-1, 3), axis=0).max()), 1e-3)
+    aside = 1e-3 * apart * np.random.default_rng(0).standard_normal(x.size)
+    for time, place in ((t, x), (t + 1e-3 * span, x + 1e-3 * span * v), (t, x + aside)):
+        with contextlib.suppress(Exception):  # outside the range of the law
+            energy, power = law(time, place, v, parameters, *_room(use))
+            if energy != 0.0 or power != 0.0:
+                assembly.model.flexible.custom_forces["stated"][use.number] = 1.0
 
 
 def _users(assembly: Assembly, law: Any) -> str:

@@ -19,7 +19,7 @@ from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
 from evolvent.flow.implicit import residual
 from evolvent.kernels.drive import FREE, drive
 from evolvent.solvers import alpha_energy, alpha_samples, alpha_state
-from evolvent.solvers.balance import dissipated, energy
+from evolvent.solvers.balance import dissipated, energy, extend, lost, potential, worked
 
 #: Intervals in which changes of a drive's direction are looked for.
 _INTERVALS = 4096
@@ -138,7 +138,8 @@ class Releases:
         had = energy(work.balance)
         alpha_energy.fill_energies(t, model, work)
         work.balance.released += energy(work.balance) - had
-        work.loop.peak_energy = max(work.loop.peak_energy, energy(work.balance))
+        balance = work.balance
+        extend(work.loop, balance.kinetic, potential(balance), worked(balance), lost(balance))
         work.loop.stale = 1
         alpha_samples.next_start(model, work)
         return count

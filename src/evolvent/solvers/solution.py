@@ -57,8 +57,8 @@ class Solution:
     y, s : (nt, ny) float and (nt, ns) int, states [q | v | accounts] and switches there
     status : {"success", "stopped by event", "interrupted", "failed"}
     message : str, one sentence; for a failure: what, where, when, what to try
-    statistics : dict of steps, rejected_steps, events, step (s), energy_defect (largest, of the largest energy and the
-        work) and what else a method counts
+    statistics : dict of steps, rejected_steps, events, step (s), energy_moved (J), energy_defect (beside that; see
+        `evolvent.solvers.balance`) and what else a method counts
     event_times, event_kinds : (ne,) float and int, s, and what each is: 2 p, a node or the whole of thread p is
         released; 2 p + 1, a node is taken up; then the events that the user has added, in their order; then, from
         `first_latch` on, the latch of each hinge
@@ -151,6 +151,23 @@ class Solution:
         """
         found = np.asarray(eb.defect(self.balance, 0.0))
         return found - found[:1]
+
+    @property
+    def energy_moved(self) -> Array:
+        """(nt,) energy moved since the first sample, J, beside which the defect counts (`evolvent.solvers.balance`)."""
+        return eb.moved_over(self.balance)
+
+    @functools.cached_property
+    def closure(self) -> eb.Closure:
+        """How well the energy balance closes, and whether the run fails or warns for it."""
+        seen, damps = float(self.statistics.get("energy_moved", 0.0)), self.kept is not None
+        unresolved = 0.0
+        if damps and self.t.size:
+            from evolvent.solvers import implicit_setup
+
+            weight, mass = implicit_setup.sizes(self.assembly)
+            unresolved = implicit_setup.energy_floor(self.assembly, mass, weight)
+        return eb.closure(self.balance, moved=seen, unresolved=unresolved, damps=damps)
 
     @functools.cached_property
     def momentum(self) -> Momentum:

@@ -21,7 +21,9 @@ LINES = 12
 #: Colours of categories without an order.
 _COLORS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#8a6d00", "#7a4fd0")
 #: Names of results that judge the computation, not the structure.
-_CHECKS = re.compile(r"(defect|steps?|evaluations|iterations|stability_limit|std)(_first|_last|_min|_max|_mean)?$")
+_CHECKS = re.compile(
+    r"(defect|energy_moved|steps?|evaluations|iterations|stability_limit|std)(_first|_last|_min|_max|_mean)?$"
+)
 _BAD = "#c0261c"
 
 

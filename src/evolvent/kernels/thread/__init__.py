@@ -46,7 +46,7 @@ from evolvent.kernels.thread.spool import (
     spool_losses,
     spring_spools,
 )
-from evolvent.kernels.thread.springs import spring_points, spring_thread
+from evolvent.kernels.thread.springs import longest_step, spring_points, spring_thread
 from evolvent.kernels.thread.wound import (
     INEXTENSIBLE,
     SPRINGS,
@@ -91,6 +91,7 @@ __all__ = [
     "leave_spool",
     "load_resultant",
     "lock_spools",
+    "longest_step",
     "node_loads",
     "paid_out",
     "project_chain",

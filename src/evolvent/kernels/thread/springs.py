@@ -26,10 +26,44 @@ def spring_points(y, s, threads, nodes, p):
 
 @inlined
 def taut(elastic, damped):
-    """Elastic and damping part of the tension of a segment that goes slack, N: none below its length."""
+    """Elastic and damping part of the tension of a segment that goes slack, N: none below its length, no push above.
+
+    A segment that contracts faster than its spring pulls carries no force: the damper takes what the spring releases.
+    """
     if elastic <= 0.0:
         return 0.0, 0.0
-    return elastic, damped
+    return elastic, max(damped, -elastic)
+
+
+@indirect(REAL(VECTOR, INTEGERS, MODEL))
+def longest_step(y, s, model):
+    """Time until the first stretched segment without a pull is as short as its natural length, s; infinity for none.
+
+    What its damper takes until then, and no longer, is c extension rate: a step that ends there integrates it exactly.
+    """
+    threads, nodes, found = model.threads, model.nodes, math.inf
+    for p in range(threads.size):
+        if threads[p].slack == 0:
+            continue
+        first, last, Q = threads[p].node, s[p] - 1, threads[p].Q
+        for i in range(s[p] if s[threads.size + p] == 0 else last):
+            q, v, rest, longer = threads[p].iq + 3 * i, threads[p].iv + 3 * i, threads[p].segment, 0.0
+            if i == last:
+                rest, longer = threads[p].b[0], threads[p].b[1]
+            square = product = 0.0
+            for c in range(3):
+                x, u = y[q + c], y[v + c]
+                if is_end(threads, p, i):
+                    x, u = nodes[first].x[c], nodes[first].v[c]
+                dx = x - (Q[c] if i == last else y[q + 3 + c])
+                square += dx * dx
+                product += dx * (u - (Q[3 + c] if i == last else y[v + 3 + c]))
+            length = math.sqrt(square)
+            if length - rest > 1e-9 * threads[p].segment:
+                rate = product / length - longer
+                if threads[p].stiffness * (length - rest) + threads[p].damping * rate <= 0.0:
+                    found = min(found, (length - rest) / -rate)
+    return found
 
 
 @indirect(types.UniTuple(REAL, 2)(VECTOR, INTEGERS, MODEL, types.int64, types.boolean, VECTOR))

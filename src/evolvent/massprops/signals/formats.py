@@ -122,7 +122,7 @@ def _signals(content: Content, name: str, format_: str, digest: str) -> Signals:
         path=name,
         format=format_,
         sha256=digest,
-        left_out=content.left_out,
+        left_out={visible(key): found._replace(first=visible(found.first)) for key, found in content.left_out.items()},
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.systems.wrapped_rib import case_checks
-from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
+from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.initial_state import Start
 
 if TYPE_CHECKING:
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 Array = np.ndarray
 #: Pivot, over the largest entry of its column, below which a run warns.
 PIVOT_WARNED = 1e-13
-#: Share of the energy that the method itself may dissipate, or add, without a warning.
-NUMERICAL_WARNED, GAIN_WARNED = 0.05, 1e-3
 #: Points of each element along which the angle that a rib covers is followed.
 FOLLOWED = 8
 
@@ -79,7 +77,6 @@ def warning(case: Case, begin: Start, solution: Solution) -> str:
     from evolvent import analysis
     from evolvent.observe import View
     from evolvent.observe.beams import element_means
-    from evolvent.solvers import balance as eb
 
     view, t = View.of(solution), solution.t
     found = [begin.warning, *case_checks.warnings(case)]
@@ -101,16 +98,5 @@ def warning(case: Case, begin: Start, solution: Solution) -> str:
             f"the equations were nearly singular in some step (smallest pivot {pivot:.2g}, round-off from 1e-16); "
             f"results that depend on it may be wrong"
         )
-    largest = max(float(solution.energy.max()), float(np.abs(eb.work(solution.balance)).max()), 1e-300)
-    gained, lost = solution.energy_defect.max() / largest, -solution.energy_defect.min() / largest
-    smaller = "solver.tolerance or solver.step" if case.method in IMPLICIT else "solver.step"
-    unresolved = analysis.unresolved(solution)
-    if unresolved:
-        return "; ".join(text for text in (*found, unresolved) if text)
-    if gained > GAIN_WARNED:
-        found.append(f"the method has added {100.0 * gained:.2g} % of the energy; use a smaller {smaller}")
-    if lost > NUMERICAL_WARNED:
-        radius = ", or a higher solver.spectral_radius" if case.method in IMPLICIT else ""
-        text = f"numerical damping has removed {100.0 * lost:.2g} % of the energy"
-        found.append(f"{text}; use a smaller {smaller}{radius}")
+    found.append(analysis.unresolved(solution) or analysis.unclosed(solution))
     return "; ".join(text for text in found if text)
