@@ -115,6 +115,7 @@ _NOT_EXPLICIT, _NOT_ENERGY = EVERY - {EXPLICIT}, EVERY - {ENERGY}
 _IN_TIME = frozenset({EXPLICIT, IMPLICIT})
 _MOTIONS = frozenset({EXPLICIT, IMPLICIT, ENERGY})
 _MATRIX = (sides.side_columns, sides.add_product, sides.add_turning)
+_LOAD_TANGENT = (loads.add_load_tangent, *_MATRIX)
 _ON_BODIES = (sides.side_columns, sides.add_relative, sides.add_relative_body)
 _JOINT_TANGENT = (joint.add_held_joint, *_MATRIX)
 _JOINT = (joint.joint_geometry, joint.add_joint_force, joint._cord_geometry)
@@ -130,6 +131,7 @@ _THREAD_TANGENT = (
     thread.add_segment_tangent,
     thread.add_end_tangent,
     thread.add_thread_energies,
+    thread.add_node_load_tangents,
     *_MATRIX,
 )
 _BODY_CONTACT = (
@@ -205,16 +207,19 @@ FAMILIES = (
     Family(
         "a force or torque", "loads", EVERY,
         which=lambda found: _at_markers(found) & ~_has_profile(found, loads.PROFILE) & (found["law"] == 0),
+        tangents=_LOAD_TANGENT,
     ),
     Family(
         "a force or torque by a profile", "loads", EVERY,
         which=lambda found: _at_markers(found) & _has_profile(found, loads.PROFILE) & (found["law"] == 0),
-        forces=(profile.profile,),
+        forces=(profile.profile,), tangents=_LOAD_TANGENT,
     ),
-    Family("radiation pressure on a panel", "loads", EVERY, which=_is("kind", loads.PANEL)),
+    Family(
+        "radiation pressure on a panel", "loads", EVERY, which=_is("kind", loads.PANEL), tangents=_LOAD_TANGENT
+    ),
     Family(
         "a force or torque by a law", "loads", EVERY,
-        which=lambda found: _at_markers(found) & (found["law"] != 0), tangents=(loads.add_law_tangent, *_MATRIX),
+        which=lambda found: _at_markers(found) & (found["law"] != 0), tangents=_LOAD_TANGENT,
     ),
     Family(
         "an orbital frame", "fields", EVERY, which=_is("kind", fields.ORBIT),
@@ -250,12 +255,12 @@ FAMILIES = (
     Family(
         "a load on a beam", "beam_loads", EVERY,
         which=lambda found: ~_has_profile(found, 0) & ~follows(found),
-        forces=(beam_loads.add_beam_loads,),
+        forces=(beam_loads.add_beam_loads,), tangents=(beam_loads.add_field_tangent,),
     ),
     Family(
         "a load on a beam by a profile", "beam_loads", EVERY,
         which=lambda found: _has_profile(found, 0) & ~follows(found),
-        forces=(beam_loads.add_beam_loads, profile.profile),
+        forces=(beam_loads.add_beam_loads, profile.profile), tangents=(beam_loads.add_field_tangent,),
     ),
     Family(
         "a moment or follower force on a beam", "beam_loads", EVERY,

@@ -10,7 +10,7 @@ from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.flow import implicit, powers
 from evolvent.flow.needs import load_implicit
-from evolvent.solvers.modes import matrices
+from evolvent.solvers.linear_motion import matrices
 from evolvent.solvers.static_work import Work
 from helpers import accounts, derivative
 from helpers import run as run_explicit

@@ -12,7 +12,7 @@ from book import Book
 from evolvent import System, elements, parts
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.linear import linearize
-from evolvent.solvers.modes import gyroscopic
+from evolvent.solvers.linear_motion import gyroscopic
 from evolvent.solvers.static_work import Work
 
 N = 0.7

@@ -12,7 +12,8 @@ from evolvent.elements import General, Material, Rectangle
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.eigenproblem import DENSE
-from evolvent.solvers.modes import matrices, modes
+from evolvent.solvers.linear_motion import matrices
+from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
 from evolvent.solvers.static_work import Work, spin_of
 from static.composing import EI, STEEL, beam, solved, tip_force

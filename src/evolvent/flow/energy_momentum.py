@@ -496,8 +496,9 @@ def tangent(scale, model, work, matrix):
         custom.add_custom_tangents(tm, work.ym, c_rate, model, matrix)
     if model.fields.size > 0:
         fields.add_field_tangents(tm, work.ym, c_rate, model, matrix)
-    loads.add_law_tangents(tm, work.ym, c_rate, model, matrix)
+    loads.add_load_tangents(tm, work.ym, c_rate, 0.0, model, matrix)
     node_loads.add_following_tangents(tm, work.ym, c_rate, model, matrix)
+    beam_loads.add_field_tangents(work.ym, model, matrix)
     for k in range(f.joints.size):
         joint.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)

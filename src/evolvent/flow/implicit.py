@@ -137,11 +137,11 @@ def add_weight(gravity, n_q, model, P):
 def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     """matrix = c_mass M + c_rate dF/dv + dF/dq, and `scale` times the constraints; after `residual` only.
 
-    Left out is what only slows Newton's method: how a turn of a body or of a line of action changes rates (beside what
-    is kept it is the angle turned in a step), how forces at markers turn with a body (beside its inertia: torque h^2),
-    how a FIELD follows the shape (likewise), how a rod between nodes that are no neighbours turns (beside their masses:
-    force h^2/length), how the direction of friction follows that of the normal (beside the
-    bristle's stiffness: slip by radius), and that turns within a step do not commute (half the angle turned in a step).
+    At rest it is exact but for contacts and gears. Left out is what only slows Newton's method: how a turn of a body or
+    of a line of action changes the rates of springs, hinges and user-defined laws (beside what is kept it is the angle
+    turned in a step), how the torques of a gear turn with its bodies, how light on threads and loads on their ends
+    change, how the direction of friction follows that of the normal (beside the bristle's stiffness: slip by radius),
+    and that turns within a step do not commute (half the angle turned in a step).
     """
     n_q, n_v, f = model.info.nq, model.info.nv, model.flexible
     sparse.clear(matrix)
@@ -163,8 +163,9 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         custom.add_custom_tangents(t, y, c_rate, model, matrix)
     if model.fields.size > 0:
         fields.add_field_tangents(t, y, c_rate, model, matrix)
-    loads.add_law_tangents(t, y, c_rate, model, matrix)
+    loads.add_load_tangents(t, y, c_rate, 1.0, model, matrix)
     node_loads.add_following_tangents(t, y, c_rate, model, matrix)
+    beam_loads.add_field_tangents(y, model, matrix)
     for k in range(f.joints.size):
         joint.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)

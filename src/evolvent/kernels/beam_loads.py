@@ -1,15 +1,16 @@
 """Loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector of a node."""
 
-from numba import void
+from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, kernel
+from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.node_loads import FIELD, LINE, MOMENT, POINT, add_following_load, follows
 from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rotations import cross
+from evolvent.kernels.sparse import SPARSE, add_block, add_inner, inner
 from evolvent.model import MODEL
 
-__all__ = ["FIELD", "LINE", "MOMENT", "POINT", "add_beam_loads", "follows"]
+__all__ = ["FIELD", "LINE", "MOMENT", "POINT", "add_beam_loads", "add_field_tangents", "follows"]
 
 
 @indirect(void(REAL, VECTOR, REAL, MODEL, VECTOR))
@@ -63,9 +64,9 @@ def add_beam_loads(t, y, factor, model, P):
 
 
 @kernel
-def _field(y, n_q, flexible, k, n, z, centre, pitch, scale, P):
-    """Forces scale M (z x (e - c) + pitch z) of one element into P; for pitch 0 returns its inertia about the axis."""
-    iq, at, mass = flexible.elements[k].iq, flexible.elements[k].iv - n_q, flexible.elements[k].mass
+def _field_vectors(y, flexible, k, n, z, centre, pitch, out):
+    """M (z x (e - c) + pitch z) of element k into out : (3 n,); returns M (z x (e - c)) . (z x (e - c)) for pitch 0."""
+    iq, mass = flexible.elements[k].iq, flexible.elements[k].mass
     M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
     half = n // 2
     e = flexible.e
@@ -84,7 +85,64 @@ def _field(y, n_q, flexible, k, n, z, centre, pitch, scale, P):
             fy += M[i, j] * e[1, 3 * j + 1]
             fz += M[i, j] * e[1, 3 * j + 2]
         inertia += fx * e[1, 3 * i] + fy * e[1, 3 * i + 1] + fz * e[1, 3 * i + 2]
-        P[at + 3 * i] += scale * fx
-        P[at + 3 * i + 1] += scale * fy
-        P[at + 3 * i + 2] += scale * fz
+        out[3 * i], out[3 * i + 1], out[3 * i + 2] = fx, fy, fz
     return inertia
+
+
+@inlined
+def _field(y, n_q, flexible, k, n, z, centre, pitch, scale, P):
+    """Forces scale M (z x (e - c) + pitch z) of one element into P; for pitch 0 returns its inertia about the axis."""
+    at, out = flexible.elements[k].iv - n_q, flexible.e[2]
+    inertia = _field_vectors(y, flexible, k, n, z, centre, pitch, out)
+    for i in range(3 * n):
+        P[at + i] += scale * out[i]
+    return inertia
+
+
+# ---------------------------------------------------------------------------------------------- tangent
+
+
+@inlined
+def add_field_tangents(y, model, matrix):
+    """Tangents of all torques that are spread over a beam's mass."""
+    for k in range(model.flexible.beam_loads.size):
+        if model.flexible.beam_loads[k].kind == FIELD and model.flexible.beam_loads[k].now != 0.0:
+            add_field_tangent(y, k, model, matrix)
+
+
+@indirect(void(VECTOR, types.int64, MODEL, SPARSE))
+def add_field_tangent(y, k, model, matrix):
+    """Add what load k, a FIELD, changes with the coordinates of its beam, at its last value.
+
+    Notes
+    -----
+    With P = (T/J) M f, f = z x (e - c) + p z: -dP = -(T/J) M (z x de) + (T/J^2) M f dJ, and dJ = 2 M f0 . (z x de) of
+    f0 = z x (e - c) couples all nodes of the beam, by an inner unknown (`kernels.sparse`).
+    """
+    f, n_q, row = model.flexible, model.info.nq, model.flexible.beam_loads[k]
+    z, K, plain, whole = row.axis, f.K24, f.e[0], f.e[2]
+    first = f.beams[row.beam].first_element
+    last, n = first + f.beams[row.beam].elements, 2 * NODE_VECTORS[f.beams[row.beam].kind]
+    inertia = 0.0
+    for element in range(first, last):
+        inertia += _field_vectors(y, f, element, n, z, row.centre, 0.0, plain)
+    s, q, half = row.now / inertia, inner(matrix, 1), 3 * (n // 2)
+    for element in range(first, last):
+        at, mass = f.elements[element].iv - n_q, f.elements[element].mass
+        M = f.M12[mass] if n == 4 else f.M24[mass]
+        for i in range(n):
+            for j in range(n):
+                for c in range(3):
+                    x, yy, zz = cross(z[0], z[1], z[2], 1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2))
+                    w = -s * M[i, j]
+                    K[3 * i, 3 * j + c], K[3 * i + 1, 3 * j + c], K[3 * i + 2, 3 * j + c] = w * x, w * yy, w * zz
+        for r in range(0, 2 * half, half):
+            for c in range(0, 2 * half, half):
+                add_block(matrix, at + r, at + c, K, r, c, half, half, 1.0)
+        _field_vectors(y, f, element, n, z, row.centre, 0.0, plain)
+        _field_vectors(y, f, element, n, z, row.centre, row.pitch, whole)
+        for i in range(n):
+            x, yy, zz = cross(plain[3 * i], plain[3 * i + 1], plain[3 * i + 2], z[0], z[1], z[2])
+            add_inner(matrix, at + 3 * i, q, s / inertia * whole[3 * i], 2.0 * x)
+            add_inner(matrix, at + 3 * i + 1, q, s / inertia * whole[3 * i + 1], 2.0 * yy)
+            add_inner(matrix, at + 3 * i + 2, q, s / inertia * whole[3 * i + 2], 2.0 * zz)

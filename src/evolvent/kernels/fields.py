@@ -11,7 +11,7 @@ from numba import types, void
 from evolvent.jit import REAL, VECTOR, force_law_at, indirect, inlined, kernel
 from evolvent.kernels.flexible import CABLE
 from evolvent.kernels.rigid import add_wrench
-from evolvent.kernels.rotations import cross, turn
+from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
@@ -151,7 +151,7 @@ def add_beam_fields(t, y, model, P):
 def add_field_tangents(t, y, c_rate, model, matrix):
     """Add what fields on points, bodies and beams change with position, and c_rate times with velocity, to a matrix.
 
-    That of threads is left out: it only slows Newton's method.
+    That of threads is `kernels.thread.loads.add_node_load_tangents`.
     """
     points, on, n_q, f = model.points, model.field_points, model.info.nq, model.flexible
     x, v, A, K = model.scratch[1], model.scratch[2], f.K12, f.K24
@@ -204,17 +204,28 @@ def _add_body_point(t, k, c_rate, model, matrix):
     """Add what field point k of a body changes."""
     on, f = model.field_points, model.flexible
     x, v, A, K, J = model.scratch[1], model.scratch[2], f.K12, f.K24, f.J[0]
-    b, m = on[k].body, on[k].mass
-    _body_point(model, k, x, v)
+    b, m, w, L, own = on[k].body, on[k].mass, model.bodies[on[k].body].w, f.J[1], f.e[2]
+    dx, dy, dz = _body_point(model, k, x, v)
     ax, ay, az = acceleration(t, model, x, v)
-    gradient(t, model, x, v, c_rate, A)
+    gradient(t, model, x, v, 0.0, A)
     at, n = side_columns(model, ON_BODY, b, -1, on[k].local, True, J)
+    if c_rate != 0.0:  # a turn of the body turns the point's velocity about the centre
+        ux, uy, uz = cross(w[0], w[1], w[2], dx, dy, dz)
+        own[0], own[1], own[2] = turn_back(model.bodies[b].R, ux, uy, uz)
+        side_columns(model, ON_BODY, b, -1, own, False, L)
+        for c in range(3):
+            A[3, c], A[4, c], A[5, c] = _difference(t, model, x, v, v, c)
+            A[0, c] += c_rate * A[3, c]
+            A[1, c] += c_rate * A[4, c]
+            A[2, c] += c_rate * A[5, c]
     for i in range(n):
         for j in range(n):
             value = 0.0
             for c in range(3):
                 for d in range(3):
                     value += J[c, i] * A[c, d] * J[d, j]
+                    if c_rate != 0.0:
+                        value += J[c, i] * A[3 + c, d] * L[d, j]
             K[i, j] = value
     add_block(matrix, at, at, K, 0, 0, n, n, -m)
     add_turning(matrix, model, b, on[k].local, -m * ax, -m * ay, -m * az)

@@ -8,12 +8,13 @@ from evolvent.jit import REAL, VECTOR, force_law_at, indirect, inlined
 from evolvent.kernels.node_loads import law_gradient
 from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rigid import DRIVEN, FREE
-from evolvent.kernels.rotations import cross, turn
-from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
+from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.sides import ON_BODY, add_turning, side_columns, turn_axis
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.kernels.springs import ON_POINT, marker_kinematics, push_marker
 from evolvent.model import MODEL
 
+_I = types.int64
 #: Kinds of loads: a force on a node of a thread, forces per length of threads, a force, a torque and
 #: light on a panel at markers.
 NODE, UNIFORM, RADIATION, LAW, AT_MARKER, TORQUE, PANEL = -1, 0, 1, 2, 3, 4, 5
@@ -112,34 +113,59 @@ def _note_state(y, k, model):
         v[0], v[1], v[2] = w[0], w[1], w[2]
 
 
+@inlined
+def _panel_slopes(px, py, pz, nx, ny, nz, specular, diffuse, G):
+    """Derivative G : (3, 3) of `panel_force` by the normal."""
+    size = math.sqrt(px * px + py * py + pz * pz)
+    c = (px * nx + py * ny + pz * nz) / size if size > 0.0 else 0.0
+    a, sign = abs(c), 1.0 if c > 0.0 else -1.0
+    across = c * size * (2.0 * specular * a + 2.0 / 3.0 * diffuse)
+    along, turned = sign * (1.0 - specular), size * (4.0 * specular * a + 2.0 / 3.0 * diffuse)
+    p, n = (px, py, pz), (nx, ny, nz)
+    for i in range(3):
+        for j in range(3):
+            G[i, j] = (along * p[i] + turned * n[i]) * (p[j] / size if size > 0.0 else 0.0)
+        G[i, i] += across
+
+
+@inlined
+def _load_at_marker(t, y, k, model):
+    """Force or torque of load k at its marker, inertial axes: three floats; of a law its state is in model.scratch."""
+    loads, bodies = model.loads, model.bodies
+    p = model.parameters[loads[k].first : loads[k].last]
+    value = window(t, p[START], p[END], p[RAMP])
+    if value == 0.0:
+        return 0.0, 0.0, 0.0
+    if p.size > PROFILE and loads[k].kind != PANEL:
+        value *= profile(t, loads[k].first + PROFILE, model)
+    i = model.markers[loads[k].target].index
+    fx, fy, fz = value * p[0], value * p[1], value * p[2]
+    if loads[k].law != 0:
+        _note_state(y, k, model)
+        q = model.parameters[loads[k].law_first : loads[k].law_last]
+        gx, gy, gz = force_law_at(loads[k].law)(model.scratch[1], model.scratch[2], t, q)
+        fx, fy, fz = fx * gx, fy * gy, fz * gz
+    if p[FRAME] != 0.0:
+        fx, fy, fz = turn(bodies[i].R, fx, fy, fz)
+    if loads[k].kind == PANEL:
+        nx, ny, nz = turn(bodies[i].R, p[7], p[8], p[9])
+        fx, fy, fz = panel_force(fx, fy, fz, nx, ny, nz, p[10], p[11])
+    return fx, fy, fz
+
+
 @indirect(REAL(REAL, VECTOR, MODEL))
 def concentrated_loads(t, y, model):
     """Forces and torques at markers; returns their power, W."""
     loads, markers, points, bodies = model.loads, model.markers, model.points, model.bodies
-    parameters = model.parameters
     power = 0.0
     for k in range(loads.size):
         if loads[k].kind < AT_MARKER:
             continue
-        p = parameters[loads[k].first : loads[k].last]
-        value = window(t, p[START], p[END], p[RAMP])
-        if value == 0.0:
+        fx, fy, fz = _load_at_marker(t, y, k, model)
+        if fx == 0.0 and fy == 0.0 and fz == 0.0:
             continue
-        if p.size > PROFILE and loads[k].kind != PANEL:
-            value *= profile(t, loads[k].first + PROFILE, model)
         m = loads[k].target
         i = markers[m].index
-        fx, fy, fz = value * p[0], value * p[1], value * p[2]
-        if loads[k].law != 0:
-            _note_state(y, k, model)
-            q = parameters[loads[k].law_first : loads[k].law_last]
-            gx, gy, gz = force_law_at(loads[k].law)(model.scratch[1], model.scratch[2], t, q)
-            fx, fy, fz = fx * gx, fy * gy, fz * gz
-        if p[FRAME] != 0.0:
-            fx, fy, fz = turn(bodies[i].R, fx, fy, fz)
-        if loads[k].kind == PANEL:
-            nx, ny, nz = turn(bodies[i].R, p[7], p[8], p[9])
-            fx, fy, fz = panel_force(fx, fy, fz, nx, ny, nz, p[10], p[11])
         if loads[k].kind != TORQUE:
             x, yy, z, vx, vy, vz = marker_kinematics(y, markers, points, bodies, m)
             push_marker(markers, points, bodies, m, x, yy, z, fx, fy, fz)
@@ -152,70 +178,145 @@ def concentrated_loads(t, y, model):
     return power
 
 
+# ---------------------------------------------------------------------------------------------- tangent
+
+
 @inlined
-def add_law_tangents(t, y, c_rate, model, matrix):
-    """Tangents of all forces and torques by laws at markers."""
+def add_load_tangents(t, y, c_rate, turning, model, matrix):
+    """Tangents of all forces and torques at markers; see `add_load_tangent`."""
     for k in range(model.loads.size):
-        if model.loads[k].kind >= AT_MARKER and model.loads[k].law != 0:
-            add_law_tangent(t, y, k, c_rate, model, matrix)
+        on_body = model.loads[k].kind >= AT_MARKER and model.markers[model.loads[k].target].kind == ON_BODY
+        if on_body or (model.loads[k].kind >= AT_MARKER and model.loads[k].law != 0):
+            add_load_tangent(t, y, k, c_rate, turning, model, matrix)
 
 
-@indirect(void(REAL, VECTOR, types.int64, REAL, MODEL, SPARSE))
-def add_law_tangent(t, y, k, c_rate, model, matrix):
-    """Add what the law of load k change with position, and c_rate times with velocity, but for turns of its axes."""
-    loads, markers, bodies, f = model.loads, model.markers, model.bodies, model.flexible
+@inlined
+def _law_slopes(t, k, value, c_rate, model, G):
+    """Derivatives of load k, a law, by position, G[:3, :3], and by velocity, G[3:6, :3], at the noted state."""
+    loads = model.loads
     p = model.parameters[loads[k].first : loads[k].last]
-    scale = window(t, p[START], p[END], p[RAMP]) * p[0]
-    if scale == 0.0:
-        return
-    m = loads[k].target
-    i, A, K, J, L = markers[m].index, f.K12, f.K24, f.J[0], f.J[1]
-    _note_state(y, k, model)
     q = model.parameters[loads[k].law_first : loads[k].law_last]
-    gx, gy, gz = force_law_at(loads[k].law)(model.scratch[1], model.scratch[2], t, q)
-    law_gradient(loads[k].law, q, t, model, 0.0, A)
+    law_gradient(loads[k].law, q, t, model, 1.0 if c_rate != 0.0 else 0.0, G)
     for c in range(3):
         for d in range(3):
-            K[12 + c, d] = A[c, d]
-    law_gradient(loads[k].law, q, t, model, c_rate, A)
+            G[3 + c, d] = G[c, d]
+    if c_rate != 0.0:
+        law_gradient(loads[k].law, q, t, model, 0.0, G)
     for c in range(3):
         for d in range(3):
-            K[15 + c, d] = A[c, d] - K[12 + c, d]  # by velocity
+            G[3 + c, d] = value * p[c] * (G[3 + c, d] - G[c, d])
+            G[c, d] *= value * p[c]
+
+
+@inlined
+def _add_change(K, scale, G, row, J, n):
+    """K[18:21, :n] += scale G[row : row + 3, :3] J."""
+    for a in range(3):
+        for c in range(n):
+            K[18 + a, c] += scale * (G[row + a, 0] * J[0, c] + G[row + a, 1] * J[1, c] + G[row + a, 2] * J[2, c])
+
+
+@inlined
+def _fixed_columns(model, i, x, y, z, J):
+    """Columns J of a vector (x, y, z), inertial axes, that is fixed to body i."""
+    local = model.flexible.e[2]
+    local[0], local[1], local[2] = turn_back(model.bodies[i].R, x, y, z)
+    side_columns(model, ON_BODY, i, -1, local, False, J)
+
+
+@inlined
+def _turn_columns(bodies, i, n, J):
+    """Columns J of the turn of body i, inertial axes."""
+    for c in range(n):
+        ax, ay, az = turn_axis(bodies, i, bodies[i].motion, c)
+        J[0, c], J[1, c], J[2, c] = turn(bodies[i].R, ax, ay, az)
+
+
+@indirect(void(REAL, VECTOR, _I, REAL, REAL, MODEL, SPARSE))
+def add_load_tangent(t, y, k, c_rate, turning, model, matrix):
+    """Add what load k changes with position and turn of its marker, and c_rate times with its velocity.
+
+    Parameters
+    ----------
+    turning : float, 1 where torques on a free body stand in its axes, 0 where in those of a step's start
+
+    Notes
+    -----
+    A force f at a point with the columns J has the generalised forces J^T f, a torque L^T f with those L of the turn.
+    f changes with the columns of the position, with those of the velocity, c_rate J and w x d that turns with the body,
+    and with those of the axes or of the normal that it depends on. What J and L change is `add_turning` of a force, and
+    (R^T f) x dtheta of a torque in the axes of a free body.
+    """
+    loads, markers, bodies, f = model.loads, model.markers, model.bodies, model.flexible
+    fx, fy, fz = _load_at_marker(t, y, k, model)
+    p = model.parameters[loads[k].first : loads[k].last]
+    value, m = window(t, p[START], p[END], p[RAMP]), loads[k].target
+    if value == 0.0:
+        return
+    i, by_law, is_torque, G, K, J, L = (
+        markers[m].index, loads[k].law != 0, loads[k].kind == TORQUE, f.K12, f.K24, f.J[0], f.J[1]
+    )  # fmt: skip
+    if by_law:
+        _law_slopes(t, k, value, c_rate, model, G)
     if markers[m].kind == ON_POINT:
         at = model.points[i].iv - model.info.nq
-        add_block(matrix, at, at, A, 0, 0, 3, 3, -scale)
+        add_block(matrix, at, at, G, 0, 0, 3, 3, -1.0)
+        add_block(matrix, at, at, G, 3, 0, 3, 3, -c_rate)
         return
+    local, R = markers[m].local, bodies[i].R
+    at, n = side_columns(model, ON_BODY, i, -1, local, True, J)
+    if n == 0:
+        return
+    for a in range(3):
+        for c in range(n):
+            K[18 + a, c] = 0.0
     if p[FRAME] != 0.0:
-        gx, gy, gz = turn(bodies[i].R, gx, gy, gz)
-        for row in range(12, 18, 3):
-            for d in range(3):
-                K[row, d], K[row + 1, d], K[row + 2, d] = turn(bodies[i].R, K[row, d], K[row + 1, d], K[row + 2, d])
-    at, n = side_columns(model, ON_BODY, i, -1, markers[m].local, True, J)
-    is_torque = loads[k].kind == TORQUE
-    if is_torque:  # columns of the turn
-        for r in range(3):
-            for c in range(6):
-                L[r, c] = 0.0
-        if bodies[i].motion == FREE:
-            for r in range(3):
-                for c in range(3):
-                    L[r, 3 + c] = bodies[i].R[r, c]
-        elif n > 0:
-            a = bodies[i].axis
-            L[0, 0], L[1, 0], L[2, 0] = turn(bodies[i].R, a[0], a[1], a[2])
+        if by_law:
+            for row in range(0, 6, 3):
+                for d in range(3):
+                    G[row, d], G[row + 1, d], G[row + 2, d] = turn(R, G[row, d], G[row + 1, d], G[row + 2, d])
+        _fixed_columns(model, i, fx, fy, fz, L)
+        for a in range(3):
+            for c in range(n):
+                K[18 + a, c] += L[a, c]
+    if by_law:
+        _add_change(K, 1.0, G, 0, J, n)
+        if c_rate != 0.0:
+            w = bodies[i].w
+            wx, wy, wz = w[0], w[1], w[2]
+            if not is_torque:
+                dx, dy, dz = turn(R, local[0], local[1], local[2])
+                wx, wy, wz = cross(w[0], w[1], w[2], dx, dy, dz)
+            _fixed_columns(model, i, wx, wy, wz, L)
+            _add_change(K, 1.0, G, 3, L, n)
+            if is_torque:
+                _turn_columns(bodies, i, n, L)
+                _add_change(K, c_rate, G, 3, L, n)
+            else:
+                _add_change(K, c_rate, G, 3, J, n)
+    elif loads[k].kind == PANEL:
+        nx, ny, nz = turn(R, p[7], p[8], p[9])
+        _panel_slopes(value * p[0], value * p[1], value * p[2], nx, ny, nz, p[10], p[11], G)
+        _fixed_columns(model, i, nx, ny, nz, L)
+        _add_change(K, 1.0, G, 0, L, n)
+    if is_torque:
+        _turn_columns(bodies, i, n, J)
     for r in range(n):
         for c in range(n):
-            value = 0.0
-            for a in range(3):
-                left = L[a, r] if is_torque else J[a, r]
-                for b in range(3):
-                    right = L[b, c] if is_torque else J[b, c]
-                    value += left * (K[12 + a, b] * J[b, c] + K[15 + a, b] * right)
-            K[r, c] = value
-    if n > 0:
-        add_block(matrix, at, at, K, 0, 0, n, n, -scale)
-        if not is_torque and p[FRAME] == 0.0:
-            add_turning(matrix, model, i, markers[m].local, -scale * gx, -scale * gy, -scale * gz)
+            K[r, c] = -(J[0, r] * K[18, c] + J[1, r] * K[19, c] + J[2, r] * K[20, c])
+    tx, ty, tz = turn_back(R, fx, fy, fz)
+    share = -turning  # of the torque's turn with its axes
+    if not is_torque:
+        tx, ty, tz = cross(local[0], local[1], local[2], tx, ty, tz)
+        share = 1.0 - turning
+        add_turning(matrix, model, i, local, -fx, -fy, -fz)
+    if bodies[i].motion == FREE:
+        for c in range(3):
+            ux, uy, uz = cross(tx, ty, tz, 1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2))
+            K[3, 3 + c] += share * ux
+            K[4, 3 + c] += share * uy
+            K[5, 3 + c] += share * uz
+    add_block(matrix, at, at, K, 0, 0, n, n, 1.0)
 
 
 @inlined

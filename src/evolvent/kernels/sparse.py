@@ -100,8 +100,9 @@ def clear(matrix):
     values, B, C, counts = matrix.values, matrix.B, matrix.C, matrix.counts
     for i in range(values.size):
         values[i] = 0.0
-    for r in range(B.shape[0] if counts[INNER] > 0 else 0):
-        for q in range(counts[INNER]):
+    used = counts[INNER] + counts[DEFERRED]
+    for r in range(B.shape[0] if used > 0 else 0):
+        for q in range(used):
             B[r, q] = 0.0
             C[r, q] = 0.0
     counts[INNER] = 0

@@ -184,10 +184,11 @@ def spring_tangents(t, y, c_rate, model, matrix):
             marker, sign = (ma, -1.0) if side == 0 else (mb, 1.0)
             if model.markers[marker].kind == ON_BODY:
                 s = sign * tension
-                add_turning(
-                    matrix, model, model.markers[marker].index, model.markers[marker].local,
-                    s * nx, s * ny, s * nz,
-                )  # fmt: skip
+                gx, gy, gz = s * nx, s * ny, s * nz
+                if side == 1 and sideways != 0.0:
+                    fx, fy, fz, _ = lateral_force(springs, k, dx, dy, dz, b[3] - a[3], b[4] - a[4], b[5] - a[5])
+                    gx, gy, gz = gx - fx, gy - fy, gz - fz
+                add_turning(matrix, model, model.markers[marker].index, model.markers[marker].local, gx, gy, gz)
 
 
 @inlined

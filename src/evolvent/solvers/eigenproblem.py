@@ -27,6 +27,9 @@ EQUAL = 1e-8
 EXCITED = 1e-6
 #: Squares of frequencies above so many times the shift are found without it.
 FAR = 1e8
+#: Real part, beside the modulus, from which a pole grows; what round-off adds to eigenvalues of the shifted inverse,
+#: beside its size; slowest motions that are looked at where all are too many.
+GROWS, SPLIT, LOOKED_AT = 1e-6, 1e-13, 20
 
 
 class Problem:
@@ -180,6 +183,41 @@ class Problem:
             L = np.linalg.cholesky(V[:, first:last].T @ (self.M @ V[:, first:last]))
             V[:, first:last] = scipy.linalg.solve_triangular(L, V[:, first:last].T, lower=True).T
         return V
+
+    def growing(self) -> Array | None:
+        """Poles of the motions that grow, fastest first, those of a pair above the real axis; None where unknown.
+
+        All motions are looked at, of large systems the slowest: of those it is unknown whether another one grows. An
+        eigenvalue with the left and right vectors y and x of length 1 has the error of the matrix over y . x.
+        """
+        if self.size == 0:
+            return np.zeros(0, dtype=complex)
+        count, limit = min(LOOKED_AT, self.size), DENSE if self.C.nnz == 0 else DENSE // 2
+        s2 = self.shift(count)
+        if self.size > limit:
+            pole, _ = self.general(count, s2)
+            split = np.zeros(pole.size)
+        elif self.C.nnz == 0:
+            Z = self.free()
+            M = Z.T @ (self.M @ Z)
+            L = np.linalg.cholesky(0.5 * (M + M.T))
+            B = L.T @ (Z.T @ self.inverse(s2)(Z @ L))
+            mu, left, right = scipy.linalg.eig(B, left=True)
+            alike = np.abs(np.einsum("ij,ij->j", left.conj(), right))
+            error = SPLIT * np.linalg.norm(B, 2) / np.maximum(alike, SPLIT)
+            keep = np.abs(mu) > error
+            mu, V, split = mu[keep], Z @ scipy.linalg.solve_triangular(L.T, right[:, keep]), (error / np.abs(mu))[keep]
+            squares = 1.0 / mu - s2
+            squares[np.abs(squares) <= np.maximum(self.noise(V), ROUND_OFF * s2)] = 0.0
+            pole = np.sqrt(-squares.astype(complex))
+            pole[pole.real < 0.0] *= -1.0
+        else:
+            pole, _ = self.general(2 * self.size, s2)
+            split = np.sqrt(SPLIT * (1.0 + np.abs(pole) / math.sqrt(s2)))
+        found = pole[(pole.imag >= 0.0) & (pole.real > (GROWS + split) * np.abs(pole))]
+        if self.size > limit and not found.size:
+            return None
+        return np.asarray(found[np.argsort(-found.real)])
 
     def slowest(self, elastic: int | None) -> tuple[Array, Array]:
         """Squares and shapes, as of `everything`, of all modes that do not oscillate and so many that do; None: all."""

@@ -32,15 +32,17 @@ from evolvent.solvers.alpha_state import displace
 NO_CONVERGENCE, NOT_FINITE, SINGULAR, UNBALANCED = -1, -2, -3, -4
 #: Largest part of its size that an unknown moves in one iteration.
 LARGEST_MOVE = 0.5
-#: Below this a correction that shrinks no more may be round-off of a stiff structure.
-ROUGH = 1e-5
+#: Below this a correction that has not shrunk `STALLS` times may be round-off of a stiff structure.
+ROUGH, STALLS = 1e-5, 2
+#: Columns of the workspace's history.
+FORCE, MOMENT, CORRECTION, N_HISTORY = range(4)
 #: Part of the forces that may stay unbalanced where the tangent is singular, and of the largest stiffness times size.
 CONSISTENT, ROUND_OFF = 1e-7, 1e-14
 #: What the iterations count. loose: unknowns without pivot; factor: of the load; first_unbalance, unbalance: J, at the
 #: first and the last iteration; correction: the last; quality: worst pivot; stiffest: largest stiffness, J, of an
-#: unknown that moves by its size.
+#: unknown that moves by its size; noted: rows of the history.
 LOOP = np.dtype(
-    [(name, np.int64) for name in ("loose", "iterations", "factorizations")]
+    [(name, np.int64) for name in ("loose", "iterations", "factorizations", "noted")]
     + [(name, np.float64) for name in ("factor", "first_unbalance", "unbalance", "correction", "quality", "stiffest")],
     align=True,
 )
@@ -56,6 +58,10 @@ class StaticWorkspace(Struct):
     start : (nu,) float, what the start left unbalanced
     d, total, before : (nv,) float, an iteration's move, and those of this and of the last step
     weight : (nv,) float, size of each velocity's coordinate
+    is_moment : (nv,) int, 1 of turns and slopes, whose unbalance is a moment
+    history : (iterations + 1, N_HISTORY) float
+        Of Newton's method at the last load factor: largest unbalanced force (N) and moment (N m) before each iteration
+        and after the last, and the largest correction beside its size, not a number after the last.
     powers : (N_POWERS,) float
     spin : (6,) float, rad/s and m, rate and centre of the turn
     parameters : (k,) float, the model's own, whose loads are scaled by the factor
@@ -74,6 +80,8 @@ class StaticWorkspace(Struct):
     total: np.ndarray = array(1)
     before: np.ndarray = array(1)
     weight: np.ndarray = array(1)
+    is_moment: np.ndarray = array(1, np.int64)
+    history: np.ndarray = array(2)
     powers: np.ndarray = array(1)
     spin: np.ndarray = array(1)
     parameters: np.ndarray = array(1)
@@ -240,6 +248,20 @@ def _work_of(r, b):
     return largest
 
 
+@inlined
+def _note(iteration, r, b):
+    """Write the largest unbalanced force and moment into row `iteration` of the history."""
+    force = moment = 0.0
+    for i in range(b.weight.size):
+        if b.is_moment[i] != 0:
+            moment = max(moment, abs(r[i]))
+        else:
+            force = max(force, abs(r[i]))
+    b.history[iteration, FORCE], b.history[iteration, MOMENT] = force, moment
+    b.history[iteration, CORRECTION] = math.nan
+    b.loop.noted = iteration + 1
+
+
 @indirect(_I(REAL, REAL, REAL, MODEL, SPARSE, _WORKSPACE))
 def _factor(t, shift, factor, model, matrix, b):
     """Tangent of the state and its factors, `shift` (1/s2) times the mass added; returns as `sparse_lu.factor` does."""
@@ -276,7 +298,7 @@ def _move(cut, model, b):
 @indirect(_I(REAL, REAL, REAL, REAL, REAL, _I, MODEL, SPARSE, _WORKSPACE))
 def balance(t, step, factor, share, tolerance, most, model, matrix, b):
     """Newton's method at one load factor; returns the number of iterations, or a status below zero."""
-    last, largest = math.inf, 0.0
+    best, stalls, largest = math.inf, 0, 0.0
     for i in range(b.total.size):
         b.total[i] = 0.0
     for iteration in range(most):
@@ -284,6 +306,7 @@ def balance(t, step, factor, share, tolerance, most, model, matrix, b):
         if not is_finite(b.r):
             return NOT_FINITE
         work = _work_of(b.r, b)
+        _note(iteration, b.r, b)
         largest = max(largest, work)
         b.loop.unbalance = work
         if iteration == 0:
@@ -298,16 +321,18 @@ def balance(t, step, factor, share, tolerance, most, model, matrix, b):
         norm = _move(1.0, model, b)
         if not math.isfinite(norm):
             return NOT_FINITE
-        b.loop.correction = norm
+        b.loop.correction = b.history[iteration, CORRECTION] = norm
         b.loop.iterations += 1
-        if norm <= tolerance or (norm < ROUGH and norm > 0.5 * last and work <= ROUND_OFF * b.loop.stiffest):
+        stalls += 1 if best <= norm < ROUGH else 0
+        best = min(best, norm)
+        if norm <= tolerance or (stalls >= STALLS and norm < ROUGH and work <= ROUND_OFF * b.loop.stiffest):
             unbalance(t, step, factor, share, model, b, b.r)
             b.loop.unbalance = _work_of(b.r, b)
+            _note(iteration + 1, b.r, b)
             if b.loop.loose > 0 and b.loop.unbalance > _allowed(largest, model, b):
                 return UNBALANCED
             b.loop.factor = factor
             return iteration + 1
-        last = norm
     return NO_CONVERGENCE
 
 
@@ -371,7 +396,7 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
     Crisfield (1981): |total|^2 = length^2 with sizes as weights; of the two roots the one nearer to the last iterate.
     The predictor goes on in the direction of the last step, `before`, or up where there is none.
     """
-    n_v, last, largest = b.d.size, math.inf, 0.0
+    n_v, best, stalls, largest = b.d.size, math.inf, 0, 0.0
     factor = b.loop.factor
     for i in range(n_v):
         b.total[i] = 0.0
@@ -381,6 +406,7 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
         if not is_finite(b.r):
             return NOT_FINITE
         b.loop.unbalance = _work_of(b.r, b)
+        _note(iteration, b.r, b)
         largest = max(largest, b.loop.unbalance)
         if iteration == 0:
             b.loop.first_unbalance = b.loop.unbalance
@@ -420,16 +446,18 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
             return NOT_FINITE
         factor += change if norm <= LARGEST_MOVE else change * LARGEST_MOVE / norm
         b.loop.iterations += 1
-        b.loop.correction = norm
-        rough = norm < ROUGH and norm > 0.5 * last and b.loop.unbalance <= ROUND_OFF * b.loop.stiffest
+        b.loop.correction = b.history[iteration, CORRECTION] = norm
+        stalls += 1 if best <= norm < ROUGH else 0
+        best = min(best, norm)
+        rough = stalls >= STALLS and norm < ROUGH and b.loop.unbalance <= ROUND_OFF * b.loop.stiffest
         if iteration > 0 and (norm <= tolerance or rough):
             unbalance(t, step, factor, 1.0, model, b, b.r)
             b.loop.unbalance = _work_of(b.r, b)
+            _note(iteration + 1, b.r, b)
             if b.loop.loose > 0 and b.loop.unbalance > _allowed(largest, model, b):
                 return UNBALANCED
             b.loop.factor = factor
             return iteration + 1
-        last = norm
     return NO_CONVERGENCE
 
 

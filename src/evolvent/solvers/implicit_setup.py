@@ -11,6 +11,7 @@ from evolvent.errors import InputError
 from evolvent.families import owner
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import gear, joint, rigid
+from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.drive import FREE
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
@@ -36,10 +37,12 @@ _FITS = 1e-6
 def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = False) -> SparseBlocks:
     """Room for the tangent of a model, and for `spare` deferred pivots; by default what redundant joints may need.
 
-    Turns that lie on one another are inner unknowns; those that do so at present are coupled directly if `layers`.
+    Turns that lie on one another are inner unknowns; those that do so at present are coupled directly if `layers`. So
+    is what a torque spread over a beam couples.
     """
     found = model.flexible.cylinders[model.flexible.cylinders["under"] >= 0]
     inner = int(np.sum((found["last"] - found["first"]) * np.where(found["friction"] > 0.0, 3, 1)))
+    inner += int(np.sum(model.flexible.beam_loads["kind"] == FIELD))
     if spare is None:
         spare = min(model.flexible.joints.size, MOST_REDUNDANT)
     return ordering.matrix_of(graph.pattern_of(model, layers=layers), spare=spare, inner=inner)

@@ -26,6 +26,11 @@ def first_latch(model: Any) -> int:
     return int(2 * model.threads.size + model.events.size)
 
 
+#: Rows of `Path.newton`.
+NEWTON = np.dtype([("step", np.int64), ("iteration", np.int64)]
+                  + [(name, np.float64) for name in ("factor", "force", "moment", "correction")])  # fmt: skip
+
+
 class Path(NamedTuple):
     """What a static solution has of its own.
 
@@ -35,7 +40,13 @@ class Path(NamedTuple):
     loads : (nt, nv) float, N, generalised loads on beams, and weights
     spin : (6,) float, rad/s and m, rate and centre of the steady turn
     free : list of str, parts that move without any resistance at the end; the equilibrium is then one of many
-    unstable : int, independent directions in which the energy falls at the end; -1 where they were not counted
+    unstable : int
+        In how many ways the end is unstable: directions in which the energy falls; under loads without a potential, or
+        with gyroscopic forces, motions that grow, those of the linear motion with dampers. -1 where it is not known.
+    newton : (n,) records `NEWTON`, how Newton's method converged
+        Number of the load step (from 1), iteration (from 0), load factor, largest unbalanced force (N) and moment (N m,
+        also of forces on slopes) before the iteration, and its largest correction, beside the size of the system (or 1
+        for slopes and turns). The last row of a step has the unbalance that is left, and no correction.
     """
 
     factor: Array
@@ -43,6 +54,7 @@ class Path(NamedTuple):
     spin: Array
     free: list[str]
     unstable: int
+    newton: Array
 
 
 @dataclasses.dataclass

@@ -73,7 +73,11 @@ def solve_static(
 
     Notes
     -----
-    Dampers rest, open latches stay open. Friction acts where the path rubs.
+    Dampers rest, open latches stay open. Friction acts where the path rubs. `path.newton` has the unbalance and the
+    correction of every iteration, which converge quadratically but for contacts and gears. An end that is unstable by
+    its energy may lie on a branch that a long step has led to: the path is then followed again from its last stable
+    point, in steps in which no direction becomes unstable, and beyond where it becomes so itself. Where the loads have
+    no potential, or there are gyroscopic forces, the motions that grow about the end are counted, with all dampers.
     """
     targets = _targets(load_steps)
     tolerance = positive("tolerance", tolerance)

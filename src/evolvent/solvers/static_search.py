@@ -14,15 +14,20 @@ from evolvent.kernels.body_contact import contact_values
 from evolvent.kernels.contact import friction_values
 from evolvent.solvers import balance as eb
 from evolvent.solvers import equilibrium as eq
+from evolvent.solvers.linear_motion import energy_decides, growing_motions
 from evolvent.solvers.rod_messages import bending_hint
 from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, TOUCHED, empty, rubbing_points
-from evolvent.solvers.solution import Path, Solution
-from evolvent.solvers.static_work import Work, add_turn
+from evolvent.solvers.solution import NEWTON, Path, Solution
+from evolvent.solvers.static_work import MOST_ITERATIONS, Work, add_turn
 
 Array = np.ndarray
 
-#: Iterations of one step, and of a slide to an equilibrium.
-MOST_ITERATIONS, MOST_SLIDES = 25, 2000
+#: Iterations of a slide to an equilibrium.
+MOST_SLIDES = 2000
+#: What is said of an equilibrium under the whole load.
+CARRIED = "the whole load is carried"
+#: Correction beside the tolerance from which on an equilibrium is said to be uncertain by it.
+UNCERTAIN = 100.0
 #: Load step below which there is no going on, and the first one.
 SMALLEST_STEP, FIRST_STEP = 1e-6, 0.1
 #: Load step above which none is accepted in which a slope turns by more than a right angle: it has turned over.
@@ -35,11 +40,16 @@ class Search:
     def __init__(self, work: Work, tolerance: float, most: int, progress: Callable[[float], None] | None) -> None:
         self.work, self.tolerance, self.most, self.progress = work, tolerance, most, progress
         self.kept: list[tuple[Any, ...]] = []
-        self.status, self.message = "success", "the whole load is carried"
+        self.status, self.message = "success", CARRIED
         self.reached, self.steps, self.rejected, self.slides = 0.0, 0, 0, 0
         self.worst = 1.0
         self.free: list[str] = []
         self.unstable = -1
+        #: Rows of `Path.newton`, and how many there were before each point that is kept.
+        self.newton: list[tuple[Any, ...]] = []
+        self.marks: list[int] = []
+        #: In how many directions the energy falls after the last step; -1 where that is not watched.
+        self.falling = -1
         self._start = work.balance.y.copy()
 
     # ------------------------------------------------------------------------------------------ one step
@@ -50,6 +60,12 @@ class Search:
             eq.balance(w.time, w.step, factor, share, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, w.balance)
         )
 
+    def _note(self, factor: float) -> None:
+        """Keep how Newton's method has come to the accepted state."""
+        b = self.work.balance
+        for i, row in enumerate(b.history[: int(b.loop.noted)].tolist()):
+            self.newton.append((self.steps, i, factor, *row))
+
     def _state(self) -> tuple[Array, Array, Array, Array]:
         b = self.work.balance
         return b.y.copy(), b.la.copy(), b.before.copy(), self.work.model.flexible.switches.copy()
@@ -59,9 +75,11 @@ class Search:
         b.y[:], b.la[:], b.before[:], self.work.model.flexible.switches[:] = state
 
     def _turned_over(self, before: Array) -> bool:
-        """Whether a beam's slope points against where it pointed before."""
-        slopes = self.work.slopes
-        return bool(np.any(np.einsum("ij,ij->i", before[slopes], self.work.balance.y[slopes]) < 0.0))
+        """Whether a beam's slope points against where it was, or a node of a rod has turned by a right angle."""
+        slopes, turns, y = self.work.slopes, self.work.turns, self.work.balance.y
+        if np.any(np.einsum("ij,ij->i", before[slopes], y[slopes]) < 0.0):
+            return True
+        return bool(np.any(np.abs(np.einsum("ij,ij->i", before[turns], y[turns])) < math.sqrt(0.5)))
 
     def _store_point(self, factor: float) -> None:
         """Accept the state, and keep it as a point of the path."""
@@ -83,6 +101,7 @@ class Search:
         touches[:, :TOUCHED], touches[:, TOUCHED] = contact_values(f.body_contacts), np.nan
         forces = cylinders, wrenches, touches, friction_values(f.contact_points)[: rubbing_points(w.model)]
         self.kept.append((factor, y, f.switches.copy(), b.la.copy(), energies, f.P.copy(), *forces))
+        self.marks.append(len(self.newton))
         if self.progress is not None:
             self.progress(factor)
 
@@ -133,11 +152,52 @@ class Search:
         if balanced:
             eq.unbalance(w.time, w.step, 0.0, 1.0, w.model, b, b.r)
             self._store_point(0.0)
-        self._advance(lambda s: (s, s), targets)
+        if not self._advance(lambda s: (s, s), targets):
+            return
+        self._end(1.0)
+        if self.unstable > 0 and self.slides == 0 and energy_decides(w):
+            self._follow_again(targets)
 
-    def _advance(self, at: Callable[[float], tuple[float, float]], targets: Array) -> bool:
-        """Go from 0 over the targets in steps that follow from how they converge; at(s) = (factor, share)."""
-        reached, step = 0.0, min(FIRST_STEP, float(targets[0]))
+    def _follow_again(self, targets: Array) -> None:
+        """Follow the path again from the last stable point on, with steps between which no direction becomes unstable.
+
+        A step over a critical load may lead to another branch. Where the path itself becomes unstable, as that of a
+        perfectly straight strut, it is followed on.
+        """
+        w, b = self.work, self.work.balance
+
+        def falling_at(point: int) -> int:
+            _, y, switches, la, *_ = self.kept[point]
+            b.y[: w.n_q], b.la[:], w.model.flexible.switches[:] = y[: w.n_q], la, switches
+            eq.unbalance(w.time, w.step, self.kept[point][0], 1.0, w.model, b, b.r)
+            return w.falling_directions()
+
+        first, last = 0, len(self.kept) - 1
+        least = falling_at(first)
+        if least < 0 or least >= self.unstable:
+            falling_at(last)
+            return
+        while last - first > 1:
+            middle = (first + last) // 2
+            first, last = (middle, last) if falling_at(middle) <= least else (first, middle)
+        step = 0.25 * (self.kept[last][0] - self.kept[first][0])
+        falling_at(first)
+        reached = self.kept[first][0]
+        del self.kept[first:], self.newton[self.marks[first] :], self.marks[first:]
+        self._store_point(reached)
+        self.falling, self.message = least, CARRIED
+        if self._advance(lambda s: (s, s), targets[targets > reached], reached, step):
+            self._end(1.0)
+
+    def _advance(
+        self,
+        at: Callable[[float], tuple[float, float]],
+        targets: Array,
+        reached: float = 0.0,
+        step: float = FIRST_STEP,
+    ) -> bool:
+        """Go over the targets in steps that follow from how they converge; at(s) = (factor, share)."""
+        step = min(step, float(targets[0]))
         for target in targets:
             while reached < target:
                 if self.steps + self.rejected >= self.most:
@@ -152,37 +212,74 @@ class Search:
                     step = 0.25 * (s - reached)
                     if step >= SMALLEST_STEP:
                         continue
-                    if not self._slide(at(1.0)[0]):
-                        self._back(state)
-                        return self._fail(at(reached)[0], self._failure_message(found, at(s)[0]))
-                    self._store_point(at(1.0)[0])
-                    self.message = (
-                        f"no equilibrium path continues beyond load factor {at(reached)[0]:.4g}; the state moved to "
-                        "another equilibrium"
-                    )
-                    return self._end(at(1.0)[0])
+                    return self._leave_path(at, reached, s, state, found)
+                if self.falling >= 0 and self._crosses(s - reached):
+                    self._back(state)
+                    self.rejected += 1
+                    step = 0.25 * (s - reached)
+                    continue
                 self.steps += 1
+                self._note(at(s)[0])
                 reached = s
                 step = max(step, 0.0) * (2.0 if found <= 5 else 1.0 if found <= 9 else 0.5)
                 if at(s)[0] > 0.0 or at(s)[1] == 1.0:
                     self._store_point(at(s)[0])
-        return self._end(at(1.0)[0])
+        return True
 
-    def _end(self, factor: float) -> bool:
+    def _crosses(self, step: float) -> bool:
+        """Whether the energy falls in more directions than before the step, which can still be cut."""
+        falling = self.work.falling_directions()
+        if falling > self.falling and step > SMALLEST_STEP:
+            return True
+        self.falling = max(falling, 0)
+        return False
+
+    def _leave_path(
+        self, at: Callable[[float], tuple[float, float]], reached: float, s: float, state: Any, found: int
+    ) -> bool:
+        """Slide from the end of a path to another equilibrium under the whole load."""
+        if not self._slide(at(1.0)[0]):
+            self._back(state)
+            return self._fail(at(reached)[0], self._failure_message(found, at(s)[0]))
+        self._note(at(1.0)[0])
+        self._store_point(at(1.0)[0])
+        self.message = (
+            f"no equilibrium path continues beyond load factor {at(reached)[0]:.4g}; the state moved to "
+            "another equilibrium"
+        )
+        return True
+
+    def _end(self, factor: float) -> None:
         """Say what is loose or unstable at the end."""
         w = self.work
         if factor < 1.0:
-            return True
+            return
+        left = float(w.balance.loop.correction)
+        if left > UNCERTAIN * self.tolerance:
+            self.message += f"; round-off leaves it uncertain by {left:.1g} of its size"
         count = w.probe(factor)
         if count == 0:
-            self.unstable = w.falling_directions()
-            if self.unstable > 0:
-                self.message += f"; it is unstable in {_ways(self.unstable)}"
-            return True
+            self._judge_stability()
+            return
         self.free = w.free_motions(factor)
         if self.free:
             self.message += f"; nothing holds {_names(self.free)} against {_motions(count)}"
-        return True
+
+    def _judge_stability(self) -> None:
+        """Whether the last state is stable: by its energy, or by the linear motion where that does not decide."""
+        w = self.work
+        if energy_decides(w):
+            self.unstable = w.falling_directions()
+            if self.unstable > 0:
+                self.message += f"; it is unstable in {_ways(self.unstable)}"
+            return
+        poles = growing_motions(w)
+        if poles is None:
+            return
+        self.unstable = len(poles)
+        if len(poles):
+            fastest = f"flutter at {poles[0].imag:.4g} rad/s" if poles[0].imag > 0.0 else "divergence"
+            self.message += f"; it is unstable in {_ways(self.unstable)}: {fastest}"
 
     # ------------------------------------------------------------------------------------------ along an arc
 
@@ -195,6 +292,7 @@ class Search:
             return
         b.start[:] = 0.0
         self.kept.clear()
+        self.marks.clear()
         self._store_point(0.0)
         state = self._state()
         if self._balance(1e-3 * first) < 0:
@@ -205,6 +303,7 @@ class Search:
             if self._balance(1.0) < 0:
                 self._fail(0.0, self._failure_message(eq.NO_CONVERGENCE, 1.0))
                 return
+            self._note(1.0)
             self._store_point(1.0)
             self._end(1.0)
             return
@@ -235,9 +334,11 @@ class Search:
                     self._fail(factor, self._failure_message(eq.NO_CONVERGENCE, 1.0))
                     return
                 self.steps += 1
+                self._note(1.0)
                 self._store_point(1.0)
                 self._end(1.0)
                 return
+            self._note(now)
             b.before[:] = b.total
             self._store_point(now)
             length = min(length * min(2.0, max(0.5, math.sqrt(4.0 / max(found, 1)))), longest)
@@ -305,6 +406,7 @@ class Search:
         """Everything that was kept."""
         w, n = self.work, len(self.kept)
         out = empty(w.model, n)
+        newton = np.array(self.newton, dtype=NEWTON).view(np.recarray)
         factor, loads, y = np.zeros(n), np.zeros((n, w.n_v)), np.zeros((n, w.balance.y.size))
         s = np.zeros((n, w.assembly.s.size), dtype=np.int64)
         for k, (own, state, switches, la, energies, weights, *forces) in enumerate(self.kept):
@@ -333,13 +435,15 @@ class Search:
                 "step": math.nan,
                 "energy_defect": math.nan,
                 "smallest_pivot": self.worst,
+                "unbalanced_force": float(newton.force[-1]) if newton.size else math.nan,
+                "unbalanced_moment": float(newton.moment[-1]) if newton.size else math.nan,
             },
             event_times=np.zeros(0),
             event_kinds=np.zeros(0, dtype=np.int64),
             wall_time=wall_time,
             compile_time=compile_time,
             kept=out,
-            path=Path(factor, loads, w.balance.spin, self.free, self.unstable),
+            path=Path(factor, loads, w.balance.spin, self.free, self.unstable, newton),
         )
 
 

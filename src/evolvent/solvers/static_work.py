@@ -28,6 +28,8 @@ from evolvent.solvers.implicit_setup import clear_history, matrix_of, sizes
 
 Array = np.ndarray
 
+#: Iterations of one step.
+MOST_ITERATIONS = 25
 #: Pivots of statics that may be deferred at most.
 MOST_DEFERRED = 600
 #: What multiplies a mass so that the stiffness beside it is round-off.
@@ -127,12 +129,19 @@ class Work:
         ]
         #: Indices in the state of all slopes of beams, (n, 3).
         self.slopes = np.add.outer(np.array(slopes, dtype=np.int64), np.arange(3))
+        nodes = [
+            int(model.bodies["iq"][b]) + 3 for k in range(model.flexible.rods.size) for b in bodies_of(model, "rods", k)
+        ]
+        #: Indices in the state of the quaternions of all nodes of rods, (n, 4).
+        self.turns = np.add.outer(np.array(nodes, dtype=np.int64), np.arange(4))
         unknowns = {name: np.zeros(n_u) for name in ("r", "p", "x", "z", "start")}
         moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before")}
         self.balance = eq.StaticWorkspace(
             y=start,
             la=np.zeros(self.n_j),
             weight=weight,
+            is_moment=_moments(model),
+            history=np.full((MOST_ITERATIONS + 1, eq.N_HISTORY), np.nan),
             powers=np.zeros(N_POWERS),
             spin=spin,
             parameters=model.parameters.copy(),
@@ -281,6 +290,19 @@ def _allowed_moves(G: Array, size: Array) -> Any:
     rows, columns = np.concatenate([free, depends[i]]), np.concatenate([free, rest[j]])
     values = np.concatenate([np.ones(free.size), follow[i, j]])
     return sparse.csr_array((values, (rows, np.searchsorted(free, columns))), shape=(size.size, free.size))
+
+
+def _moments(model: mdl.Model) -> Array:
+    """1 of velocities that are turns or rates of slopes, whose forces are moments, 0 of the others: (nv,)."""
+    n_q = int(model.info.nq)
+    found = np.ones(int(model.info.nv), dtype=np.int64)
+    firsts = [int(at) for at in model.points["iv"][model.points["mass"] > 0.0]]
+    firsts += [int(at) for at in model.bodies["iv"][model.bodies["motion"] == rigid.FREE]]
+    for row in model.flexible.beams:
+        firsts += [int(row["iv"]) + 3 * NODE_VECTORS[row["kind"]] * i for i in range(int(row["nodes"]))]
+    for first in firsts:
+        found[first - n_q : first - n_q + 3] = 0
+    return found
 
 
 def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:

@@ -36,7 +36,7 @@ from evolvent.kernels.thread.energy import add_thread_energies, thread_inventory
 from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.free import add_spool_tangent, has_release, until_release
 from evolvent.kernels.thread.implicit import add_segment_tangent, add_thread_residual, add_thread_tangent
-from evolvent.kernels.thread.loads import load_resultant, node_loads
+from evolvent.kernels.thread.loads import add_node_load_tangents, load_resultant, node_loads
 from evolvent.kernels.thread.spool import (
     hold_torque,
     is_loose,
@@ -67,6 +67,7 @@ __all__ = [
     "SPRINGS",
     "TINY",
     "add_end_tangent",
+    "add_node_load_tangents",
     "add_segment_tangent",
     "add_spool_tangent",
     "add_thread_bound",

@@ -17,7 +17,7 @@ from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.kernels.thread.end import TINY, add_end_residual, add_end_tangent, clear_end_force, is_end
 from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.free import add_spool_residual, add_spool_tangent, turn_spools
-from evolvent.kernels.thread.loads import node_loads
+from evolvent.kernels.thread.loads import add_node_load_tangents, node_loads
 from evolvent.kernels.thread.springs import spring_points, spring_thread
 from evolvent.kernels.thread.wound import carry_power, carry_wound, reels
 from evolvent.model import MODEL
@@ -192,6 +192,8 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
         if threads[p].drive == FREE_SPOOL:
             along = _along(c_rate, p, max(s[p] - 1, 0), model)
             add_spool_tangent(f.strands[nodes.size, 0], y, c_mass, c_rate, along, p, model, matrix)
+    if model.loads.size > 0 or model.fields.size > 0:
+        add_node_load_tangents(f.strands[nodes.size, 0], c_rate, model, matrix)
     for b in range(bodies.size):
         at = bodies[b].iv - n_q
         if bodies[b].motion == rigid.SPIN:

@@ -2,11 +2,16 @@
 
 import math
 
-from numba import types
+from numba import types, void
 
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels.fields import acceleration
-from evolvent.kernels.loads import AT_MARKER, node_share, thread_load
+from evolvent.kernels.fields import acceleration, gradient
+from evolvent.kernels.loads import AT_MARKER, FRAME, LAW, NODE, RADIATION, node_share, thread_load
+from evolvent.kernels.node_loads import law_gradient
+from evolvent.kernels.profile import window
+from evolvent.kernels.rotations import turn, turn_back
+from evolvent.kernels.sides import ON_BODY, side_columns
+from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.kernels.thread.end import TINY, is_end
 from evolvent.model import MODEL
 
@@ -107,3 +112,56 @@ def node_loads(t, s, model, p):
             nodes[k].af[0] * nodes[k].v[0] + nodes[k].af[1] * nodes[k].v[1] + nodes[k].af[2] * nodes[k].v[2]
         )
     return power * threads[p].copies
+
+
+# ---------------------------------------------------------------------------------------------- tangent
+
+
+@indirect(void(REAL, REAL, MODEL, SPARSE))
+def add_node_load_tangents(t, c_rate, model, matrix):
+    """Add what fields and loads on released nodes change with their motion and with turns of the reel's body.
+
+    Left out is how light follows the direction of a thread, and what the end of a thread on a body or a point changes.
+    """
+    threads, nodes, loads, n_q, s = model.threads, model.nodes, model.loads, model.info.nq, model.flexible.switches
+    e, x, v, A = model.scratch[0], model.scratch[1], model.scratch[2], model.flexible.K12
+    for p in range(threads.size):
+        for i in range(1 if is_end(threads, p, 0) else 0, s[p]):
+            k, at = threads[p].node + i, threads[p].iv + 3 * i - n_q
+            node_motion(threads, nodes, s, p, i, e, x, v)
+            if model.fields.size > 0:
+                gradient(t, model, x, v, c_rate, A)
+                add_block(matrix, at, at, A, 0, 0, 3, 3, -nodes[k].mass)
+            for a in range(loads.size):
+                if loads[a].kind < AT_MARKER and loads[a].target == p and loads[a].kind != RADIATION:
+                    share = node_share(loads, a, i, nodes[k].span)
+                    if share != 0.0:
+                        _add_node_load(t, c_rate, a, p, at, share, model, matrix)
+
+
+@inlined
+def _add_node_load(t, c_rate, a, p, at, share, model, matrix):
+    """Add what load a changes on a node of thread p, whose state is noted in model.scratch."""
+    loads, bodies, body = model.loads, model.bodies, model.threads[p].body
+    e, x, v, A, J = model.scratch[0], model.scratch[1], model.scratch[2], model.flexible.K12, model.flexible.J[0]
+    q, R, local = model.parameters[loads[a].first : loads[a].last], bodies[body].R, model.flexible.e[2]
+    turns = loads[a].kind != LAW and q[FRAME] != 0.0
+    if loads[a].law != 0:
+        if loads[a].kind == NODE:
+            value = share * window(t, q[4], q[5], q[6])
+            law_gradient(
+                loads[a].law, model.parameters[loads[a].law_first : loads[a].law_last], t, model, c_rate, A
+            )  # fmt: skip
+            if turns:
+                for d in range(3):
+                    A[0, d], A[1, d], A[2, d] = turn(R, A[0, d], A[1, d], A[2, d])
+        else:
+            value = share
+            law_gradient(loads[a].law, q, t, model, c_rate, A)
+        add_block(matrix, at, at, A, 0, 0, 3, 3, -value)
+    if turns:
+        fx, fy, fz = thread_load(t, loads, model, bodies, a, body, model.threads[p].chord, x, v, e)
+        local[0], local[1], local[2] = turn_back(R, fx, fy, fz)
+        bt, n = side_columns(model, ON_BODY, body, -1, local, False, J)
+        if n > 0:
+            add_block(matrix, at, bt, J, 0, 0, 3, n, -share)
