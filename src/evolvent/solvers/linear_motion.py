@@ -31,13 +31,9 @@ def growing_motions(work: Work) -> Array | None:
     return Problem(M, C, K, G, work.balance.weight, conservative=False).growing()
 
 
-def energy_decides(work: Work) -> bool:
-    """Whether an equilibrium is stable where its energy is least, and unstable elsewhere.
-
-    All loads have a potential, and there are no gyroscopic forces, of a steady turn or an orbital frame, which can
-    stabilize an equilibrium that the energy alone would leave.
-    """
-    return has_symmetric_stiffness(work) and not np.any(work.balance.spin[:3]) and not work.model.fields.size
+def has_gyroscopic_forces(work: Work) -> bool:
+    """Whether a steady turn or an orbital frame brings in forces that can stabilize where the energy is not least."""
+    return bool(np.any(work.balance.spin[:3])) or work.model.fields.size > 0
 
 
 def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...]:

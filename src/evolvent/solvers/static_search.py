@@ -14,7 +14,7 @@ from evolvent.kernels.body_contact import contact_values
 from evolvent.kernels.contact import friction_values
 from evolvent.solvers import balance as eb
 from evolvent.solvers import equilibrium as eq
-from evolvent.solvers.linear_motion import energy_decides, growing_motions
+from evolvent.solvers.linear_motion import growing_motions, has_gyroscopic_forces, has_symmetric_stiffness
 from evolvent.solvers.rod_messages import bending_hint
 from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, TOUCHED, empty, rubbing_points
 from evolvent.solvers.solution import NEWTON, Path, Solution
@@ -155,7 +155,8 @@ class Search:
         if not self._advance(lambda s: (s, s), targets):
             return
         self._end(1.0)
-        if self.unstable > 0 and self.slides == 0 and energy_decides(w):
+        by_energy = has_symmetric_stiffness(w) and not has_gyroscopic_forces(w)
+        if self.unstable > 0 and self.slides == 0 and by_energy:
             self._follow_again(targets)
 
     def _follow_again(self, targets: Array) -> None:
@@ -258,21 +259,27 @@ class Search:
         if left > UNCERTAIN * self.tolerance:
             self.message += f"; round-off leaves it uncertain by {left:.1g} of its size"
         count = w.probe(factor)
+        if count > 0:
+            self.free = w.free_motions(factor)
+        elif not has_symmetric_stiffness(w):
+            eq.unbalance(w.time, w.step, factor, 1.0, w.model, w.balance, w.balance.r)
+            count, self.free = w.unsymmetric_free_motions()
         if count == 0:
             self._judge_stability()
-            return
-        self.free = w.free_motions(factor)
-        if self.free:
+        elif self.free:
             self.message += f"; nothing holds {_names(self.free)} against {_motions(count)}"
 
     def _judge_stability(self) -> None:
         """Whether the last state is stable: by its energy, or by the linear motion where that does not decide."""
         w = self.work
-        if energy_decides(w):
+        if has_symmetric_stiffness(w):
             self.unstable = w.falling_directions()
-            if self.unstable > 0:
+            if self.unstable <= 0:
+                return
+            if not has_gyroscopic_forces(w):
                 self.message += f"; it is unstable in {_ways(self.unstable)}"
-            return
+                return
+            self.unstable = -1
         poles = growing_motions(w)
         if poles is None:
             return

@@ -28,6 +28,8 @@ from evolvent.solvers.implicit_setup import clear_history, matrix_of, sizes
 
 Array = np.ndarray
 
+#: Unknowns up to which free motions of unsymmetric tangents are looked for, and their singular values, of the largest.
+MOST_DENSE, FREE = 600, 1e-14
 #: Iterations of one step.
 MOST_ITERATIONS = 25
 #: Pivots of statics that may be deferred at most.
@@ -262,7 +264,30 @@ class Work:
                 sparse_lu.solve(self.matrix, b.x)
                 X[:, j] = b.x[: self.n_v]
             X = np.linalg.qr(X / b.weight[:, None])[0] * b.weight[:, None]
-        size = np.abs(X / b.weight[:, None]).max(axis=1)
+        return self._moved(X)
+
+    def unsymmetric_free_motions(self) -> tuple[int, list[str]]:
+        """How many motions an unsymmetric tangent leaves free, and the parts that they move; none of large systems.
+
+        The forces of constraints turn with such a motion: pivots of one row do not show it, singular values do.
+        """
+        K = self.tangent(0.0, 0.0)
+        n = K.shape[0]
+        if n > MOST_DENSE:
+            return 0, []
+        if np.any(self.balance.spin[:3]):
+            turning = self.turning_tangent()
+            K = K + sparse.block_diag([turning, sparse.csr_matrix((n - self.n_v, n - self.n_v))])
+        size = np.sqrt(abs(K).max(axis=1).toarray().ravel())
+        size[size == 0.0] = 1.0
+        D = sparse.diags(1.0 / size)
+        _, s, v = np.linalg.svd((D @ K @ D).toarray())
+        count = int(np.sum(s <= FREE * s[0]))
+        return count, self._moved((v[n - count :] / size).T[: self.n_v]) if count else []
+
+    def _moved(self, X: Array) -> list[str]:
+        """Names of the parts that the motions X (nv, k) move."""
+        size = np.abs(X / self.balance.weight[:, None]).max(axis=1)
         found = []
         for name, (family, index) in self.assembly.names.items():
             where = velocity_slice(self.model, family, index)
