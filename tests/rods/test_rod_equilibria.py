@@ -216,6 +216,7 @@ def test_flutter_of_becks_column(kind: str) -> None:
         system.add(parts.Force(at="rod.tip", force=(-load * EI, 0.0, 0.0), frame="body"))
         r = solve_static(system.assemble())
         assert r.success, r.message
+        assert r.path is not None
         assert (r.path.unstable == 0) == stable, (load, r.message)
         assert ("flutter" in r.message) != stable
         if load == 20.3:

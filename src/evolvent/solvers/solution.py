@@ -54,7 +54,7 @@ class Path(NamedTuple):
     spin: Array
     free: list[str]
     unstable: int
-    newton: Array
+    newton: Any
 
 
 @dataclasses.dataclass
