@@ -334,7 +334,7 @@ class Builder:
         rows, pairs = self._constraints(families)
         bandwidth = int((pairs[:, 0] - pairs[:, 1]).max(initial=0))
         n_threads = len(self.rows["threads"])
-        s = self._switches(families["hinges"], families["joints"], families["threads"])
+        s = self._switches(families)
         accounts = mdl.N_ACCOUNTS
         if self.rows["beams"] or self.rows["rods"]:
             accounts += mdl.IMPULSE + len(self.rows["cylinders"])
@@ -373,21 +373,26 @@ class Builder:
         return assembly
 
     def _ends(self) -> set[float]:
-        """Times at which joints are released and beam loads start or end."""
-        times = [row["until"] for row in self.rows["joints"]]
+        """Times at which joints are released, motors switched off, and beam loads start or end."""
+        times = [row["until"] for family in ("joints", "motors") for row in self.rows[family]]
         times += [row[key] for row in self.rows["beam_loads"] for key in ("start", "end")]
         return {float(t) for t in times if np.isfinite(t)}
 
-    def _switches(self, hinges: Array, joints: Array, threads: Array) -> Array:
-        """Switches at the start: released nodes, turns and latches of the hinges, senses of spools with friction.
+    def _switches(self, families: dict[str, Array]) -> Array:
+        """Switches at the start: released nodes, turns and latches of the hinges, those of events, senses of spools.
 
-        Those of joints that an event releases stand last, 0 until it has.
+        An event has one for each joint that it releases and each motor that it switches off, 0 until it has; where a
+        latch does that, its own switch serves. Those of spools with friction stand last.
         """
-        n = len(self.rows["threads"])
-        by_event = np.flatnonzero(joints["event"] >= 0)
+        n, hinges, threads = len(self.rows["threads"]), families["hinges"], families["threads"]
         at = 2 * n + 2 * hinges.size
-        s = np.zeros(at + self._brakes() + by_event.size, dtype=np.int64)
-        joints["switch"][by_event] = at + self._brakes() + np.arange(by_event.size)
+        for rows in (families["joints"], families["motors"]):
+            by_event = rows["event"] >= 0
+            rows["switch"][by_event] = at + np.arange(np.sum(by_event))
+            at += int(np.sum(by_event))
+            by_latch = rows["event"] <= -2
+            rows["switch"][by_latch] = 2 * (n - 2 - rows["event"][by_latch]) + 1
+        s = np.zeros(at + self._brakes(), dtype=np.int64)
         for i, p in enumerate(np.flatnonzero(threads["spool_friction"] > 0.0).tolist()):
             threads["spool_switch"][p] = at + i
             s[at + i] = np.sign(self.v[self.rows["threads"][p]["spool_v"]])

@@ -46,8 +46,11 @@ _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
 #: The scratch fields hold the last call's values in inertial axes, by the kernels' letters.
 RECORDS: dict[str, np.dtype] = {
     # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties and of
-    # spools that friction can hold; step: a bound for fixed steps, s
-    "info": _record("nq nv ny ns ne bandwidth penalties brakes redundant", "gravity", "step compliance", gravity=_3),
+    # spools that friction can hold; step: a bound for fixed steps, s; redundant: 1 where joints have a `slack`;
+    # exact: 1 where the residual leaves that out (`solvers.least_norm`)
+    "info": _record(
+        "nq nv ny ns ne bandwidth penalties brakes redundant exact", "gravity", "step compliance", gravity=_3
+    ),
     # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
     # acceleration, m/s2
     "bodies": _record(
@@ -121,8 +124,8 @@ RECORDS: dict[str, np.dtype] = {
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
     # for implicit methods. A side is a vector: of
     # coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a node (on 2, at iq, iv);
-    # the third side is the direction of ALONG; path: how a drive moves the row; event, switch: the event that releases
-    # it and its switch, 1 once released, or -1; slack: factor of `info.compliance`;
+    # the third side is the direction of ALONG; path: how a drive moves the row; event, switch: what releases it, event
+    # k or the latch of coordinate -2 - k, and its switch, 1 once released, or -1; slack: factor of `info.compliance`;
     # latest: `until` as it was given, which an event may bring forward
     "joints": _record(
         "kind on index iq iv path drive law first last event switch",
@@ -147,11 +150,12 @@ RECORDS: dict[str, np.dtype] = {
         "u g bristle slips rubs relax lost latch_lost bristle0 rubs0 lost0 latch_lost0 anchor caught peak",
         axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),
-    # motors on coordinates: by a profile (kind 0), a user's law (1) or PD to a drive's motion (2); account: of the work
+    # motors on coordinates: by a profile (kind 0), a user's law (1) or PD to a drive's motion (2); account: of the
+    # work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last evaluation, or 0
     "motors": _record(
-        "hinge kind drive law first last account",
-        "position_gain velocity_gain limit rate_limit",
-        "time coordinate rate torque power power0",
+        "hinge kind drive law first last account event switch",
+        "position_gain velocity_gain limit rate_limit until latest",
+        "on time coordinate rate torque power power0",
     ),
     # cables between two coordinates: they keep ratio_b x_b - ratio_a x_a = offset; account: of what is dissipated
     "synchronizations": _record(

@@ -18,8 +18,8 @@ from evolvent.motion import quaternions
 from evolvent.observe import Observed, View, of_family
 from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
-from evolvent.solvers import alpha_loop, alpha_state, drive, implicit
 from evolvent.solvers import balance as eb
+from evolvent.solvers import drive, implicit
 from evolvent.solvers.drive import METHODS, STEP_ALLOWED
 from evolvent.solvers.laws import law_failure, refusing_laws
 from evolvent.solvers.releases import write_accounts
@@ -438,9 +438,9 @@ class Stepper:
         run.work.samples[:] = self.time, end
         loop.sample = 1
         if self._changed:  # loads that jump
-            code = alpha_loop.restart(self.time, float(loop.step), run.model, run.plan.matrix, run.work)
-            if code != alpha_state.DONE:
-                raise RunFailed(run.failure_message(code), self)
+            failure = run.restart()
+            if failure:
+                raise RunFailed(failure, self)
         goes_on, failure = True, ""
         while goes_on and not failure:
             goes_on, failure = run.advance(1000)

@@ -398,8 +398,7 @@ def _add_joint(t, k, row, model, work):
         cord_step.add_cord_step(work.ym, k, la, change, work.step.h, model, model.flexible.F)
     else:
         joint.add_joint_force(k, force, model, model.flexible.F)
-    # the tangent is twice the derivative by a multiplier
-    work.r[row] = work.gap1[k] - 2.0 * joints[k].slack * model.info.compliance * la
+    work.r[row] = work.gap1[k]
     if joints[k].stiffness <= 0.0:
         return 0.0
     rate = (work.gap1[k] - work.gap0[k]) / work.step.h

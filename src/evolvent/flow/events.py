@@ -3,7 +3,7 @@
 import numpy as np
 from numba import types, void
 
-from evolvent.flow.explicit_flexible import release_by_event
+from evolvent.flow.explicit_flexible import release_by
 from evolvent.flow.impulse import impulse, prepare, strike
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
@@ -125,11 +125,14 @@ def apply_event(t, y, s, model, k, g):
         change_brake(t, y, s, model, k + s.size - model.info.ne)
         return 0
     if k >= 2 * n + model.events.size:
-        coordinate.lock(s, model.flexible.hinges, k - 2 * n - model.events.size)
+        latch = k - 2 * n - model.events.size
+        if model.info.penalties > 0 or model.flexible.motors.size > 0:
+            release_by(t, y, s, model, -2 - latch)
+        coordinate.lock(s, model.flexible.hinges, latch)
         return 0
     if k >= 2 * n:
-        if model.info.penalties > 0:
-            release_by_event(t, y, s, model, k - 2 * n)
+        if model.info.penalties > 0 or model.flexible.motors.size > 0:
+            release_by(t, y, s, model, k - 2 * n)
         return model.events[k - 2 * n].stops
     p = k // 2
     least = 1 if model.threads[p].end >= 0 else 0

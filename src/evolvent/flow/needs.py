@@ -83,8 +83,8 @@ def changes(model: Model) -> Iterator[Any]:
     """Functions that events call."""
     if model.info.ne:
         yield from (events.event_values, events.apply_event)
-    if model.info.penalties and model.events.size:
-        yield explicit_flexible.release_by_event
+    if model.info.ne and (model.info.penalties or model.flexible.motors.size):
+        yield explicit_flexible.release_by
     if model.threads.size:
         yield from preparation(model)
         yield from (impulse.impulse, events.release_nodes, events.capture_node, events.separate)

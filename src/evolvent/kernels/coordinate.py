@@ -104,19 +104,23 @@ def _following_torque(t, x, v, motors, k, model):
     return torque, slope, damper
 
 
-@indirect(void(REAL, REAL, MODEL))
-def add_motors(t, share, model):
-    """Add the torques of all motors to their coordinates.
+@indirect(void(REAL, REAL, INTEGERS, MODEL))
+def add_motors(t, share, s, model):
+    """Add the torques of all motors to their coordinates; one that is switched off has none.
 
     Parameters
     ----------
     share : 1 at the coordinates of the last evaluation, 0.5 half way from the step's start to them
+    s : (ns,) int, switches
     """
     hinges, motors = model.flexible.hinges, model.flexible.motors
     for k in range(motors.size):
         h = motors[k].hinge
         x, v = hinges[h].angle + (1.0 - share) * (hinges[h].before - hinges[h].angle), hinges[h].rate
-        if motors[k].kind == BY_PROFILE:
+        motors[k].on = 1.0
+        if t >= motors[k].until or (motors[k].switch >= 0 and s[motors[k].switch] != 0):
+            torque = motors[k].on = 0.0
+        elif motors[k].kind == BY_PROFILE:
             torque = profile(t, motors[k].first, model)
         elif motors[k].kind == BY_LAW:
             torque = _law_torque(t, x, v, motors, k, model)
@@ -147,6 +151,8 @@ def measure_motor_slopes(model):
     for k in range(motors.size):
         h, t, x, v = motors[k].hinge, motors[k].time, motors[k].coordinate, motors[k].rate
         slope = damper = 0.0
+        if motors[k].on == 0.0:
+            continue
         if motors[k].kind == BY_MOTION:
             _, slope, damper = _following_torque(t, x, v, motors, k, model)
         elif motors[k].kind == BY_LAW and abs(motors[k].torque) < motors[k].limit:

@@ -120,18 +120,18 @@ def hinge_law(hinges, k, latched, angle, rate):
 
 
 @inlined
-def add_applied(t, share, model):
+def add_applied(t, share, s, model):
     """Torques of motors and synchronizations of all coordinates; returns the latter's energy (J) and power lost (W).
 
     Parameters
     ----------
-    share : as of `coordinate.add_motors`
+    share, s : as of `coordinate.add_motors`
     """
     hinges = model.flexible.hinges
     for k in range(hinges.size):
         hinges[k].applied = hinges[k].applied_slope = hinges[k].applied_damper = 0.0
     if model.flexible.motors.size > 0:
-        add_motors(t, share, model)
+        add_motors(t, share, s, model)
     if model.flexible.synchronizations.size > 0:
         return add_synchronizations(share, model)
     return 0.0, 0.0
@@ -149,7 +149,7 @@ def add_hinges(t, y, s, model, F):
     hinges, bodies, n_q = model.flexible.hinges, model.bodies, model.info.nq
     for k in range(hinges.size):
         measure_coordinate(y, s, hinges, bodies, k)
-    energy, power = add_applied(t, 1.0, model)
+    energy, power = add_applied(t, 1.0, s, model)
     for k in range(hinges.size):
         u, g = hinges[k].u, hinges[k].g
         body, latched, rate = hinges[k].body, s[hinges[k].switch + 1], hinges[k].rate

@@ -73,7 +73,7 @@ def add_hinge_step(t, ym, h, s, start, end, model, F):
     for k in range(hinges.size):
         hinges[k].before, hinges[k].angle = start[k, 2], end[k, 2]
         hinges[k].rate = (end[k, 2] - start[k, 2]) / h
-    _, lost = add_applied(t, 0.5, model)
+    _, lost = add_applied(t, 0.5, s, model)
     for k in range(hinges.size):
         latched, rate = s[hinges[k].switch + 1], hinges[k].rate
         _, stiffness, damping, _, _ = hinge_law(hinges, k, latched, end[k, 2], rate)

@@ -262,7 +262,9 @@ def add_joint_residual(t, y, la, k, row, model, F, r):
         r[row] = la
         return 0.0, 0.0
     add_joint_force(k, la, model, F)
-    r[row] = joints[k].gap - joints[k].slack * model.info.compliance * la
+    r[row] = joints[k].gap
+    if model.info.exact == 0:
+        r[row] -= joints[k].slack * model.info.compliance * la
     if joints[k].stiffness <= 0.0:
         return 0.0, 0.0
     r[row] = joints[k].gap + (joints[k].damping * joints[k].rate - la) / joints[k].stiffness

@@ -1,4 +1,4 @@
-"""Users' events under implicit methods: when one is due within a step, and the joints that it releases.
+"""Users' events under implicit methods: when one is due within a step; what events and latches release.
 
 An event fires once, where its value rises through zero. The loop shortens the step by a secant until its end lies
 within `SURE` of a step behind the event.
@@ -45,9 +45,33 @@ def until_event(t, h, least, y, model):
 
 
 @inlined
+def _release_rows(t, trigger, rows, s):
+    """`release` of the rows of one family."""
+    found = False
+    for k in range(rows.size):
+        if rows[k].event == trigger and rows[k].until > t:
+            rows[k].until = t
+            s[rows[k].switch] = 1
+            found = True
+    return found
+
+
+@inlined
+def release(t, trigger, model):
+    """Release joints and switch off motors that wait for a trigger, at t; returns whether any does.
+
+    Parameters
+    ----------
+    trigger : event k, or -2 - k, the latch of coordinate k
+    """
+    found = _release_rows(t, trigger, model.flexible.joints, model.flexible.switches)
+    return _release_rows(t, trigger, model.flexible.motors, model.flexible.switches) or found
+
+
+@inlined
 def fire_events(t, model, work):
-    """Fire the events that are due at t, the end of an accepted step; returns whether a joint is released."""
-    joints, released = model.flexible.joints, False
+    """Fire the events that are due at t, the end of an accepted step; returns whether one releases anything."""
+    released = False
     for k in range(model.events.size):
         now = model.events[k].now
         model.events[k].value = now
@@ -55,11 +79,7 @@ def fire_events(t, model, work):
             model.events[k].armed = FIRED
             work.log_t[work.loop.latches], work.log_k[work.loop.latches] = t, -1 - k
             work.loop.latches += 1
-            for j in range(joints.size):
-                if joints[j].event == k and joints[j].until > t:
-                    joints[j].until = t
-                    model.flexible.switches[joints[j].switch] = 1
-                    released = True
+            released = release(t, k, model) or released
         elif model.events[k].armed == IDLE and now < 0.0:
             model.events[k].armed = ARMED
     return released

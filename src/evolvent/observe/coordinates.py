@@ -159,6 +159,11 @@ def observe_motor(view: View, name: str) -> Observed:
     text = f"{called.torque} of the motor, positive where it increases the {called.value}"
     found.scalar(called.torque, torque, called.torque_unit, text)
     found.scalar("power", torque * rate, "W", "power of the motor")
+    if math.isfinite(row["latest"]) or row["event"] != -1:
+        on = view.t < row["until"]
+        if row["switch"] >= 0:
+            on &= view.s[:, int(row["switch"])] == 0
+        found.scalar("on", on, "1", "1 until the motor is switched off, then 0")
     account = int(row["account"])
     work = view.y[:, account] - view.y[0, account] if view.t.size else np.zeros(0)
     found.scalar("work", work, "J", "work of the motor since the start")
@@ -179,7 +184,7 @@ def _torques(view: View, index: int, x: Array, rate: Array) -> Array:
     hinge, found = int(motors["hinge"][index]), np.zeros(view.t.size)
     for k, t in enumerate(view.t):
         hinges["angle"][hinge], hinges["rate"][hinge] = x[k], rate[k]
-        coordinate.add_motors(float(t), 1.0, model)
+        coordinate.add_motors(float(t), 1.0, view.s[k], model)
         found[k] = motors["torque"][index]
     return found
 

@@ -171,7 +171,6 @@ JointName = Annotated[str, Reference(what="a joint")]
 CoordinateName = Annotated[str, Reference(what="a spring of a joint, or a joint")]
 CoordinateNames = Annotated[tuple[str, ...], Reference(what="springs of joints, or joints", several=True)]
 ReelName = Annotated[str, Reference(what="a reel")]
-EventName = Annotated[str, Reference(what="an event")]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -12,7 +12,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import coordinate, rigid, sides
 from evolvent.kernels import joint as kernels
-from evolvent.parts.base import BodyName, EventName, Part, PointReference, unit
+from evolvent.parts.base import BodyName, Part, PointReference, unit
 from evolvent.parts.checks import check_units
 from evolvent.parts.drive import DriveKind, RampDrive
 from evolvent.parts.joint_sides import (
@@ -30,6 +30,7 @@ from evolvent.parts.joint_sides import (
     side_of,
 )
 from evolvent.parts.law import PathDrive
+from evolvent.parts.release import ReleaseName, release_fields
 from evolvent.parts.thread_joint import check_type, fix_end
 
 __all__ = [
@@ -81,7 +82,8 @@ class Joint(Part):
     until : float, s, optional
         Time at which the joint is released; never if left out.
     released_by : str, optional
-        Event that releases the joint. Explicit methods need a penalty, as of every joint.
+        `Event` that releases the joint, or spring of another joint whose latch does so when it locks. Explicit methods
+        need a penalty, as of every joint.
 
     Notes
     -----
@@ -108,7 +110,7 @@ class Joint(Part):
     turn_stiffness: units.RotationalStiffnessOrZero | None = None
     damping: units.DampingOrZero = 0.0
     until: units.Duration | None = None
-    released_by: EventName | None = None
+    released_by: ReleaseName | None = None
 
     def _ends(self, builder: Builder, name: str) -> tuple[Side, Side]:
         """Both ends; a body named alone takes the place of the other end, or `position`."""
@@ -147,7 +149,7 @@ class Joint(Part):
         swaps = self.type not in ("point-on-line", "in-plane", "universal")
         if swaps and a.on == sides.ON_COORDINATES and b.on == sides.ON_BODY:
             a, b = b, a
-        common = {"stiffness": self.stiffness, "damping": self.damping, **self._release(builder, name)}
+        common = {"stiffness": self.stiffness, "damping": self.damping, **release_fields(builder, name, self)}
         builder.names[name] = ("joints", len(builder.rows["joints"]))
         if self.axis_b is not None and self.type != "universal":
             raise InputError(f"{name}.axis_b is given, but {name}.type is {self.type!r}, not 'universal'")
@@ -174,13 +176,6 @@ class Joint(Part):
                 )
         for held in self._directions(builder, name, a, b, axis):
             add_row(builder, held.kind, held.a, held.b, direction=held.along, value=held.value, **common)
-
-    def _release(self, builder: Builder, name: str) -> dict[str, Any]:
-        """Fields of a row that say when it is released."""
-        if self.released_by is None:
-            return {"until": _until(self.until)}
-        event = builder.find(self.released_by, "events")
-        return {"until": _until(self.until), "event": event}
 
     def _write_slide(
         self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray, common: dict[str, Any]
@@ -238,8 +233,7 @@ def add_row(builder: Builder, kind: int, a: Side, b: Side, *, direction: Side = 
         iq=[side.iq for side in found],
         iv=[side.iv for side in found],
         local=np.array([side.local for side in found]),
-        latest=whole["until"],
-        **whole,
+        **({"latest": whole["until"]} | whole),
     )
 
 

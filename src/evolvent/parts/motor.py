@@ -15,6 +15,7 @@ from evolvent.parts.drive import FreeSpool
 from evolvent.parts.find_coordinate import find_coordinate
 from evolvent.parts.law import Constants, MotorLaw, Parameters, PathDrive, write_law
 from evolvent.parts.profile import TorqueOrForceProfile, write_profile
+from evolvent.parts.release import ReleaseName, release_fields
 
 
 class Motor(Part):
@@ -42,11 +43,16 @@ class Motor(Part):
         Largest absolute value of the torque or force.
     rate_limit : float, rad/s or m/s, optional
         With `motion`: largest absolute value of the commanded rate r' + position_gain/velocity_gain (r - x).
+    until : float, s, optional
+        Time at which the motor is switched off; never if left out.
+    released_by : str, optional
+        `Event` that switches the motor off, or spring whose latch does so when it locks.
 
     Notes
     -----
     Give one of `torque`, `law` and `motion`. The torque acts between the two parts of the joint; a positive torque
-    increases the coordinate. Its work counts as work of drives.
+    increases the coordinate. Its work counts as work of drives. A motor that is switched off has no torque: it leaves
+    the coordinate free.
     """
 
     kind: Literal["motor"] = "motor"
@@ -60,6 +66,8 @@ class Motor(Part):
     velocity_gain: units.CoordinateDampingOrZero = 0.0
     limit: units.TorqueOrForceLimit | None = None
     rate_limit: units.RateLimit | None = None
+    until: units.Duration | None = None
+    released_by: ReleaseName | None = None
 
     def _check(self, name: str) -> None:
         """Refuse keys that do not go together."""
@@ -107,5 +115,6 @@ class Motor(Part):
             limit=math.inf if self.limit is None else self.limit,
             rate_limit=math.inf if self.rate_limit is None else self.rate_limit,
             **row,
+            **release_fields(builder, name, self),
         )
         builder.names[name] = ("motors", index)

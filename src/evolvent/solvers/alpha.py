@@ -35,6 +35,7 @@ from evolvent.solvers.alpha_state import (
     displace,
     factor_at,
 )
+from evolvent.solvers.least_norm import add_compliance
 
 _I = types.int64
 
@@ -114,6 +115,8 @@ def iterate(t1, h, coasts, model, matrix, work):
                 return REDUNDANT
             loop.stale = 0
             loop.factored_step = h
+        if info.redundant != 0:
+            add_compliance(scale, 1.0, model, matrix, la, x, r)
         for i in range(first):
             x[i] = -r[i]
         for k in range(n_j):
@@ -135,7 +138,9 @@ def iterate(t1, h, coasts, model, matrix, work):
         loop.iterations += 1
         if iteration > 0:
             ratio = norm / last if last > 0.0 else 0.0
-        if norm <= options.newton or (ratio > 0.0 and ratio < 0.9 and norm * ratio / (1.0 - ratio) <= options.newton):
+        left = norm * ratio / (1.0 - ratio) if ratio > 0.0 and ratio < 0.9 else norm
+        settled = iteration > 0 or info.redundant == 0  # the compliance leaves what a second iteration corrects
+        if settled and min(norm, left) <= options.newton:
             return iteration + 1
         if renewed and ratio > 0.5 and norm <= ROUND_OFF and model.threads.size == 0:
             return iteration + 1

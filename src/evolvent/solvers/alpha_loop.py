@@ -24,6 +24,7 @@ from evolvent.solvers.alpha_samples import (
 )
 from evolvent.solvers.alpha_start import accelerations_at, start_accelerations, thread_accelerations
 from evolvent.solvers.alpha_state import (
+    AT_RESTART,
     AT_STOP,
     BUDGET,
     DONE,
@@ -133,24 +134,22 @@ def advance(model, matrix, work, budget):
         next_start(model, work)
         if gained:
             return GAINED
-        latched = _latch(t1, model, work)
+        restarts = _latch(t1, model, work)
         if model.events.size > 0 and user_events.fire_events(t1, model, work):
-            latched = True
+            restarts = True
         if adaptive:
             loop.step = next_step(h, error, iterations, lands, work)
         if stops and lands:
             loop.stop += 1
             if model.threads.size > 0:
                 return AT_STOP
-            latched = True
+            restarts = True
             if adaptive:
                 loop.step = min(loop.step, max(options.smallest * 10.0, 1e-3 * loop.step))
         if _has_free_spool(model) and thread.has_release(work.y, model.flexible.switches, model):
             return AT_STOP
-        if latched:
-            status = restart(t1, h, model, matrix, work)
-            if status != DONE:
-                return status
+        if restarts:
+            return AT_RESTART
     return BUDGET
 
 
@@ -261,12 +260,19 @@ def accept_step(t1, t_end, h, model, work):
 
 @indirect(_I(REAL, REAL, MODEL, SPARSE, WORKSPACE))
 def restart(t, h, model, matrix, work):
-    """Start again just after time t, where loads or joints change at once; the energy of a released joint is lost."""
+    """Start again just after time t, where loads or joints change at once; the energy of a released joint is lost.
+
+    Parameters
+    ----------
+    h : float, s, length of the step before
+    """
     before = energy_of(work.balance)
     after = t + max(1e-9 * h, 20.0 * work.options.smallest)
     work.loop.time = after
     status = start_accelerations(model, matrix, work)
     work.loop.time = t
+    if status != DONE:
+        return status
     for i in range(work.dq.size):
         work.loads1[i] = model.flexible.P[i]
     keep_momentum(after, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
@@ -306,5 +312,6 @@ def _latch(t, model, work):
             work.log_t[loop.latches], work.log_k[loop.latches] = t, k
             loop.latches += 1
             found = True
+            user_events.release(t, -2 - k, model)
     hinge.end_hinge_step(s, hinges)
     return found

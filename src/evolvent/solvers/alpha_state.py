@@ -17,7 +17,8 @@ from evolvent.pointer import Struct, array, record
 from evolvent.solvers.balance import BALANCE, EXTREMES
 
 # status codes of the loop
-BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, 2, -1, -2, -3, -4, -5
+BUDGET, DONE, AT_STOP, AT_RESTART = 0, 1, 2, 3
+NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = -1, -2, -3, -4, -5
 #: The loop's counters and clock. stale: 1 where the matrix must be factored again; contact_set: which points touch, as
 #: `contact.count_touching` counts; over: steps in a row at which the balance has gained too much; sample, stop: the
 #: next ones; factored_step: step of the factored matrix; quality: its worst pivot so far; gain, lowest_gain: what the

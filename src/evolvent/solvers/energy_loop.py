@@ -41,11 +41,12 @@ from evolvent.solvers.balance import (
     moved_of,
 )
 from evolvent.solvers.dense import interpolate
+from evolvent.solvers.least_norm import add_compliance
 from evolvent.solvers.sampled import TOUCHED
 
 _I = types.int64
 # status codes
-BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, -1, -2, -3, -4, -5
+BUDGET, DONE, AT_RESTART, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, 2, -1, -2, -3, -4, -5
 #: Counters and clock. sample, stop: the next ones; stages: solutions that needed softened contacts; divided: steps that
 #: were divided; wanted, length: of the next step, s, before and after it was divided; last: length of the step before,
 #: s, 0 at a start; start: J, defect of the balance at the start; factored: length of the step whose matrix is factored,
@@ -236,7 +237,7 @@ def iterate(most, searches, model, matrix, work):
     residual(model, step)
     soft, last, ratio, touching = step.step.soft != 1.0, math.inf, 0.0, loop.contact_set
     # what keeps momenta or energy takes its own tangent, for it converges to round-off
-    stale = soft or step.step.chi_v == 0.0 or loop.factored != step.step.h
+    stale = soft or step.step.chi_v == 0.0 or loop.factored != step.step.h or info.redundant != 0
     kept = not stale
     loop.factored = 0.0
     for iteration in range(most):
@@ -253,6 +254,8 @@ def iterate(most, searches, model, matrix, work):
                 return SINGULAR if found < 0 else REDUNDANT
             stale = False
         touching = now
+        if info.redundant != 0:
+            add_compliance(scale, 2.0, model, matrix, step.la, work.x, step.r)
         for i in range(n_v):
             work.x[i] = -2.0 * step.r[i]
         for k in range(n_j):
@@ -285,7 +288,9 @@ def iterate(most, searches, model, matrix, work):
             ratio = norm / last if last > 0.0 else 0.0
         left = norm * ratio / (1.0 - ratio) if 0.0 < ratio < 0.9 else norm
         rounded = fresh and ratio > 0.5 and norm <= rounding  # a new tangent does not reduce it any more
-        if s == 1.0 and (min(norm, left) <= options.newton or rounded) and _count_touching(model) == touching:
+        # of redundant constraints a second iteration corrects what the compliance leaves
+        settled = s == 1.0 and (iteration > 0 or info.redundant == 0)
+        if settled and (min(norm, left) <= options.newton or rounded) and _count_touching(model) == touching:
             loop.factored, loop.contact_set = 0.0 if soft else step.step.h, touching
             return iteration + 1
         last = norm
@@ -594,6 +599,7 @@ def _latch(t, model, work):
             work.log_t[work.loop.latches], work.log_k[work.loop.latches] = t, k
             work.loop.latches += 1
             found = True
+            user_events.release(t, -2 - k, model)
     hinge.end_hinge_step(s, hinges)
     return found
 
@@ -693,4 +699,5 @@ def advance(model, matrix, work, budget):
             for k in range(step.rods_before.shape[0]):
                 for i in range(6):
                     step.rods_before[k, i] = 0.0
+            return AT_RESTART
     return BUDGET

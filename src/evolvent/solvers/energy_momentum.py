@@ -34,7 +34,7 @@ from evolvent.kernels import (
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
-from evolvent.solvers import energy_loop, implicit, redundancy
+from evolvent.solvers import energy_loop, implicit
 from evolvent.solvers.alpha_state import SHORT
 from evolvent.solvers.balance import BALANCE, GAINED
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
@@ -138,10 +138,10 @@ def solve_energy(assembly: Assembly, *, progress: Callable[[float], None] | None
     return plan(assembly, **options).run(progress)
 
 
-def is_held(model: Any) -> bool:
-    """Whether something joins, pushes or pulls on the system from outside, beside gravity and loads."""
+def is_held(model: Any, t: float = -math.inf) -> bool:
+    """Whether something joins, pushes or pulls on the system from outside at t, beside gravity and loads."""
     f, free = model.flexible, model.bodies["motion"] == rigid.FREE
-    joints, hinges, markers = f.joints, f.hinges, model.markers
+    joints, hinges, markers = f.joints[t <= f.joints["until"]], f.hinges, model.markers
     fixed = [~free[joints["index"][joints["on"] == sides.ON_BODY]], joints["kind"] == joint.ANGLE]
     fixed += [~free[hinges["body"]], ~free[hinges["other"][hinges["on"] == sides.ON_BODY]]]
     fixed += [~free[f.cylinders["body"]], ~free[f.body_contacts["a"]], ~free[f.body_contacts["b"]]]
@@ -266,15 +266,32 @@ class Run(implicit.Run):
 
     def begin(self) -> str:
         """Start the loop; as of generalized-alpha."""
-        of, t = self.plan, self.reached
-        if bool(np.any(redundancy.is_held(self.model.flexible.joints, t))):
-            inertia = SHORT / float(of.times[-1] - of.times[0]) ** 2, float(of.options.mass)
-            if redundancy.undetermined(self.model.copy(), of.matrix, t, self.assembly.y, inertia) > 0:
-                self.redundancy = redundancy.allow(self.assembly, of.matrix, of.weight, inertia[1], t, self.assembly.y)
+        self.find_rank(self.reached, self.assembly.y)
         energy_loop.begin(self.model, self.plan.matrix, self.work)
         if self.has_layers:
             self._couple_layers()
         return ""
+
+    def _rank_matrix(self) -> SparseBlocks:
+        """As of generalized-alpha, whose tangent does not couple turns on one another directly."""
+        return matrix_of(self.model) if self.has_layers else self.plan.matrix
+
+    @property
+    def inertia(self) -> tuple[float, float]:
+        """As of generalized-alpha."""
+        of = self.plan
+        return SHORT / float(of.times[-1] - of.times[0]) ** 2, float(of.options.mass)
+
+    @property
+    def after(self) -> float:
+        """As of generalized-alpha."""
+        return self.reached + 20.0 * float(self.work.options.smallest)
+
+    def restart(self) -> str:
+        """Find the rank again where it may have changed, and whether anything holds the system from outside."""
+        step = self.work.step.step
+        step.chi_v = float(self.plan.options.chi) if is_held(self.model, self.after) else 0.0
+        return self.find_rank(self.after, self.work.step.y0)
 
     def _couple_layers(self) -> None:
         """Order the tangent again where turns have come to lie on one another."""
@@ -293,6 +310,8 @@ class Run(implicit.Run):
                 self._couple_layers()
             if code != energy_loop.BUDGET:
                 break
+        if code == energy_loop.AT_RESTART:
+            return True, self.restart()
         return code == energy_loop.BUDGET, "" if code >= 0 else self.failure_message(code)
 
     def gaps(self) -> np.ndarray:

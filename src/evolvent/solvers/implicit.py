@@ -190,7 +190,7 @@ class Run:
     name : str, of the method
     work : alpha_state.Workspace
     releases : Releases, of a model with threads, else None
-    redundancy : Redundancy, of a model whose constraints repeat one another, else None
+    ranks : redundancy.Ranks, of the constraints
     """
 
     name: ClassVar[str] = NAME
@@ -198,7 +198,7 @@ class Run:
     def __init__(self, of: Any) -> None:
         self.plan, self.assembly, self.model = of, of.assembly, of.assembly.model
         self.releases: Releases | None = None
-        self.redundancy: redundancy.Redundancy | None = None
+        self.ranks = redundancy.Ranks(of.assembly)
         began = clock.perf_counter()
         self.work: Any = self._loaded()
         self.compile_time = clock.perf_counter() - began
@@ -213,10 +213,10 @@ class Run:
         return workspace(of.assembly, of.times, of.weight, of.options.copy())
 
     def _hold_joints(self) -> None:
-        """Joints that events release hold again, as before a run."""
-        joints = self.model.flexible.joints
-        by_event = joints["event"] >= 0
-        joints["until"][by_event] = joints["latest"][by_event]
+        """Joints and motors that events or latches release hold again, as before a run."""
+        for rows in (self.model.flexible.joints, self.model.flexible.motors):
+            released = rows["event"] != -1
+            rows["until"][released] = rows["latest"][released]
 
     @property
     def reached(self) -> float:
@@ -241,20 +241,62 @@ class Run:
         """
         if self.releases is not None and self.releases.fire(self.reached, self.work.y) < 0:
             return reason_of_outrun(self.reached)
+        self.find_rank(self.reached, self.work.y)
         code = alpha_loop.begin(self.model, self.plan.matrix, self.work)
-        if code == alpha_state.REDUNDANT:
-            mass = float(self.plan.options.mass)
-            self.redundancy = redundancy.allow(
-                self.assembly, self.plan.matrix, self.plan.weight, mass, self.reached, self.work.y
-            )
-            code = alpha_loop.begin(self.model, self.plan.matrix, self.work)
+        return "" if code == alpha_state.DONE else self.failure_message(code)
+
+    def find_rank(self, t: float, y: np.ndarray) -> str:
+        """Find the rank of the constraints at t again where it may have changed; returns why that failed, or ''.
+
+        Raises
+        ------
+        InputError
+            At the start of a run, for redundant constraints that cannot be allowed.
+        """
+        latches = int(self.work.loop.latches)
+        if not self.ranks.is_due(t, latches):
+            return ""
+        try:
+            self.ranks.find(t, y, self._rank_matrix(), self.plan.weight, self.inertia, latches)
+        except InputError as error:
+            if not self.work.loop.steps:
+                raise
+            return f"{error} (at t = {t:.6g} s)"
+        return ""
+
+    def _rank_matrix(self) -> SparseBlocks:
+        """Room for the tangent by which the rank is found."""
+        return self.plan.matrix
+
+    @property
+    def inertia(self) -> tuple[float, float]:
+        """c_mass (1/s2) of a step too short to feel stiffness, and a typical mass (kg)."""
+        return alpha_state.SHORT / float(self.plan.options.span) ** 2, float(self.plan.options.mass)
+
+    @property
+    def after(self) -> float:
+        """Just after the time reached, where what ends then does not act any more, s."""
+        return self.reached + max(1e-9 * float(self.work.loop.last_step), 20.0 * float(self.work.options.smallest))
+
+    def restart(self) -> str:
+        """Start again where loads or joints change at once; returns why that failed, '' where it did not."""
+        failure = self.find_rank(self.after, self.work.y)
+        if failure:
+            return failure
+        code = alpha_loop.restart(
+            self.reached, float(self.work.loop.last_step), self.model, self.plan.matrix, self.work
+        )
         return "" if code == alpha_state.DONE else self.failure_message(code)
 
     def advance(self, budget: int) -> tuple[bool, str]:
         """Take `budget` steps; returns whether the loop goes on after them, and why it failed, '' where it did not."""
         code = alpha_loop.advance(self.model, self.plan.matrix, self.work, budget)
         if code == alpha_state.AT_STOP and self.releases is not None:
-            return True, "" if self.releases.resume(self.work) >= 0 else reason_of_outrun(self.reached)
+            if self.releases.resume(self.work) < 0:
+                return True, reason_of_outrun(self.reached)
+            return True, self.restart() if self.ranks.is_due(self.after, int(self.work.loop.latches)) else ""
+        if code == alpha_state.AT_RESTART:
+            return True, self.restart()
         if code == alpha_state.BUDGET:
             return True, ""
         return False, "" if code == alpha_state.DONE else self.failure_message(code)
@@ -274,15 +316,14 @@ class Run:
         except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
             failure = law_failure(self.assembly, error, self.moments())
             status, message = "failed", f"{failure}; what was computed is kept"
-        if self.redundancy is not None:
-            message = f"{message}; {self.redundancy.text}"
+        if self.ranks.text:
+            message = f"{message}; {self.ranks.text}"
         wall_time = clock.perf_counter() - began
         codecache.mark_warm(self.name)
         found = self.counted(self._solution(status, message, wall_time))
         found.statistics |= {"energy_moved": float(eb.moved(self.work.loop))}
         found.statistics |= {"energy_moved": found.closure.moved, "energy_defect": found.closure.share}
-        if self.redundancy is not None:
-            found.statistics |= {"constraints": self.redundancy.constraints, "rank": self.redundancy.rank}
+        found.statistics |= self.ranks.statistics
         return found
 
     def _loop(self, progress: Callable[[float], None] | None) -> str:
@@ -292,8 +333,8 @@ class Run:
         while True:
             slice_began = clock.perf_counter()
             goes_on, failure = self.advance(budget)
-            if self.redundancy is not None and not failure:
-                failure = self.redundancy.contradiction(self.gaps(), self.reached)
+            if self.ranks.now is not None and not failure:
+                failure = self.ranks.now.contradiction(self.gaps(), self.reached)
             if failure or not goes_on:
                 break
             now = clock.perf_counter()
@@ -371,7 +412,7 @@ class Run:
         """What the loop has kept of the first n samples."""
         work = self.work
         if reactions.applies(self.model, adaptive=self.plan.step is None):
-            reactions.evaluate(self.model, self.plan.matrix, work, n)
+            reactions.evaluate(self.model, self.plan.matrix, work, n, self.ranks.use)
         forces = work.out_cylinders[:n], work.out_bodies[:n]
         touches = work.out_touches[:n], work.out_friction[:n]
         return Sampled(work.out_a[:n], work.out_la[:n], balance, *forces, *touches)

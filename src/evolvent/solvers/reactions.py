@@ -8,6 +8,7 @@ in balance with stiff forces as interpolated ones are not, and between them on s
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -46,8 +47,13 @@ def is_held(model: mdl.Model) -> bool:
     return bool(np.any(model.flexible.joints["stiffness"] == 0.0))
 
 
-def evaluate(model: mdl.Model, matrix: SparseBlocks, work: Any, count: int) -> None:
-    """Write accelerations, multipliers and wrenches of the first `count` samples into the workspace's records."""
+def evaluate(model: mdl.Model, matrix: SparseBlocks, work: Any, count: int, use_rank: Callable[[float], None]) -> None:
+    """Write accelerations, multipliers and wrenches of the first `count` samples into the workspace's records.
+
+    Parameters
+    ----------
+    use_rank : gives the model the compliance that its joints had at a time (`redundancy.Ranks.use`)
+    """
     counted = int(work.loop.factorizations), float(work.loop.quality)
     at, stiff = np.full(2, np.nan), has_stiffness(model)
     found: list[tuple[np.ndarray, np.ndarray, np.ndarray] | None] = []
@@ -57,6 +63,7 @@ def evaluate(model: mdl.Model, matrix: SparseBlocks, work: Any, count: int) -> N
         theta = 1.0 if h <= 0.0 or not stiff else min(max((t - float(times[0])) / h, 0.0), 1.0)
         if not stiff or not np.array_equal(at, times):  # of the next step
             at = times
+            use_rank(t if not stiff else float(at[1]) - 1e-9 * h)
             model.flexible.switches[:] = work.out_s[n]
             states = [(t, work.out_y[n])]
             if stiff:  # loads that begin or end with the step are those within it

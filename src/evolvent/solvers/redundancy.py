@@ -1,8 +1,11 @@
-"""Constraints that repeat one another: their rank at the start, and what lets solvers run with them.
+"""Constraints that repeat one another: their rank, and what lets solvers run with them.
 
 Where the rows of the gradient G depend on one another, the multipliers are not unique. A compliance far below that of
 what the constraints hold, g - c la = 0, takes those of least norm: at the solution c la is in the range of G, as g is.
-Directions count with the size of the system, so that moments are forces at that distance.
+Directions count with the size of the system, so that moments are forces at that distance. In motions the compliance
+acts on multipliers that make no force alone, so that the constraints hold to round-off (`least_norm`).
+
+The rank changes where joints are released, and may change where a latch locks: `Ranks` keeps what was found, and when.
 """
 
 from __future__ import annotations
@@ -101,6 +104,94 @@ def undetermined(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, ine
     c_mass, mass = inertia
     tangent(t, y, la, c_mass, 0.0, c_mass * mass, model, matrix)
     return int(sparse_lu.factor(matrix))
+
+
+@dataclasses.dataclass(frozen=True)
+class Rank:
+    """What was found of the constraints at a time.
+
+    Attributes
+    ----------
+    since : float, s, from when on
+    held : (nj,) bool, joints that hold as constraints; latches : int, number of latches and events until then
+    slack : (nj,) float, compliance of the joints
+    redundancy : Redundancy, None where the constraints are independent
+    """
+
+    since: float
+    held: Array
+    latches: int
+    slack: Array
+    redundancy: Redundancy | None
+
+
+class Ranks:
+    """Ranks of the constraints of a run: found at the start, and again after every release and latch.
+
+    Attributes
+    ----------
+    found : list of Rank, in the order of time
+    """
+
+    def __init__(self, assembly: Assembly) -> None:
+        self.assembly, self.model = assembly, assembly.model
+        self.found: list[Rank] = []
+
+    @property
+    def now(self) -> Redundancy | None:
+        """What is redundant at present."""
+        return self.found[-1].redundancy if self.found else None
+
+    def is_due(self, t: float, latches: int) -> bool:
+        """Whether joints have been released or latches have locked since the rank was found."""
+        joints = self.model.flexible.joints
+        if not joints.size:
+            return False
+        last = self.found[-1] if self.found else None
+        return last is None or last.latches != latches or not np.array_equal(last.held, is_held(joints, t))
+
+    def find(
+        self, t: float, y: Array, matrix: SparseBlocks, weight: Array, inertia: tuple[float, float], latches: int = 0
+    ) -> None:
+        """Find the rank at time t and state y; the entries of the matrix are lost.
+
+        Parameters
+        ----------
+        weight, inertia : as of `allow` and `undetermined`
+
+        Raises
+        ------
+        InputError
+            As `allow` does.
+        """
+        joints, info = self.model.flexible.joints, self.model.info
+        joints["slack"], info.redundant, info.exact = 0.0, 0, 1
+        held, found = is_held(joints, t), None
+        if np.any(held) and undetermined(self.model.copy(), matrix, t, y, inertia) > 0:
+            found = allow(self.assembly, matrix, weight, inertia[1], t, y)
+        self.found.append(Rank(t, held, latches, joints["slack"].copy(), found))
+
+    def use(self, t: float) -> None:
+        """Give the model the compliance that its joints had at time t."""
+        rank = next((r for r in reversed(self.found) if r.since <= t), self.found[0] if self.found else None)
+        if rank is not None:
+            self.model.flexible.joints["slack"] = rank.slack
+
+    @property
+    def text(self) -> str:
+        """What is reported, '' where nothing has been redundant."""
+        texts = []
+        for k, rank in enumerate(self.found):
+            if rank.redundancy is not None and rank.redundancy.text not in "; ".join(texts):
+                since = f"from t = {rank.since:.6g} s on " if k > 0 else ""
+                texts.append(since + rank.redundancy.text)
+        return "; ".join(texts)
+
+    @property
+    def statistics(self) -> dict[str, int]:
+        """Number of constraints and their rank where they were redundant first."""
+        first = next((rank.redundancy for rank in self.found if rank.redundancy is not None), None)
+        return {} if first is None else {"constraints": first.constraints, "rank": first.rank}
 
 
 def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, t: float, y: Array) -> Redundancy:
