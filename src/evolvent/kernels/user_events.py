@@ -1,13 +1,16 @@
 """Users' events under implicit methods: when one is due within a step; what events and latches release.
 
-An event fires once, where its value rises through zero. The loop shortens the step by a secant until its end lies
-within `SURE` of a step behind the event.
+An event fires once, where its value rises through zero. The loop changes the length of the step by a secant until its
+end lies within `SURE` of a step behind the event. No step ends just before an event: the next one would be as short as
+the rest, and what a step leaves of the constraints' rates would be large accelerations in it.
 """
+
+import math
 
 from evolvent.jit import event_law_at, inlined
 
-#: Part of a step by which the end of the last one may lie behind an event.
-SURE = 1e-6
+#: Part of a step by which the end of the last one may lie behind an event, and that which must be left before one.
+SURE, CLOSE = 1e-6, 1e-3
 #: Of `events.armed`: the value has not been negative yet, it has, the event has fired.
 IDLE, ARMED, FIRED = 0.0, 1.0, 2.0
 
@@ -29,19 +32,31 @@ def start_events(t, y, model):
 
 
 @inlined
-def until_event(t, h, least, y, model):
-    """Part of a step of length h, which ends in the state y at t, after which an event is first due; 1 for none.
+def until_event(t, h, least, event_step, extended, y, model):
+    """Length, as a part of h, of the step to try in place of one of length h, which ends in the state y at t; or 1.
 
     Parameters
     ----------
     least : float, s, length of a step that is not shortened
+    event_step : float, s, limit of the step where its length is being changed, else infinite
+    extended : int, not 0 where the step was made longer before
     """
-    part = 1.0
+    part, ahead, due = 1.0, 1.0, False
     for k in range(model.events.size):
-        model.events[k].now = now = _value(t, y, model, k)
-        if model.events[k].armed == ARMED and now >= 0.0 and h > 2.0 * least:
-            part = min(part, model.events[k].value / (model.events[k].value - now))
-    return 1.0 if part > 1.0 - SURE else max(part, least / h)
+        before, now = model.events[k].value, _value(t, y, model, k)
+        model.events[k].now = now
+        if model.events[k].armed != ARMED or h <= 2.0 * least:
+            continue
+        if now >= 0.0:
+            due = True
+            part = min(part, before / (before - now))
+        elif now > before:
+            ahead = min(ahead, now / (before - now))
+    if due:
+        return 1.0 if part > 1.0 - SURE else max(part + 0.5 * SURE, least / h)
+    if ahead >= CLOSE or extended != 0:
+        return 1.0
+    return 0.5 if event_step == math.inf else 1.0 + 1.5 * ahead + 0.5 * SURE
 
 
 @inlined

@@ -123,10 +123,12 @@ def advance(model, matrix, work, budget):
             part = min(part, thread.until_release(h, work.y0, work.y, model.flexible.switches, model))
         if model.events.size > 0:
             least = max(4.0 * options.smallest, user_events.SURE * loop.step)
-            part = min(part, user_events.until_event(t_end, h, least, work.y, model))
-        if part < 1.0 and h * part > options.smallest:
+            limit, extended = loop.event_step, loop.extended
+            due = user_events.until_event(t_end, h, least, limit, extended, work.y, model)
+            part = due if part == 1.0 else min(part, due)
+        if part != 1.0 and h * part > options.smallest:
             restore_start(model, work)
-            loop.event_step = h * part
+            loop.event_step, loop.extended = h * part, loop.extended + (part > 1.0)
             continue
         accept_step(t1, t_end, h, model, work)
         gained = has_gained(t_end, t1 >= work.samples[work.samples.size - 1] - near, model, work)
@@ -253,7 +255,7 @@ def accept_step(t1, t_end, h, model, work):
     for i in range(work.dq.size):
         work.loads1[i] = model.flexible.P[i]
     add_step_to_balance(t_end, h, model, work)
-    loop.last_step, loop.event_step = h, math.inf
+    loop.last_step, loop.event_step, loop.extended = h, math.inf, 0
     loop.time = t1
     loop.steps += 1
 

@@ -23,11 +23,12 @@ NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = -1, -2, -3, -4, -5
 #: `contact.count_touching` counts; over: steps in a row at which the balance has gained too much; sample, stop: the
 #: next ones; factored_step: step of the factored matrix; quality: its worst pivot so far; gain, lowest_gain: what the
 #: balance has gained since the start, and the lowest of that so far, J; last_step: step that the algorithmic
-#: accelerations belong to; event_step: limit of the next step, on which a latch lies; start_energy: J; latches: number
-#: of latches that have locked; and the extremes of `evolvent.solvers.balance`.
+#: accelerations belong to; event_step: limit of the next step, on which a latch or an event lies; start_energy: J;
+#: latches: number of latches that have locked; extended: whether the step was made longer for an event; and the
+#: extremes of `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stale",
-                                   "contact_set", "over", "latches")]
+                                   "contact_set", "over", "latches", "extended")]
     + [(name, np.float64) for name in ("time", "step", "factored_step", "quality", "gain", "lowest_gain",
                                        "last_step", "event_step", "start_energy")]
     + list(EXTREMES),

@@ -50,11 +50,12 @@ BUDGET, DONE, AT_RESTART, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDAN
 #: Counters and clock. sample, stop: the next ones; stages: solutions that needed softened contacts; divided: steps that
 #: were divided; wanted, length: of the next step, s, before and after it was divided; last: length of the step before,
 #: s, 0 at a start; start: J, defect of the balance at the start; factored: length of the step whose matrix is factored,
-#: s, 0 of none; contact_set: points that pressed in it (`_count_touching`); and the extremes of
+#: s, 0 of none; contact_set: points that pressed in it (`_count_touching`); extended:
+#: whether the step was made longer to end behind an event; and the extremes of
 #: `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stages",
-                                   "divided", "latches", "contact_set")]
+                                   "divided", "latches", "contact_set", "extended")]
     + [(name, np.float64) for name in ("time", "wanted", "length", "event_step", "last", "quality", "start",
                                        "factored")]
     + list(EXTREMES),
@@ -655,11 +656,13 @@ def advance(model, matrix, work, budget):
         part = hinge.until_latch(model.flexible.switches, model.flexible.hinges)
         if model.events.size > 0:
             least = max(4.0 * options.smallest, user_events.SURE * loop.length)
-            part = min(part, user_events.until_event(loop.time + h, h, least, step.y1, model))
-        if part < 1.0 and h * part > options.smallest:
-            loop.event_step = h * part
+            limit, extended = loop.event_step, loop.extended
+            due = user_events.until_event(loop.time + h, h, least, limit, extended, step.y1, model)
+            part = due if part == 1.0 else min(part, due)
+        if part != 1.0 and h * part > options.smallest:
+            loop.event_step, loop.extended = h * part, loop.extended + (part > 1.0)
             continue
-        loop.event_step = math.inf
+        loop.event_step, loop.extended = math.inf, 0
         accept(model, work)
         fill_energies(model, work)
         t1 = target if lands else loop.time + h
