@@ -103,7 +103,7 @@ def test_a_latch_releases_a_joint(method: str) -> None:
 @pytest.mark.parametrize(
     ("by", "words"),
     [
-        ("halff", "motor.released_by is 'halff', neither an event nor a spring with a latch; did you mean 'half'"),
+        ("halff", "'motor' refers to 'halff', but no part is called that; did you mean 'half'"),
         ("wheel", "motor.released_by is 'wheel', neither an event nor a spring with a latch"),
         ("hinge", "motor.released_by is 'hinge', a spring without a latch; give hinge.latch, or name an event"),
     ],
