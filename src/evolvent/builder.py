@@ -10,6 +10,7 @@ import numpy as np
 
 from evolvent import laws
 from evolvent import model as mdl
+from evolvent.elements.dense import product
 from evolvent.errors import InputError, nearest
 from evolvent.flow.implicit import add_weight
 from evolvent.flow.impulse import prepare
@@ -264,7 +265,7 @@ class Builder:
 
     def _on_body(self, index: int, local: Any, alone: bool) -> Location:
         at, pose = np.array(local, dtype=float), self.poses[index]
-        d = pose.R @ at
+        d = product(pose.R, at)
         return Location("bodies", index, at, -1, -1, -1, pose.x + d, pose.v + np.cross(pose.w, d), alone)
 
     def _number(self, where: str, name: str, on: str | int | None, last: int, key: str, what: str) -> int:
@@ -533,8 +534,6 @@ class Builder:
 def _factor_masses(beams: Array, elements: Array, pools: dict[str, Array]) -> Array:
     """L D L^T of the beams' masses, which couple nodal vectors of neighbouring nodes: see `Flexible.masses`."""
     found = [np.zeros((0, 8))]
-    if beams.size:
-        import scipy.linalg
     for beam in beams:
         k = flexible.NODE_VECTORS[beam["kind"]]
         pool, n, w = pools["M12" if k == 2 else "M24"], k * int(beam["nodes"]), 2 * k - 1
@@ -543,11 +542,13 @@ def _factor_masses(beams: Array, elements: Array, pools: dict[str, Array]) -> Ar
             M = pool[elements["mass"][beam["first_element"] + c]]
             for j in range(2 * k):
                 band[: 2 * k - j, k * c + j] += M[j:, j]
-        L = scipy.linalg.cholesky_banded(band, lower=True)
         rows = np.zeros((n, 8))
-        rows[:, 0] = 1.0 / L[0] ** 2
-        for i in range(1, w + 1):
-            rows[i:, i] = L[i, : n - i] / L[0, : n - i]
+        for c in range(n):
+            rows[c, 0], below = 1.0 / band[0, c], min(w, n - 1 - c)
+            for i in range(1, below + 1):
+                rows[c + i, i] = band[i, c] / band[0, c]
+            for j in range(1, below + 1):
+                band[: below + 1 - j, c + j] -= rows[c + j, j] * band[j : below + 1, c]
         found.append(rows)
     return np.concatenate(found)
 

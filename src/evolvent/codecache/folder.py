@@ -39,7 +39,9 @@ _JUNCTION = 0xA0000003
 
 
 def _baseline() -> str | None:
-    """LLVM's name of the processor to compile for; None where it is the host's own."""
+    """LLVM's name of the processor to compile for; None where it is the host's own, or ``$NUMBA_CPU_NAME``."""
+    if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
+        return None
     name, needed = _BASELINES.get(platform.machine(), ("", ("none",)))
     try:
         features = binding.get_host_cpu_features()
@@ -76,7 +78,7 @@ def _source_hash() -> str:
 def folder_name() -> str:
     """Name of the folder for this numba, Python, processor and package."""
     python = f"{sys.implementation.name}{sys.version_info[0]}{sys.version_info[1]}"
-    processor = BASELINE or binding.get_host_cpu_name()
+    processor = BASELINE or config.CPU_NAME or binding.get_host_cpu_name()
     return f"numba-{numba.__version__}-{python}-{sys.platform}-{processor}-{_source_hash()}"
 
 

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from evolvent.elements.dense import dot, legendre, norm, product
 from evolvent.elements.sections import CrossSection, Material, Properties, Rectangle
 from evolvent.errors import InputError
 
@@ -44,7 +45,7 @@ class Form:
     def energy(self, e: ArrayLike) -> Any:
         """U of an element with the coordinates e, an analytic function of them (complex steps differentiate it)."""
         g = products(e)
-        return 0.5 * g @ self.H @ g - self.h @ g + self.U0
+        return np.einsum("i,i", 0.5 * product(self.H, g) - self.h, g) + self.U0
 
     def __add__(self, other: Form) -> Form:
         return Form(self.H + other.H, self.h + other.h, self.U0 + other.U0)
@@ -56,7 +57,7 @@ class Form:
 @functools.cache
 def gauss(n: int) -> Rule:
     """Points and weights of Gauss's rule on [0, 1]."""
-    points, weights = np.polynomial.legendre.leggauss(n)
+    points, weights = legendre(n)
     return [(float(0.5 + 0.5 * x), float(0.5 * w)) for x, w in zip(points, weights, strict=True)]
 
 
@@ -190,7 +191,7 @@ def _volume(length: float, section: CrossSection, D: Callable[[Properties], Arra
         for y, weight_y in gauss(3):
             for z, weight_z in gauss(3):
                 W = volume_rows(length, xi, (y - 0.5) * here.thickness, (z - 0.5) * here.width)
-                H += weight_y * weight_z * here.thickness * here.width * W.T @ D(here.properties(nu)) @ W
+                H += weight_y * weight_z * here.thickness * here.width * product(W.T, D(here.properties(nu)), W)
         return H
 
     # 5 points are exact for a constant section; a tapered one adds four powers of xi (the moments of y^4)
@@ -277,7 +278,7 @@ def beam_parts(
                 D_nu = (D - uncoupled_elasticity(material, s))[:3, :3]
                 rows = line_rows(length, xi)
                 W = np.array([rows["axial"], rows["thick_y"], rows["thick_z"]])
-                return s.area * W.T @ D_nu @ W
+                return s.area * product(W.T, D_nu, W)
 
             H = _volume(length, section, lambda s: uncoupled_elasticity(material, s), nu)
             H += _integrate(gauss(6), length, axis)
@@ -312,8 +313,7 @@ def section_stiffness(xi: float, section: CrossSection, material: Material) -> A
     S[4, 5] = S[5, 4] = material.E * s.Iyz
     at_centre = np.eye(9)  # strains at the shear centre from those of the axis
     at_centre[1, 3], at_centre[2, 3] = -s.centre_z, s.centre_y
-    found: Array = at_centre.T @ S @ at_centre
-    return found
+    return product(at_centre.T, S, at_centre)
 
 
 # ---------------------------------------------------------------------------------------------- the cable
@@ -398,7 +398,7 @@ def cable_stretch_parts(
     for p, (xi, weight) in enumerate(gauss(3)):
         s = section.at(xi).properties(material.nu)
         rows[p] = *_slope(length, xi), *_curvature(length, xi)
-        stretches[p] = 1.0 if rest is None else np.linalg.norm(rows[p, :3] @ v)
+        stretches[p] = 1.0 if rest is None else norm(product(v.T, rows[p, :3]))
         weights["membrane"][3, p] = weight * length * material.E * s.area
         weights["bending"][3, 3 + p] = weight * length * material.E * s.Iz
     return {name: Form(rows + weight, stretches.copy(), 0.0) for name, weight in weights.items()}
@@ -433,7 +433,7 @@ def cable_stretch_form(
 def cable_stretch_energy(form: Form, e: ArrayLike) -> Any:
     """Energy (J) of an element of `cable_stretch_form` with the coordinates e, an analytic function of them."""
     v = nodal_vectors(e)
-    a, q = form.H[:3, :3] @ v, form.H[:3, 3:] @ v
+    a, q = product(form.H[:3, :3], v), product(form.H[:3, 3:], v)
     square, turn = np.sum(a * a, axis=1), np.cross(a, q)
     bent = np.sum(turn * turn, axis=1) / square**2
     return 0.5 * np.sum(form.H[3, :3] * (np.sqrt(square) - form.h[:3]) ** 2 + form.H[3, 3:] * bent)
@@ -441,8 +441,8 @@ def cable_stretch_energy(form: Form, e: ArrayLike) -> Any:
 
 def _at_rest(H: Array, g0: Array) -> Form:
     H = 0.5 * (H + H.T)
-    h = H @ g0
-    return Form(H, h, float(0.5 * g0 @ h))
+    h = product(H, g0)
+    return Form(H, h, 0.5 * dot(g0, h))
 
 
 def _check_length(length: float) -> None:

@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from evolvent.elements.dense import product
 from evolvent.elements.inertia import axis_shape
 from evolvent.elements.sections import CrossSection, Material
 from evolvent.elements.winding import _CABLES, _energy, _least
@@ -102,7 +103,7 @@ def _bent_element(
     units = np.eye(start.size)
     by = np.stack([np.concatenate([_node(a, advance, e).ravel() for a in ends]) - fixed for e in units], axis=1)
     energy = _energy(formulation, length, section, material)
-    return _least(lambda p: energy(by @ p + fixed), start)
+    return _least(lambda p: energy(product(by, p) + fixed), start)
 
 
 def _node(angle: float, advance: float, sizes: Array) -> Array:

@@ -7,12 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolvent.elements.dense import inverse, legendre, norm, product
 from evolvent.elements.inertia import OWN_INERTIA, SectionInertia
 from evolvent.elements.sections import CrossSection, Material
 
 Array = np.ndarray
 #: Gauss's four points of an element and their weights.
-_AT, _WEIGHT = np.polynomial.legendre.leggauss(4)
+_AT, _WEIGHT = legendre(4)
 
 
 class Lumped(NamedTuple):
@@ -36,8 +37,7 @@ def section_stiffness(section: CrossSection, material: Material, at: float = 0.5
     own[4, 5] = own[5, 4] = -E * s.Iyz
     at_centre = np.eye(6)
     at_centre[1, 3], at_centre[2, 3] = -s.centre_z, s.centre_y
-    found: Array = at_centre.T @ own @ at_centre
-    return found
+    return product(at_centre.T, own, at_centre)
 
 
 def element_stiffness(length: float, section: CrossSection, material: Material, rest: Array) -> Array:
@@ -62,11 +62,11 @@ def element_stiffness(length: float, section: CrossSection, material: Material, 
     for x, weight in zip(0.5 * _AT, 0.5 * _WEIGHT, strict=True):
         carry = term = np.eye(6)
         for k in range(1, 13):
-            term = term @ A * (x * length / k)
+            term = product(term, A) * (x * length / k)
             carry = carry + term
-        found += weight * carry.T @ np.linalg.inv(section_stiffness(section, material, 0.5 + x)) @ carry
+        found += weight * product(carry.T, inverse(section_stiffness(section, material, 0.5 + x)), carry)
         mean += weight * carry
-    stiffness = mean @ np.linalg.inv(found) @ mean.T
+    stiffness = product(mean, inverse(found), mean.T)
     return 0.5 * (stiffness + stiffness.T)
 
 
@@ -100,7 +100,7 @@ def strains(x: Array, R: Array, length: Array | float) -> Array:
     (..., n, 6) float; Gamma without unit, (1, 0, 0) without stress, K in 1/m
     """
     A, B, lengths = R[..., :-1, :, :], R[..., 1:, :, :], np.asarray(length)[..., None]
-    T = np.swapaxes(A, -1, -2) @ B
+    T = product(np.swapaxes(A, -1, -2), B)
     s = 0.5 * np.stack([T[..., 2, 1] - T[..., 1, 2], T[..., 0, 2] - T[..., 2, 0], T[..., 1, 0] - T[..., 0, 1]], axis=-1)
     c = 0.5 * (np.trace(T, axis1=-2, axis2=-1) - 1.0)
     v = 0.5 / lengths * np.einsum("...ji,...j->...i", A + B, np.diff(x, axis=-2))
@@ -125,10 +125,10 @@ def rotation(vector: Array) -> Array:
 def advanced(curvature: Array, length: float) -> tuple[Array, Array]:
     """Position (3,) and axes (3, 3) at the end of a curve of constant curvature (3,), 1/m, in the axes of its start."""
     turn = np.asarray(curvature, dtype=float) * length
-    angle, K = float(np.linalg.norm(turn)), skew(turn)
+    angle, K = norm(turn), skew(turn)
     b = 0.5 if angle < 1e-4 else (1.0 - math.cos(angle)) / angle**2
     c = 1.0 / 6.0 if angle < 1e-4 else (angle - math.sin(angle)) / angle**3
-    return length * (np.eye(3) + b * K + c * K @ K)[:, 0], rotation(turn)
+    return length * (np.eye(3) + b * K + c * product(K, K))[:, 0], rotation(turn)
 
 
 def skew(a: Array) -> Array:

@@ -19,6 +19,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from evolvent.elements.dense import norm, product
 from evolvent.elements.forms import (
     ASSUMED,
     EXACT,
@@ -90,12 +91,12 @@ def thermal_form(
         F = free_strains(expansion * along(xi))[1:]
         s, rows = section.at(xi).properties(material.nu), line_rows(length, xi)
         S = weight * length * material.E * np.array([[s.Iz, s.Iyz], [s.Iyz, s.Iy]])
-        C += F.T @ S @ np.array([rows["bend_y"], rows["bend_z"]])
-        Q += F.T @ S @ F
+        C += product(F.T, S, np.array([rows["bend_y"], rows["bend_z"]]))
+        Q += product(F.T, S, F)
     if green:
         start = straight_beam(length) if is_beam else straight_cable(length)
         g0 = products(start if rest is None else rest)
     else:
         v = nodal_vectors(straight_cable(length) if rest is None else rest)
-        g0 = np.array([np.linalg.norm(np.array(_slope(length, xi)) @ v) for xi, _ in gauss(3)])
-    return ThermalForm(C, Q, C @ g0)
+        g0 = np.array([norm(product(v.T, np.array(_slope(length, xi)))) for xi, _ in gauss(3)])
+    return ThermalForm(C, Q, product(C, g0))

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from evolvent.elements.dense import modes, product
 from evolvent.elements.forms import beam_form, cable_form, cable_stretch_energy, cable_stretch_form
 from evolvent.elements.inertia import axis_shape
 from evolvent.elements.sections import CrossSection, Material
@@ -47,7 +48,7 @@ def bent_element(
     every[3, 2, 3] = every[7, 2, 3] = 1.0
     B = every[[0, 1, 4, 5], :, :2].reshape(12, 2) if formulation in _CABLES else every.reshape(24, 4)
     energy = _energy(formulation, length, section, material)
-    return _least(lambda p: energy(B @ p), np.array([length * s / (0.5 * angle), *np.ones(B.shape[1] - 1)]))
+    return _least(lambda p: energy(product(B, p)), np.array([length * s / (0.5 * angle), *np.ones(B.shape[1] - 1)]))
 
 
 def bending_stiffness_ratio(
@@ -82,8 +83,8 @@ def _least(energy: Callable[[Array], Any], p: Array) -> tuple[float, Array]:
     for _ in range(100):
         slope, step = slope_at(p), 1e-6 * np.diag(np.abs(p))
         K = np.array([(slope_at(p + h) - slope_at(p - h)) / (2.0 * h.sum()) for h in step])
-        values, vectors = np.linalg.eigh(0.5 * (K + K.T) * np.outer(p, p))  # of relative changes
-        change = -p * (vectors @ ((vectors.T @ (p * slope)) / np.abs(values)))
+        values, vectors = modes(0.5 * (K + K.T) * np.outer(p, p))  # of relative changes
+        change = -p * product(vectors, product(vectors.T, p * slope) / np.abs(values))
         while np.abs(change / p).max() > 1e-6 and energy(p + change) > energy(p):  # smaller ones: below round-off
             change *= 0.5
         p = p + change
@@ -171,7 +172,7 @@ def coil(
 
     def excess(phi: float, before: float) -> float:
         (at, facing), (place, direction) = node(phi), node(before)
-        return float(np.linalg.norm(at - place)) - (chord + rate * (facing - direction - angle))
+        return math.dist(at, place) - (chord + rate * (facing - direction - angle))
 
     angles = [0.0]
     for _ in range(count):
@@ -211,7 +212,7 @@ def resampled(nodes: Array, rates: Array, length: float, count: int, *, vectors:
         slope, turning = found[0][1], found[1][1]
         size = np.linalg.norm(slope, axis=1)[:, None]
         e1 = slope / size
-        e3 = z - (e1 @ z)[:, None] * e1
+        e3 = z - product(e1, z)[:, None] * e1
         e3 /= np.linalg.norm(e3, axis=1)[:, None]
         e2, w = np.cross(e3, e1), np.cross(e1, turning) / size
         found[0] += [e2, e3]

@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import norm
 from evolvent.errors import InputError
 from evolvent.references import check_name, split_reference
 from evolvent.schema import Section, marks
@@ -210,4 +211,4 @@ def _nested(value: Any) -> Any:
 def unit(direction: Any) -> np.ndarray:
     """(3,) float of length 1, of a direction that is not zero."""
     array = np.array(direction, dtype=float)
-    return array / np.linalg.norm(array)
+    return array / norm(array)

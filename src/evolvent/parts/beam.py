@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from evolvent import elements, jit, units
 from evolvent.builder import Builder
+from evolvent.elements.dense import dot, inverse, norm, product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, CrossSection, MaterialOrName
 from evolvent.errors import InputError
@@ -179,16 +180,15 @@ class Beam(Part):
         -----
         Axes R exp(s [k]) along the arc s (Rodrigues), k the curvature in the section's axes; positions their integral.
         """
-        size = float(np.linalg.norm(self.curvature))
+        size = norm(np.array(self.curvature))
         x, y, z = np.array(self.curvature) / size
         N = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        NN = product(N, N)
         for node, s in zip(nodes, self.arc, strict=True):
             a = size * s
-            node[0] = (
-                np.array(self.position)
-                + R @ (s * np.eye(3) + (1.0 - math.cos(a)) / size * N + (s - math.sin(a) / size) * N @ N)[:, 0]
-            )
-            node[1:] = (R @ (np.eye(3) + math.sin(a) * N + (1.0 - math.cos(a)) * N @ N)).T
+            along = (s * np.eye(3) + (1.0 - math.cos(a)) / size * N + (s - math.sin(a) / size) * NN)[:, 0]
+            node[0] = np.array(self.position) + product(R, along)
+            node[1:] = product(R, np.eye(3) + math.sin(a) * N + (1.0 - math.cos(a)) * NN).T
 
     def start_rates(self, name: str = "beam") -> np.ndarray:
         """Rates of the coordinates at the start, (n + 1, vectors, 3)."""
@@ -423,7 +423,7 @@ def _across(e1: np.ndarray) -> np.ndarray:
     near = np.array([0.0, 1.0, 0.0])
     if abs(e1[1]) > 1.0 - 1e-9:
         near = np.array([0.0, 0.0, 1.0])
-    return unit(near - (near @ e1) * e1)
+    return unit(near - dot(near, e1) * e1)
 
 
 def node_of(builder: Builder, where: Any, key: str = "node") -> tuple[int, int, int, int]:
@@ -443,8 +443,8 @@ def node_rate(builder: Builder, at: Location) -> np.ndarray:
     node = np.array(builder.q[at.iq : at.iq + count]).reshape(-1, 3)
     rates = np.array(builder.v[at.iv : at.iv + count]).reshape(-1, 3)
     if at.beam == kernels.CABLE:
-        turn: np.ndarray = np.cross(node[1], rates[1]) / (node[1] @ node[1])
+        turn: np.ndarray = np.cross(node[1], rates[1]) / dot(node[1], node[1])
         return turn
     # least squares of w x r = r' for both directions across
-    A = sum((r @ r) * np.eye(3) - np.outer(r, r) for r in node[2:])
-    return np.linalg.solve(A, sum(np.cross(r, rate) for r, rate in zip(node[2:], rates[2:], strict=True)))
+    A = sum(dot(r, r) * np.eye(3) - np.outer(r, r) for r in node[2:])
+    return product(inverse(A), sum(np.cross(r, rate) for r, rate in zip(node[2:], rates[2:], strict=True)))

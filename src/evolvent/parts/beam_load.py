@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import norm
 from evolvent.errors import InputError
 from evolvent.kernels import beam_loads as kernels
 from evolvent.kernels.flexible import NODE_VECTORS
@@ -98,7 +99,7 @@ class DistributedTorque(Part):
                 f"such as '{self.beam}.tip', a LineLoad by a law, or a Beam"
             )
         _either(name, "torque", self.torque, "", self.profile)
-        axis = np.array(self.axis) / np.linalg.norm(self.axis)
+        axis = np.array(self.axis) / norm(np.array(self.axis))
         add_beam_load(
             builder, name, kernels.FIELD, builder.find(self.beam, "beams"),
             1.0 if self.torque is None else self.torque, (self.start, self.end, self.ramp), self.profile,
@@ -171,7 +172,7 @@ class LineLoad(Part):
             raise InputError(f"{name}.direction {given} with {name}.profile")
         axis = np.array(self.force if self.direction is None else self.direction)
         if self.direction is not None:
-            axis /= np.linalg.norm(axis)
+            axis /= norm(axis)
         if on_rod:
             write_line_load(builder, name, self, axis)
             return

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent import elements
 from evolvent.builder import Builder
+from evolvent.elements.dense import modes
 from evolvent.elements.forms import gauss
 from evolvent.elements.sections import CrossSection, Material
 from evolvent.errors import InputError
@@ -49,7 +50,7 @@ def body_points(mass: float, inertia: Array) -> Iterator[tuple[float, Array]]:
     1 m, and less than nothing at the centre.
     """
     S = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-    moments, axes = np.linalg.eigh(S)
+    moments, axes = modes(S)
     largest = float(np.abs(moments).max())
     square = 3.0 * largest / mass if mass > 0.0 else 1.0
     rest = mass
@@ -83,7 +84,7 @@ def element_points(
         y = np.array([0.0, 0.0, 1.0 - xi, 0.0, 0.0, 0.0, xi, 0.0])
         z = np.array([0.0, 0.0, 0.0, 1.0 - xi, 0.0, 0.0, 0.0, xi])
         centre = np.array([p, px, 0.0, 0.0, q, qx, 0.0, 0.0]) + inertia.offset[0] * y + inertia.offset[1] * z
-        moments, axes = np.linalg.eigh([[about_z, product], [product, about_y]])
+        moments, axes = modes(np.array([[about_z, product], [product, about_y]]))
         for moment, axis in zip(moments, axes.T, strict=True):
             across = axis[0] * y + axis[1] * z
             for sign in (1.0, -1.0):

@@ -10,6 +10,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import product
 from evolvent.errors import InputError
 from evolvent.kernels import gear as kernels
 from evolvent.kernels import joint, rigid, sides
@@ -97,7 +98,7 @@ def _coordinate(builder: Builder, key: str, where: str) -> dict[str, Any]:
         if wheel["motion"] != rigid.SPIN:
             raise InputError(f"{key} is {where!r}; it must be a body with motion 'spin', or a joint")
         local = across(wheel["axis"])[0]
-        axis, start = wheel["R0"] @ wheel["axis"], builder.poses[index].R @ local
+        axis, start = product(wheel["R0"], wheel["axis"]), product(builder.poses[index].R, local)
         return {**zero, "kind": kernels.ANGLE, "body": 0, "other": index, "axis": axis, "zero": start, "local": local}
     part = builder.specs.get(where)
     if not isinstance(part, Joint) or part.type not in _COORDINATES:
@@ -111,9 +112,9 @@ def _coordinate(builder: Builder, key: str, where: str) -> dict[str, Any]:
         raise InputError(f"{key} is {where!r}, a joint on a beam or a point; a gear needs a joint between two bodies")
     body, other = (int(i) for i in row["index"][:2])
     R, turned = builder.poses[body].R, builder.poses[other].R
-    fields = {**zero, "kind": kind, "body": body, "other": other, "axis": R.T @ unit(part.axis)}
+    fields = {**zero, "kind": kind, "body": body, "other": other, "axis": product(R.T, unit(part.axis))}
     if kind == kernels.TRAVEL:
-        x = builder.poses[other].x + turned @ row["local"][1]
-        return {**fields, "local": row["local"][1], "centre": R.T @ (x - builder.poses[body].x)}
+        x = builder.poses[other].x + product(turned, row["local"][1])
+        return {**fields, "local": row["local"][1], "centre": product(R.T, x - builder.poses[body].x)}
     e = across(unit(part.axis))[0]
-    return {**fields, "zero": R.T @ e, "local": turned.T @ e}
+    return {**fields, "zero": product(R.T, e), "local": product(turned.T, e)}

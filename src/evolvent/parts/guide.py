@@ -8,6 +8,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import dot, product
 from evolvent.errors import InputError
 from evolvent.kernels import constraint_rows, joint, rigid
 from evolvent.parts.base import BodyName, Part, unit
@@ -45,10 +46,10 @@ class Guide(Part):
         direction = unit(self.direction)
         pose = builder.poses[body]
         if self.axis is None:
-            kind, axis, value = constraint_rows.CENTRE, np.zeros(3), float(direction @ pose.x)
+            kind, axis, value = constraint_rows.CENTRE, np.zeros(3), dot(direction, pose.x)
         else:
             kind, axis, value = constraint_rows.AXIS, unit(self.axis), 0.0
-            off = float((pose.R @ axis) @ direction)
+            off = dot(product(pose.R, axis), direction)
             if abs(off) > 1e-9:
                 raise InputError(
                     f"{name}.axis is {self.axis!r}; it must be perpendicular to the direction at the start "
@@ -62,5 +63,5 @@ class Guide(Part):
             ground = point_side(builder, (0.0, 0.0, 0.0))
             add_row(builder, joint.POINT, ground, centre, along=direction, value=value)
         else:
-            ground, turned = direction_side(builder, 0, direction), direction_side(builder, body, pose.R @ axis)
+            ground, turned = direction_side(builder, 0, direction), direction_side(builder, body, product(pose.R, axis))
             add_row(builder, joint.DIRECTION, ground, turned)

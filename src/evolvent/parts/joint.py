@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import dot, norm, product
 from evolvent.errors import InputError
 from evolvent.kernels import coordinate, rigid, sides
 from evolvent.kernels import joint as kernels
@@ -136,7 +137,7 @@ class Joint(Part):
             if end.alone:
                 x = other.x if self.position is None else np.array(self.position)
                 pose = builder.poses[end.row]
-                end = end._replace(x=x, local=pose.R.T @ (x - pose.x))
+                end = end._replace(x=x, local=product(pose.R.T, x - pose.x))
             found.append(side_of(end))
         return found[0], found[1]
 
@@ -153,7 +154,7 @@ class Joint(Part):
         builder.names[name] = ("joints", len(builder.rows["joints"]))
         if self.axis_b is not None and self.type != "universal":
             raise InputError(f"{name}.axis_b is given, but {name}.type is {self.type!r}, not 'universal'")
-        apart, axis = float(np.linalg.norm(b.u - a.u)), unit(self.axis)
+        apart, axis = norm(b.u - a.u), unit(self.axis)
         if self.hold == "all" and (self.type not in CLAMPS or a.on != sides.ON_BODY or b.node is None):
             raise InputError(f"{name}.hold is 'all'; it needs a joint of type 'clamp' between a body and a beam's node")
         if self.type == "distance":
@@ -183,15 +184,15 @@ class Joint(Part):
         """Rows that keep b on a line or in a plane that is fixed to a."""
         key, off = f"{name}.type is {self.type!r}", b.u - a.u
         if self.type == "in-plane":
-            off, what = (off @ axis) * axis, "plane"
+            off, what = dot(off, axis) * axis, "plane"
         else:
-            off, what = off - (off @ axis) * axis, "line"
-        apart = float(np.linalg.norm(off))
+            off, what = off - dot(off, axis) * axis, "line"
+        apart = norm(off)
         if self.type != "prismatic" and apart > _LEAST_OFF * max(1.0, float(np.abs(a.u).max())):
             raise InputError(f"{name}: b is {apart:.6g} m off the {what} at the start; it must be on it")
         for f in (axis,) if self.type == "in-plane" else across(axis):
             direction = fixed_direction(builder, key, a, f)
-            add_row(builder, kernels.ALONG, a, b, direction=direction, value=float(direction.u @ (b.u - a.u)), **common)
+            add_row(builder, kernels.ALONG, a, b, direction=direction, value=dot(direction.u, b.u - a.u), **common)
 
     def _directions(self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray) -> list[Held]:
         """Directions that the joint holds."""

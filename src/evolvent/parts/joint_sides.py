@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.builder import Builder
+from evolvent.elements.dense import dot, norm, product
 from evolvent.errors import InputError
 from evolvent.kernels import flexible, sides
 from evolvent.kernels import joint as kernels
@@ -50,8 +51,8 @@ class Held(NamedTuple):
     def value(self) -> float:
         """Product at the start."""
         if self.kind == kernels.DIRECTION:
-            return float(self.a.u @ self.b.u)
-        return float(self.along.u @ (self.b.u - self.a.u))
+            return dot(self.a.u, self.b.u)
+        return dot(self.along.u, self.b.u - self.a.u)
 
 
 def side_of(at: Location) -> Side:
@@ -69,7 +70,7 @@ def point_side(builder: Builder, where: Any, key: str = "a point") -> Side:
 
 def direction_side(builder: Builder, index: int, direction: Array) -> Side:
     """A direction (inertial axes at the start) that is fixed to a body."""
-    local = builder.poses[index].R.T @ direction
+    local = product(builder.poses[index].R.T, direction)
     return Side(sides.ON_BODY, index, -1, -1, local, direction, None)
 
 
@@ -82,7 +83,8 @@ def slope(builder: Builder, node: Side, which: int) -> Side:
 def node_direction(builder: Builder, node: Side, direction: Array) -> Side:
     """A direction (inertial axes at the start) that follows the slopes of a node of 24-coordinate elements."""
     slopes = np.array(builder.q[node.iq + 3 : node.iq + 12]).reshape(3, 3)
-    local = np.linalg.solve(slopes.T, direction)
+    across = np.cross(slopes[[1, 2, 0]], slopes[[2, 0, 1]])
+    local = product(across, np.asarray(direction)) / dot(across[0], slopes[0])
     return Side(sides.ON_NODE, -1, node.iq + 3, node.iv + 3, local, np.array(direction), None)
 
 
@@ -119,8 +121,8 @@ def across(e1: Array) -> tuple[Array, Array]:
     """Two unit vectors across another; the second is z where that is possible."""
     z = np.array([0.0, 0.0, 1.0])
     e2 = np.cross(z, e1) if np.linalg.norm(np.cross(z, e1)) > 1e-6 else np.array([1.0, 0.0, 0.0])
-    e2 = e2 - (e2 @ e1) * e1
-    e2 /= np.linalg.norm(e2)
+    e2 = e2 - dot(e2, e1) * e1
+    e2 /= norm(e2)
     return e2, np.cross(e1, e2)
 
 
@@ -139,7 +141,7 @@ def clamped(builder: Builder, key: str, a: Side, b: Side) -> list[Held]:
         return [Held(h.b, h.a) for h in clamped(builder, key, b, a)]
     if is_beam(a) and is_cable(b):
         axis = slope(builder, b, 1)
-        return [Held(node_direction(builder, a, e), axis) for e in across(axis.u / np.linalg.norm(axis.u))]
+        return [Held(node_direction(builder, a, e), axis) for e in across(axis.u / norm(axis.u))]
     if is_cable(a) and is_cable(b):
         raise InputError(f"{key}, but nodes of two cables have no twist to hold; use type 'spherical', or a Beam")
     raise InputError(f"{key}, but a point mass has no directions; use type 'spherical', or a body in its place")
@@ -155,13 +157,13 @@ def clamped_bodies(builder: Builder, a: Side, b: Side, f1: Array) -> list[Held]:
 def _clamped_to_body(builder: Builder, body: int, b: Side) -> list[Held]:
     """Rows that clamp a node of a beam to a body."""
     along = slope(builder, b, 1)
-    e1 = along.u / np.linalg.norm(along.u)
+    e1 = along.u / norm(along.u)
     if not is_beam(b):
         return [Held(direction_side(builder, body, e), along) for e in across(e1)]
     # its section: were the axis held, only the shear of half an element would pass moments on
     y, z = slope(builder, b, 2), slope(builder, b, 3)
-    e3 = np.cross(e1, y.u) / np.linalg.norm(np.cross(e1, y.u))
-    e2 = np.cross(z.u, e1) / np.linalg.norm(np.cross(z.u, e1))
+    e3 = np.cross(e1, y.u) / norm(np.cross(e1, y.u))
+    e2 = np.cross(z.u, e1) / norm(np.cross(z.u, e1))
     # by both directions across: a torque on one alone would shear the section
     pairs = ((e1, y), (e1, z), (e3, y), (e2, z))
     return [Held(direction_side(builder, body, e), s) for e, s in pairs]
@@ -178,7 +180,7 @@ def _sections(builder: Builder, node: Side) -> tuple[Side, Side, Array]:
     """Directions across of a node of a beam, and the unit normal of its section."""
     y, z = slope(builder, node, 2), slope(builder, node, 3)
     n = np.cross(y.u, z.u)
-    return y, z, n / np.linalg.norm(n)
+    return y, z, n / norm(n)
 
 
 def _clamped_sections(builder: Builder, a: Side, b: Side) -> list[Held]:
@@ -201,7 +203,7 @@ def _clamped_sections(builder: Builder, a: Side, b: Side) -> list[Held]:
         return [
             Held(own_y, same_y, normal), Held(own_z, same_z, normal), Held(own_y, same_z), Held(own_z, same_y)
         ]  # fmt: skip
-    c = np.cross(na, nb) / np.linalg.norm(np.cross(na, nb))
+    c = np.cross(na, nb) / norm(np.cross(na, nb))
     ca, pa = node_direction(builder, a, c), node_direction(builder, a, np.cross(na, c))
     cb, pb = node_direction(builder, b, c), node_direction(builder, b, np.cross(nb, c))
     return [Held(pa, pb), Held(ca, pb), Held(pa, cb), Held(ca, pa), Held(cb, pb)]

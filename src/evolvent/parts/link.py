@@ -8,6 +8,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import norm, product
 from evolvent.errors import InputError
 from evolvent.kernels import joint, springs
 from evolvent.parts.base import Part, PointReference, unit
@@ -57,7 +58,7 @@ class Link(Part):
         if self.drum > 0.0:
             length = self._cord(builder, name, a, distance, axis, anchor)
         else:
-            length = float(np.linalg.norm(distance)) if self.length is None else self.length
+            length = norm(distance) if self.length is None else self.length
         if length == 0.0:
             raise InputError(f"{name}.length is missing, and the ends of the link coincide at the start")
         index = builder.add("links", a=a, b=b, length=length, drum=self.drum, axis=axis, zero=anchor, sense=self.sense)
@@ -83,7 +84,7 @@ class Link(Part):
             raise InputError(f"{name}.length is missing; a cord on a drum needs its whole length")
         if abs(axis @ anchor) > 1e-9:
             raise InputError(f"{name}.anchor is {self.anchor!r}; it must be across the axis")
-        n = builder.poses[marker["index"]].R @ axis
+        n = product(builder.poses[marker["index"]].R, axis)
         if abs(n @ distance) > 1e-9 * np.linalg.norm(distance):
             raise InputError(f"{name}.b is not in the plane of the drum at {name}.a")
         if distance @ distance <= self.drum**2:

@@ -10,6 +10,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import norm
 from evolvent.errors import InputError
 from evolvent.kernels import beam_loads, springs
 from evolvent.kernels import loads as kernels
@@ -83,7 +84,7 @@ class RadiationPressure(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load into the family `loads`."""
-        along = np.array(self.direction) / np.linalg.norm(self.direction)
+        along = np.array(self.direction) / norm(np.array(self.direction))
         fields = _parameters(builder, [self.pressure * self.width, self.reflectivity, *along])
         _add(builder, name, kernels.RADIATION, builder.find(self.thread, "threads"), **fields)
 

@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from evolvent import jit, units
 from evolvent.builder import Builder, Pose
+from evolvent.elements.dense import dot, product
 from evolvent.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
@@ -163,7 +164,7 @@ class RigidBody(Part):
         axis, q4, x = unit(self.axis), unit(self.orientation), np.array(self.position)
         if node is not None and "position" not in self.model_fields_set:
             x = node.x
-        spin_inertia = float(axis @ tensor @ axis)
+        spin_inertia = dot(axis, product(tensor, axis))
         R = np.empty((3, 3))
         rotation_from_quaternion(*q4, R)
         if motion == rigid.FREE:
@@ -175,9 +176,9 @@ class RigidBody(Part):
             velocity, w = np.array(self.velocity), np.array(self.angular_velocity)
             if node is not None:
                 turn = node_rate(builder, node) if node.family == "beams" else builder.poses[node.row].w
-                velocity, w = node.v + np.cross(turn, x - node.x), R.T @ turn
+                velocity, w = node.v + np.cross(turn, x - node.x), product(R.T, turn)
             q, v = builder.coordinates([*x, *q4], [*velocity, *w])
-            pose = Pose(x, R, velocity, R @ w)
+            pose = Pose(x, R, velocity, product(R, w))
         else:
             if motion == rigid.SPIN and spin_inertia <= 0.0:
                 given = "missing" if self.inertia is None else repr(self.inertia)
@@ -186,7 +187,7 @@ class RigidBody(Part):
             turned = np.empty((3, 3))
             rotation_about_axis(axis, 0.0, R, turned)
             direction = path.get("direction", np.zeros(3))
-            pose = Pose(x + begin[0] * direction, turned, begin[1] * direction, turned @ axis * self.rate)
+            pose = Pose(x + begin[0] * direction, turned, begin[1] * direction, product(turned, axis) * self.rate)
         builder.poses.append(pose)
         index = builder.add(
             "bodies",
@@ -205,7 +206,7 @@ class RigidBody(Part):
         builder.names[name] = ("bodies", index)
         builder.body_points[name] = dict(self.points)
         if node is not None:
-            Joint(a=(name, tuple(R.T @ (node.x - x))), b=self.at, type="clamp").write(builder, name)
+            Joint(a=(name, tuple(product(R.T, node.x - x))), b=self.at, type="clamp").write(builder, name)
             builder.names[name] = ("bodies", index)
 
     def _node(self, builder: Builder, name: str) -> Location | None:

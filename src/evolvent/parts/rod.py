@@ -10,6 +10,7 @@ import numpy as np
 from evolvent import units
 from evolvent.builder import Builder, Pose
 from evolvent.elements import OWN_INERTIA, rods
+from evolvent.elements.dense import norm, product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, MaterialOrName
 from evolvent.errors import InputError
@@ -124,8 +125,9 @@ class Rod(Part):
                     f"{name}.nodes[{int(wrong.argmax())}] has axes that are not a right-handed set of three "
                     f"perpendicular unit vectors"
                 )
-            u, _, w = np.linalg.svd(R)
-            return given[:, 0], u @ w
+            for _ in range(3):  # to the nearest rotation, as Newton and Schulz do
+                R = product(R, 1.5 * np.eye(3) - 0.5 * product(np.swapaxes(R, 1, 2), R))
+            return given[:, 0], R
         e1 = unit(self.direction)
         e2 = _across(e1) if self.normal is None else unit(self.normal)
         if abs(e1 @ e2) > 1e-9:
@@ -136,7 +138,7 @@ class Rod(Part):
         x[0], R[0] = self.position, np.stack([e1, e2, np.cross(e1, e2)], axis=1)
         for i in range(n):
             step, turn = rods.advanced(np.array(self.curvature), float(arc[i + 1]))
-            x[i + 1], R[i + 1] = x[0] + R[0] @ step, R[0] @ turn
+            x[i + 1], R[i + 1] = x[0] + product(R[0], step), product(R[0], turn)
         return x, R
 
     def centres(self) -> tuple[np.ndarray, np.ndarray]:
@@ -170,7 +172,7 @@ class Rod(Part):
         own = OWN_INERTIA if self.inertia is None else self.inertia
         x, R = self.start_nodes(name)
         turns = np.degrees(h * np.linalg.norm(rods.strains(x, R, h)[:, 3:], axis=1))
-        turns = np.maximum(turns, np.degrees(h * np.linalg.norm(self.curvature)))
+        turns = np.maximum(turns, np.degrees(h * norm(np.array(self.curvature))))
         if turns.max() > LARGEST_TURN:
             k = int(turns.argmax())
             raise InputError(
@@ -206,9 +208,9 @@ class Rod(Part):
         for i in range(self.elements + 1):
             own = [share[1] for share in shares[max(i - 1, 0) : i]] + [share[0] for share in shares[i : i + 1]]
             mass, inertia = sum(s.mass for s in own), sum((s.inertia for s in own), np.zeros((3, 3)))
-            centre = x[i] - R[i] @ arms[i]
+            centre = x[i] - product(R[i], arms[i])
             velocity = np.array(self.velocity) + np.cross(w, centre - x[0])
-            q, v = builder.coordinates([*centre, *rods.quaternion(R[i])], [*velocity, *(R[i].T @ w)])
+            q, v = builder.coordinates([*centre, *rods.quaternion(R[i])], [*velocity, *product(R[i].T, w)])
             builder.poses.append(Pose(centre, R[i], velocity, w))
             builder.add(
                 "bodies", motion=rigid.FREE, iq=q, iv=v, mass=mass, inertia=inertia,

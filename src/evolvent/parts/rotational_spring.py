@@ -10,6 +10,7 @@ from pydantic import model_validator
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import dot, norm, product
 from evolvent.errors import InputError
 from evolvent.kernels import coordinate, flexible
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
@@ -113,8 +114,8 @@ class RotationalSpring(CoordinateSpring):
             raise InputError(f"{name}.b is {ends.b!r}, a point mass, which has no angle; give a body or a beam's node")
         second = self._body(builder, name, ends) if place.family == "bodies" else self._node(builder, name, ends)
         R = builder.poses[ends.body].R
-        fields = second._asdict() | {"zero": R.T @ second.zero, "anchor": second.angle, "before": second.angle}
-        self.add_row(builder, name, coordinate.ANGLE, ends.body, R.T @ axis, second.angle, fields)
+        fields = second._asdict() | {"zero": product(R.T, second.zero), "anchor": second.angle, "before": second.angle}
+        self.add_row(builder, name, coordinate.ANGLE, ends.body, product(R.T, axis), second.angle, fields)
 
     def _body(self, builder: Builder, name: str, ends: Ends) -> _Second:
         """The second direction of a body: across the axis, at the angle that the start has."""
@@ -126,7 +127,7 @@ class RotationalSpring(CoordinateSpring):
         angle = 0.0 if self.angle is None else self.angle
         zero = _across(axis)
         u = math.cos(angle) * zero + math.sin(angle) * np.cross(axis, zero)
-        return _Second(ON_BODY, other, -1, -1, builder.poses[other].R.T @ u, zero, angle)
+        return _Second(ON_BODY, other, -1, -1, product(builder.poses[other].R.T, u), zero, angle)
 
     def _node(self, builder: Builder, name: str, ends: Ends) -> _Second:
         """The second direction of a beam's node: the slope along it, or one across it."""
@@ -136,18 +137,18 @@ class RotationalSpring(CoordinateSpring):
         zero = unit(slope if self.zero is None else self.zero)
         if abs(zero @ axis) > 1e-6:
             raise InputError(f"{name}.zero is {tuple(zero.tolist())!r}; it must be across the axis")
-        zero = zero - (zero @ axis) * axis
-        zero /= np.linalg.norm(zero)
+        zero = zero - dot(zero, axis) * axis
+        zero /= norm(zero)
         if self.zero is None and self.angle is not None:
             zero = math.cos(self.angle) * zero - math.sin(self.angle) * np.cross(axis, zero)
         which = 1
         if place.beam == flexible.BEAM:
             across = np.array(builder.q[place.iq + 6 : place.iq + 12]).reshape(2, 3)
-            which = 2 + int(np.argmin(np.abs(across @ axis) / np.linalg.norm(across, axis=1)))
+            which = 2 + int(np.argmin(np.abs(product(across, axis)) / np.linalg.norm(across, axis=1)))
             quarter = np.cross(axis, zero)
-            zero = quarter if across[which - 2] @ np.cross(axis, slope) > 0.0 else -quarter
+            zero = quarter if dot(across[which - 2], np.cross(axis, slope)) > 0.0 else -quarter
             slope = across[which - 2]
-        angle = math.atan2(slope @ np.cross(axis, zero), slope @ zero)
+        angle = math.atan2(dot(slope, np.cross(axis, zero)), dot(slope, zero))
         if self.angle is not None:
             off = math.remainder(angle - self.angle, 2.0 * math.pi)
             if abs(off) > _LEAST_OFF:

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import dot, product
 from evolvent.errors import InputError, counted
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.parts.base import BeamName, BodyName, unit
@@ -77,7 +78,7 @@ class SelfContact(Contact):
             last=len(builder.rows["contact_points"]),
             under=under,
             sense=float(self.sense),
-            shift=self._shift(builder, over, under, pose.x + pose.R @ centre, pose.R @ axis),
+            shift=self._shift(builder, over, under, pose.x + product(pose.R, centre), product(pose.R, axis)),
             centre=centre,
             axis=axis,
             half_length=math.inf if self.width is None else self.width,
@@ -108,6 +109,6 @@ class SelfContact(Contact):
         for beam in (over, under):
             at = builder.rows["beams"][beam]["iq"]
             root = np.array(builder.q[at : at + 3]) - centre
-            roots.append(root - (root @ axis) * axis)
-        angle = self.sense * math.atan2(float(np.cross(*roots) @ axis), float(roots[0] @ roots[1]))
+            roots.append(root - dot(root, axis) * axis)
+        angle = self.sense * math.atan2(dot(np.cross(*roots), axis), dot(*roots))
         return angle if angle > 1e-9 else angle + 2.0 * math.pi

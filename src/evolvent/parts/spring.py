@@ -8,6 +8,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import norm
 from evolvent.errors import InputError
 from evolvent.kernels import springs
 from evolvent.parts.base import Part, PointReference, unit
@@ -79,7 +80,7 @@ class Spring(Part):
             b=b,
             stiffness=self.stiffness,
             damping=self.damping,
-            length=float(np.linalg.norm(apart)) if self.length is None else self.length,
+            length=norm(apart) if self.length is None else self.length,
             lateral_stiffness=self.lateral_stiffness,
             lateral_damping=self.lateral_damping,
             axis=axis,

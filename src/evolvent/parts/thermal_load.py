@@ -11,6 +11,7 @@ from pydantic import BeforeValidator
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import legendre, product
 from evolvent.elements.thermal import thermal_form
 from evolvent.errors import InputError
 from evolvent.parts.base import BeamName, Part
@@ -96,9 +97,9 @@ class ThermalLoad(Part):
 
     def means(self, ends: np.ndarray) -> np.ndarray:
         """Means of the factor over the elements of a rod between the positions `ends`, from 0 to 1: (elements,)."""
-        at, weights = np.polynomial.legendre.leggauss(4)
+        at, weights = legendre(4)
         places = ends[:-1, None] + np.diff(ends)[:, None] * (0.5 + 0.5 * at)
-        return np.asarray(self.factor(places) @ (0.5 * weights))
+        return product(np.asarray(self.factor(places)), 0.5 * weights)
 
     def _along(self, first: float, last: float) -> Callable[[float], float]:
         return lambda xi: float(self.factor(first + xi * (last - first)))

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import norm, product
 from evolvent.errors import InputError, nearest
 from evolvent.kernels import rigid, springs
 from evolvent.kernels import thread as kernels
@@ -263,7 +264,7 @@ class Thread(Part):
         rates = np.array(builder.v[iv : iv + 3 * n]).reshape(n, 3)
         x = np.array(builder.q[iq : iq + 3 * n]).reshape(n, 3)
         pose = builder.poses[row["body"]]
-        length = np.linalg.norm(x[:released] - (pose.x + pose.R @ row["departure"]), axis=1)
+        length = np.linalg.norm(x[:released] - (pose.x + product(pose.R, row["departure"])), axis=1)
         rates[:released] += np.outer(length / length[0], np.array(v) - rates[0])
         rates[0] = x[0] = 0.0  # not used: the first node is that point
         builder.v[iv : iv + 3 * n] = rates.ravel().tolist()
@@ -288,8 +289,8 @@ class Thread(Part):
             raise InputError(
                 f"{key} is {self.end!r}, on the body of {self.reel!r} itself; give a point of another part"
             )
-        away = builder.marker_state(end)[0] - (pose.x + pose.R @ departure)
-        distance = float(np.linalg.norm(away))
+        away = builder.marker_state(end)[0] - (pose.x + product(pose.R, departure))
+        distance = norm(away)
         if not out * (1.0 - 1e-6) - 1e-9 <= distance <= out * (1.0 + LARGEST_STRAIN) + 1e-9:
             r, c = builder.specs[self.reel].radius, 0.5 * self.thickness / np.pi
             angle = 2.0 * distance / (r + np.sqrt(max(r * r - 2.0 * c * distance, 0.0)))
@@ -298,7 +299,7 @@ class Thread(Part):
                 f"deployed length at the start is {out:.6g} m; set {self.reel}.drive.angle to {angle:.9g} rad, or "
                 f"move the point"
             )
-        return (pose.R.T @ away / distance if distance > kernels.TINY else X), distance, end
+        return (product(pose.R.T, away) / distance if distance > kernels.TINY else X), distance, end
 
     def _start(
         self,
@@ -316,8 +317,8 @@ class Thread(Part):
     ) -> tuple[int, int]:
         """Coordinates of all nodes: straight, rotating with the body or moving with both ends."""
         pose, l0 = builder.poses[body], self.length / n
-        e = pose.R @ direction
-        d = pose.R @ departure
+        e = product(pose.R, direction)
+        d = product(pose.R, departure)
         q, v = np.zeros((n, 3)), np.zeros((n, 3))
         if kind == kernels.INEXTENSIBLE:
             q[:] = e

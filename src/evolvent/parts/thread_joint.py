@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.builder import Builder
+from evolvent.elements.dense import norm, product
 from evolvent.errors import InputError
 from evolvent.kernels import springs
 from evolvent.parts.thread import Thread
@@ -89,8 +90,8 @@ def fix_end(builder: Builder, name: str, joint: Any) -> bool:
     if place.alone:
         pose = builder.poses[place.row]
         v = pose.v + np.cross(pose.w, x - pose.x)
-        place = place._replace(x=x, v=v, local=pose.R.T @ (x - pose.x))
-    apart = float(np.linalg.norm(place.x - x))
+        place = place._replace(x=x, v=v, local=product(pose.R.T, x - pose.x))
+    apart = norm(place.x - x)
     if apart > _LEAST_OFF * max(1.0, float(np.abs(x).max())):
         raise InputError(f"{name}: its two points are {apart:.6g} m apart at the start; they must coincide")
     kind = springs.ON_BODY if place.family == "bodies" else springs.ON_POINT

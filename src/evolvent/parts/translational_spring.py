@@ -8,6 +8,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
+from evolvent.elements.dense import product
 from evolvent.errors import InputError
 from evolvent.kernels import coordinate
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
@@ -82,6 +83,6 @@ class TranslationalSpring(CoordinateSpring):
             "iq": -1 if on_body else place.iq,
             "iv": -1 if on_body else place.iv,
             "local": np.asarray(place.local, dtype=float),
-            "zero": pose.R.T @ (place.x - self.travel * ends.axis - pose.x),
+            "zero": product(pose.R.T, place.x - self.travel * ends.axis - pose.x),
         }
-        self.add_row(builder, name, coordinate.TRAVEL, ends.body, pose.R.T @ ends.axis, self.travel, fields)
+        self.add_row(builder, name, coordinate.TRAVEL, ends.body, product(pose.R.T, ends.axis), self.travel, fields)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolvent.elements.dense import product
 from evolvent.errors import InputError
 from evolvent.motion import rotation_matrices
 from evolvent.systems.wrapped_rib.case import Case
@@ -55,7 +56,7 @@ def initial_state(case: Case) -> Start:
     one = _straight(case) if case.begins == "straight" else _wound(case)
     for k in range(count):
         c, s = math.cos(2.0 * np.pi * k / count), math.sin(2.0 * np.pi * k / count)
-        turned.append(one @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
+        turned.append(product(one, np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])))
     nodes = np.stack(turned)
     hub = {"position": (0.0, 0.0, 0.0), "orientation": (1.0, 0.0, 0.0, 0.0)}
     hub |= dict.fromkeys(("velocity", "angular_velocity"), (0.0, 0.0, 0.0))

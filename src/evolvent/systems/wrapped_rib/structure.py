@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from evolvent.elements.dense import product
 from evolvent.errors import InputError
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
 from evolvent.systems.wrapped_rib.initial_state import Start
@@ -46,11 +47,11 @@ def build(case: Case, begin: Start) -> System:
     for b, (nodes, rates) in enumerate(zip(begin.nodes, begin.rates, strict=True)):
         k, root, turn = b + 1, f"rib-{b + 1}.root", 2.0 * math.pi * b / rib.count
         system.add(parts.Beam(nodes=nodes, rates=rates, **beam), f"rib-{k}")
-        place = tuple(begin.rotation.T @ (nodes[0, 0] - begin.hub["position"]))
+        place = tuple(product(begin.rotation.T, nodes[0, 0] - begin.hub["position"]))
         system.add(parts.Joint(a=("hub", place), b=root, **hold), f"root-{k}")
         if max(rib.root_stiffness, rib.root_damping, rib.root_friction) > 0.0:
             rest = turn + begin.rest[b]
-            zero = tuple(begin.rotation @ [math.cos(rest), math.sin(rest), 0.0])
+            zero = tuple(product(begin.rotation, [math.cos(rest), math.sin(rest), 0.0]))
             spring = {"zero": zero, "stiffness": rib.root_stiffness, "damping": rib.root_damping}
             spring |= {"friction": rib.root_friction}
             system.add(parts.RotationalSpring(a="hub", b=root, axis=axis, **spring), f"hinge-{k}")
