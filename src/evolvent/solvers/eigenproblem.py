@@ -11,6 +11,8 @@ import scipy.linalg
 import scipy.sparse as sparse
 from scipy.sparse.linalg import LinearOperator, eigs, eigsh, splu
 
+from evolvent.elements.dense import facing
+
 Array = np.ndarray
 
 #: Up to so many free directions modes are found by dense algebra; half as many where velocities count.
@@ -138,8 +140,7 @@ class Problem:
         squares, V = squares[order], V[:, order]
         pole = np.where(squares >= 0.0, 1j, 1.0) * np.sqrt(np.abs(squares))
         V = self._orthonormal(squares, V)
-        largest = np.argmax(np.abs(V / self.weight[:, None]), axis=0)
-        return pole, (V * np.sign(V[largest, range(V.shape[1])])).T
+        return pole, (V * facing((V / self.weight[:, None]).T)).T
 
     def everything(self) -> tuple[Array, Array]:
         """Squares (size,) rad2/s2, ascending, and real shapes (n, size), u^T M u = 1, of all modes without velocities.
@@ -280,9 +281,7 @@ class Problem:
         pole, V = pole[keep], V[:, keep]
         pole.imag[np.abs(pole.imag) <= 1e-9 * np.abs(pole)] = 0.0
         V = V / np.sqrt(self._norms(V))
-        largest = np.argmax(np.abs(V / self.weight[:, None]), axis=0)
-        phase = V[largest, range(V.shape[1])]
-        return pole, (V * (np.abs(phase) / phase)).T
+        return pole, (V * facing((V / self.weight[:, None]).T)).T
 
 
 def _regular_shift(s2: float, squares: Array) -> float:

@@ -292,3 +292,13 @@ def test_what_sensors_read() -> None:
     rounded = recorded(clean, noise=(1.0, 0.1), quantisation=0.25, seed=3)
     np.testing.assert_allclose(rounded, 0.25 * np.round(4.0 * read), atol=1e-12)
     np.testing.assert_array_equal(recorded(clean), clean)
+
+
+@pytest.mark.parametrize("more", [-1e-6, 1e-6])
+def test_of_equal_amplitudes_the_first_is_positive(more):
+    """Whichever round-off or noise makes the larger one, and whichever sign the motion began with."""
+    t = np.arange(500) / 50.0
+    for sign in (1.0, -1.0):
+        swing = sign * 0.2 * np.cos(21.0 * t)
+        found = identify({"left": swing, "right": -(1.0 + more) * swing}, rate=50.0, order=1)
+        assert found.mode_shapes().real[0] == pytest.approx([0.2, -0.2], abs=1e-5)

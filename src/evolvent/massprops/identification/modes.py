@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolvent.elements.dense import facing
 from evolvent.massprops.identification.signals import Array, Signal, basis, fit_linear, noise_floor, split
 
 
@@ -208,8 +209,9 @@ class Modes:
         Notes
         -----
         Each shape is turned by half the phase of s = sum_c a_c^2 / noise_c^2, which makes its real part as large as it
-        can be; realness is ``|s| / sum_c |a_c|^2 / noise_c^2``, the modal phase collinearity. The covariance is first
-        order, with the turn's own uncertainty: d turn angle = -Im(sum_c a_c da_c / noise_c^2 / s).
+        can be, and has the sign of `facing`; realness is ``|s| / sum_c |a_c|^2 / noise_c^2``, the modal phase
+        collinearity. The covariance is first order, with the turn's own uncertainty: d turn angle =
+        -Im(sum_c a_c da_c / noise_c^2 / s).
         """
         a = self.complex_amplitude
         m, sensors = a.shape
@@ -217,8 +219,7 @@ class Modes:
         realness = np.abs(square) / (np.abs(a / self.noise) ** 2).sum(axis=1)
         turn = np.exp(-0.5j * np.angle(square))
         shape = a * turn[:, np.newaxis]
-        largest = shape.real[np.arange(m), np.argmax(np.abs(shape.real), axis=1)]
-        turn = turn * np.where(largest < 0.0, -1.0, 1.0)
+        turn = turn * facing(shape.real)
         shape = a * turn[:, np.newaxis]
         # d Re shape = Re(turn da) - Im shape d angle, by Re da and by Im da
         size = m * sensors

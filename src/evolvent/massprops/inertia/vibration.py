@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.elements.dense import facing
 from evolvent.errors import InputError
 from evolvent.massprops.inertia.stand import Body, Setup, Stand, array, setup
 from evolvent.massprops.inertia.statics import (
@@ -107,6 +108,7 @@ class LinearModel:
             raise InputError("the inertia tensor is not positive; no body has it") from None
         W = np.linalg.inv(L)
         square, V = np.linalg.eigh(W @ K @ np.swapaxes(W, -1, -2))
+        V = V * facing(np.swapaxes(V, -1, -2))[..., None, :]
         shapes = self.basis @ np.swapaxes(W, -1, -2) @ V
         least = 1e-9 * square[..., -1:]
         bad = square <= least
@@ -180,7 +182,8 @@ class NormalModes:
     frequency : (..., m) float, rad/s, with damping
     decay_rate : (..., m) float, 1/s
     shapes : (..., 6, m) float
-        Undamped; translation of the centre of mass and rotation vector, level axes; of modal mass 1.
+        Undamped; translation of the centre of mass and rotation vector, level axes; of modal mass 1. The largest
+        mass-weighted component is positive (`facing`).
     model : LinearModel
     """
 
@@ -232,8 +235,7 @@ class NormalModes:
         square = np.where(share > LEAST_ROTATION, np.sum(turn**2, axis=-1, keepdims=True), np.nan)
         R = self.model.pose.rotation[..., None, :, :]
         arm, direction = np.cross(turn, u) / square, turn / np.sqrt(square)
-        largest = np.argmax(np.abs(np.nan_to_num(direction)), axis=-1)[..., None]
-        direction = direction * np.where(np.take_along_axis(direction, largest, axis=-1) < 0.0, -1.0, 1.0)
+        direction = direction * facing(np.nan_to_num(direction))[..., None]
         points = self.model.centre[..., None, :] + np.einsum("...ji,...j->...i", R, arm)
         return points, np.einsum("...ji,...j->...i", R, direction)
 
