@@ -22,6 +22,7 @@ from evolvent.parts.checks import positive
 from evolvent.pointer import zeros_record
 from evolvent.solvers import balance as eb
 from evolvent.solvers import explicit as ex
+from evolvent.solvers.implicit_setup import strain_round_off
 from evolvent.solvers.laws import broken_law, law_failure, refusing_laws, states_energy, try_laws, what_may_jump
 from evolvent.solvers.releases import reason_of_outrun
 from evolvent.solvers.sampled import balances
@@ -249,8 +250,9 @@ class _Run:
         self.advance = _load(self.model, self.tableau, rtol=of.rtol, atol=of.atol)
         self.compile_time = of.compile_time + clock.perf_counter() - began
         self.work = _workspace(self.assembly, of.times, self.tableau, of.step)
+        self.unresolved = strain_round_off(self.model)
         self.seen = [self._look(np.array([of.times[0]]), self.work.y[None], self.work.s[None])]
-        self.found = eb.Closure(0.0, 0.0, 0.0, 0.0, 0.0, damps=False)
+        self.found = eb.Closure(0.0, 0.0, 0.0, 0.0, self.unresolved, damps=False)
 
     @property
     def reached(self) -> float:
@@ -271,7 +273,8 @@ class _Run:
             chosen = np.unique(np.linspace(0, kept - 1, min(kept, samples)).astype(int))
             looks.append(self._look(work.samples[chosen], work.out_y[chosen], work.out_s[chosen]))
         order = np.argsort(np.concatenate([t for t, _ in looks]), kind="stable")
-        found = eb.closure(np.concatenate([one for _, one in looks])[order].view(np.recarray), damps=False)
+        whole = np.concatenate([one for _, one in looks])[order].view(np.recarray)
+        found = eb.closure(whole, unresolved=self.unresolved, damps=False)
         self.found = found
         return found
 

@@ -18,7 +18,7 @@ from evolvent.kernels.layers import UNKNOWN
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.pointer import zeros_record
 from evolvent.solvers import alpha_state, graph, ordering, reactions
-from evolvent.solvers.balance import BALANCE
+from evolvent.solvers.balance import BALANCE, RESOLVED
 from evolvent.solvers.releases import release_times
 from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, rubbing_points
 
@@ -30,6 +30,8 @@ ROUND_OFF, LIFTED_SHARE = 1e-9, 1e-2
 LEAST_ENERGY = 1e-18
 #: Strain of a rod that is round-off: it is the difference of positions beside the length of an element.
 ROUND_OFF_STRAIN = 1e-10
+#: Part of the elements' `form_energy` that is round-off of their strain energy.
+STRAIN_ROUND_OFF = 1e-14
 #: What a joint may be off at the start, beside the size of the system and its speed.
 _FITS = 1e-6
 
@@ -105,6 +107,20 @@ def length_of(model: mdl.Model, weight: np.ndarray) -> float:
     return float(weight[kept].max(initial=0.0))
 
 
+def form_energy(model: mdl.Model) -> float:
+    """Sum of the constants U0 of the elements' forms, J: their strain energies are differences of terms as large."""
+    f = model.flexible
+    return sum(
+        abs(float((f.U12 if f.beams["kind"][element["beam"]] == CABLE else f.U24)[element["form"]]))
+        for element in f.elements
+    )
+
+
+def strain_round_off(model: mdl.Model) -> float:
+    """Energy of which the part `balance.RESOLVED` is the round-off of the elements' strain energies, J."""
+    return STRAIN_ROUND_OFF / RESOLVED * form_energy(model)
+
+
 def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     """Energy beside which a gain is round-off, J.
 
@@ -120,12 +136,7 @@ def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
         total = model.nodes["mass"].sum() + model.points["mass"].sum() + free.sum()
         length = float(np.max(model.threads["n"] * model.threads["segment"]))
         lifted += LIFTED_SHARE / ROUND_OFF * float(total) * gravity * length
-    strained = sum(
-        abs(
-            float((flexible.U12 if flexible.beams["kind"][element["beam"]] == CABLE else flexible.U24)[element["form"]])
-        )
-        for element in flexible.elements
-    )
+    strained = form_energy(model)
     rods = flexible.rod_elements
     stretched = 0.5 * ROUND_OFF_STRAIN**2 * float(np.sum(rods["length"] * rods["stiffness"][:, 0, 0]))
     return ROUND_OFF * (lifted + strained) + stretched + LEAST_ENERGY

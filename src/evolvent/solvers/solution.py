@@ -173,10 +173,10 @@ class Solution:
     def closure(self) -> eb.Closure:
         """How well the energy balance closes, and whether the run fails or warns for it."""
         seen, damps = float(self.statistics.get("energy_moved", 0.0)), self.kept is not None
-        unresolved = 0.0
-        if damps and self.t.size:
-            from evolvent.solvers import implicit_setup
+        from evolvent.solvers import implicit_setup
 
+        unresolved = implicit_setup.strain_round_off(self.assembly.model)
+        if damps and self.t.size:
             weight, mass = implicit_setup.sizes(self.assembly)
             unresolved = implicit_setup.energy_floor(self.assembly, mass, weight)
         return eb.closure(self.balance, moved=seen, unresolved=unresolved, damps=damps)
