@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pathlib
 import sys
 
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -47,6 +48,30 @@ def call(monkeypatch, capsys, tmp_path):
 def book(request: pytest.FixtureRequest) -> Book:
     """Where a test enters what it has found against a reference (`tests/book.py`)."""
     return Book(request.node.nodeid.split("[")[0].removeprefix("tests/"))
+
+
+@pytest.fixture(autouse=bool(os.environ.get("EVOLVENT_ROUND_OFF")))
+def _round_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With $EVOLVENT_ROUND_OFF=SEED the start states of all models are off by round-off, as on another processor."""
+    from evolvent.builder import Assembly, Builder
+
+    build = Builder.build
+
+    def off(builder: Builder) -> Assembly:
+        found, rng = build(builder), np.random.default_rng(int(os.environ["EVOLVENT_ROUND_OFF"]))
+        places = found.y[: int(found.model.info.nq)]
+        places *= 1.0 + np.finfo(float).eps * rng.choice([-1.0, 0.0, 1.0], size=places.size)
+        return found
+
+    monkeypatch.setattr(Builder, "build", off)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Name failed tests in the file $EVOLVENT_FAILED_TESTS; `start.py test` shows them at its end."""
+    path = os.environ.get("EVOLVENT_FAILED_TESTS")
+    if path:
+        reports = [report for kind in ("failed", "error") for report in terminalreporter.stats.get(kind, ())]
+        pathlib.Path(path).write_text("".join(f"{name}\n" for name in dict.fromkeys(one.nodeid for one in reports)))
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import pathlib
+import subprocess
+import sys
 from typing import Any
 
 import pytest
@@ -40,6 +43,56 @@ def test_quick_runs_pytest_alone(start: Any, monkeypatch: pytest.MonkeyPatch) ->
         ((program, *options),) = calls
         assert pathlib.Path(program).stem == "pytest"
         assert options == ["-q", "-m", "not slow", "-n", "2", *expected]
+
+
+def test_all_steps_run_and_a_failure_names_its_tests_at_the_end(start: Any, monkeypatch: Any, tmp_path: Any) -> None:
+    """Whatever a later step prints; the tests that compare digits run once more, and enter nothing into the book."""
+    calls: list[list[str]] = []
+
+    def call(command: list[str], **environment: str) -> int:
+        name = pathlib.Path(command[0]).stem
+        calls.append([name, *command[1:]])
+        if "digits" in command:
+            assert environment["OPENBLAS_CORETYPE"]
+            assert environment["EVOLVENT_BOOK"] == ""
+            return 0
+        assert environment == {}
+        if name == "pytest":
+            pathlib.Path(os.environ["EVOLVENT_FAILED_TESTS"]).write_text("tests/a.py::test_x[1]\ntests/b.py::test_y\n")
+        return int(name == "pytest")
+
+    for name in ("FAILED", "BOOK"):
+        monkeypatch.setattr(start, name, tmp_path / name / "file")
+    for name in ("EVOLVENT_BOOK", "EVOLVENT_FAILED_TESTS"):
+        monkeypatch.setenv(name, "")
+    said: list[str] = []
+    monkeypatch.setattr(start, "call", call)
+    monkeypatch.setattr(start, "say", said.append)
+    monkeypatch.setattr(start, "find_browser", lambda: None)
+    assert start.test([]) == 1
+    assert [name for name, *_ in calls] == ["ruff", "ruff", "mypy", "lint-imports", "pytest", "pytest", "sphinx-build"]
+    assert said[-1].splitlines() == ["failed: tests", "  tests/a.py::test_x[1]", "  tests/b.py::test_y"]
+    calls.clear()
+    assert start.test(["-k", "rotation"]) == 1
+    assert [words for words in calls if words[0] == "pytest"] == [
+        ["pytest", "-q", "-rs", *start.in_parallel(), "-k", "rotation"]
+    ]
+
+
+@pytest.mark.slow
+def test_the_tests_write_down_which_of_them_failed(tmp_path: pathlib.Path) -> None:
+    (tmp_path / "conftest.py").write_text((ROOT / "tests" / "conftest.py").read_text())
+    (tmp_path / "pytest.ini").write_text("[pytest]\n")
+    tests = "import pytest\n@pytest.fixture\ndef broken(): 1 / 0\ndef test_a(): pass\n"
+    tests += "@pytest.mark.parametrize('x', [1, 2])\ndef test_b(x): assert x == 1\ndef test_c(broken): pass\n"
+    (tmp_path / "test_some.py").write_text(tests)
+    environment = {"PYTHONPATH": f"{ROOT / 'tests'}", "EVOLVENT_FAILED_TESTS": str(tmp_path / "failed")}
+    paths = [environment["PYTHONPATH"], os.environ.get("PYTHONPATH", "")]
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", "pytest.ini", "."]
+    done = subprocess.run(command, cwd=tmp_path, env=os.environ | environment, capture_output=True, check=False)
+    assert done.returncode == 1
+    assert (tmp_path / "failed").read_text().splitlines() == ["test_some.py::test_b[2]", "test_some.py::test_c"]
 
 
 def test_the_comparison_runs_by_its_name_alone(start: Any, monkeypatch: pytest.MonkeyPatch) -> None:
