@@ -164,7 +164,8 @@ def run(
     overrides : mapping, dotted key -> value, put in place of the case's own (``{"blade.nodes": 40}``)
     laws : mapping, optional, name -> law or (law, parameters)
         Laws of the user's that the system knows how to apply; see its module's ``run``.
-    progress : called with the time reached (s), a few times a second
+    progress : called with the time reached (s), a few times a second; left out, a run that takes longer than 2 s prints
+        lines with the time left on stderr
 
     Returns
     -------
@@ -187,11 +188,13 @@ def run(
     >>> float(run.body_rate[-1])  # doctest: +SKIP
     """
     from evolvent import cases
+    from evolvent.progress import on_stderr
 
     if progress is not None and not callable(progress):
         raise InputError(f"progress is {progress!r}; it must be a function of the time reached")
     loaded = cases.load(case, overrides)
-    results = cases.system(loaded.system).plan(loaded, laws=laws).run(progress)
+    plan = cases.system(loaded.system).plan(loaded, laws=laws)
+    results = plan.run(on_stderr(plan.duration) if progress is None else progress)
     if results.attrs["status"] == "failed":
         raise RunFailed(results.attrs["message"], results)
     return results

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 #: A stage is shown when it has taken this long, s.
 DELAY = 1.0
+#: What the compilation of functions is called.
+COMPILING = "compiling for this machine, once"
 
 
 def once(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> str | None:
@@ -48,15 +50,20 @@ def note(sentence: str) -> None:
 def showing_progress(*, quiet: bool = False) -> Iterator[Callable[[str], None]]:
     """Show on stderr how far the operations inside are.
 
-    On a terminal every operation that takes longer than a second has a bar with the time left. Elsewhere one line says
-    that functions are compiled. Yields a function that prints a sentence without disturbing the bar.
+    On a terminal every operation that takes longer than a second has a bar with the time left. Elsewhere there are
+    lines, ever more rarely (`progress.Lines`), and one that functions are compiled. Yields a function that prints a
+    sentence without disturbing the bar.
 
     Parameters
     ----------
     quiet : bool, show nothing
     """
-    if quiet or sys.stderr is None or not sys.stderr.isatty():
-        with compiling(None if quiet else note):
+    if quiet or sys.stderr is None:
+        with compiling(None):
+            yield note
+        return
+    if not sys.stderr.isatty():
+        with compiling(note), progress.shown_by(_Running().show):
             yield note
         return
     bars = _bars()
@@ -70,13 +77,24 @@ def compiling(tell: Callable[[str], None] | None) -> Iterator[None]:
     from evolvent import jit
 
     def show(state: Progress) -> None:
-        progress.report("compiling for this machine, once", state.done, state.needed, "functions")
+        progress.report(COMPILING, state.done, state.needed, "functions")
         if tell is not None and state.done == 0:
             count = "1 function" if state.needed == 1 else f"{state.needed} functions"
             tell(f"compiling {count} for this machine, once")
 
     with jit.reporting(show):
         yield
+
+
+class _Running(progress.Lines):
+    """Lines on stderr on all but compilation, which says its own."""
+
+    def __init__(self) -> None:
+        super().__init__(note)
+
+    def show(self, stage: progress.Stage) -> None:
+        if stage.what != COMPILING:
+            super().show(stage)
 
 
 def _bars() -> Any:

@@ -34,7 +34,7 @@ from evolvent.pointer import has_addresses, load_attribute
 warnings.filterwarnings("ignore", message="First-class function type", category=NumbaExperimentalFeatureWarning)
 
 #: Types of arguments: a number, a vector, a matrix, integers.
-REAL, VECTOR, MATRIX, INTEGERS = f8, f8[::1], f8[:, ::1], i8[::1]
+REAL, VECTOR, MATRIX, CUBE, INTEGERS = f8, f8[::1], f8[:, ::1], f8[:, :, ::1], i8[::1]
 
 
 def _njit(function: Callable, *, cache: bool = True, **options: Any) -> Any:

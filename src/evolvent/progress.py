@@ -11,6 +11,8 @@ Stage(what='adding', done=3.0, total=3.0, unit='')
 from __future__ import annotations
 
 import contextlib
+import sys
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextvars import ContextVar
 from typing import NamedTuple, TypeVar
@@ -45,6 +47,66 @@ def shown_by(listener: Callable[[Stage], None]) -> Iterator[None]:
         yield
     finally:
         _listener.reset(token)
+
+
+def is_shown() -> bool:
+    """Whether somebody listens."""
+    return _listener.get() is not None
+
+
+#: Times from the start of an operation to the first line on it, and between two lines at most, s.
+FIRST, RAREST = 2.0, 60.0
+
+
+class Lines:
+    """One line after another on how far an operation is and how long it will still take.
+
+    The first comes after `FIRST` seconds, then each takes as long as all before it, at most `RAREST`. The time left
+    follows from the pace since the line before: a run whose steps become small takes longer than it seemed to at first.
+
+    Parameters
+    ----------
+    write : called with each line
+    clock : returns the time, s
+    """
+
+    def __init__(self, write: Callable[[str], object], clock: Callable[[], float] = time.monotonic) -> None:
+        self.write, self.clock = write, clock
+        self.what, self.began, self.next = "", 0.0, 0.0
+        self.last = 0.0, 0.0  # time and amount of the line before
+
+    def show(self, stage: Stage) -> None:
+        """Take notice of a stage, and write a line if one is due."""
+        if stage.total <= 0.0:
+            return
+        now = self.clock()
+        if stage.what != self.what or stage.done < self.last[1]:
+            self.what, self.began, self.next, self.last = stage.what, now, now + FIRST, (now, stage.done)
+            return
+        if now < self.next or stage.done >= stage.total:
+            return
+        (before, done), spent = self.last, now - self.began
+        rest = (stage.total - stage.done) * (now - before) / (stage.done - done) if stage.done > done else float("inf")
+        unit = f" {stage.unit}" if stage.unit else ""
+        left = f"about {spoken(rest)} left" if rest < float("inf") else "no end in sight"
+        self.write(f"{stage.what}: {stage.done:.4g} of {stage.total:.4g}{unit} after {spoken(spent)}, {left}")
+        self.last, self.next = (now, stage.done), now + min(max(spent, FIRST), RAREST)
+
+
+def spoken(seconds: float) -> str:
+    """A duration in the unit that suits it: "40 s", "5 min", "3.2 h", "12 days"."""
+    for unit, size, limit in (("s", 1.0, 120.0), ("min", 60.0, 7200.0), ("h", 3600.0, 172800.0)):
+        if seconds < limit:
+            return f"{seconds / size:.{1 if seconds < 9.95 * size and unit != 's' else 0}f} {unit}"
+    return f"{seconds / 86400.0:.2g} days"
+
+
+def on_stderr(duration: float) -> Callable[[float], None] | None:
+    """What a run from Python calls with the time reached (s) where nobody listens: lines on stderr; else None."""
+    if is_shown() or sys.stderr is None:
+        return None
+    lines = Lines(lambda line: print(f"evolvent: {line}", file=sys.stderr, flush=True))
+    return lambda reached: lines.show(Stage("running", reached, duration, "s"))
 
 
 def report(what: str, done: float = 0.0, total: float = 0.0, unit: str = "") -> None:

@@ -13,6 +13,7 @@ from evolvent import units
 from evolvent.builder import Assembly, Builder
 from evolvent.errors import InputError, RunFailed, nearest
 from evolvent.parts.base import Part, check_name
+from evolvent.progress import on_stderr
 from evolvent.schema import check_visible
 
 if TYPE_CHECKING:
@@ -138,7 +139,8 @@ class System:
         tolerance : float, of an adaptive method
         spectral_radius : float, at infinite frequency: 0 to 1 of generalized-alpha, 1/3 to 1 of energy-momentum; 0.9 if
             left out
-        progress : called with the time reached (s), a few times a second
+        progress : called with the time reached (s), a few times a second; left out, a run that takes longer than 2 s
+            prints lines with the time left on stderr
 
         Returns
         -------
@@ -166,6 +168,8 @@ class System:
         for name in ("until", "every", "step"):
             if name in settings:
                 settings[name] = analysis.seconds(name, settings[name])
+        if progress is None:
+            progress = on_stderr(settings["until"])
         run = analysis.simulate(
             self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
         )

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import io
+import re
 import sys
 import time
 
 import pytest
 
-from evolvent import console, progress
+import evolvent
+from evolvent import console, parts, progress
 
 
 def test_stages_reach_the_listener_and_nobody_else():
@@ -59,3 +61,50 @@ def test_quiet_shows_nothing(monkeypatch, capsys):
     with console.showing_progress(quiet=True):
         progress.report("drawing frames", 0, 4)
     assert capsys.readouterr() == ("", "")
+
+
+def test_lines_say_how_long_it_will_take():
+    """The first after two seconds, then ever more rarely; the time left follows from the pace since the line before."""
+    now, said = [0.0], []
+    lines = progress.Lines(said.append, clock=lambda: now[0])
+    for k in range(400):
+        now[0] = 0.5 * k
+        lines.show(progress.Stage("running", 0.01 * k if k < 20 else 0.2 + 1e-5 * (k - 20), 10.0, "s"))
+    assert said[0] == "running: 0.04 of 10 s after 2 s, about 8.3 min left"
+    assert said[1] == "running: 0.08 of 10 s after 4 s, about 8.3 min left"
+    assert said[-1].endswith("days left")
+    assert len(said) < 12
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"), [(3.14, "3 s"), (45.0, "45 s"), (300.0, "5.0 min"), (3000.0, "50 min"), (9000.0, "2.5 h")]
+)
+def test_durations(seconds, words):
+    assert progress.spoken(seconds) == words
+
+
+def test_a_run_from_python_says_how_long_it_takes(monkeypatch, capsys):
+    """On stderr, where nobody else is told; a run that is short says nothing."""
+    system = evolvent.System()
+    system.add(parts.Point(position=(1.0, 0.0, 0.0), mass=1.0), "mass")
+    system.add(parts.Spring(a=("ground", (0.0, 0.0, 0.0)), b="mass", stiffness=1.0, length=0.5), "spring")
+    asked = {"until": 20.0, "method": "rk4", "step": 0.01, "fine": False}
+    system.simulate(**asked)
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(progress, "FIRST", 0.0)
+    system.simulate(**asked)
+    assert re.match(r"evolvent: running: [\d.]+ of 20 s after [\d.]+ s, about [\d.]+ s left\n", capsys.readouterr().err)
+    stages = []
+    with progress.shown_by(stages.append):
+        system.simulate(**asked)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_command_without_a_terminal_says_how_long_it_takes(monkeypatch, capsys):
+    monkeypatch.setattr(progress, "FIRST", 0.0)
+    for quiet in (False, True):
+        with console.showing_progress(quiet=quiet):
+            for done in (0.0, 1.0, 2.0):
+                progress.report("running", done, 4.0, "s")
+        said = capsys.readouterr().err
+        assert ("evolvent: running: 1 of 4 s after 0 s, about 0 s left" in said) is not quiet

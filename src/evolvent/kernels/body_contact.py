@@ -131,25 +131,6 @@ def _relative_velocity(row, bodies, at):
 
 
 @inlined
-def longest_step(model):
-    """Bound for an adaptive step, s, in which round bodies do not pass through each other; after their rates only."""
-    rows, bodies, found = model.flexible.body_contacts, model.bodies, math.inf
-    for k in range(rows.size):
-        row = rows[k]
-        if row.surface == surfaces.PLANE:
-            continue
-        c, a, b = row.c, bodies[row.a].a, bodies[row.b].a
-        vx, vy, vz = _relative_velocity(row, bodies, (c[0], c[1], c[2]))
-        speed = math.sqrt(vx * vx + vy * vy + vz * vz)
-        gain = math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
-        way = max(row.gap1, 0.0) + 0.5 * row.radius  # v h + gain h^2/2
-        total = speed + math.sqrt(speed * speed + 2.0 * gain * way)
-        if total > 0.0:
-            found = min(found, 2.0 * way / total)
-    return found
-
-
-@inlined
 def _slide(row, bodies, at):
     """How far a's material at a point has moved against b since the step's start, body axes of b."""
     xa, xb, X, Q = bodies[row.a].x, bodies[row.b].x, row.X, row.Q

@@ -25,7 +25,7 @@ from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import contact_laws, surfaces
 from evolvent.kernels.body_contact import add_pair, axes_of, clear, curvature, measure, position_of, push
 from evolvent.kernels.contact_step import _pressed, _rub, is_filtered
-from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 
@@ -184,39 +184,6 @@ def end_body_contact_step(model):
         row.sank = row.gap - row.gap1 if is_filtered(row, row.gap) and row.gap1 < 0.0 else 0.0
         for i in range(3):
             row.stick[i] = row.stick1[i]
-
-
-@inlined
-def passing(model, R0, x0, R1, x1):
-    """How far pairs of round bodies move against each other over a step, beside their gap and half their radius.
-
-    Above 1 they may have passed through each other, of which the energies of both ends show nothing.
-
-    Parameters
-    ----------
-    R0, x0, R1, x1 : rotations and positions of the bodies at both ends of the step
-    """
-    rows, largest = model.flexible.body_contacts, 0.0
-    for k in range(rows.size):
-        row = rows[k]
-        if row.surface == surfaces.PLANE:
-            continue
-        a, b, c, d = row.a, row.b, row.place_a, row.place_b
-        px, py, pz = turn(R0[a], c[0], c[1], c[2])
-        qx, qy, qz = x0[a, 0] + px - x0[b, 0], x0[a, 1] + py - x0[b, 1], x0[a, 2] + pz - x0[b, 2]
-        ux, uy, uz = turn_back(R0[b], qx, qy, qz)
-        px, py, pz = turn(R1[a], c[0], c[1], c[2])
-        qx, qy, qz = x1[a, 0] + px - x1[b, 0], x1[a, 1] + py - x1[b, 1], x1[a, 2] + pz - x1[b, 2]
-        vx, vy, vz = turn_back(R1[b], qx, qy, qz)
-        moved = math.sqrt((vx - ux) ** 2 + (vy - uy) ** 2 + (vz - uz) ** 2)
-        sx, sy, sz = ux - d[0], uy - d[1], uz - d[2]
-        g = row.axis_b
-        t = sx * g[0] + sy * g[1] + sz * g[2]
-        t = min(max(t, -row.half_b), row.half_b)
-        sx, sy, sz = sx - t * g[0], sy - t * g[1], sz - t * g[2]
-        away = math.sqrt(sx * sx + sy * sy + sz * sz) - row.radius - row.half_a
-        largest = max(largest, moved / (max(away, 0.0) + 0.5 * row.radius))
-    return largest
 
 
 def clear_body_gaps(model):

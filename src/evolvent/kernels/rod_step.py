@@ -8,7 +8,7 @@ As of `kernels.element_step` the step adds chi/2 C (dE - ratio dE_p) and the dam
 
 from numba import types, void
 
-from evolvent.jit import MATRIX, REAL, VECTOR, indirect, inlined, matrix_view
+from evolvent.jit import CUBE, MATRIX, REAL, VECTOR, indirect, inlined, matrix_view
 from evolvent.kernels.rod import (
     _A,
     _B,
@@ -46,7 +46,6 @@ from evolvent.kernels.rotations import turn
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 
-_CUBE = types.Array(types.float64, 3, "C")
 #: Change of the cosine below which secants are tangents: their difference is 1e-2 of its square.
 _SMALL = 1e-6
 
@@ -136,7 +135,7 @@ def _end_vectors(rows, k, A, B, xa, xb):
     return ax, ay, az, bx, by, bz, xb[0] + bx - xa[0] - ax, xb[1] + by - xa[1] - ay, xb[2] + bz - xa[2] - az
 
 
-@indirect(void(MODEL, REAL, REAL, REAL, VECTOR, _CUBE, _CUBE, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, SPARSE))
+@indirect(void(MODEL, REAL, REAL, REAL, VECTOR, CUBE, CUBE, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, SPARSE))
 def add_rod_step_tangents(model, h, chi, ratio, dq, R0, R1, x1, start, end, before, change, matrix):
     """Twice the derivatives of the forces of `add_rod_step` by the increments; the bodies are at their means.
 

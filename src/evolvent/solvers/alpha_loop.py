@@ -11,6 +11,7 @@ from evolvent.flow.implicit import keep_momentum, residual
 from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import attitude, body_contact, contact, coordinate, hinge, rigid, thread, user_events
 from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.passing import can_pass, note_places, passing
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha import iterate, solve_step
@@ -40,7 +41,7 @@ _I = types.int64
 #: Largest angle of a free body over an adaptive step, rad: a steady turn has no error by itself, but samples between
 #: the ends of a step do not show more.
 LARGEST_TURN = 0.5
-#: Part of a fixed step down to which it is divided where a thread goes slack or taut.
+#: Part of a fixed step down to which it is divided where a thread goes slack or taut, or bodies may pass each other.
 SMALLEST_PART = 1e-4
 
 
@@ -51,6 +52,8 @@ def functions(model: Any) -> list[Any]:
         add_step_to_balance, has_gained, note_drives, fill_energies, restart, restore_start,
         fill_forces, keep_sample, keep_samples, next_start,
     ]  # fmt: skip
+    if can_pass(model):
+        found.append(passing)
     if model.threads.size:
         found += [thread_accelerations, keep_lengths_at_spools]
     return found
@@ -93,6 +96,10 @@ def advance(model, matrix, work, budget):
     loop, options = work.loop, work.options
     adaptive = options.tolerance > 0.0
     near = 10.0 * options.smallest  # times closer than this are one
+    passes = model.flexible.body_contacts.size > 0 or model.flexible.cylinders.size > 0
+    if passes:
+        rigid.kinematics(loop.time, work.y, model)
+        note_places(model.bodies, work.R0, work.x0)
     for _ in range(budget):
         if loop.sample == work.samples.size:
             return DONE
@@ -107,9 +114,14 @@ def advance(model, matrix, work, budget):
         if iterations > 0:  # forces of the state that the last correction led to
             residual(t_end, work.y, work.dv1, work.la, h, 1.0, model, work.r, work.powers[0])
         error = local_error(h, model, work) if adaptive and iterations > 0 else 0.0
+        if passes and iterations > 0:
+            note_places(model.bodies, work.R1, work.x1)
+            far = passing(work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model)
+            error = max(error, far * far * far)
         if iterations <= 0 or error > 1.0:
             restore_start(model, work)
-            if not adaptive and _goes_slack(model) and h > SMALLEST_PART * loop.step:
+            divides = _goes_slack(model) or (passes and iterations > 0)
+            if not adaptive and divides and h > SMALLEST_PART * loop.step:
                 loop.rejected += 1
                 loop.event_step = 0.35 * h
                 continue
@@ -131,6 +143,8 @@ def advance(model, matrix, work, budget):
             loop.event_step, loop.extended = h * part, loop.extended + (part > 1.0)
             continue
         accept_step(t1, t_end, h, model, work)
+        if passes:
+            _keep_places(work)
         gained = has_gained(t_end, t1 >= work.samples[work.samples.size - 1] - near, model, work)
         keep_samples(t, t1 - t, model, work)
         next_start(model, work)
@@ -153,6 +167,16 @@ def advance(model, matrix, work, budget):
         if restarts:
             return AT_RESTART
     return BUDGET
+
+
+@inlined
+def _keep_places(work):
+    """Make the bodies' places at the end of a step those at the start of the next."""
+    for b in range(work.x0.shape[0]):
+        for i in range(3):
+            work.x0[b, i] = work.x1[b, i]
+            for j in range(3):
+                work.R0[b, i, j] = work.R1[b, i, j]
 
 
 @inlined

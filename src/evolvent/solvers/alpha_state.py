@@ -62,6 +62,7 @@ class Workspace(Struct):
     touches, friction : (2, nbc, N_TOUCH) and (2, n, 3) float, likewise
     cylinders, bodies : (2, nc, 10) and (2, nb, 6) float, forces (see `evolvent.solvers.sampled`), of the start first
     samples : (nt,) float; stops : (ns,) float, times on which the loop lands and restarts
+    R0, x0, R1, x1 : (nb, 3, 3) and (nb, 3) float, rotations and positions of the bodies at both ends of a step
     ends, end_times : (nt, 2, ny) and (nt, 2) float, s, of the steps with the samples, where reactions are evaluated
     log_t, log_k : (nh + ne,) float and int, s, times of latches and events; their hinges, and -1 - k of event k
     out_* : what is kept at the samples
@@ -96,6 +97,10 @@ class Workspace(Struct):
     friction: np.ndarray = array(3)
     cylinders: np.ndarray = array(3)
     bodies: np.ndarray = array(3)
+    R0: np.ndarray = array(3)
+    R1: np.ndarray = array(3)
+    x0: np.ndarray = array(2)
+    x1: np.ndarray = array(2)
     ends: np.ndarray = array(3)
     end_times: np.ndarray = array(2)
     kept: np.ndarray = array(1)

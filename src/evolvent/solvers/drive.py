@@ -23,7 +23,16 @@ from evolvent.pointer import zeros_record
 from evolvent.solvers import balance as eb
 from evolvent.solvers import explicit as ex
 from evolvent.solvers.implicit_setup import strain_round_off
-from evolvent.solvers.laws import broken_law, law_failure, refusing_laws, states_energy, try_laws, what_may_jump
+from evolvent.solvers.laws import (
+    broken_law,
+    large_law,
+    law_failure,
+    refusing_laws,
+    states_energy,
+    try_laws,
+    what_may_jump,
+)
+from evolvent.solvers.pace import Pace, Stall
 from evolvent.solvers.releases import reason_of_outrun
 from evolvent.solvers.sampled import balances
 from evolvent.solvers.solution import Solution
@@ -292,7 +301,13 @@ class _Run:
         began = clock.perf_counter()
         try:
             code = self._loop(progress)
-            if code < 0 or code == ex.LOG_FULL:
+            if isinstance(code, Stall):
+                law = large_law(self.assembly, _moments(self.work, self.tableau))
+                other = (
+                    "check the law" if law else "use an implicit method, a greater `tolerance`, or a shorter `until`"
+                )
+                status, message = "failed", f"{code}{law}; {other}"
+            elif code < 0 or code == ex.LOG_FULL:
                 status, message = "failed", _reason(code, self.reached, self.work, self.plan)
                 if code in (ex.NOT_FINITE, ex.TOO_SMALL):
                     moments = _moments(self.work, self.tableau)
@@ -335,15 +350,15 @@ class _Run:
             compile_time=self.compile_time,
         )
 
-    def _loop(self, progress: Callable[[float], None] | None) -> int:
-        """Call the compiled loop until it ends or the energy does not balance; returns its status code.
+    def _loop(self, progress: Callable[[float], None] | None) -> int | Stall:
+        """Call the compiled loop until it ends or the energy does not balance; returns its status, or why it stalls.
 
         The balance is checked after numbers of steps that do not depend on the machine's speed, so that a run ends the
         same way every time.
         """
         budget, filled, adaptive = 500, -math.inf, self.plan.step is None
         every = CHECK_EVERY if self.plan.step is None else max(100, math.ceil(self.span / self.plan.step / CHECKS))
-        check = every
+        check, pace = every, Pace(self.reached)
         while True:
             slice_began = clock.perf_counter()
             length = max(1, min(budget, check - int(self.work.loop.steps)))
@@ -360,6 +375,10 @@ class _Run:
                 return code
             if length > budget // 2:
                 budget = max(100, min(int(length * min(_SLICE / max(spent, 1e-6), 4.0)), 10_000_000))
+            if adaptive:
+                stall = pace.stall(self.reached, int(self.work.loop.steps), float(self.plan.times[-1]))
+                if stall is not None:
+                    return stall
             if progress is not None:
                 progress(self.reached)
             if self.work.loop.steps >= check:
@@ -388,6 +407,8 @@ def _workspace(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: 
         y1=np.zeros(n),
         g=np.zeros(n_e),
         g0=np.zeros(n_e),
+        **{name: np.zeros((assembly.model.bodies.size, 3, 3)) for name in ("R0", "R1")},
+        **{name: np.zeros((assembly.model.bodies.size, 3)) for name in ("x0", "x1")},
     )
 
 

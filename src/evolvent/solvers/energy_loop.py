@@ -27,6 +27,7 @@ from evolvent.kernels import (
     user_events,
 )
 from evolvent.kernels.flexible import is_finite
+from evolvent.kernels.passing import passing
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record, struct
@@ -523,11 +524,7 @@ def _error(model, work):
     c = step.step.h * step.step.h * (1.0 / 12.0 + 0.25 * work.options.chi)
     for i in range(step.dq.size):
         error = max(error, c * abs(_acceleration(i, work) - work.acceleration[i]) / work.weight[i])
-    error = max(error, _turning_error(model, step)) / work.options.tolerance
-    if model.flexible.body_contacts.size > 0:
-        far = body_contact_step.passing(model, step.R0, step.x0, step.R1, step.x1)
-        error = max(error, far * far * far)
-    return error
+    return max(error, _turning_error(model, step)) / work.options.tolerance
 
 
 @indirect(_I(MODEL, SPARSE, ENERGY_LOOP))
@@ -622,6 +619,7 @@ def advance(model, matrix, work, budget):
     """Go on for `budget` steps or to the last sample; returns a status."""
     step, loop, options = work.step, work.loop, work.options
     adaptive, near, end = options.tolerance > 0.0, 10.0 * options.smallest, work.samples[work.samples.size - 1]
+    passes = model.flexible.body_contacts.size > 0 or model.flexible.cylinders.size > 0
     for _ in range(budget):
         if loop.sample == work.samples.size:
             return DONE
@@ -643,10 +641,13 @@ def advance(model, matrix, work, budget):
                 work.paths[k] = model.flexible.joints[k].gap - step.gap0[k]
         iterations = solve_step(model, matrix, work)
         error = _error(model, work) if adaptive and iterations > 0 else 0.0
+        if iterations > 0 and passes:
+            far = passing(step.y0, step.R0, step.x0, step.y1, step.R1, step.x1, model)
+            error = max(error, far * far * far)
         if iterations <= 0 or error > 1.0:
             if h <= options.smallest:
                 return iterations if iterations <= 0 else NO_CONVERGENCE
-            if iterations <= 0:
+            if iterations <= 0 or not adaptive:
                 loop.divided += 1
                 loop.length = 0.5 * h
             else:

@@ -10,6 +10,7 @@ from evolvent.kernels import flexible, rigid
 from evolvent.solvers import energy_loop
 from evolvent.solvers.balance import moved
 from evolvent.solvers.laws import states_energy, what_may_jump
+from evolvent.solvers.pace import Stall
 from evolvent.solvers.rod_messages import bending_hint
 
 Array = np.ndarray
@@ -55,13 +56,13 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
     )
 
 
-def stalled(work: energy_loop.EnergyLoop, assembly: Assembly, steps: int, time: float, rest: float) -> str:
-    """Why a run of ever smaller steps was ended: `steps` of them took `time` (s), the rest would take `rest`."""
+def stalled(work: energy_loop.EnergyLoop, assembly: Assembly, stall: Stall, law: str) -> str:
+    """Why a run of ever smaller steps was ended; `law`: of `laws.large_law`."""
+    if law:
+        return f"{stall}{law}; check the law"
     where, softer = _where(work, assembly)
     return (
-        f"by t = {float(work.loop.time):.6g} s the steps have become so small, {time / max(steps, 1):.2g} s on "
-        f"average, that the remaining time would need {rest:.1e} steps; Newton's method corrects most at {where}"
-        f"{what_may_jump(assembly)}"
+        f"{stall}; Newton's method corrects most at {where}{what_may_jump(assembly)}"
         f"{bending_hint(assembly, work.step.y0)}; use a greater `tolerance` or `step`{softer}, and look at the last "
         f"samples"
     )

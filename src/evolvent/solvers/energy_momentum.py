@@ -25,6 +25,7 @@ from evolvent.kernels import (
     hinge_step,
     joint,
     layer_step,
+    passing,
     rigid,
     rod,
     rod_step,
@@ -41,7 +42,8 @@ from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.energy_messages import reason, stalled
 from evolvent.solvers.implicit_messages import redundant
 from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, sizes
-from evolvent.solvers.laws import broken_law, refusing_laws, try_laws
+from evolvent.solvers.laws import broken_law, large_law, refusing_laws, try_laws
+from evolvent.solvers.pace import Stall
 from evolvent.solvers.sampled import Sampled, empty
 from evolvent.solvers.solution import Solution
 
@@ -169,6 +171,8 @@ def needed(model: Any) -> list[Any]:
     if model.flexible.hinges.size:
         found += [hinge_step.measure_hinges, hinge_step.add_hinge_step, hinge_step.hinge_energy]
         found += [hinge.note_turns, coordinate.end_coordinate_step]
+    if passing.can_pass(model):
+        found.append(passing.passing)
     if model.flexible.cylinders.size:
         found += [contact_step.measure_gaps, contact_step.add_contact_step, contact_step.add_contact_step_tangents]
         found.append(contact_step.end_contacts)
@@ -337,9 +341,9 @@ class Run(implicit.Run):
         found = reason(code, self.work, self.assembly, fixed=self.plan.step is not None)
         return found + broken_law(self.assembly, self.moments())
 
-    def stalled(self, steps: int, time: float, rest: float) -> str:
+    def stalled(self, stall: Stall) -> str:
         """As of generalized-alpha, with the part that makes the steps so short."""
-        return stalled(self.work, self.assembly, steps, time, rest)
+        return stalled(self.work, self.assembly, stall, large_law(self.assembly, self.moments()))
 
     def _kept(self, n: int, balance: Any) -> Sampled:
         """What the loop has kept of the first n samples."""

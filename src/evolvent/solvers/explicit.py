@@ -21,8 +21,9 @@ from evolvent.flow.events import DUE, apply_event, event_values, is_release
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
-from evolvent.kernels import body_contact, hinge, rigid, thread
+from evolvent.kernels import hinge, rigid, thread
 from evolvent.kernels.flexible import is_finite
+from evolvent.kernels.passing import note_places, passing
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record
 from evolvent.solvers.dense import cubic
@@ -103,6 +104,7 @@ class ExplicitWorkspace(Struct):
     out_y, out_s : (nt, ny) float, (nt, ns) int, states kept
     log_t, log_k : (nlog,) float and int, time and number of every event; a loop returns where they run short
     K : (stages, ny) float, stages; w, y1 : (ny,) and g, g0 : (ne,) float, scratch
+    R0, x0, R1, x1 : (nb, 3, 3) and (nb, 3) float, rotations and positions of the bodies at both ends of a step
     """
 
     y: np.ndarray = array(1)
@@ -118,6 +120,10 @@ class ExplicitWorkspace(Struct):
     y1: np.ndarray = array(1)
     g: np.ndarray = array(1)
     g0: np.ndarray = array(1)
+    R0: np.ndarray = array(3)
+    R1: np.ndarray = array(3)
+    x0: np.ndarray = array(2)
+    x1: np.ndarray = array(2)
 
 
 _WORKSPACE = ExplicitWorkspace._numba_type_
@@ -402,6 +408,16 @@ def fixed_step(A, b, c, model, work, budget):
 
 
 @inlined
+def way(t, model, work):
+    """Way of contacts over a step to the state work.y1 at time t, of `passing`; its start is work.y at `loop.time`."""
+    rigid.kinematics(work.loop.time, work.y, model)
+    note_places(model.bodies, work.R0, work.x0)
+    rigid.kinematics(t, work.y1, model)
+    note_places(model.bodies, work.R1, work.x1)
+    return passing(work.y, work.R0, work.x0, work.y1, work.R1, work.x1, model)
+
+
+@inlined
 def keep_rest(work, t):
     """On a stop, the state there becomes the last sample (its time replaces the next one's)."""
     i = work.loop.sample
@@ -499,7 +515,8 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
         return status
     n = model.info.nq + model.info.nv
     watch, turns = work.g.size > 0, model.flexible.hinges.size > 0
-    touches, corrected = model.flexible.body_contacts.size > 0, is_corrected(model)
+    corrected = is_corrected(model)
+    passes = model.flexible.body_contacts.size > 0 or model.flexible.cylinders.size > 0
     end = work.samples[work.samples.size - 1]
     until = min(next_break(model, work, loop.time), end)
     if fresh:
@@ -514,8 +531,6 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
         t, h = loop.time, loop.step
         if turns:
             h = min(h, hinge.longest_step(model.flexible.hinges))
-        if touches:
-            h = min(h, body_contact.longest_step(model))
         if model.threads.size > 0:
             h = min(h, thread.longest_step(y, s, model))
         landing = t + h * 1.01 >= until
@@ -535,6 +550,8 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
         add_stages(b, b.size, y, h, K, y1)
         loop.steps += 1
         error = error_norm(y, y1, K, E, h, n, rtol, atol, work.w)
+        if passes and error < 1.0:
+            error = max(error, way(t + h, model, work) ** 5)
         if not error < 1.0:
             loop.rejected += 1
             rejected = True

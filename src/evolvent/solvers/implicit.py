@@ -22,15 +22,14 @@ from evolvent.solvers import balance as eb
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.implicit_messages import reason, stalled
 from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, options_of, sizes, workspace
-from evolvent.solvers.laws import broken_law, law_failure, refusing_laws, try_laws
+from evolvent.solvers.laws import broken_law, large_law, law_failure, refusing_laws, try_laws
+from evolvent.solvers.pace import Pace, Stall
 from evolvent.solvers.releases import Releases, reason_of_outrun, write_accounts
 from evolvent.solvers.sampled import Sampled
 from evolvent.solvers.solution import Solution, first_latch
 
 #: Name of the method.
 NAME = "generalized-alpha"
-#: Wall time between two looks at the steps, s, and the number of steps left to take beyond which a run is ended.
-LOOK, MOST_STEPS = 10.0, 1e8
 _SLICE = 0.15  # s of wall time between two looks at a running loop
 
 
@@ -227,9 +226,9 @@ class Run:
         """Why the loop has ended with a status below zero."""
         return reason(code, self.work, self.plan.step, self.assembly) + broken_law(self.assembly, self.moments())
 
-    def stalled(self, steps: int, time: float, rest: float) -> str:
-        """Why a run of ever smaller steps is ended: `steps` of them took `time` (s), the rest would take `rest`."""
-        return stalled(self.reached, steps, time, rest)
+    def stalled(self, stall: Stall) -> str:
+        """Why a run of ever smaller steps is ended."""
+        return stalled(stall, large_law(self.assembly, self.moments()))
 
     def begin(self) -> str:
         """Start the loop; returns why that failed, '' where it did not.
@@ -329,7 +328,7 @@ class Run:
     def _loop(self, progress: Callable[[float], None] | None) -> str:
         """Call the compiled loop until it ends; returns why it failed, '' where it did not."""
         work, budget = self.work, 20
-        looked, time, steps = clock.perf_counter(), self.reached, 0
+        pace = Pace(self.reached)
         while True:
             slice_began = clock.perf_counter()
             goes_on, failure = self.advance(budget)
@@ -339,13 +338,9 @@ class Run:
                 break
             now = clock.perf_counter()
             budget = max(10, min(int(budget * min(_SLICE / max(now - slice_began, 1e-6), 4.0)), 1_000_000))
-            if now - looked > LOOK:
-                taken, passed = int(work.loop.steps) - steps, self.reached - time
-                left = (self.plan.times[-1] - self.reached) / max(passed, 1e-300) * taken
-                fixed = self.plan.step is not None and passed > 1e-3 * taken * self.plan.step
-                if left > MOST_STEPS and not fixed:  # fixed steps that were divided again and again are not
-                    return self.stalled(taken, passed, left)
-                looked, time, steps = now, self.reached, int(work.loop.steps)
+            stall = pace.stall(self.reached, int(work.loop.steps), self.plan.times[-1], fixed=self.plan.step)
+            if stall is not None:
+                return self.stalled(stall)
             if progress is not None:
                 progress(self.reached)
         if self.releases is not None and not failure:  # what is due at the very end still happens

@@ -9,6 +9,7 @@ from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import alpha_state, ordering
 from evolvent.solvers import balance as eb
 from evolvent.solvers.laws import states_energy, what_may_jump
+from evolvent.solvers.pace import Stall
 from evolvent.solvers.rod_messages import bending_hint
 
 
@@ -68,12 +69,13 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
     )
 
 
-def stalled(t: float, steps: int, time: float, rest: float) -> str:
-    """Why a run of ever smaller steps was ended at t."""
+def stalled(stall: Stall, law: str) -> str:
+    """Why a run of ever smaller steps was ended; `law`: of `laws.large_law`."""
+    if law:
+        return f"{stall}{law}; check the law"
     return (
-        f"by t = {t:.6g} s the steps have become so small, {time / max(steps, 1):.2g} s on average, that the "
-        f"remaining time would need {rest:.1e} steps: reduce the damping (`stiffness_damping`) or the contact "
-        f"stiffness of what moves there, or use a greater `tolerance` or a fixed `step`"
+        f"{stall}: reduce the damping (`stiffness_damping`) or the contact stiffness of what moves there, or use a "
+        f"greater `tolerance` or a fixed `step`"
     )
 
 

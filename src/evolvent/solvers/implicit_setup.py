@@ -240,6 +240,8 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         friction=np.zeros((2, rubbing_points(model), 3)),
         cylinders=np.zeros((2, n_c, N_CYLINDER)),
         bodies=np.zeros((2, model.bodies.size, 6)),
+        **{name: np.zeros((model.bodies.size, 3, 3)) for name in ("R0", "R1")},
+        **{name: np.zeros((model.bodies.size, 3)) for name in ("x0", "x1")},
         ends=np.zeros((evaluated, 2, assembly.y.size)),
         end_times=np.zeros((evaluated, 2)),
         kept=np.full(12, np.nan),

@@ -121,6 +121,27 @@ def broken_law(assembly: Assembly, moments: Iterable[Moment]) -> str:
     return ""
 
 
+#: Value of a law that no structure has: a force in N, a torque, an acceleration, an angle.
+BEYOND = 1e9
+
+
+def large_law(assembly: Assembly, moments: Iterable[Moment]) -> str:
+    """A half sentence on the user's law with the largest value at the moments, if that is above `BEYOND`; else ''."""
+    largest, found = BEYOND, ""
+    try:
+        for use, arguments, time in _calls(assembly, moments):
+            law, described = _law(assembly, use)
+            with contextlib.suppress(InputError):
+                given = laws.try_law(law, *arguments, described=described, parameters=_parameters(assembly, use))
+                size = max(map(abs, given))
+                if size > largest and use.family != "events":
+                    name = owner(assembly, use.family, use.number)
+                    largest, found = size, f"; at t = {time:.6g} s the law of {name!r} has the value {size:.2g}"
+    except (ArithmeticError, ValueError, IndexError):  # as in `broken_law`
+        pass
+    return found
+
+
 def _kind(use: _Use) -> str:
     """Kind of the law that a row calls, of `laws.RETURNS`."""
     if _is_of_time(use):

@@ -17,6 +17,7 @@ from evolvent.builder import Assembly
 from evolvent.flow import needs
 from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
 from evolvent.flow.implicit import residual
+from evolvent.flow.powers import DRIVEN, SPOOLS
 from evolvent.kernels.drive import FREE, drive
 from evolvent.solvers import alpha_energy, alpha_samples, alpha_state
 from evolvent.solvers.balance import dissipated, energy, extend, lost, potential, worked
@@ -113,10 +114,12 @@ class Releases:
         Notes
         -----
         A node that leaves goes on as its neighbour does: what its spring would do to it at once is far shorter than a
-        step. What an event brings in or takes away is `released` in the balance.
+        step. So are the powers of the spool and of what drives its body, which the balance takes the mean of over the
+        step: they go on as well, but where a whole thread separates. What an event brings in or takes away is
+        `released` in the balance.
         """
         model, t = self.model, float(work.loop.time)
-        before = model.flexible.switches.copy()
+        before, powers = model.flexible.switches.copy(), work.powers[0].copy()
         count = self.fire(t, work.y)
         if count < 0:
             return count
@@ -132,6 +135,10 @@ class Releases:
                 work.dv1[at + 3 * i : at + 3 * i + 3] = 0.0
                 work.y[n_q + at + 3 * i : n_q + at + 3 * i + 3] = 0.0
         residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, work.r, work.powers[0])
+        whole = slice(model.threads.size, 2 * model.threads.size)
+        if count > 0 and np.array_equal(before[whole], model.flexible.switches[whole]):
+            for k in (SPOOLS, DRIVEN):
+                work.powers[0, k] = powers[k]
         work.loads1[:] = model.flexible.P
         model.wheels["motor0"], model.wheels["drag0"] = model.wheels["motor"], model.wheels["drag"]
         model.thrusters["push0"] = model.thrusters["push"]

@@ -1,0 +1,104 @@
+"""How far points of beams and round bodies move in a step against what they may touch: none may pass through unseen.
+
+Between the two ends of a step a contact is not looked for. What is above a surface at both ends may have been below it
+in between, and lie on the other side now. A point moves from u to v in the axes of a segment of radius r, an axis of a
+cylinder or capsule, or the centre of a sphere. It may have passed if its way leads through the segment's surface and is
+longer than its gap at u and half the radius. Planes, whose inside is a half space, hold at any depth; so do explicit
+methods with fixed steps, for within a stable one nothing comes as deep as it sinks in altogether.
+"""
+
+import math
+
+from evolvent.jit import CUBE, MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.kernels import contact_laws, surfaces
+from evolvent.kernels.rotations import turn, turn_back
+from evolvent.model import MODEL
+
+
+def can_pass(model):
+    """Whether a model has contacts through which something could pass. Not compiled."""
+    f = model.flexible
+    return bool(f.body_contacts.size or f.cylinders.size)
+
+
+@inlined
+def note_places(bodies, R, x):
+    """Rotations R (nb, 3, 3) and positions x (nb, 3) of the bodies as they stand."""
+    for b in range(bodies.size):
+        for i in range(3):
+            x[b, i] = bodies[b].x[i]
+            for j in range(3):
+                R[b, i, j] = bodies[b].R[i, j]
+
+
+@inlined
+def _seen(R, x, b, p):
+    """A point p in the axes of body b, as it stands by R and x."""
+    return turn_back(R[b], p[0] - x[b, 0], p[1] - x[b, 1], p[2] - x[b, 2])
+
+
+@inlined
+def _beside(u, v, centre, axis, half, radius, extent):
+    """The way from u to v beside the gap at u and half the radius; 0 where it stays outside of the surface.
+
+    Parameters
+    ----------
+    half, radius : float, m, of the segment; extent : float, m, how far what moves reaches from its middle
+    """
+    ux, uy, uz = u[0] - centre[0], u[1] - centre[1], u[2] - centre[2]
+    ex, ey, ez = v[0] - u[0], v[1] - u[1], v[2] - u[2]
+    moved = math.sqrt(ex * ex + ey * ey + ez * ez)
+    if moved == 0.0:
+        return 0.0
+    t = min(max(ux * axis[0] + uy * axis[1] + uz * axis[2], -half), half)
+    px, py, pz = ux - t * axis[0], uy - t * axis[1], uz - t * axis[2]
+    away = math.sqrt(px * px + py * py + pz * pz) - radius - extent
+    if away >= moved:
+        return 0.0
+    ex, ey, ez = ex / moved, ey / moved, ez / moved
+    mx, my, mz = ux + 0.5 * moved * ex, uy + 0.5 * moved * ey, uz + 0.5 * moved * ez
+    s, t = surfaces.closest_positions(
+        mx * ex + my * ey + mz * ez,
+        mx * axis[0] + my * axis[1] + mz * axis[2],
+        ex * axis[0] + ey * axis[1] + ez * axis[2],
+        0.5 * moved,
+        half,
+    )
+    px, py, pz = mx + s * ex - t * axis[0], my + s * ey - t * axis[1], mz + s * ez - t * axis[2]
+    if px * px + py * py + pz * pz >= (radius + extent) ** 2:
+        return 0.0
+    return moved / (max(away, 0.0) + 0.5 * radius)
+
+
+@indirect(REAL(VECTOR, CUBE, MATRIX, VECTOR, CUBE, MATRIX, MODEL))
+def passing(y0, R0, x0, y1, R1, x1, model):
+    """Largest way of a contact over a step beside its gap and half its radius; above 1 something may have passed.
+
+    Parameters
+    ----------
+    y0, y1 : (ny,) float, states at both ends; R0, R1 : (nb, 3, 3) and x0, x1 : (nb, 3) float, rotations and positions
+    """
+    largest = 0.0
+    rows = model.flexible.body_contacts
+    for k in range(rows.size):
+        if rows[k].surface == surfaces.PLANE:
+            continue
+        a, b, c = rows[k].a, rows[k].b, rows[k].place_a
+        px, py, pz = turn(R0[a], c[0], c[1], c[2])
+        u = _seen(R0, x0, b, (x0[a, 0] + px, x0[a, 1] + py, x0[a, 2] + pz))
+        px, py, pz = turn(R1[a], c[0], c[1], c[2])
+        v = _seen(R1, x1, b, (x1[a, 0] + px, x1[a, 1] + py, x1[a, 2] + pz))
+        far = _beside(u, v, rows[k].place_b, rows[k].axis_b, rows[k].half_b, rows[k].radius, rows[k].half_a)
+        largest = max(largest, far)
+    cylinders, contacts = model.flexible.cylinders, model.flexible.contact_points
+    for k in range(cylinders.size):
+        if cylinders[k].under >= 0 or cylinders[k].surface == surfaces.PLANE:
+            continue
+        b, o, axis = cylinders[k].body, cylinders[k].centre, cylinders[k].axis
+        half, radius = cylinders[k].half_length, cylinders[k].radius
+        for i in range(cylinders[k].first, cylinders[k].last):
+            iq, S = contacts[i].iq, contacts[i].S
+            u = _seen(R0, x0, b, contact_laws.point_position(y0, iq, S))
+            v = _seen(R1, x1, b, contact_laws.point_position(y1, iq, S))
+            largest = max(largest, _beside(u, v, o, axis, half, radius, 0.0))
+    return largest
