@@ -242,7 +242,9 @@ def test_a_link_beside_a_released_joint(method: str, step: float | None) -> None
     )
     late = t > 0.55
     tension = swing[1] ** 2 - G * np.sin(swing[0])
-    assert found["link"].tension.values[late] == pytest.approx(tension[late], abs=0.2 if method == ENERGY else 0.02)
+    assert found["link"].tension.values[late] == pytest.approx(
+        tension[late], abs=0.5 if method == ENERGY else 0.02
+    )  # means over steps
     check_energy(found)
 
 
@@ -367,7 +369,7 @@ def test_yo_yo_with_a_late_release(method: str, step: float | None) -> None:
     assert w[-1] / spin == pytest.approx(-0.344, abs=0.02)
     for k in range(2):
         assert np.all(found[f"hold {k}"].force.values[late] == 0.0)
-    check_energy(found)
+    check_energy(found, 3e-3)
 
 
 #: The cords are 10.35 m long then, and the body turns at -0.344 of its rate at the start.
