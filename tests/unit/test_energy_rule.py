@@ -80,6 +80,7 @@ def test_what_the_rule_says() -> None:
     still = eb.closure(balances(2, elastic=[1e6, 1e6 + 0.5]), damps=False)
     assert still.moved == pytest.approx(0.5)
     assert not still.fails
+    assert not eb.closure(balances(2, kinetic=[0.0, 3e-30]), damps=False).fails
     broken = eb.closure(balances(2, kinetic=[1.0, math.nan]), damps=False)
     assert broken.fails
     assert broken.share == math.inf

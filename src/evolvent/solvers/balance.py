@@ -43,6 +43,8 @@ WARNED = GAINED = 0.01
 GAINED_UNRESOLVED = 0.1
 #: Part of the largest energy, and of the energies that steps do not resolve, below which a defect is round-off.
 ROUND_OFF, RESOLVED = 1e-6, 1e-5
+#: Least energy beside which a defect counts, J: a structure at rest has none but round-off.
+LEAST_ENERGY = 1e-18
 
 
 def energy(balance: Any) -> Any:
@@ -169,14 +171,14 @@ class Closure(NamedTuple):
     @property
     def round_off(self) -> float:
         """Defect that is round-off, J."""
-        return ROUND_OFF * self.largest + RESOLVED * self.unresolved
+        return ROUND_OFF * self.largest + RESOLVED * self.unresolved + LEAST_ENERGY
 
     @property
     def share(self) -> float:
         """The defect beside the energy moved; infinity where they are not finite, 0 of round-off without a motion."""
         if not math.isfinite(self.moved + self.defect):
             return math.inf
-        return self.defect / max(self.moved, self.round_off, 1e-300)
+        return self.defect / max(self.moved, self.round_off)
 
     @property
     def fails(self) -> bool:

@@ -18,7 +18,7 @@ from evolvent.kernels.layers import UNKNOWN
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.pointer import zeros_record
 from evolvent.solvers import alpha_state, graph, ordering, reactions
-from evolvent.solvers.balance import BALANCE, RESOLVED
+from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
 from evolvent.solvers.releases import release_times
 from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, rubbing_points
 
@@ -26,8 +26,6 @@ from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, rubbing_points
 MOST_REDUNDANT = 64
 #: Share of energies of the system's size that is round-off, and of weights on threads.
 ROUND_OFF, LIFTED_SHARE = 1e-9, 1e-2
-#: Least energy beside which a gain counts, J: a structure at rest without a load has none but round-off.
-LEAST_ENERGY = 1e-18
 #: Strain of a rod that is round-off: it is the difference of positions beside the length of an element.
 ROUND_OFF_STRAIN = 1e-10
 #: Part of the elements' `form_energy` that is round-off of their strain energy.

@@ -180,7 +180,7 @@ class Ranks:
     @property
     def text(self) -> str:
         """What is reported, '' where nothing has been redundant."""
-        texts = []
+        texts: list[str] = []
         for k, rank in enumerate(self.found):
             if rank.redundancy is not None and rank.redundancy.text not in "; ".join(texts):
                 since = f"from t = {rank.since:.6g} s on " if k > 0 else ""
