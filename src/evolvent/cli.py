@@ -23,7 +23,7 @@ from evolvent import __version__, progress, startup
 from evolvent.analysis_command import equilibrium, modes
 from evolvent.calibration.command import calibrate
 from evolvent.console import echo, figure_format, note, once, showing_progress
-from evolvent.errors import EvolventError, InputError, RunFailed, abbreviated, nearest
+from evolvent.errors import EvolventError, InputError, RunFailed, abbreviated, nearest, visible
 from evolvent.exports.command import export, report
 from evolvent.exports.fmu.command import fmu
 from evolvent.massprops.command import identify
@@ -71,10 +71,10 @@ def _discard_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _say(text: str) -> None:
-    """Print to stdout; a reader that has gone away is no reason to stop."""
+def _say(text: str, *, styled: bool = False) -> None:
+    """Print to stdout; a reader that has gone away is no reason to stop. A styled text hides nothing any more."""
     try:
-        echo(text)
+        (click.echo if styled else echo)(text)
     except BrokenPipeError:
         _discard_output()
 
@@ -437,12 +437,12 @@ def _print_rows(rows: Sequence[tuple[str, str]], *, status: str = "") -> None:
     plain = bool(os.environ.get("NO_COLOR")) or os.environ.get("TERM") == "dumb"
     well = status in ("success", "stopped by event")
     for label, value in rows:
-        lines = textwrap.wrap(value, room, break_on_hyphens=False) or [""]
+        label, lines = visible(label), textwrap.wrap(visible(value), room, break_on_hyphens=False) or [""]
         if status and label == "status" and not plain:
             lines[0] = lines[0].replace(status, click.style(status, fg="green" if well else "red", bold=not well), 1)
         name = f"{label:<{wide}}" if plain else click.style(f"{label:<{wide}}", dim=True)
         for line in lines:
-            _say(f"{name}  {line}")
+            _say(f"{name}  {line}", styled=True)
             name = " " * wide
 
 

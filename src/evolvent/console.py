@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 DELAY = 1.0
 #: What the compilation of functions is called.
 COMPILING = "compiling for this machine, once"
+#: What the drawing of a run's figures is called.
+FIGURES = "drawing figures"
 
 
 def once(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> str | None:
@@ -87,13 +89,13 @@ def compiling(tell: Callable[[str], None] | None) -> Iterator[None]:
 
 
 class _Running(progress.Lines):
-    """Lines on stderr on all but compilation, which says its own."""
+    """Lines on stderr on all but compilation, which says its own, and figures, which take a few seconds."""
 
     def __init__(self) -> None:
         super().__init__(note)
 
     def show(self, stage: progress.Stage) -> None:
-        if stage.what != COMPILING:
+        if stage.what not in (COMPILING, FIGURES):
             super().show(stage)
 
 

@@ -575,7 +575,7 @@ def craft() -> System:
             {"a": ("hub", ORIGIN), "b": "boom.tip", "type": "cylindrical"},
             "held: b is 1 m off the line at the start; it must be on it",
         ),
-        ({"a": "hub", "b": "boom.root", "stiffness": 1.0, "released_by": "bob"}, "no event is called 'bob'"),
+        ({"a": "hub", "b": "boom.root", "stiffness": 1.0, "released_by": "bob"}, "is 'bob', neither an event"),
     ],
 )
 def test_refusals_name_the_joint_and_the_key(given: dict[str, Any], words: str) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from evolvent import RunFailed, System, elements, parts, spring_law
-from evolvent.solvers import implicit
+from evolvent.solvers import pace
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.solution import Solution
 
@@ -79,8 +79,8 @@ def test_contact_and_node_are_named() -> None:
 
 def test_a_run_of_ever_smaller_steps_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fixed steps that are divided again and again, too, and the part is named."""
-    monkeypatch.setattr(implicit, "LOOK", 0.0)
-    monkeypatch.setattr(implicit, "MOST_STEPS", 1e5)
+    monkeypatch.setattr(pace, "LOOK", 0.0)
+    monkeypatch.setattr(pace, "MOST_STEPS", 1e5)
     with pytest.raises(RunFailed, match=r"the steps have become so small.* corrects most at 'ball'.*'rope'.*`step`"):
         ball(jumping).simulate(until=1.0, every=0.01, method=METHOD, step=0.01)
 

@@ -64,7 +64,7 @@ def test_automatic_fixed_step_of_fixed_segments_is_stable(angle: float) -> None:
     drive = parts.ConstantDrive(rate=3.5, angle=angle)
     found = solve(hub(drive).assemble(), samples=[0.0, 15.0], method="rk4")
     assert found.success, found.message
-    assert found.statistics["energy_defect"] < 1e-4
+    assert found.statistics["energy_defect"] < 2e-4  # beside the energy moved
 
 
 def test_a_jump_of_the_drive_keeps_the_order() -> None:

@@ -235,7 +235,7 @@ def test_a_rib_winds_as_a_helix(pitch, changes):
     assert float(run.wrap_angle[-1, 0]) * RADIUS / case.strip.length == pytest.approx(1.0, abs=5e-3)
     z = run["rib-1"]["position"].values[-1, :, 2]
     assert z[-1] - z[0] == pytest.approx(case.rise, rel=0.01)
-    assert np.diff(z)[2:-2] == pytest.approx(case.rise / 30, rel=0.05)
+    assert np.diff(z)[2:-2] == pytest.approx(case.rise / 30, rel=0.08)
     turn = 2.0 * math.pi * RADIUS / math.cos(case.helix_angle)
     arc = run["rib-1"]["arc_node"].values
     assert np.interp(arc[0] + turn, arc, z) - z[0] == pytest.approx(pitch, rel=0.02)

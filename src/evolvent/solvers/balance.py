@@ -153,7 +153,8 @@ class Closure(NamedTuple):
     gained, lost : float, J, largest rise and largest fall of the defect
     largest : float, J, magnitude of the largest energy
     unresolved : float, J, energies that the steps of an implicit method are not meant to resolve; 0 of explicit ones
-    damps : bool, whether the method has numerical damping, which may take energy
+    damps : bool, whether the method has numerical damping, which may take energy, and give back some of it
+    net : float, J, largest rise of the defect above its start
     """
 
     moved: float
@@ -162,6 +163,7 @@ class Closure(NamedTuple):
     largest: float
     unresolved: float
     damps: bool
+    net: float = 0.0
 
     @property
     def defect(self) -> float:
@@ -185,9 +187,10 @@ class Closure(NamedTuple):
         """Whether the run has failed: it has gained too much, or lost it where the method does not damp."""
         if not math.isfinite(self.moved + self.defect):
             return True
-        wrong = self.gained if self.damps else self.defect
+        wrong = self.net if self.damps else self.defect
         allowed = min(GAINED * (self.moved + self.unresolved), GAINED_UNRESOLVED * self.moved)
-        return wrong > max(allowed, self.round_off)
+        returned = self.damps and self.gained > max(GAINED_UNRESOLVED * self.moved, self.round_off)
+        return returned or wrong > max(allowed, self.round_off)
 
     @property
     def warns(self) -> bool:
@@ -210,4 +213,5 @@ def closure(balance: Any, *, moved: float = 0.0, unresolved: float = 0.0, damps:
     fall = float(np.nanmax(np.fmax.accumulate(found) - found, initial=0.0))
     most = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in (balance.kinetic, potential(balance)))
     whole = max(moved, float(moved_over(balance).max(initial=0.0)))
-    return Closure(whole, rise, fall, most, unresolved, damps)
+    net = float(np.nanmax(found - found[:1], initial=0.0))
+    return Closure(whole, rise, fall, most, unresolved, damps, net)
