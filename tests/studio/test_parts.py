@@ -17,7 +17,7 @@ from evolvent import cases, results, schema, studies
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Panel
 from evolvent.massprops import description
-from evolvent.studio import charts, form, gate
+from evolvent.studio import charts, form, gate, reading
 from evolvent.studio.folder import Folder
 from evolvent.studio.jobs import Jobs
 from evolvent.studio.state import Studio
@@ -119,15 +119,17 @@ def test_yaml_files_are_read_again_only_when_they_changed(tmp_path, monkeypatch)
     (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00")
     (tmp_path / "large.yaml").write_text("a: 1 # " + "x" * 600_000)
     read = []
-    parse = cases.parse_yaml
-    monkeypatch.setattr(cases, "parse_yaml", lambda source, name: read.append(name) or parse(source, name))
+    ask = reading.Reader.ask
+    monkeypatch.setattr(
+        reading.Reader, "ask", lambda self, *task, **given: read.append(given["name"]) or ask(self, *task, **given)
+    )
     folder = Folder(tmp_path)
     for _ in range(2):
-        assert folder.yaml() == {"a.yaml": {"system": "heliogyro"}}
-        assert folder.unreadable() == ["binary.yaml", "large.yaml", "list.yaml"]
+        assert {name: found.keys for name, found in folder.yaml().items()} == {"a.yaml": {"system"}}
+        assert list(folder.unreadable()) == ["binary.yaml", "large.yaml", "list.yaml"]
     assert read == ["a.yaml", "list.yaml"]
     (tmp_path / "a.yaml").write_text("system: wrapped-rib")
-    assert folder.yaml() == {"a.yaml": {"system": "wrapped-rib"}}
+    assert folder.content("a.yaml") == {"system": "wrapped-rib"}
     for name, said in (("binary.yaml", "not UTF-8 text"), ("large.yaml", "too large"), ("none.yaml", "no such file")):
         with pytest.raises(InputError, match=said):
             folder.text(name)

@@ -30,6 +30,8 @@ Array = np.ndarray
 
 #: Unknowns up to which free motions of unsymmetric tangents are looked for, and their singular values, of the largest.
 MOST_DENSE, FREE = 600, 1e-14
+#: Pivot of the scaled tangent that is round-off: a motion without resistance has one of either sign.
+PIVOT_ROUND_OFF = 1e-13
 #: Iterations of one step.
 MOST_ITERATIONS = 25
 #: Pivots of statics that may be deferred at most.
@@ -241,7 +243,7 @@ class Work:
             lu = splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         except RuntimeError:  # a pivot is zero
             return -1
-        return int(np.sum(lu.U.diagonal() < 0.0)) if np.array_equal(lu.perm_r, lu.perm_c) else -1
+        return int(np.sum(lu.U.diagonal() < -PIVOT_ROUND_OFF)) if np.array_equal(lu.perm_r, lu.perm_c) else -1
 
     def free_motions(self, factor: float) -> list[str]:
         """Which parts move without resistance, by the tangent."""
