@@ -120,6 +120,9 @@ def test_regular_samples_are_bit_for_bit_those_of_a_run_without_fine_ones():
     even = results.regular(run)
     for path, variables in (("/", coarse.to_dataset().variables), ("ball", coarse["ball"].variables)):
         for name, values in variables.items():
+            if name == "energy_moved":  # ranges of energies, of which finer samples see more
+                assert np.all(even[path].variables[name].values >= values.values)
+                continue
             np.testing.assert_array_equal(even[path].variables[name].values, values.values, err_msg=name)
     assert run["energy_defect"].dims == ("time",)
     assert np.abs(run["energy_defect"].values).max() < 1e-5 * M * G * H
