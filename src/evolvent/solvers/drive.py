@@ -55,7 +55,7 @@ MOST_STEPS = 1e10
 #: Defect, in parts of the energy moved, at which a run is ended early. Smaller ones are judged at the end: at the start
 #: of a motion from rest hardly any energy was moved.
 DIVERGED = 10.0
-#: Number of samples whose balance is looked at where it closes; all where it does not.
+#: Number of samples whose balance is evaluated where it closes; all where it does not.
 LOOKED_AT = 100
 #: Share of a run in which a whole log of events is not plausible: the same ones fire again and again.
 CHATTER = 1e-6
@@ -249,7 +249,7 @@ def solve(
 
 
 class _Run:
-    """A plan that runs: its loop, and the balances that it was looked at so far."""
+    """A plan that runs: its loop, and the balances evaluated so far."""
 
     def __init__(self, of: Plan) -> None:
         self.plan, self.assembly, self.model = of, of.assembly, of.assembly.model

@@ -1,4 +1,4 @@
-"""Whether a run whose steps follow from a tolerance will end: its pace, looked at from time to time."""
+"""Whether a run whose steps follow from a tolerance will end: its pace, checked from time to time."""
 
 from __future__ import annotations
 
