@@ -315,6 +315,7 @@ _YAML_PROBLEMS = (
     (r"constructor for the tag '(?:tag:yaml.org,2002:)?!?(.*)'", "the tag !{0} is not supported; write a plain value"),
     (r"decode base64", "the tag !!binary is not supported; write a plain value"),
     (r"could not find expected ':'", "a ':' is missing after a key"),
+    (r"maximum nesting depth", f"its lists and mappings are nested more than {_DEEPEST} levels deep"),
     (r"expected alphabetic or numeric character", "a name must follow & and *; put a text in quotation marks"),
 )  # fmt: skip
 

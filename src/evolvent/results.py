@@ -184,9 +184,9 @@ def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is 
     InputError
         If the file cannot be read, or holds something else.
     """
-    dataset = _opened(path)
+    dataset, found = _opened(path)
     held = dataset.attrs.pop(DIGEST, "")
-    if held == digest(dataset):
+    if held == found:
         return dataset
     if held:
         before = dataset.attrs.get("warning", "")
@@ -203,14 +203,14 @@ def open_unaltered(path: str | os.PathLike[str]) -> Any:
     InputError
         If the file cannot be read, holds something else, or was altered.
     """
-    dataset = _opened(path)
-    if dataset.attrs.pop(DIGEST, "") != digest(dataset):
+    dataset, found = _opened(path)
+    if dataset.attrs.pop(DIGEST, "") != found:
         raise InputError(f"cannot use {os.fspath(path)!r}: {_ALTERED}")
     return dataset
 
 
-def _opened(path: str | os.PathLike[str]) -> Any:
-    """A run as its file holds it, with its digest."""
+def _opened(path: str | os.PathLike[str]) -> tuple[Any, str]:
+    """A run as its file holds it, and the digest of what was read."""
     name = _named(path, "read")
     with safe_open.binary(name) as file:
         if file.read(1):
@@ -218,6 +218,7 @@ def _opened(path: str | os.PathLike[str]) -> Any:
             try:
                 safe_open.check_hdf5(file, name)
                 dataset = _load(file)
+                found = digest(dataset)
             except InputError as error:
                 raise InputError(f"{error}{hint}") from None
             except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged file)
@@ -232,7 +233,7 @@ def _opened(path: str | os.PathLike[str]) -> Any:
         _check(dataset)
     except InputError as error:
         raise InputError(f"cannot read {name!r}: it is no whole run of evolvent: {error}") from None
-    return dataset
+    return dataset, found
 
 
 def _check_shown(run: Any, name: str) -> None:

@@ -257,11 +257,12 @@ def read(folder: str | os.PathLike[str]) -> Any:
         safe_open.check_zarr(place / RESULTS)
         with xr.open_dataset(place / RESULTS, engine="zarr", chunks=None, decode_times=False) as dataset:
             found = dataset.load()
+            digest = results.digest(found)
     except InputError as error:
         raise InputError(f"{error}; {_AGAIN}") from None
     except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged store)
         raise InputError(f"cannot read {str(place / RESULTS)!r}: it is damaged; {_AGAIN}") from None
-    if found.attrs.pop(results.DIGEST, None) != results.digest(found):
+    if found.attrs.pop(results.DIGEST, None) != digest:
         raise InputError(f"cannot read {str(place / RESULTS)!r}: its values were altered; {_AGAIN}")
     return found.set_coords([key for key in json.loads(found.attrs["keys"]) if key in found.data_vars])
 

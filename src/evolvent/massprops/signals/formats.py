@@ -114,6 +114,8 @@ def _signals(content: Content, name: str, format_: str, digest: str) -> Signals:
     for key, value in columns.items():
         if np.isinf(value).any():
             raise InputError(f"cannot read {name!r}: sample {np.argmax(np.isinf(value)) + 1} of {key!r} is infinite")
+    if content.rate is not None and not 0.0 < content.rate < np.inf:
+        raise InputError(f"cannot read {name!r}: it states a sampling rate of {content.rate:g} Hz; it must be positive")
     return Signals(
         names=names,
         data=np.column_stack(list(columns.values())),
@@ -131,7 +133,7 @@ def _one_rate(steps: Iterable[float], name: str) -> float | None:
     known = [float(step) for step in steps if step and np.isfinite(step)]
     if not known:
         return None
-    if max(known) - min(known) > 1e-9 * max(known):
+    if max(known) - min(known) > 1e-9 * max(map(abs, known)):
         raise InputError(
             f"cannot read {name!r}: its columns are sampled at different rates "
             f"({1.0 / max(known):.6g} to {1.0 / min(known):.6g} Hz)"
