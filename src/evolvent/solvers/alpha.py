@@ -36,6 +36,7 @@ from evolvent.solvers.alpha_state import (
     factor_at,
 )
 from evolvent.solvers.least_norm import add_compliance
+from evolvent.solvers.step_error import newton_limit
 
 _I = types.int64
 
@@ -76,6 +77,7 @@ def iterate(t1, h, coasts, model, matrix, work):
     c_rate = gamma / (beta * h)
     c_step = 1.0 / (beta * h * h)
     scale = c_mass * options.mass
+    limit = newton_limit(options.newton, options.sharp, options.rates, loop.fastest, h)
     info = model.info
     info.compliance = 1.0 / scale
     a0, dv0, a1, dv1 = work.a0, work.dv0, work.a1, work.dv1
@@ -139,10 +141,10 @@ def iterate(t1, h, coasts, model, matrix, work):
         if iteration > 0:
             ratio = norm / last if last > 0.0 else 0.0
         left = norm * ratio / (1.0 - ratio) if ratio > 0.0 and ratio < 0.9 else norm
+        rounded = renewed and ratio > 0.5 and norm <= ROUND_OFF and model.threads.size == 0
         settled = iteration > 0 or info.redundant == 0  # the compliance leaves what a second iteration corrects
-        if settled and min(norm, left) <= options.newton:
-            return iteration + 1
-        if renewed and ratio > 0.5 and norm <= ROUND_OFF and model.threads.size == 0:
+        if (settled and min(norm, left) <= limit) or rounded:
+            loop.left = min(norm, left)
             return iteration + 1
         last = norm
     loop.stale = 1

@@ -36,6 +36,7 @@ from evolvent.solvers.alpha_state import (
     factor_at,
 )
 from evolvent.solvers.balance import begin_extremes, energy_of, potential_of
+from evolvent.solvers.step_error import fastest_rate, is_smooth, note_step, with_rates
 
 _I = types.int64
 #: Largest angle of a free body over an adaptive step, rad: a steady turn has no error by itself, but samples between
@@ -77,6 +78,7 @@ def begin(model, matrix, work):
     keep_momentum(t, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
     attitude.end_actuator_step(0.0, 0.5, work.dq, work.y, model)
     fill_energies(t, model, work)
+    work.loop.fastest = fastest_rate(0.0, 1.0, work.y[model.info.nq : model.info.nq + work.dq.size], work.speed)
     work.loop.start_energy = energy_of(work.balance)
     begin_extremes(work.loop, work.balance.kinetic, potential_of(work.balance))
     if model.flexible.hinges.size > 0:
@@ -240,12 +242,20 @@ def save_start(h, model, work):
 
 @inlined
 def local_error(h, model, work):
-    """Estimated error of a step beside the tolerance: c h^2 (a1 - a0); above 1 where a body turns too far."""
-    c, error = abs(work.options.beta - 1.0 / 6.0) * h * h, 0.0
+    """Estimated error of a step beside the tolerance: c h^2 (a1 - a0); above 1 where a body turns too far.
+
+    Where contacts have changed, rates jump, and only the coordinates count.
+    """
+    loop, options, c, error = work.loop, work.options, abs(work.options.beta - 1.0 / 6.0) * h * h, 0.0
     for i in range(work.dq.size):
         error = max(error, c * abs(work.a1[i] - work.a0[i]) / work.weight[i])
     turn = largest_turn(model, work.dq) / LARGEST_TURN
-    return max(error / work.options.tolerance, turn * turn * turn)
+    if is_smooth(loop):
+        fastest = fastest_rate(loop.fastest, h, work.dq, work.speed)
+        error = with_rates(error, h, options.tolerance, options.rates, fastest, max(loop.left, loop.left0))
+    else:
+        error /= options.tolerance
+    return max(error, turn * turn * turn)
 
 
 @inlined
@@ -279,6 +289,7 @@ def accept_step(t1, t_end, h, model, work):
     for i in range(work.dq.size):
         work.loads1[i] = model.flexible.P[i]
     add_step_to_balance(t_end, h, model, work)
+    note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.speed))
     loop.last_step, loop.event_step, loop.extended = h, math.inf, 0
     loop.time = t1
     loop.steps += 1

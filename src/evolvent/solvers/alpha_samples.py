@@ -12,7 +12,7 @@ from evolvent.kernels.rotations import turn
 from evolvent.kernels.thread import is_end, paid_out, spool
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import WORKSPACE
-from evolvent.solvers.dense import interpolate
+from evolvent.solvers.dense import interpolate, momenta_between
 from evolvent.solvers.sampled import IMPULSE, N_CYLINDER, TOUCHED, TOUCHING
 
 _I = types.int64
@@ -64,11 +64,20 @@ def next_start(model, work):
             work.bodies[0, b, i] = work.bodies[1, b, i]
 
 
+@inlined
+def _restore_wrenches(model, work):
+    """What acts on the bodies at the step's end, which `kinematics` clears."""
+    for b in range(model.bodies.size):
+        for i in range(6):
+            model.bodies[b].F[i] = work.bodies[1, b, i]
+
+
 @indirect(void(_I, REAL, REAL, REAL, MODEL, WORKSPACE))
 def keep_sample(n, theta, t, h, model, work):
     """Keep what is at the part `theta` of the step of length h from t on as sample n.
 
-    States are interpolated (`dense.interpolate`); accelerations, multipliers, forces and balance lie on straight lines.
+    States are interpolated (`dense.interpolate`); accelerations, multipliers, forces, momenta and balance lie on
+    straight lines.
     """
     switches = model.flexible.switches
     interpolate(theta, h, work.y0, work.y, model, work.out_y[n])
@@ -95,6 +104,11 @@ def keep_sample(n, theta, t, h, model, work):
     for b in range(work.bodies.shape[1]):
         for i in range(6):
             work.out_bodies[n, b, i] = _between(theta, work.bodies[0, b, i], work.bodies[1, b, i])
+    if work.out_momenta.shape[0] > 0:
+        momenta_between(theta, t, h, work.y0, work.y, model, work.momenta)
+        _restore_wrenches(model, work)
+        for i in range(6):
+            work.out_momenta[n, i] = work.momenta[0, i]
     if work.ends.shape[0] > 0:
         work.end_times[n, 0], work.end_times[n, 1] = t, t + h
         for i in range(work.y.size):
@@ -141,9 +155,7 @@ def keep_lengths_at_spools(theta, t, h, y, model, work):
             y[q + 3 * i + 1] += part * b
             y[q + 3 * i + 2] += part * c
     rigid.kinematics(t + h, work.y, model)
-    for b in range(model.bodies.size):
-        for i in range(6):
-            model.bodies[b].F[i] = work.bodies[1, b, i]
+    _restore_wrenches(model, work)
 
 
 @indirect(void(REAL, REAL, MODEL, WORKSPACE))

@@ -24,21 +24,22 @@ NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = -1, -2, -3, -4, -5
 #: next ones; factored_step: step of the factored matrix; quality: its worst pivot so far; gain, lowest_gain: what the
 #: balance has gained since the start, and the lowest of that so far, J; last_step: step that the algorithmic
 #: accelerations belong to; event_step: limit of the next step, on which a latch or an event lies; start_energy: J;
-#: latches: number of latches that have locked; extended: whether the step was made longer for an event; and the
-#: extremes of `evolvent.solvers.balance`.
+#: latches: number of latches that have locked; extended: whether the step was made longer for an event; contact_set0,
+#: settling, fastest, left, left0: as of `energy_loop.LOOP`; and the extremes of `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stale",
-                                   "contact_set", "over", "latches", "extended")]
+                                   "contact_set", "over", "latches", "extended", "contact_set0", "settling")]
     + [(name, np.float64) for name in ("time", "step", "factored_step", "quality", "gain", "lowest_gain",
-                                       "last_step", "event_step", "start_energy")]
+                                       "last_step", "event_step", "start_energy", "fastest", "left", "left0")]
     + list(EXTREMES),
     align=True,
 )  # fmt: skip
-#: Options of a run. newton: correction at which an iteration has converged; tolerance: 0 of fixed steps; gain: largest
-#: part of the energy moved that may come from nothing; mass, span, floor: a typical mass (kg), time (s), energy (J).
+#: Options of a run. newton, sharp: correction at which an iteration has converged, and share of `rates` that it may
+#: leave; tolerance, rates: of coordinates and rates, 0 of fixed steps; gain: largest part of the energy moved that may
+#: come from nothing; mass, span, floor: a typical mass (kg), time (s), energy (J).
 OPTIONS = np.dtype(
-    [(name, np.float64) for name in ("alpha_m", "alpha_f", "beta", "gamma", "newton", "tolerance", "smallest",
-                                     "longest", "gain", "mass", "span", "floor")]
+    [(name, np.float64) for name in ("alpha_m", "alpha_f", "beta", "gamma", "newton", "sharp", "tolerance", "rates",
+                                     "smallest", "longest", "gain", "mass", "span", "floor")]
 )  # fmt: skip
 
 
@@ -54,8 +55,9 @@ class Workspace(Struct):
     dv1, dv0 : (nv,) float, accelerations v'
     loads1, loads0 : (nv,) float, loads
     la, la0 : (nj,) float, multipliers; dq : (nv,) float, increments; r, x : (nv + nj,) float
-    weight : (nu,) float, size of each unknown that counts as 1
+    weight : (nu,) float, size of each unknown that counts as 1; speed : (nv,) float, 1 over it, 0 of what has no rate
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
+    momenta : (3, 6) float, of `dense.momenta_between`
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
     energies : (3,) float, scratch; impulse : (nc,) float, N s, of the normal forces of each cylinder; touched : (nbc,)
         float, likewise of each contact between bodies
@@ -88,6 +90,7 @@ class Workspace(Struct):
     r: np.ndarray = array(1)
     x: np.ndarray = array(1)
     weight: np.ndarray = array(1)
+    speed: np.ndarray = array(1)
     powers: np.ndarray = array(2)
     gaps: np.ndarray = array(1)
     energies: np.ndarray = array(1)
@@ -106,6 +109,7 @@ class Workspace(Struct):
     kept: np.ndarray = array(1)
     samples: np.ndarray = array(1)
     stops: np.ndarray = array(1)
+    momenta: np.ndarray = array(2)
     log_t: np.ndarray = array(1)
     log_k: np.ndarray = array(1, np.int64)
     out_y: np.ndarray = array(2)
@@ -113,6 +117,7 @@ class Workspace(Struct):
     out_a: np.ndarray = array(2)
     out_la: np.ndarray = array(2)
     out_balance: np.ndarray = array(2)
+    out_momenta: np.ndarray = array(2)
     out_cylinders: np.ndarray = array(3)
     out_touches: np.ndarray = array(3)
     out_friction: np.ndarray = array(3)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from evolvent.flow.implicit import momenta
 from evolvent.jit import inlined
 from evolvent.kernels import rigid, rod_samples
 from evolvent.kernels.flexible import NODE_VECTORS
@@ -56,6 +57,28 @@ def interpolate(theta, h, y0, y1, model, y):
             _attitude(theta, h, y0, y1, q + 3, v + 3, y)
     if model.flexible.rods.size > 0:
         rod_samples.keep_chords(theta, y0, y1, model, y)
+
+
+@inlined
+def momenta_between(theta, t, h, y0, y1, model, out):
+    """Momenta at the part `theta` of a step of length h from t, y0 to y1, on a straight line; bodies are at y1 then.
+
+    Parameters
+    ----------
+    out : (3, 6) float, of `momenta`: at theta, at the start and at the end
+
+    Notes
+    -----
+    Velocities on the cubics between the ends of a step that turns the system by the angle a are off by the share a^2/8,
+    so that the momenta of the states there are not those which the method keeps.
+    """
+    if theta < 1.0:
+        rigid.kinematics(t, y0, model)
+        momenta(y0, model, out[1])
+    rigid.kinematics(t + h, y1, model)
+    momenta(y1, model, out[2])
+    for i in range(6):
+        out[0, i] = out[1, i] + theta * (out[2, i] - out[1, i]) if theta < 1.0 else out[2, i]
 
 
 @inlined

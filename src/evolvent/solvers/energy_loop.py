@@ -41,9 +41,10 @@ from evolvent.solvers.balance import (
     largest_of,
     moved_of,
 )
-from evolvent.solvers.dense import interpolate
+from evolvent.solvers.dense import interpolate, momenta_between
 from evolvent.solvers.least_norm import add_compliance
 from evolvent.solvers.sampled import TOUCHED
+from evolvent.solvers.step_error import fastest_rate, is_smooth, newton_limit, note_step, with_rates
 
 _I = types.int64
 # status codes
@@ -51,23 +52,26 @@ BUDGET, DONE, AT_RESTART, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDAN
 #: Counters and clock. sample, stop: the next ones; stages: solutions that needed softened contacts; divided: steps that
 #: were divided; wanted, length: of the next step, s, before and after it was divided; last: length of the step before,
 #: s, 0 at a start; start: J, defect of the balance at the start; factored: length of the step whose matrix is factored,
-#: s, 0 of none; contact_set: points that pressed in it (`_count_touching`); extended:
-#: whether the step was made longer to end behind an event; and the extremes of
-#: `evolvent.solvers.balance`.
+#: s, 0 of none; contact_set, contact_set0: points that pressed in it and in the step before (`_count_touching`);
+#: settling: steps until rates are smooth again after these have changed; fastest: largest rate so far beside `weight`,
+#: 1/s; left, left0: what Newton's method has left in this step and in those before, beside `weight`; extended: whether
+#: the step was made longer to end behind an event; and the extremes of `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stages",
-                                   "divided", "latches", "contact_set", "extended")]
+                                   "divided", "latches", "contact_set", "contact_set0", "settling",
+                                   "extended")]
     + [(name, np.float64) for name in ("time", "wanted", "length", "event_step", "last", "quality", "start",
-                                       "factored")]
+                                       "factored", "fastest", "left", "left0")]
     + list(EXTREMES),
     align=True,
 )  # fmt: skip
-#: tolerance: 0 of fixed steps; newton: correction at which an iteration has converged; mass: a typical one, kg; all
-#: beside `weight`; gain: part of the energy moved that the balance may gain; floor: energy beside which a gain is
-#: round-off, J; first: step at a start, s.
+#: tolerance: 0 of fixed steps; rates: of rates beside the fastest, likewise; newton: correction at which an iteration
+#: has converged; sharp: share of `rates` that it may leave, 0 without a limit; mass: a typical one, kg; all beside
+#: `weight`; gain: part of the energy moved that the balance may gain; floor: energy beside which a gain is round-off, J;
+#: first: step at a start, s.
 OPTIONS = np.dtype(
-    [(name, np.float64) for name in ("chi", "tolerance", "newton", "smallest", "longest", "mass", "gain", "floor",
-                                     "first")]
+    [(name, np.float64) for name in ("chi", "tolerance", "rates", "newton", "sharp", "smallest", "longest", "mass",
+                                     "gain", "floor", "first")]
 )  # fmt: skip
 #: Part of the energy moved that the balance may gain by round-off and by what Newton's method leaves.
 LARGEST_GAIN = 1e-3
@@ -85,8 +89,14 @@ SIGNS[[BENDING, CONTACT]] = 0.0  # which the elastic energy contains
 IS_LOSS = np.array([name in LOSSES for name in ROW])
 #: Convergence slower than this takes a new tangent.
 SLOW = 0.15
-#: A correction of beams below this that a new tangent does not reduce is round-off, for elements may be stiff.
+#: A correction below this that a new tangent does not reduce is round-off: elements may be stiff, and joints near a
+#: position where they depend on one another.
 ROUND_OFF = 1e-8
+#: Share of the largest energy that what Newton's method leaves may do as work in a step, and that with which the step
+#: is taken if the iteration goes no further.
+LARGEST_WORK, ROUNDED_WORK = 1e-9, 1e-6
+#: Share of `newton` that the corrections for momenta which are kept reach, and most corrections for them or that work.
+SHARPER, MOST_SHARPENED = 1e-2, 4
 #: Most iterations with the contacts as they are, of the softest stage, and of one of those after it.
 PLAIN, FIRST, STAGED = 20, 40, 20
 #: Power of ten of the contacts' stiffness in the softest stage, and its least rise from one stage to the next.
@@ -99,14 +109,15 @@ class EnergyLoop(Struct):
     Attributes
     ----------
     step : EnergyStep; options, loop : records
-    weight : (nv,) float, size of each unknown that counts as 1; x : (nv + nj,) float, correction
+    weight : (nv,) float, size of each unknown that counts as 1; speed : (nv,) float, 1 over it, 0 of what has no rate
+    x : (nv + nj,) float, correction
     dq0, la1 : (nv,) and (nj,) float, increments and multipliers of the last stage that has converged
     rate, acceleration : (nv,) float, mean of the step before, and by it and the one before that
     la0, paths : (nj,) float, multipliers of the step before; what drives change in the joints' gaps
     balance0, balance : (number of fields,) float, J, at the start and the end of the step; energies : (3,) float
     impulse0, impulse : (nc,) float, N s, of the normal forces of each cylinder; touched0, touched : (nbc,) float,
         likewise of each contact between bodies
-    wrenches : (nb, 6) float, of the step on the bodies
+    wrenches : (nb, 6) float, of the step on the bodies; momenta : (3, 6) float, of `dense.momenta_between`
     samples, stops : float, s; out_* : what is kept at the samples
     log_t, log_k : (nh + ne,) float and int, s, times of latches and events; their hinges, and -1 - k of event k
     """
@@ -115,6 +126,7 @@ class EnergyLoop(Struct):
     options: np.record = record(OPTIONS)
     loop: np.record = record(LOOP)
     weight: np.ndarray = array(1)
+    speed: np.ndarray = array(1)
     x: np.ndarray = array(1)
     la0: np.ndarray = array(1)
     dq0: np.ndarray = array(1)
@@ -132,6 +144,7 @@ class EnergyLoop(Struct):
     wrenches: np.ndarray = array(2)
     samples: np.ndarray = array(1)
     stops: np.ndarray = array(1)
+    momenta: np.ndarray = array(2)
     log_t: np.ndarray = array(1)
     log_k: np.ndarray = array(1, np.int64)
     out_s: np.ndarray = array(2, np.int64)
@@ -139,6 +152,7 @@ class EnergyLoop(Struct):
     out_a: np.ndarray = array(2)
     out_la: np.ndarray = array(2)
     out_balance: np.ndarray = array(2)
+    out_momenta: np.ndarray = array(2)
     out_cylinders: np.ndarray = array(3)
     out_touches: np.ndarray = array(3)
     out_friction: np.ndarray = array(3)
@@ -166,6 +180,21 @@ def _count_touching(model):
         if rows[i].force > 0.0:
             found += 104729 * (i * i + 1)
     return found + coordinate.count_slipping(model)
+
+
+@inlined
+def _is_exact(share, model, work):
+    """Whether the work that the residual does over the step is below a share of the largest energy: it has no cause."""
+    step, powers, P, lost, given = work.step, work.step.powers, model.flexible.P, 0.0, 0.0
+    for i in range(step.dq.size):
+        lost += step.r[i] * step.dq[i]
+        given += P[i] * step.dq[i]
+    for k in range(step.la.size):
+        if model.flexible.joints[k].stiffness <= 0.0:
+            lost += step.la[k] * (step.gap1[k] - step.gap0[k] - work.paths[k])
+    given = abs(given) + step.step.h * (abs(powers[MARKER_LOADS]) + abs(powers[DRIVEN]))
+    scale = max(moved_of(work.loop), largest_of(work.loop), given)
+    return abs(lost) <= share * scale + work.options.floor
 
 
 @inlined
@@ -234,19 +263,23 @@ def iterate(most, searches, model, matrix, work):
     scale = 4.0 * options.mass / (step.step.h * step.step.h)
     info = model.info
     info.compliance = 1.0 / scale
-    flexible = model.flexible.elements.size + model.flexible.rods.size
-    rounding = min(ROUND_OFF, 1e4 * options.newton) if flexible > 0 else 0.0
+    inexact = model.flexible.elements.size + model.flexible.rods.size + n_j
+    rounding = min(ROUND_OFF, 1e4 * options.newton) if inexact > 0 else 0.0
     residual(model, step)
     soft, last, ratio, touching = step.step.soft != 1.0, math.inf, 0.0, loop.contact_set
-    # what keeps momenta or energy takes its own tangent, for it converges to round-off
-    stale = soft or step.step.chi_v == 0.0 or loop.factored != step.step.h or info.redundant != 0
-    kept = not stale
+    limit = options.newton if soft else newton_limit(
+        options.newton, options.sharp, options.rates, loop.fastest, step.step.h
+    )  # fmt: skip
+    # what keeps momenta or energy takes its own tangent, and one correction more: both converge to round-off
+    keeps = step.step.chi_v == 0.0 and not soft
+    stale = soft or keeps or loop.factored != step.step.h or info.redundant != 0
+    kept, sharpened = not stale, 0
     loop.factored = 0.0
     for iteration in range(most):
         if not is_finite(step.r):
             return NOT_FINITE
         now = _count_touching(model)
-        fresh = stale or ratio > SLOW or now != touching or model.info.redundant != 0
+        fresh = stale or (ratio > SLOW and sharpened == 0) or now != touching or model.info.redundant != 0
         if fresh:
             tangent(scale, model, step, matrix)
             found = sparse_lu.factor(matrix)
@@ -292,11 +325,27 @@ def iterate(most, searches, model, matrix, work):
         rounded = fresh and ratio > 0.5 and norm <= rounding  # a new tangent does not reduce it any more
         # of redundant constraints a second iteration corrects what the compliance leaves
         settled = s == 1.0 and (iteration > 0 or info.redundant == 0)
-        if settled and (min(norm, left) <= options.newton or rounded) and _count_touching(model) == touching:
-            loop.factored, loop.contact_set = 0.0 if soft else step.step.h, touching
-            return iteration + 1
+        if settled and (min(norm, left) <= limit or rounded) and _count_touching(model) == touching:
+            exact = soft or _is_exact(LARGEST_WORK, model, work)
+            sharp = not keeps or (sharpened > 0 and (left <= SHARPER * limit or ratio > 0.5))
+            if exact and sharp:
+                return _converged(iteration, min(norm, left), touching, work)
+            if sharpened == MOST_SHARPENED or rounded:
+                if exact or _is_exact(ROUNDED_WORK, model, work):
+                    return _converged(iteration, min(norm, left), touching, work)
+                return NO_CONVERGENCE
+            sharpened += 1
         last = norm
     return NO_CONVERGENCE
+
+
+@inlined
+def _converged(iteration, left, touching, work):
+    """Note what Newton's method has left, and for which step its matrix serves; returns the iterations."""
+    loop, step = work.loop, work.step.step
+    loop.left, loop.contact_set = left, touching
+    loop.factored = step.h if step.soft == 1.0 else 0.0
+    return iteration + 1
 
 
 @indirect(_I(MODEL, SPARSE, ENERGY_LOOP))
@@ -442,6 +491,9 @@ def keep_samples(model, work):
             work.out_la[n, k] = step.la[k]
         for i in range(work.balance.size):
             work.out_balance[n, i] = work.balance0[i] + theta * (work.balance[i] - work.balance0[i])
+        momenta_between(theta, t, h, step.y0, step.y1, model, work.momenta)
+        for i in range(6):
+            work.out_momenta[n, i] = work.momenta[0, i]
         _keep_wrenches(n, model, work)
         for k in range(f.cylinders.size):
             work.out_cylinders[n, k, 7] = work.impulse0[k] + theta * (work.impulse[k] - work.impulse0[k])
@@ -516,15 +568,21 @@ def _longest_turn(bodies):
 def _error(model, work):
     """Estimated error of the step beside the tolerance, (1/12 + chi/4) h^3 v'', by accelerations of the mean rates.
 
-    The velocities at the ends may alternate about the mean rates where damping or a constraint is stiff.
+    The velocities at the ends may alternate about the mean rates where damping or a constraint is stiff. Where contacts
+    have changed, rates jump, and only the coordinates count.
     """
-    step, error = work.step, 0.0
-    if work.loop.last == 0.0:
+    step, loop, options, error = work.step, work.loop, work.options, 0.0
+    if loop.last == 0.0:
         return 0.0
-    c = step.step.h * step.step.h * (1.0 / 12.0 + 0.25 * work.options.chi)
+    h, left = step.step.h, max(loop.left, loop.left0)
+    c = h * h * (1.0 / 12.0 + 0.25 * options.chi)
     for i in range(step.dq.size):
         error = max(error, c * abs(_acceleration(i, work) - work.acceleration[i]) / work.weight[i])
-    return max(error, _turning_error(model, step)) / work.options.tolerance
+    error = max(error, _turning_error(model, step))
+    if is_smooth(loop):
+        fastest = fastest_rate(loop.fastest, h, step.dq, work.speed)
+        return with_rates(error, h, options.tolerance, options.rates, fastest, left)
+    return error / options.tolerance
 
 
 @indirect(_I(MODEL, SPARSE, ENERGY_LOOP))
@@ -540,6 +598,7 @@ def begin(model, matrix, work):
         work.out_y[0, i] = step.y0[i]
     for i in range(step.dq.size):
         work.rate[i] = step.y0[model.info.nq + i]
+    work.loop.fastest = fastest_rate(0.0, 1.0, work.rate, work.speed)
     for k in range(model.flexible.hinges.size):
         model.flexible.hinges[k].angle = step.hinge1[k, 2]
         model.flexible.hinges[k].rate = 0.0
@@ -552,6 +611,9 @@ def begin(model, matrix, work):
         work.balance0[i] = work.balance[i]
         work.out_balance[0, i] = work.balance[i]
     work.loop.sample = 1
+    momenta_between(1.0, work.loop.time, 0.0, step.y0, step.y1, model, work.momenta)
+    for i in range(6):
+        work.out_momenta[0, i] = work.momenta[0, i]
     _has_gained(work)
     return DONE
 
@@ -559,8 +621,9 @@ def begin(model, matrix, work):
 @inlined
 def _next_start(model, work):
     """Make the end of the step the start of the next."""
-    step = work.step
-    step.step.t = work.loop.time
+    step, loop = work.step, work.loop
+    step.step.t = loop.time
+    note_step(loop, fastest_rate(loop.fastest, step.step.h, step.dq, work.speed))
     for i in range(step.y0.size):
         step.y0[i] = step.y1[i]
     for i in range(step.dq.size):

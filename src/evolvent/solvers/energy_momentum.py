@@ -14,6 +14,7 @@ from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
+from evolvent.flow.implicit import momenta
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import (
     body_contact_step,
@@ -41,11 +42,12 @@ from evolvent.solvers.balance import BALANCE, GAINED
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.energy_messages import reason, stalled
 from evolvent.solvers.implicit_messages import redundant
-from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, sizes
+from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, sizes, speeds
 from evolvent.solvers.laws import broken_law, large_law, refusing_laws, try_laws
 from evolvent.solvers.pace import Stall
 from evolvent.solvers.sampled import Sampled, empty
 from evolvent.solvers.solution import Solution
+from evolvent.solvers.step_error import LEAST_NEWTON, LEFT_SHARE, rate_tolerance
 
 #: Name of the method.
 NAME = "energy-momentum"
@@ -93,10 +95,12 @@ def plan(
     assembly : Assembly, which is left as it is
     samples : (nt,) float, s, increasing; the first is the start, the last the end; they cut no step
     step : float, s, fixed; None has it follow from `tolerance`
-    tolerance : float, error of a step that is accepted, beside the size of the system (or 1 for slopes and turns)
+    tolerance : float, error of a step that is accepted, beside the size of the system (or 1 for slopes and turns); that
+        of rates beside the fastest one follows from it (`step_error.rate_tolerance`)
     spectral_radius : float, 1/3 to 1, at infinite frequency: 1 conserves energy, 1/3 dissipates most. Where nothing
         holds the system from outside the strains alone are filtered, which keeps the angular momentum.
-    newton : float, correction at which an iteration has converged, beside the same sizes
+    newton : float, correction at which an iteration has converged, beside the same sizes; left out, that of adaptive
+        steps follows from the tolerance of rates as well (`step_error.newton_limit`)
 
     Raises
     ------
@@ -117,13 +121,17 @@ def plan(
     with refusing_laws(own):
         check_start(own, float(times[0]))
     weight, mass = sizes(own)
+    adaptive, sharp = step is None, 0.0
     if newton is None:
-        newton = 1e-12 if step is not None or not is_held(own.model) else min(1e-3 * tolerance, 1e-6)
+        newton = LEAST_NEWTON if not adaptive or not is_held(own.model) else min(1e-3 * tolerance, 1e-6)
+        sharp = LEFT_SHARE if adaptive else 0.0
     options = zeros_record(
         energy_loop.OPTIONS,
         chi=rho * (1.0 - rho) / (1.0 + rho) ** 2,
-        tolerance=0.0 if step is not None else tolerance,
+        tolerance=tolerance if adaptive else 0.0,
+        rates=rate_tolerance(tolerance) if adaptive else 0.0,
         newton=newton,
+        sharp=sharp,
         smallest=1e-13 * span,
         longest=span,
         mass=mass,
@@ -158,6 +166,7 @@ def is_held(model: Any, t: float = -math.inf) -> bool:
 def needed(model: Any) -> list[Any]:
     """Functions that the method calls."""
     found = [flow.measure, flow.move, flow.residual, flow.tangent, *energy_loop.functions(), *needs.balance(model)]
+    found.append(momenta)
     if model.flexible.elements.size:
         found += [flow.add_elements, flow.add_element_tangents]
     if model.flexible.rods.size:
@@ -224,6 +233,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
             energy_loop.LOOP, time=times[0], wanted=first, length=first, event_step=math.inf, quality=1.0
         ),
         weight=of.weight,
+        speed=speeds(model, of.weight),
         x=np.zeros(n_v + n_j),
         la0=np.zeros(n_j),
         dq0=np.zeros(n_v),
@@ -239,6 +249,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         touched0=np.zeros(f.body_contacts.size),
         touched=np.zeros(f.body_contacts.size),
         wrenches=np.zeros((n_b, 6)),
+        momenta=np.zeros((3, 6)),
         samples=times.copy(),
         stops=stops,
         out_y=np.zeros((times.size, assembly.y.size)),
@@ -248,6 +259,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         log_k=np.zeros(f.hinges.size + model.events.size, dtype=np.int64),
         out_s=np.zeros((times.size, assembly.s.size), dtype=np.int64),
         out_balance=np.zeros((times.size, fields)),
+        out_momenta=np.zeros((times.size, 6)),
         out_cylinders=out.cylinders,
         out_touches=out.touches,
         out_friction=out.friction,
@@ -350,7 +362,7 @@ class Run(implicit.Run):
         work = self.work
         unknowns = (work.out_a[:n], work.out_la[:n])
         forces = work.out_cylinders[:n], work.out_bodies[:n], work.out_touches[:n], work.out_friction[:n]
-        return Sampled(*unknowns, balance, *forces, work.out_points[:n])
+        return Sampled(*unknowns, balance, *forces, work.out_points[:n], work.out_momenta[:n])
 
     def counted(self, found: Solution) -> Solution:
         """The solution with what this method alone counts."""

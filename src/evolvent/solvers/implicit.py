@@ -27,6 +27,7 @@ from evolvent.solvers.pace import Pace, Stall
 from evolvent.solvers.releases import Releases, reason_of_outrun, write_accounts
 from evolvent.solvers.sampled import Sampled
 from evolvent.solvers.solution import Solution, first_latch
+from evolvent.solvers.step_error import LEFT_SHARE, rate_tolerance
 
 #: Name of the method.
 NAME = "generalized-alpha"
@@ -112,7 +113,9 @@ def plan(
     with refusing_laws(own):
         check_start(own, float(times[0]))
     weight, mass = sizes(own)
+    adaptive, sharp = step is None, 0.0
     if newton is None:
+        sharp = LEFT_SHARE if adaptive else 0.0
         newton = 1e-9 if step is not None else min(1e-3 * tolerance, 1e-7)
         free = np.sum(model.bodies["motion"] == rigid.FREE) - np.sum(model.flexible.rods["elements"] + 1)
         spins = bool(free > 0)  # bodies but the nodes of rods, whose error adds up step by step
@@ -125,7 +128,9 @@ def plan(
     options = options_of(
         spectral_radius,
         newton=newton,
-        tolerance=0.0 if step is not None else tolerance,
+        sharp=sharp,
+        tolerance=tolerance if adaptive else 0.0,
+        rates=rate_tolerance(tolerance) if adaptive else 0.0,
         smallest=1e-13 * span,
         longest=longest,
         gain=largest_gain,
@@ -410,7 +415,8 @@ class Run:
             reactions.evaluate(self.model, self.plan.matrix, work, n, self.ranks.use)
         forces = work.out_cylinders[:n], work.out_bodies[:n]
         touches = work.out_touches[:n], work.out_friction[:n]
-        return Sampled(work.out_a[:n], work.out_la[:n], balance, *forces, *touches)
+        momenta = None if self.model.threads.size else work.out_momenta[:n]
+        return Sampled(work.out_a[:n], work.out_la[:n], balance, *forces, *touches, momenta=momenta)
 
     def counted(self, found: Solution) -> Solution:
         """The solution with what generalized-alpha alone counts."""

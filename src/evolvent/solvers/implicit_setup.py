@@ -97,6 +97,13 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     return weight, float(np.exp(np.mean(np.log(masses)))) if masses else 1.0
 
 
+def speeds(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
+    """What rates are multiplied by to compare them: 1 over the sizes of the unknowns, 0 of thrusters' impulses."""
+    found = 1.0 / weight
+    found[model.thrusters["iv"] - int(model.info.nq)] = 0.0
+    return found
+
+
 def length_of(model: mdl.Model, weight: np.ndarray) -> float:
     """Largest size of the unknowns (m, or 1 for slopes and turns) but for wheels and free spools."""
     kept = np.ones(weight.size, dtype=bool)
@@ -229,6 +236,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         r=np.zeros(n_v + n_j),
         x=np.zeros(n_v + n_j),
         weight=weight,
+        speed=speeds(model, weight),
         powers=np.zeros((2, N_POWERS)),
         gaps=np.zeros(n_j),
         energies=np.zeros(3),
@@ -243,6 +251,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         ends=np.zeros((evaluated, 2, assembly.y.size)),
         end_times=np.zeros((evaluated, 2)),
         kept=np.full(12, np.nan),
+        momenta=np.zeros((3, 6)),
         samples=times.copy(),
         stops=stops,
         log_t=np.zeros(model.flexible.hinges.size + model.events.size),
@@ -252,6 +261,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         out_a=out.acceleration,
         out_la=out.la,
         out_balance=np.zeros((times.size, fields)),
+        out_momenta=np.zeros((0 if model.threads.size else times.size, 6)),
         out_cylinders=out.cylinders,
         out_touches=out.touches,
         out_friction=out.friction,

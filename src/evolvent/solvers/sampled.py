@@ -40,6 +40,8 @@ class Sampled(NamedTuple):
     friction : (nt, n, 3) float, N, inertial axes, friction on the contact points of beams; n = 0 where nothing rubs
     points : (nt, n) float, N, normal forces of the contact points, means over the step; None where they follow from the
         states alone
+    momenta : (nt, 6) float, kg m/s and kg m2/s about the inertial origin, between those of the steps' ends on straight
+        lines; None where they follow from the states alone
     """
 
     acceleration: Array
@@ -50,6 +52,7 @@ class Sampled(NamedTuple):
     touches: Array
     friction: Array
     points: Array | None = None
+    momenta: Array | None = None
 
     def chosen(self, samples: Any) -> Sampled:
         """At some of the samples: (nt,) bool, or indices."""

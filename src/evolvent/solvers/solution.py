@@ -185,6 +185,8 @@ class Solution:
     def momentum(self) -> Momentum:
         """Linear and angular momentum at the samples, and what events brought in."""
         model = self.assembly.model
+        if self.kept is not None and self.kept.momenta is not None:
+            return momentum_of(model, self.y, self.kept.momenta[:, :3], self.kept.momenta[:, 3:])
         if self.kept is not None and not model.threads.size:  # without the functions of explicit methods
             return momentum_of(model, self.y, *momenta_of(model, self.t, self.y))
         return momentum_of(model, self.y, self.sums[:, mdl.P_ALL : mdl.P_ALL + 3], angular_momentum(self.sums))

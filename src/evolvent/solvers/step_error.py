@@ -1,0 +1,75 @@
+"""Error of an adaptive implicit step in rates, and what Newton's method may leave: one rule for both methods.
+
+The error of a step in the coordinates, e ~ h^3 v''/12, is compared with a tolerance beside the system's size. Motion
+that is small beside the system, such as a vibration, would have large errors in its rates: those are e/h ~ h^2 v''/12,
+in proportion to the error of phase that builds up over a radian. So e/h is compared with the fastest rate of the run so
+far as well. Of motion of the system's size at w both are one: (w h)^3/12 = tol where (w h)^2/12 ~ tol^(2/3).
+"""
+
+from __future__ import annotations
+
+from evolvent.jit import inlined
+
+#: Share of the error of rates that Newton's method may leave in every step, for what it leaves has one sign for long.
+LEFT_SHARE = 1e-5
+#: Least correction at which an iteration has converged, beside the size of each unknown.
+LEAST_NEWTON = 1e-12
+#: Most that the error of rates counts beside that of coordinates: steps become ten times shorter for it at most.
+MOST_SHARE = 1e3
+#: What Newton's method has left is no part of an error that is so many times larger.
+ABOVE_LEFT = 10.0
+#: Steps after a change of the points in contact in which the estimate does not see rates: they jump there.
+SETTLING = 3
+
+
+def rate_tolerance(tolerance: float) -> float:
+    """Error of rates beside the fastest one that a step may have, of the tolerance of coordinates."""
+    return float(tolerance) ** (2.0 / 3.0)
+
+
+@inlined
+def fastest_rate(before, h, dq, speed):
+    """Largest rate of a run beside the sizes of the unknowns, 1/s: that `before`, or of a step's increments dq."""
+    found = before
+    for i in range(dq.size):
+        found = max(found, speed[i] * abs(dq[i]) / h)
+    return found
+
+
+@inlined
+def note_step(loop, fastest):
+    """Note for the estimates of the next steps what an accepted one has left, and whether its contacts have changed."""
+    loop.fastest, loop.left0 = fastest, max(loop.left, 0.1 * loop.left0)
+    loop.settling = SETTLING if loop.contact_set != loop.contact_set0 else max(loop.settling - 1, 0)
+    loop.contact_set0 = loop.contact_set
+
+
+@inlined
+def is_smooth(loop):
+    """Whether no contact has changed in the steps from which the error is estimated."""
+    return loop.settling == 0 and loop.contact_set == loop.contact_set0
+
+
+@inlined
+def newton_limit(newton, sharp, rates, fastest, h):
+    """Correction at which Newton's method has converged in a step of length h, beside the size of each unknown."""
+    if sharp > 0.0 and fastest > 0.0:
+        return min(newton, max(sharp * rates * fastest * h, LEAST_NEWTON))
+    return newton
+
+
+@inlined
+def with_rates(error, h, tolerance, rates, fastest, left):
+    """Error of a step beside the tolerance, with that of its rates.
+
+    Parameters
+    ----------
+    error : float, of coordinates beside their sizes; h : float, s, length of the step
+    tolerance, rates : float, of coordinates and of rates; fastest : float, 1/s, fastest rate so far
+    left : float, what Newton's method has left in the steps that the error is estimated from
+    """
+    found = error / tolerance
+    if error <= ABOVE_LEFT * left or fastest <= 0.0:
+        return found
+    beside = error / (h * rates * fastest)
+    return max(found, min(beside * beside**0.5, MOST_SHARE * found))
