@@ -12,7 +12,7 @@ from evolvent import families, units
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
 from evolvent.fine_samples import Times
-from evolvent.kernels import coordinate, thread
+from evolvent.kernels import coordinate, joint, rigid, sides, thread
 from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad
 from evolvent.parts.thread import Thread
@@ -124,6 +124,8 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
         return energy_momentum.NAME, f"{what}: steps of any length gain no energy"
     if model.flexible.body_contacts.size and families.ENERGY not in refused:
         return energy_momentum.NAME, "contact: steps of any length gain no energy"
+    if families.EXPLICIT in refused and families.ENERGY not in refused and has_loops(model):
+        return energy_momentum.NAME, "loops of joints, which may pass positions where they depend on one another"
     if families.EXPLICIT in refused and families.IMPLICIT not in refused:
         return implicit.NAME, refused[families.EXPLICIT].partition("; ")[0]
     if families.EXPLICIT in refused:
@@ -136,6 +138,34 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
     if np.any(model.threads["kind"] == thread.SPRINGS):
         return implicit.NAME, "threads of springs are stiff"
     return "dopri5", "bodies, points and springs: adaptive steps of fifth order"
+
+
+def has_loops(model: Any) -> bool:
+    """Whether joints close a loop of three parts or more, what does not move being one part."""
+    joints, bodies = model.flexible.joints, model.bodies
+    edges = set()
+    for row in joints[~np.isin(joints["kind"], (joint.ANGLE, joint.GEAR))]:
+        ends = set()
+        for side in range(joint.side_count(row["kind"])):
+            on, index = int(row["on"][side]), int(row["index"][side])
+            if on in (sides.ON_COORDINATES, sides.ON_NODE):
+                ends.add(f"coordinates {int(row['iv'][side])}")
+            elif on == sides.ON_BODY and bodies["motion"][index] != rigid.DRIVEN:
+                ends.add(f"body {index}")
+        edges.add(tuple(sorted(ends)) if len(ends) == 2 else ("", *ends))
+    group: dict[str, str] = {}
+
+    def root(name: str) -> str:
+        while group.setdefault(name, name) != name:
+            name = group[name]
+        return name
+
+    for a, b in (edge for edge in sorted(edges) if len(edge) == 2):
+        first, second = root(a), root(b)
+        if first == second:
+            return True
+        group[first] = second
+    return False
 
 
 def plan(

@@ -67,8 +67,8 @@ LOOP = np.dtype(
 )  # fmt: skip
 #: tolerance: 0 of fixed steps; rates: of rates beside the fastest, likewise; newton: correction at which an iteration
 #: has converged; sharp: share of `rates` that it may leave, 0 without a limit; mass: a typical one, kg; all beside
-#: `weight`; gain: part of the energy moved that the balance may gain; floor: energy beside which a gain is round-off, J;
-#: first: step at a start, s.
+#: `weight`; gain: part of the energy moved that the balance may gain; floor: energy beside which a gain is round-off,
+#: J; first: step at a start, s.
 OPTIONS = np.dtype(
     [(name, np.float64) for name in ("chi", "tolerance", "rates", "newton", "sharp", "smallest", "longest", "mass",
                                      "gain", "floor", "first")]
