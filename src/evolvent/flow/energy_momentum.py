@@ -498,13 +498,31 @@ def tangent(scale, model, work, matrix):
     loads.add_load_tangents(tm, work.ym, c_rate, 0.0, model, matrix)
     node_loads.add_following_tangents(tm, work.ym, c_rate, model, matrix)
     beam_loads.add_field_tangents(work.ym, model, matrix)
-    for k in range(f.joints.size):
-        joint.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, model, matrix)
+    for k in range(f.joints.size):  # the rows are those of the end, but of gears
+        rows = 1.0 if f.joints[k].kind == joint.GEAR else 0.0
+        joint.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, rows, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
     _add_body_tangents(c_mass, model, work, matrix)
     if attitude.has_actuators(model):
         attitude.add_wheel_step_tangent(c_mass, n_q, work.R0, work.R1, model, matrix)
         attitude.add_actuator_tangents(tm, work.ym, c_rate, model, matrix)
+    if f.joints.size > 0:
+        _add_end_rows(scale, c_rate, model, work, matrix)
+
+
+@inlined
+def _add_end_rows(scale, c_rate, model, work, matrix):
+    """Derivatives of what joints hold at the end of the step. Bodies and geometry of joints stay at the end."""
+    joints, bodies, t = model.flexible.joints, model.bodies, work.step.t + work.step.h
+    for b in range(bodies.size):
+        for i in range(3):
+            bodies[b].x[i] = work.x1[b, i]
+            for j in range(3):
+                bodies[b].R[i, j] = work.R1[b, i, j]
+    for k in range(joints.size):
+        if joints[k].kind != joint.GEAR and joint.holds(t, joints, k):
+            row = model.info.nv + k
+            joint.add_end_row(t, work.y1, work.dq, k, row, scale, c_rate, model, matrix)
 
 
 @indirect(void(REAL, MODEL, ENERGY_STEP, SPARSE))

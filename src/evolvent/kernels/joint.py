@@ -6,6 +6,7 @@ import numpy as np
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel
+from evolvent.kernels import rigid
 from evolvent.kernels.cord import drum_cord
 from evolvent.kernels.drive import drive
 from evolvent.kernels.gear import add_gear, add_gear_force, gear_geometry
@@ -343,16 +344,65 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
 
 
 @inlined
-def add_joint_tangent(t, la, k, row, scale, c_rate, model, matrix):
-    """Add joint k with the multiplier la to a tangent; its constraint, in row and column `row`, times `scale`."""
+def _weight_of_rates(k, c_rate, joints):
+    """Factor of the constraint of joint k: the damper of a penalty adds to its gap."""
+    return 1.0 + c_rate * joints[k].damping / joints[k].stiffness if joints[k].stiffness > 0.0 else 1.0
+
+
+@inlined
+def add_joint_tangent(t, la, k, row, scale, c_rate, with_row, model, matrix):
+    """Add joint k with the multiplier la to a tangent; its constraint, in row and column `row`, times `scale`.
+
+    The row is `with_row` times that of the column: 1, or 0 where `add_end_row` adds it.
+    """
     joints = model.flexible.joints
     if not holds(t, joints, k):
         add_entry(matrix, row, row, scale * scale)
         return
-    stiffness, damped = joints[k].stiffness, 1.0
-    if stiffness > 0.0:
-        add_entry(matrix, row, row, -scale * scale / stiffness)
-        damped = 1.0 + c_rate * joints[k].damping / stiffness
+    if joints[k].stiffness > 0.0:
+        add_entry(matrix, row, row, -scale * scale / joints[k].stiffness)
     elif joints[k].slack > 0.0:
         add_entry(matrix, row, row, -scale * scale * joints[k].slack * model.info.compliance)
-    add_held_joint(k, la, row, scale, damped, model, matrix)
+    add_held_joint(k, la, row, scale, with_row * _weight_of_rates(k, c_rate, joints), model, matrix)
+
+
+@inlined
+def add_end_row(t, y, dq, k, row, scale, c_rate, model, matrix):
+    """Add the derivative of the gap at the end of a step by its increments dq as row `row`, times `scale`.
+
+    Parameters
+    ----------
+    t, y, dq : s, state at the end, where the bodies are, and increments; that of a rotation is 2 p = 2 tan(angle/2)
+        about its axis, and a change of it turns the end by (1 - p x)/(1 + p.p) of the change, body axes of the end
+    """
+    joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
+    joint_geometry(t, y, k, model)
+    factor, kind = scale * _weight_of_rates(k, c_rate, joints), joints[k].kind
+    if kind == ANGLE:
+        at = joints[k].iv[1] - n_q
+        add_entry(matrix, row, at, factor / (1.0 + 0.25 * dq[at] * dq[at]))
+        return
+    J = model.flexible.J[0]
+    for side in range(side_count(kind)):
+        on, index, g = joints[k].on[side], joints[k].index[side], joints[k].g[side]
+        is_place = kind != DIRECTION and side < 2
+        at, n = side_columns(model, on, index, joints[k].iv[side], joints[k].local[side], is_place, J)
+        to, right = 0, 0
+        if n > 0:
+            to, right, _ = first_entry(matrix, row, at)
+        if n == 0 or to < 0:
+            continue
+        for c in range(n):
+            J[0, c] = factor * (g[0] * J[0, c] + g[1] * J[1, c] + g[2] * J[2, c])
+        if on == ON_BODY:
+            first = n - 3 if bodies[index].motion == rigid.FREE else 0
+            x, y_, z = 0.5 * dq[at + first], 0.0, 0.0
+            if bodies[index].motion == rigid.FREE:
+                y_, z = 0.5 * dq[at + 4], 0.5 * dq[at + 5]
+                a, b, c = cross(x, y_, z, J[0, 3], J[0, 4], J[0, 5])
+                J[0, 3], J[0, 4], J[0, 5] = J[0, 3] + a, J[0, 4] + b, J[0, 5] + c
+            s = 1.0 / (1.0 + x * x + y_ * y_ + z * z)
+            for c in range(first, n):
+                J[0, c] *= s
+        for c in range(n):
+            matrix.values[to + c * right] += J[0, c]

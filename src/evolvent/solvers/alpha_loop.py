@@ -78,7 +78,7 @@ def begin(model, matrix, work):
     keep_momentum(t, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
     attitude.end_actuator_step(0.0, 0.5, work.dq, work.y, model)
     fill_energies(t, model, work)
-    work.loop.fastest = fastest_rate(0.0, 1.0, work.y[model.info.nq : model.info.nq + work.dq.size], work.speed)
+    work.loop.fastest = fastest_rate(0.0, 1.0, work.y[model.info.nq : model.info.nq + work.dq.size], work.shares)
     work.loop.start_energy = energy_of(work.balance)
     begin_extremes(work.loop, work.balance.kinetic, potential_of(work.balance))
     if model.flexible.hinges.size > 0:
@@ -247,12 +247,15 @@ def local_error(h, model, work):
     Where contacts have changed, rates jump, and only the coordinates count.
     """
     loop, options, c, error = work.loop, work.options, abs(work.options.beta - 1.0 / 6.0) * h * h, 0.0
+    rates = 0.0
     for i in range(work.dq.size):
-        error = max(error, c * abs(work.a1[i] - work.a0[i]) / work.weight[i])
+        change = c * (work.a1[i] - work.a0[i])
+        error = max(error, abs(change) / work.weight[i])
+        rates += work.shares[i] * change * change
     turn = largest_turn(model, work.dq) / LARGEST_TURN
     if is_smooth(loop):
-        fastest = fastest_rate(loop.fastest, h, work.dq, work.speed)
-        error = with_rates(error, h, options.tolerance, options.rates, fastest, max(loop.left, loop.left0))
+        fastest = fastest_rate(loop.fastest, h, work.dq, work.shares)
+        error = with_rates(error, math.sqrt(rates) / h, options.tolerance, options.rates, fastest, max(loop.left, loop.left0))
     else:
         error /= options.tolerance
     return max(error, turn * turn * turn)
@@ -289,7 +292,7 @@ def accept_step(t1, t_end, h, model, work):
     for i in range(work.dq.size):
         work.loads1[i] = model.flexible.P[i]
     add_step_to_balance(t_end, h, model, work)
-    note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.speed))
+    note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.shares))
     loop.last_step, loop.event_step, loop.extended = h, math.inf, 0
     loop.time = t1
     loop.steps += 1

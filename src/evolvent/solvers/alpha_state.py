@@ -55,7 +55,7 @@ class Workspace(Struct):
     dv1, dv0 : (nv,) float, accelerations v'
     loads1, loads0 : (nv,) float, loads
     la, la0 : (nj,) float, multipliers; dq : (nv,) float, increments; r, x : (nv + nj,) float
-    weight : (nu,) float, size of each unknown that counts as 1; speed : (nv,) float, 1 over it, 0 of what has no rate
+    weight : (nu,) float, size of each unknown that counts as 1; shares : (nv,) float, of rates (`implicit_setup.shares`)
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     momenta : (3, 6) float, of `dense.momenta_between`
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
@@ -90,7 +90,7 @@ class Workspace(Struct):
     r: np.ndarray = array(1)
     x: np.ndarray = array(1)
     weight: np.ndarray = array(1)
-    speed: np.ndarray = array(1)
+    shares: np.ndarray = array(1)
     powers: np.ndarray = array(2)
     gaps: np.ndarray = array(1)
     energies: np.ndarray = array(1)

@@ -53,7 +53,7 @@ BUDGET, DONE, AT_RESTART, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDAN
 #: were divided; wanted, length: of the next step, s, before and after it was divided; last: length of the step before,
 #: s, 0 at a start; start: J, defect of the balance at the start; factored: length of the step whose matrix is factored,
 #: s, 0 of none; contact_set, contact_set0: points that pressed in it and in the step before (`_count_touching`);
-#: settling: steps until rates are smooth again after these have changed; fastest: largest rate so far beside `weight`,
+#: settling: steps until rates are smooth again after these have changed; fastest: largest mean rate so far,
 #: 1/s; left, left0: what Newton's method has left in this step and in those before, beside `weight`; extended: whether
 #: the step was made longer to end behind an event; and the extremes of `evolvent.solvers.balance`.
 LOOP = np.dtype(
@@ -109,7 +109,7 @@ class EnergyLoop(Struct):
     Attributes
     ----------
     step : EnergyStep; options, loop : records
-    weight : (nv,) float, size of each unknown that counts as 1; speed : (nv,) float, 1 over it, 0 of what has no rate
+    weight : (nv,) float, size of each unknown that counts as 1; shares : (nv,) float, of rates (`implicit_setup.shares`)
     x : (nv + nj,) float, correction
     dq0, la1 : (nv,) and (nj,) float, increments and multipliers of the last stage that has converged
     rate, acceleration : (nv,) float, mean of the step before, and by it and the one before that
@@ -126,7 +126,7 @@ class EnergyLoop(Struct):
     options: np.record = record(OPTIONS)
     loop: np.record = record(LOOP)
     weight: np.ndarray = array(1)
-    speed: np.ndarray = array(1)
+    shares: np.ndarray = array(1)
     x: np.ndarray = array(1)
     la0: np.ndarray = array(1)
     dq0: np.ndarray = array(1)
@@ -303,6 +303,8 @@ def iterate(most, searches, model, matrix, work):
         if not math.isfinite(norm):
             return NOT_FINITE
         loop.iterations += 1
+        if sharpened > 0 and norm >= last and _is_exact(ROUNDED_WORK, model, work):  # it cannot be sharpened further
+            return _converged(iteration - 1, last, touching, work)
         if kept and iteration == 1 and norm > SLOW * last:  # the tangent of a step before does not serve here
             kept, stale, ratio, touching = False, True, 0.0, -1
             _predict(True, model, work)
@@ -576,12 +578,15 @@ def _error(model, work):
         return 0.0
     h, left = step.step.h, max(loop.left, loop.left0)
     c = h * h * (1.0 / 12.0 + 0.25 * options.chi)
+    rates = 0.0
     for i in range(step.dq.size):
-        error = max(error, c * abs(_acceleration(i, work) - work.acceleration[i]) / work.weight[i])
+        change = c * (_acceleration(i, work) - work.acceleration[i])
+        error = max(error, abs(change) / work.weight[i])
+        rates += work.shares[i] * change * change
     error = max(error, _turning_error(model, step))
     if is_smooth(loop):
-        fastest = fastest_rate(loop.fastest, h, step.dq, work.speed)
-        return with_rates(error, h, options.tolerance, options.rates, fastest, left)
+        fastest = fastest_rate(loop.fastest, h, step.dq, work.shares)
+        return with_rates(error, math.sqrt(rates) / h, options.tolerance, options.rates, fastest, left)
     return error / options.tolerance
 
 
@@ -598,7 +603,7 @@ def begin(model, matrix, work):
         work.out_y[0, i] = step.y0[i]
     for i in range(step.dq.size):
         work.rate[i] = step.y0[model.info.nq + i]
-    work.loop.fastest = fastest_rate(0.0, 1.0, work.rate, work.speed)
+    work.loop.fastest = fastest_rate(0.0, 1.0, work.rate, work.shares)
     for k in range(model.flexible.hinges.size):
         model.flexible.hinges[k].angle = step.hinge1[k, 2]
         model.flexible.hinges[k].rate = 0.0
@@ -623,7 +628,7 @@ def _next_start(model, work):
     """Make the end of the step the start of the next."""
     step, loop = work.step, work.loop
     step.step.t = loop.time
-    note_step(loop, fastest_rate(loop.fastest, step.step.h, step.dq, work.speed))
+    note_step(loop, fastest_rate(loop.fastest, step.step.h, step.dq, work.shares))
     for i in range(step.y0.size):
         step.y0[i] = step.y1[i]
     for i in range(step.dq.size):

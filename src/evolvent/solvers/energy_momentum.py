@@ -42,7 +42,7 @@ from evolvent.solvers.balance import BALANCE, GAINED
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.energy_messages import reason, stalled
 from evolvent.solvers.implicit_messages import redundant
-from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, sizes, speeds
+from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, shares, sizes
 from evolvent.solvers.laws import broken_law, large_law, refusing_laws, try_laws
 from evolvent.solvers.pace import Stall
 from evolvent.solvers.sampled import Sampled, empty
@@ -233,7 +233,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
             energy_loop.LOOP, time=times[0], wanted=first, length=first, event_step=math.inf, quality=1.0
         ),
         weight=of.weight,
-        speed=speeds(model, of.weight),
+        shares=shares(model, of.weight),
         x=np.zeros(n_v + n_j),
         la0=np.zeros(n_j),
         dq0=np.zeros(n_v),

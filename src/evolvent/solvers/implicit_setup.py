@@ -97,11 +97,34 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     return weight, float(np.exp(np.mean(np.log(masses)))) if masses else 1.0
 
 
-def speeds(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
-    """What rates are multiplied by to compare them: 1 over the sizes of the unknowns, 0 of thrusters' impulses."""
-    found = 1.0 / weight
-    found[model.thrusters["iv"] - int(model.info.nq)] = 0.0
-    return found
+def shares(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
+    """Share of each rate in the mean square of the rates: (nv,) float, 1/m2 or 1, 0 of what has no inertia.
+
+    The rates beside `weight` are averaged by their inertias, the diagonal of the mass matrix, as in the kinetic energy.
+    """
+    f, n_q = model.flexible, int(model.info.nq)
+    inertia = np.zeros(weight.size)
+    for kind, pool in ((True, f.M12), (False, f.M24)):
+        own = f.elements[(f.beams["kind"][f.elements["beam"]] == CABLE) == kind]
+        masses = np.diagonal(pool, axis1=1, axis2=2)[own["mass"]]
+        np.add.at(inertia, (own["iv"] - n_q)[:, None] + np.arange(masses.shape[1]), masses)
+    for point in model.points[model.points["iv"] >= 0]:
+        inertia[point["iv"] - n_q :][:3] += point["mass"]
+    for row in model.threads:
+        masses = model.nodes["mass"][row["node"] :][: row["n"]]
+        inertia[row["iv"] - n_q :][: 3 * row["n"]] += np.repeat(masses, 3)
+    for body in model.bodies:
+        own = inertia[body["iv"] - n_q :]
+        if body["motion"] == rigid.FREE:
+            own[:3] += body["mass"]
+            own[3:6] += np.diag(body["inertia"])
+        elif body["motion"] == rigid.SPIN:
+            own[0] += body["spin_inertia"]
+    inertia[model.wheels["iv"] - n_q] += model.wheels["inertia"]
+    free = model.threads[model.threads["drive"] == FREE]
+    inertia[free["spool_v"] - n_q] += free["spool_inertia"]
+    total = float(inertia @ weight**2)
+    return inertia / total if total > 0.0 else inertia
 
 
 def length_of(model: mdl.Model, weight: np.ndarray) -> float:
@@ -236,7 +259,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         r=np.zeros(n_v + n_j),
         x=np.zeros(n_v + n_j),
         weight=weight,
-        speed=speeds(model, weight),
+        shares=shares(model, weight),
         powers=np.zeros((2, N_POWERS)),
         gaps=np.zeros(n_j),
         energies=np.zeros(3),

@@ -2,11 +2,14 @@
 
 The error of a step in the coordinates, e ~ h^3 v''/12, is compared with a tolerance beside the system's size. Motion
 that is small beside the system, such as a vibration, would have large errors in its rates: those are e/h ~ h^2 v''/12,
-in proportion to the error of phase that builds up over a radian. So e/h is compared with the fastest rate of the run so
-far as well. Of motion of the system's size at w both are one: (w h)^3/12 = tol where (w h)^2/12 ~ tol^(2/3).
+in proportion to the error of phase that builds up over a radian. So e/h is compared with the fastest motion of the run
+so far as well, both as root mean squares weighted by the inertias: modes of small energy, such as the shear of a thin
+rod, need not be resolved. Of motion of the system's size at w both are one: (w h)^3/12 = tol where (w h)^2/12 ~ tol^(2/3).
 """
 
 from __future__ import annotations
+
+import math
 
 from evolvent.jit import inlined
 
@@ -28,12 +31,12 @@ def rate_tolerance(tolerance: float) -> float:
 
 
 @inlined
-def fastest_rate(before, h, dq, speed):
-    """Largest rate of a run beside the sizes of the unknowns, 1/s: that `before`, or of a step's increments dq."""
-    found = before
+def fastest_rate(before, h, dq, shares):
+    """Largest mean rate of a run, 1/s: that `before`, or that of a step's increments dq."""
+    found = 0.0
     for i in range(dq.size):
-        found = max(found, speed[i] * abs(dq[i]) / h)
-    return found
+        found += shares[i] * dq[i] * dq[i]
+    return max(before, math.sqrt(found) / h)
 
 
 @inlined
@@ -59,17 +62,17 @@ def newton_limit(newton, sharp, rates, fastest, h):
 
 
 @inlined
-def with_rates(error, h, tolerance, rates, fastest, left):
+def with_rates(error, error_rate, tolerance, rates, fastest, left):
     """Error of a step beside the tolerance, with that of its rates.
 
     Parameters
     ----------
-    error : float, of coordinates beside their sizes; h : float, s, length of the step
-    tolerance, rates : float, of coordinates and of rates; fastest : float, 1/s, fastest rate so far
+    error : float, of coordinates beside their sizes; error_rate : float, 1/s, of the mean rate
+    tolerance, rates : float, of coordinates and of rates; fastest : float, 1/s, fastest mean rate so far
     left : float, what Newton's method has left in the steps that the error is estimated from
     """
     found = error / tolerance
     if error <= ABOVE_LEFT * left or fastest <= 0.0:
         return found
-    beside = error / (h * rates * fastest)
+    beside = error_rate / (rates * fastest)
     return max(found, min(beside * beside**0.5, MOST_SHARE * found))
