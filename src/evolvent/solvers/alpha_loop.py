@@ -244,7 +244,7 @@ def save_start(h, model, work):
 def local_error(h, model, work):
     """Estimated error of a step beside the tolerance: c h^2 (a1 - a0); above 1 where a body turns too far.
 
-    Where contacts have changed, rates jump, and only the coordinates count.
+    Where something touches or slips, only the coordinates count.
     """
     loop, options, c, error = work.loop, work.options, abs(work.options.beta - 1.0 / 6.0) * h * h, 0.0
     rates = 0.0
@@ -255,7 +255,9 @@ def local_error(h, model, work):
     turn = largest_turn(model, work.dq) / LARGEST_TURN
     if is_smooth(loop):
         fastest = fastest_rate(loop.fastest, h, work.dq, work.shares)
-        error = with_rates(error, math.sqrt(rates) / h, options.tolerance, options.rates, fastest, max(loop.left, loop.left0))
+        error = with_rates(
+            error, math.sqrt(rates) / h, options.tolerance, options.rates, fastest, max(loop.left, loop.left0)
+        )
     else:
         error /= options.tolerance
     return max(error, turn * turn * turn)

@@ -24,11 +24,11 @@ NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = -1, -2, -3, -4, -5
 #: next ones; factored_step: step of the factored matrix; quality: its worst pivot so far; gain, lowest_gain: what the
 #: balance has gained since the start, and the lowest of that so far, J; last_step: step that the algorithmic
 #: accelerations belong to; event_step: limit of the next step, on which a latch or an event lies; start_energy: J;
-#: latches: number of latches that have locked; extended: whether the step was made longer for an event; contact_set0,
-#: settling, fastest, left, left0: as of `energy_loop.LOOP`; and the extremes of `evolvent.solvers.balance`.
+#: latches: number of latches that have locked; extended: whether the step was made longer for an event; settling,
+#: fastest, left, left0: as of `energy_loop.LOOP`; and the extremes of `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stale",
-                                   "contact_set", "over", "latches", "extended", "contact_set0", "settling")]
+                                   "contact_set", "over", "latches", "extended", "settling")]
     + [(name, np.float64) for name in ("time", "step", "factored_step", "quality", "gain", "lowest_gain",
                                        "last_step", "event_step", "start_energy", "fastest", "left", "left0")]
     + list(EXTREMES),

@@ -52,14 +52,13 @@ BUDGET, DONE, AT_RESTART, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDAN
 #: Counters and clock. sample, stop: the next ones; stages: solutions that needed softened contacts; divided: steps that
 #: were divided; wanted, length: of the next step, s, before and after it was divided; last: length of the step before,
 #: s, 0 at a start; start: J, defect of the balance at the start; factored: length of the step whose matrix is factored,
-#: s, 0 of none; contact_set, contact_set0: points that pressed in it and in the step before (`_count_touching`);
-#: settling: steps until rates are smooth again after these have changed; fastest: largest mean rate so far,
+#: s, 0 of none; contact_set: points that pressed in it (`_count_touching`); settling: steps until rates
+#: are smooth again after that; fastest: largest mean rate so far,
 #: 1/s; left, left0: what Newton's method has left in this step and in those before, beside `weight`; extended: whether
 #: the step was made longer to end behind an event; and the extremes of `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stages",
-                                   "divided", "latches", "contact_set", "contact_set0", "settling",
-                                   "extended")]
+                                   "divided", "latches", "contact_set", "settling", "extended")]
     + [(name, np.float64) for name in ("time", "wanted", "length", "event_step", "last", "quality", "start",
                                        "factored", "fastest", "left", "left0")]
     + list(EXTREMES),
@@ -92,10 +91,7 @@ SLOW = 0.15
 #: A correction below this that a new tangent does not reduce is round-off: elements may be stiff, and joints near a
 #: position where they depend on one another.
 ROUND_OFF = 1e-8
-#: Share of the largest energy that what Newton's method leaves may do as work in a step, and that with which the step
-#: is taken if the iteration goes no further.
-LARGEST_WORK, ROUNDED_WORK = 1e-9, 1e-6
-#: Share of `newton` that the corrections for momenta which are kept reach, and most corrections for them or that work.
+#: Share of `newton` that the corrections for momenta which are kept reach, and most corrections for them.
 SHARPER, MOST_SHARPENED = 1e-2, 4
 #: Most iterations with the contacts as they are, of the softest stage, and of one of those after it.
 PLAIN, FIRST, STAGED = 20, 40, 20
@@ -180,21 +176,6 @@ def _count_touching(model):
         if rows[i].force > 0.0:
             found += 104729 * (i * i + 1)
     return found + coordinate.count_slipping(model)
-
-
-@inlined
-def _is_exact(share, model, work):
-    """Whether the work that the residual does over the step is below a share of the largest energy: it has no cause."""
-    step, powers, P, lost, given = work.step, work.step.powers, model.flexible.P, 0.0, 0.0
-    for i in range(step.dq.size):
-        lost += step.r[i] * step.dq[i]
-        given += P[i] * step.dq[i]
-    for k in range(step.la.size):
-        if model.flexible.joints[k].stiffness <= 0.0:
-            lost += step.la[k] * (step.gap1[k] - step.gap0[k] - work.paths[k])
-    given = abs(given) + step.step.h * (abs(powers[MARKER_LOADS]) + abs(powers[DRIVEN]))
-    scale = max(moved_of(work.loop), largest_of(work.loop), given)
-    return abs(lost) <= share * scale + work.options.floor
 
 
 @inlined
@@ -303,7 +284,7 @@ def iterate(most, searches, model, matrix, work):
         if not math.isfinite(norm):
             return NOT_FINITE
         loop.iterations += 1
-        if sharpened > 0 and norm >= last and _is_exact(ROUNDED_WORK, model, work):  # it cannot be sharpened further
+        if sharpened > 0 and norm >= last:  # it cannot be sharpened further
             return _converged(iteration - 1, last, touching, work)
         if kept and iteration == 1 and norm > SLOW * last:  # the tangent of a step before does not serve here
             kept, stale, ratio, touching = False, True, 0.0, -1
@@ -328,14 +309,9 @@ def iterate(most, searches, model, matrix, work):
         # of redundant constraints a second iteration corrects what the compliance leaves
         settled = s == 1.0 and (iteration > 0 or info.redundant == 0)
         if settled and (min(norm, left) <= limit or rounded) and _count_touching(model) == touching:
-            exact = soft or _is_exact(LARGEST_WORK, model, work)
-            sharp = not keeps or (sharpened > 0 and (left <= SHARPER * limit or ratio > 0.5))
-            if exact and sharp:
+            sharp = sharpened > 0 and (left <= SHARPER * limit or ratio > 0.5)
+            if not keeps or sharp or rounded or sharpened == MOST_SHARPENED:
                 return _converged(iteration, min(norm, left), touching, work)
-            if sharpened == MOST_SHARPENED or rounded:
-                if exact or _is_exact(ROUNDED_WORK, model, work):
-                    return _converged(iteration, min(norm, left), touching, work)
-                return NO_CONVERGENCE
             sharpened += 1
         last = norm
     return NO_CONVERGENCE
@@ -570,8 +546,8 @@ def _longest_turn(bodies):
 def _error(model, work):
     """Estimated error of the step beside the tolerance, (1/12 + chi/4) h^3 v'', by accelerations of the mean rates.
 
-    The velocities at the ends may alternate about the mean rates where damping or a constraint is stiff. Where contacts
-    have changed, rates jump, and only the coordinates count.
+    The velocities at the ends may alternate about the mean rates where damping or a constraint is stiff. Where something
+    touches or slips, only the coordinates count.
     """
     step, loop, options, error = work.step, work.loop, work.options, 0.0
     if loop.last == 0.0:

@@ -114,8 +114,11 @@ def plan(
         check_start(own, float(times[0]))
     weight, mass = sizes(own)
     adaptive, sharp = step is None, 0.0
+    rated = (
+        adaptive and spectral_radius < 1.0
+    )  # undamped, the algorithmic accelerations alternate: no error shows in them
     if newton is None:
-        sharp = LEFT_SHARE if adaptive else 0.0
+        sharp = LEFT_SHARE if rated else 0.0
         newton = 1e-9 if step is not None else min(1e-3 * tolerance, 1e-7)
         free = np.sum(model.bodies["motion"] == rigid.FREE) - np.sum(model.flexible.rods["elements"] + 1)
         spins = bool(free > 0)  # bodies but the nodes of rods, whose error adds up step by step
@@ -130,7 +133,7 @@ def plan(
         newton=newton,
         sharp=sharp,
         tolerance=tolerance if adaptive else 0.0,
-        rates=rate_tolerance(tolerance) if adaptive else 0.0,
+        rates=rate_tolerance(tolerance) if rated else 0.0,
         smallest=1e-13 * span,
         longest=longest,
         gain=largest_gain,

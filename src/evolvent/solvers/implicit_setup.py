@@ -138,10 +138,9 @@ def length_of(model: mdl.Model, weight: np.ndarray) -> float:
 def form_energy(model: mdl.Model) -> float:
     """Sum of the constants U0 of the elements' forms, J: their strain energies are differences of terms as large."""
     f = model.flexible
-    return sum(
-        abs(float((f.U12 if f.beams["kind"][element["beam"]] == CABLE else f.U24)[element["form"]]))
-        for element in f.elements
-    )
+    cables = f.beams["kind"][f.elements["beam"]] == CABLE
+    U = [pool[f.elements["form"][own]] for pool, own in ((f.U12, cables), (f.U24, ~cables))]
+    return float(sum(np.abs(values).sum() for values in U))
 
 
 def strain_round_off(model: mdl.Model) -> float:

@@ -21,7 +21,7 @@ LEAST_NEWTON = 1e-12
 MOST_SHARE = 1e3
 #: What Newton's method has left is no part of an error that is so many times larger.
 ABOVE_LEFT = 10.0
-#: Steps after a change of the points in contact in which the estimate does not see rates: they jump there.
+#: Steps after the last contact in which the estimate does not see rates: they jump there.
 SETTLING = 3
 
 
@@ -41,16 +41,15 @@ def fastest_rate(before, h, dq, shares):
 
 @inlined
 def note_step(loop, fastest):
-    """Note for the estimates of the next steps what an accepted one has left, and whether its contacts have changed."""
+    """Note for the estimates of the next steps what an accepted one has left, and whether something touched in it."""
     loop.fastest, loop.left0 = fastest, max(loop.left, 0.1 * loop.left0)
-    loop.settling = SETTLING if loop.contact_set != loop.contact_set0 else max(loop.settling - 1, 0)
-    loop.contact_set0 = loop.contact_set
+    loop.settling = SETTLING if loop.contact_set != 0 else max(loop.settling - 1, 0)
 
 
 @inlined
 def is_smooth(loop):
-    """Whether no contact has changed in the steps from which the error is estimated."""
-    return loop.settling == 0 and loop.contact_set == loop.contact_set0
+    """Whether nothing touches or slips in the steps from which the error is estimated: that would ring on and on."""
+    return loop.settling == 0 and loop.contact_set == 0
 
 
 @inlined
@@ -68,11 +67,11 @@ def with_rates(error, error_rate, tolerance, rates, fastest, left):
     Parameters
     ----------
     error : float, of coordinates beside their sizes; error_rate : float, 1/s, of the mean rate
-    tolerance, rates : float, of coordinates and of rates; fastest : float, 1/s, fastest mean rate so far
+    tolerance, rates : float, of coordinates and of rates, 0 where these do not count; fastest : float, 1/s, fastest mean rate so far
     left : float, what Newton's method has left in the steps that the error is estimated from
     """
     found = error / tolerance
-    if error <= ABOVE_LEFT * left or fastest <= 0.0:
+    if error <= ABOVE_LEFT * left or fastest <= 0.0 or rates <= 0.0:
         return found
     beside = error_rate / (rates * fastest)
     return max(found, min(beside * beside**0.5, MOST_SHARE * found))
