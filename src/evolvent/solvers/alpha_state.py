@@ -55,7 +55,8 @@ class Workspace(Struct):
     dv1, dv0 : (nv,) float, accelerations v'
     loads1, loads0 : (nv,) float, loads
     la, la0 : (nj,) float, multipliers; dq : (nv,) float, increments; r, x : (nv + nj,) float
-    weight : (nu,) float, size of each unknown that counts as 1; shares : (nv,) float, of rates (`implicit_setup.shares`)
+    weight : (nu,) float, size of each unknown that counts as 1; shares : (nv,) float, see
+        `implicit_setup.shares`
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     momenta : (3, 6) float, of `dense.momenta_between`
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps

@@ -105,7 +105,8 @@ class EnergyLoop(Struct):
     Attributes
     ----------
     step : EnergyStep; options, loop : records
-    weight : (nv,) float, size of each unknown that counts as 1; shares : (nv,) float, of rates (`implicit_setup.shares`)
+    weight : (nv,) float, size of each unknown that counts as 1; shares : (nv,) float, see
+        `implicit_setup.shares`
     x : (nv + nj,) float, correction
     dq0, la1 : (nv,) and (nj,) float, increments and multipliers of the last stage that has converged
     rate, acceleration : (nv,) float, mean of the step before, and by it and the one before that
@@ -546,8 +547,8 @@ def _longest_turn(bodies):
 def _error(model, work):
     """Estimated error of the step beside the tolerance, (1/12 + chi/4) h^3 v'', by accelerations of the mean rates.
 
-    The velocities at the ends may alternate about the mean rates where damping or a constraint is stiff. Where something
-    touches or slips, only the coordinates count.
+    The velocities at the ends may alternate about the mean rates where damping or a constraint is stiff. Where
+    something touches or slips, only the coordinates count.
     """
     step, loop, options, error = work.step, work.loop, work.options, 0.0
     if loop.last == 0.0:

@@ -114,9 +114,7 @@ def plan(
         check_start(own, float(times[0]))
     weight, mass = sizes(own)
     adaptive, sharp = step is None, 0.0
-    rated = (
-        adaptive and spectral_radius < 1.0
-    )  # undamped, the algorithmic accelerations alternate: no error shows in them
+    rated = adaptive and spectral_radius < 1.0  # undamped, algorithmic accelerations alternate
     if newton is None:
         sharp = LEFT_SHARE if rated else 0.0
         newton = 1e-9 if step is not None else min(1e-3 * tolerance, 1e-7)

@@ -4,7 +4,8 @@ The error of a step in the coordinates, e ~ h^3 v''/12, is compared with a toler
 that is small beside the system, such as a vibration, would have large errors in its rates: those are e/h ~ h^2 v''/12,
 in proportion to the error of phase that builds up over a radian. So e/h is compared with the fastest motion of the run
 so far as well, both as root mean squares weighted by the inertias: modes of small energy, such as the shear of a thin
-rod, need not be resolved. Of motion of the system's size at w both are one: (w h)^3/12 = tol where (w h)^2/12 ~ tol^(2/3).
+rod, need not be resolved. Of motion of the system's size at w both are one:
+(w h)^3/12 = tol where (w h)^2/12 ~ tol^(2/3).
 """
 
 from __future__ import annotations
@@ -67,7 +68,8 @@ def with_rates(error, error_rate, tolerance, rates, fastest, left):
     Parameters
     ----------
     error : float, of coordinates beside their sizes; error_rate : float, 1/s, of the mean rate
-    tolerance, rates : float, of coordinates and of rates, 0 where these do not count; fastest : float, 1/s, fastest mean rate so far
+    tolerance, rates : float, of coordinates and of rates, 0 where these do not count
+    fastest : float, 1/s, fastest mean rate so far
     left : float, what Newton's method has left in the steps that the error is estimated from
     """
     found = error / tolerance
