@@ -103,7 +103,9 @@ def test_momentum_of_a_free_pair(run: Any) -> None:
     found = run(assembly)
     x, v, m = found.y[:, :6].reshape(-1, 2, 3), found.y[:, 6:12].reshape(-1, 2, 3), np.array([2.0, 1.0])
     assert_allclose(found.momentum.linear, np.einsum("p,tpc->tc", m, v), atol=1e-14)
-    assert_allclose(found.momentum.angular, np.einsum("p,tpc->tc", m, np.cross(x, v)), atol=1e-14)
+    # between the ends of implicit steps momenta lie on straight lines, states on cubics
+    near = {"rtol": 2e-5, "atol": 1e-5} if run is implicit_run else {"atol": 1e-14}
+    assert_allclose(found.momentum.angular, np.einsum("p,tpc->tc", m, np.cross(x, v)), **near)
     assert np.abs(found.momentum.drift_linear).max() < 1e-12
     assert np.abs(found.momentum.drift_angular[-1]).max() < 1e-6
     assert np.abs(found.momentum.drift_angular).max() < 1e-5  # between steps, too

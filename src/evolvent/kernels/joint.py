@@ -40,6 +40,7 @@ def holds(t, joints, k):
     return t <= joints[k].until
 
 
+@entry(_I)
 @inlined
 def side_count(kind):
     """Number of the sides of a joint."""
