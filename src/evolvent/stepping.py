@@ -132,6 +132,8 @@ class Stepper:
             self._run = implicit.Run(
                 implicit.plan(assembly, samples=times, step=step, tolerance=tolerance, spectral_radius=spectral_radius)
             )
+            # samples are ends of steps: their momenta follow from the states
+            self._run.work = self._run.work._replace(out_momenta=np.zeros((0, 6)))
             self.assembly = self._run.assembly
             self._begin()
         else:

@@ -345,7 +345,7 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
 
 
 @inlined
-def _weight_of_rates(k, c_rate, joints):
+def _damper_factor(k, c_rate, joints):
     """Factor of the constraint of joint k: the damper of a penalty adds to its gap."""
     return 1.0 + c_rate * joints[k].damping / joints[k].stiffness if joints[k].stiffness > 0.0 else 1.0
 
@@ -364,7 +364,7 @@ def add_joint_tangent(t, la, k, row, scale, c_rate, with_row, model, matrix):
         add_entry(matrix, row, row, -scale * scale / joints[k].stiffness)
     elif joints[k].slack > 0.0:
         add_entry(matrix, row, row, -scale * scale * joints[k].slack * model.info.compliance)
-    add_held_joint(k, la, row, scale, with_row * _weight_of_rates(k, c_rate, joints), model, matrix)
+    add_held_joint(k, la, row, scale, with_row * _damper_factor(k, c_rate, joints), model, matrix)
 
 
 @inlined
@@ -378,7 +378,7 @@ def add_end_row(t, y, dq, k, row, scale, c_rate, model, matrix):
     """
     joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
     joint_geometry(t, y, k, model)
-    factor, kind = scale * _weight_of_rates(k, c_rate, joints), joints[k].kind
+    factor, kind = scale * _damper_factor(k, c_rate, joints), joints[k].kind
     if kind == ANGLE:
         at = joints[k].iv[1] - n_q
         add_entry(matrix, row, at, factor / (1.0 + 0.25 * dq[at] * dq[at]))

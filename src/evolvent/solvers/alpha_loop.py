@@ -36,7 +36,7 @@ from evolvent.solvers.alpha_state import (
     factor_at,
 )
 from evolvent.solvers.balance import begin_extremes, energy_of, potential_of
-from evolvent.solvers.step_error import fastest_rate, is_smooth, note_step, with_rates
+from evolvent.solvers.step_error import beside_tolerance, fastest_rate, note_step
 
 _I = types.int64
 #: Largest angle of a free body over an adaptive step, rad: a steady turn has no error by itself, but samples between
@@ -242,24 +242,14 @@ def save_start(h, model, work):
 
 @inlined
 def local_error(h, model, work):
-    """Estimated error of a step beside the tolerance: c h^2 (a1 - a0); above 1 where a body turns too far.
-
-    Where something touches or slips, only the coordinates count.
-    """
-    loop, options, c, error = work.loop, work.options, abs(work.options.beta - 1.0 / 6.0) * h * h, 0.0
-    rates = 0.0
+    """Estimated error of a step beside the tolerance: c h^2 (a1 - a0); above 1 where a body turns too far."""
+    c, error, rates = abs(work.options.beta - 1.0 / 6.0) * h * h, 0.0, 0.0
     for i in range(work.dq.size):
         change = c * (work.a1[i] - work.a0[i])
         error = max(error, abs(change) / work.weight[i])
         rates += work.shares[i] * change * change
     turn = largest_turn(model, work.dq) / LARGEST_TURN
-    if is_smooth(loop):
-        fastest = fastest_rate(loop.fastest, h, work.dq, work.shares)
-        error = with_rates(
-            error, math.sqrt(rates) / h, options.tolerance, options.rates, fastest, max(loop.left, loop.left0)
-        )
-    else:
-        error /= options.tolerance
+    error = beside_tolerance(error, rates, h, work.dq, work.shares, work.loop, work.options)
     return max(error, turn * turn * turn)
 
 

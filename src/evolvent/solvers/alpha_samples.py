@@ -105,10 +105,8 @@ def keep_sample(n, theta, t, h, model, work):
         for i in range(6):
             work.out_bodies[n, b, i] = _between(theta, work.bodies[0, b, i], work.bodies[1, b, i])
     if work.out_momenta.shape[0] > 0:
-        momenta_between(theta, t, h, work.y0, work.y, model, work.momenta)
+        momenta_between(theta, t, h, work.y0, work.y, model, work.momenta, work.out_momenta[n])
         _restore_wrenches(model, work)
-        for i in range(6):
-            work.out_momenta[n, i] = work.momenta[0, i]
     if work.ends.shape[0] > 0:
         work.end_times[n, 0], work.end_times[n, 1] = t, t + h
         for i in range(work.y.size):

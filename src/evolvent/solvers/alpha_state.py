@@ -58,7 +58,7 @@ class Workspace(Struct):
     weight : (nu,) float, size of each unknown that counts as 1; shares : (nv,) float, see
         `implicit_setup.shares`
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
-    momenta : (3, 6) float, of `dense.momenta_between`
+    momenta : (6,) float, scratch
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
     energies : (3,) float, scratch; impulse : (nc,) float, N s, of the normal forces of each cylinder; touched : (nbc,)
         float, likewise of each contact between bodies
@@ -110,7 +110,7 @@ class Workspace(Struct):
     kept: np.ndarray = array(1)
     samples: np.ndarray = array(1)
     stops: np.ndarray = array(1)
-    momenta: np.ndarray = array(2)
+    momenta: np.ndarray = array(1)
     log_t: np.ndarray = array(1)
     log_k: np.ndarray = array(1, np.int64)
     out_y: np.ndarray = array(2)

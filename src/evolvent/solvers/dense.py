@@ -60,12 +60,12 @@ def interpolate(theta, h, y0, y1, model, y):
 
 
 @inlined
-def momenta_between(theta, t, h, y0, y1, model, out):
+def momenta_between(theta, t, h, y0, y1, model, start, out):
     """Momenta at the part `theta` of a step of length h from t, y0 to y1, on a straight line; bodies are at y1 then.
 
     Parameters
     ----------
-    out : (3, 6) float, of `momenta`: at theta, at the start and at the end
+    start : (6,) float, scratch; out : (6,) float, as of `momenta`
 
     Notes
     -----
@@ -74,11 +74,12 @@ def momenta_between(theta, t, h, y0, y1, model, out):
     """
     if theta < 1.0:
         rigid.kinematics(t, y0, model)
-        momenta(y0, model, out[1])
+        momenta(y0, model, start)
     rigid.kinematics(t + h, y1, model)
-    momenta(y1, model, out[2])
-    for i in range(6):
-        out[0, i] = out[1, i] + theta * (out[2, i] - out[1, i]) if theta < 1.0 else out[2, i]
+    momenta(y1, model, out)
+    if theta < 1.0:
+        for i in range(6):
+            out[i] = start[i] + theta * (out[i] - start[i])
 
 
 @inlined

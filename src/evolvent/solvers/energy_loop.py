@@ -44,7 +44,7 @@ from evolvent.solvers.balance import (
 from evolvent.solvers.dense import interpolate, momenta_between
 from evolvent.solvers.least_norm import add_compliance
 from evolvent.solvers.sampled import TOUCHED
-from evolvent.solvers.step_error import fastest_rate, is_smooth, newton_limit, note_step, with_rates
+from evolvent.solvers.step_error import beside_tolerance, fastest_rate, newton_limit, note_step
 
 _I = types.int64
 # status codes
@@ -52,10 +52,10 @@ BUDGET, DONE, AT_RESTART, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDAN
 #: Counters and clock. sample, stop: the next ones; stages: solutions that needed softened contacts; divided: steps that
 #: were divided; wanted, length: of the next step, s, before and after it was divided; last: length of the step before,
 #: s, 0 at a start; start: J, defect of the balance at the start; factored: length of the step whose matrix is factored,
-#: s, 0 of none; contact_set: points that pressed in it (`_count_touching`); settling: steps until rates
-#: are smooth again after that; fastest: largest mean rate so far,
-#: 1/s; left, left0: what Newton's method has left in this step and in those before, beside `weight`; extended: whether
-#: the step was made longer to end behind an event; and the extremes of `evolvent.solvers.balance`.
+#: s, 0 of none; contact_set: points that pressed in it (`_count_touching`); settling: steps until rates are smooth
+#: again after that; fastest: largest mean rate so far, 1/s; left, left0: what Newton's method has left in this step and
+#: in those before, beside `weight`; extended: whether the step was made longer to end behind an event; and the extremes
+#: of `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stages",
                                    "divided", "latches", "contact_set", "settling", "extended")]
@@ -114,7 +114,7 @@ class EnergyLoop(Struct):
     balance0, balance : (number of fields,) float, J, at the start and the end of the step; energies : (3,) float
     impulse0, impulse : (nc,) float, N s, of the normal forces of each cylinder; touched0, touched : (nbc,) float,
         likewise of each contact between bodies
-    wrenches : (nb, 6) float, of the step on the bodies; momenta : (3, 6) float, of `dense.momenta_between`
+    wrenches : (nb, 6) float, of the step on the bodies; momenta : (6,) float, scratch
     samples, stops : float, s; out_* : what is kept at the samples
     log_t, log_k : (nh + ne,) float and int, s, times of latches and events; their hinges, and -1 - k of event k
     """
@@ -141,7 +141,7 @@ class EnergyLoop(Struct):
     wrenches: np.ndarray = array(2)
     samples: np.ndarray = array(1)
     stops: np.ndarray = array(1)
-    momenta: np.ndarray = array(2)
+    momenta: np.ndarray = array(1)
     log_t: np.ndarray = array(1)
     log_k: np.ndarray = array(1, np.int64)
     out_s: np.ndarray = array(2, np.int64)
@@ -470,9 +470,7 @@ def keep_samples(model, work):
             work.out_la[n, k] = step.la[k]
         for i in range(work.balance.size):
             work.out_balance[n, i] = work.balance0[i] + theta * (work.balance[i] - work.balance0[i])
-        momenta_between(theta, t, h, step.y0, step.y1, model, work.momenta)
-        for i in range(6):
-            work.out_momenta[n, i] = work.momenta[0, i]
+        momenta_between(theta, t, h, step.y0, step.y1, model, work.momenta, work.out_momenta[n])
         _keep_wrenches(n, model, work)
         for k in range(f.cylinders.size):
             work.out_cylinders[n, k, 7] = work.impulse0[k] + theta * (work.impulse[k] - work.impulse0[k])
@@ -547,24 +545,19 @@ def _longest_turn(bodies):
 def _error(model, work):
     """Estimated error of the step beside the tolerance, (1/12 + chi/4) h^3 v'', by accelerations of the mean rates.
 
-    The velocities at the ends may alternate about the mean rates where damping or a constraint is stiff. Where
-    something touches or slips, only the coordinates count.
+    The velocities at the ends may alternate about the mean rates where damping or a constraint is stiff.
     """
-    step, loop, options, error = work.step, work.loop, work.options, 0.0
-    if loop.last == 0.0:
+    step, error, rates = work.step, 0.0, 0.0
+    if work.loop.last == 0.0:
         return 0.0
-    h, left = step.step.h, max(loop.left, loop.left0)
-    c = h * h * (1.0 / 12.0 + 0.25 * options.chi)
-    rates = 0.0
+    h = step.step.h
+    c = h * h * (1.0 / 12.0 + 0.25 * work.options.chi)
     for i in range(step.dq.size):
         change = c * (_acceleration(i, work) - work.acceleration[i])
         error = max(error, abs(change) / work.weight[i])
         rates += work.shares[i] * change * change
     error = max(error, _turning_error(model, step))
-    if is_smooth(loop):
-        fastest = fastest_rate(loop.fastest, h, step.dq, work.shares)
-        return with_rates(error, math.sqrt(rates) / h, options.tolerance, options.rates, fastest, left)
-    return error / options.tolerance
+    return beside_tolerance(error, rates, h, step.dq, work.shares, work.loop, work.options)
 
 
 @indirect(_I(MODEL, SPARSE, ENERGY_LOOP))
@@ -593,9 +586,7 @@ def begin(model, matrix, work):
         work.balance0[i] = work.balance[i]
         work.out_balance[0, i] = work.balance[i]
     work.loop.sample = 1
-    momenta_between(1.0, work.loop.time, 0.0, step.y0, step.y1, model, work.momenta)
-    for i in range(6):
-        work.out_momenta[0, i] = work.momenta[0, i]
+    momenta_between(1.0, work.loop.time, 0.0, step.y0, step.y1, model, work.momenta, work.out_momenta[0])
     _has_gained(work)
     return DONE
 

@@ -249,7 +249,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         touched0=np.zeros(f.body_contacts.size),
         touched=np.zeros(f.body_contacts.size),
         wrenches=np.zeros((n_b, 6)),
-        momenta=np.zeros((3, 6)),
+        momenta=np.zeros(6),
         samples=times.copy(),
         stops=stops,
         out_y=np.zeros((times.size, assembly.y.size)),

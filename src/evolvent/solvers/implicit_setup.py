@@ -273,7 +273,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         ends=np.zeros((evaluated, 2, assembly.y.size)),
         end_times=np.zeros((evaluated, 2)),
         kept=np.full(12, np.nan),
-        momenta=np.zeros((3, 6)),
+        momenta=np.zeros(6),
         samples=times.copy(),
         stops=stops,
         log_t=np.zeros(model.flexible.hinges.size + model.events.size),

@@ -48,12 +48,6 @@ def note_step(loop, fastest):
 
 
 @inlined
-def is_smooth(loop):
-    """Whether nothing touches or slips in the steps from which the error is estimated: that would ring on and on."""
-    return loop.settling == 0 and loop.contact_set == 0
-
-
-@inlined
 def newton_limit(newton, sharp, rates, fastest, h):
     """Correction at which Newton's method has converged in a step of length h, beside the size of each unknown."""
     if sharp > 0.0 and fastest > 0.0:
@@ -62,18 +56,20 @@ def newton_limit(newton, sharp, rates, fastest, h):
 
 
 @inlined
-def with_rates(error, error_rate, tolerance, rates, fastest, left):
-    """Error of a step beside the tolerance, with that of its rates.
+def beside_tolerance(error, rates, h, dq, shares, loop, options):
+    """Error of a step beside the tolerance, with that of its rates while nothing touches or slips, which would ring.
 
     Parameters
     ----------
-    error : float, of coordinates beside their sizes; error_rate : float, 1/s, of the mean rate
-    tolerance, rates : float, of coordinates and of rates, 0 where these do not count
-    fastest : float, 1/s, fastest mean rate so far
-    left : float, what Newton's method has left in the steps that the error is estimated from
+    error, rates : float, of coordinates beside their sizes; sum of squares of the errors of coordinates times `shares`
+    h, dq : s, length and increments of the step
+    loop, options : records with `contact_set`, `settling`, `fastest`, `left` and `left0`; `tolerance` and `rates`
     """
-    found = error / tolerance
-    if error <= ABOVE_LEFT * left or fastest <= 0.0 or rates <= 0.0:
+    found, left = error / options.tolerance, max(loop.left, loop.left0)
+    if loop.settling > 0 or loop.contact_set != 0 or error <= ABOVE_LEFT * left or options.rates <= 0.0:
         return found
-    beside = error_rate / (rates * fastest)
+    fastest = fastest_rate(loop.fastest, h, dq, shares)
+    if fastest <= 0.0:
+        return found
+    beside = math.sqrt(rates) / (h * options.rates * fastest)
     return max(found, min(beside * beside**0.5, MOST_SHARE * found))
