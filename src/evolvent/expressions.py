@@ -144,6 +144,23 @@ def compile_expression(
     return Program(tidy, (float(len(code)), *code), tuple(sorted(compiler.corners)))
 
 
+def is_true(text: Any, values: Mapping[str, float], *, name: str = "the comparison") -> bool:
+    """Whether a comparison of named numbers, or a chain of them, is true: "0.1 < x <= 2 * y".
+
+    Raises
+    ------
+    InputError
+        One sentence with the position in the text and what is allowed.
+    """
+    try:
+        compiler = _Compiler(_tidy(text), (), {**CONSTANTS, **values})
+        found, _ = compiler.condition()
+    except ValueError as error:
+        raise InputError(f"{name} is {_short(text)}; {error}") from None
+    assert not isinstance(found, list)  # all names are constants
+    return found == 1.0
+
+
 def _short(text: Any) -> str:
     shown = repr(text)
     return shown if len(shown) <= 80 else shown[:77] + "..."
@@ -167,17 +184,23 @@ class _Compiler:
         self.text, self.variables, self.constants = text, variables, constants
         self.corners: set[float] = set()
 
-    def run(self) -> list[float]:
-        """Instructions of the whole text."""
+    def _tree(self) -> ast.AST:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                tree = ast.parse(self.text, mode="eval")
+                return ast.parse(self.text, mode="eval").body
         except SyntaxError as error:
             raise ValueError(self._syntax(error)) from None
         except (ValueError, RecursionError, MemoryError):
             raise ValueError(f"it cannot be read; {ALLOWED}") from None
-        found, depth = self._code(tree.body, 1)
+
+    def condition(self) -> tuple[list[float] | float, int]:
+        """The whole text as a comparison, 1 or 0."""
+        return self._condition(self._tree(), 1)
+
+    def run(self) -> list[float]:
+        """Instructions of the whole text."""
+        found, depth = self._code(self._tree(), 1)
         if depth > STACK:
             raise ValueError(f"it holds {depth} values at a time; at most {STACK} are allowed: split it")
         return found if isinstance(found, list) else [run.CONSTANT, found]
@@ -295,9 +318,13 @@ class _Compiler:
     def _condition(self, node: ast.AST, nesting: int) -> tuple[list[float] | float, int]:
         """A comparison, or a chain of them, as 1 or 0."""
         if not isinstance(node, ast.Compare) or any(type(op) not in _COMPARISONS for op in node.ops):
-            raise self._refuse(node, "is no condition; the first argument of where is a comparison such as t < 2")
+            raise self._refuse(node, "is no comparison such as t < 2")
         sides = [node.left, *node.comparators]
         found = [self._code(side, nesting + 1) for side in sides]
+        numbers = [value for value, _ in found if not isinstance(value, list)]
+        if len(numbers) == len(sides):
+            pairs = zip(node.ops, numbers, numbers[1:], strict=False)
+            return float(all(_COMPARISONS[type(op)][1](a, b) for op, a, b in pairs)), 1
         code: list[float] = []
         depth = 0
         for k, op in enumerate(node.ops):

@@ -1,31 +1,47 @@
-"""The ledger of the papers' claims: quick ones are measured again, the command, names and counts."""
+"""The ledger of the papers' claims: quick ones are measured again, the command, names, verdicts and counts."""
 
 import itertools
 import shlex
 
 import pytest
 
-from evolvent import cases, papers, studies
+from evolvent import cases, expressions, papers, studies
 from evolvent.papers import ledger
 from evolvent.papers.ledger import Claim
 
-ALL = [one for paper in papers.CLAIMS_OF for one in ledger.claims(paper)]
-QUICK = [one for one in ALL if one.measure is not None and one.seconds <= ledger.QUICK]
+ALL = ledger.every()
+QUICK = [one for one in ALL if one.measure and one.seconds <= ledger.QUICK]
 
 
 @pytest.mark.parametrize("one", QUICK, ids=lambda one: one.name)
 def test_the_stored_numbers_are_measured_again(one):
-    assert one.differences(one.measure()) == []
+    assert one.differences(one.run().values) == []
 
 
-@pytest.mark.parametrize("paper", papers.CLAIMS_OF)
-def test_names_and_texts(paper):
-    for one in ledger.claims(paper):
-        assert one.name.startswith(f"{paper}-")
-        assert one.verdict in ledger.VERDICTS
-        assert "{" not in one.text()
-        assert one.claim
-        assert one.where
+@pytest.mark.parametrize("one", ALL, ids=lambda one: one.name)
+def test_a_row_is_complete(one):
+    assert one.name.partition("-")[0] in papers.CLAIMS_OF
+    assert one.source in ledger.SOURCES
+    assert one.claim
+    assert one.where
+    assert "{" not in one.text()
+    assert bool(one.measure) == (one.measured is not None)
+    if not one.typed:
+        assert bool(one.undecided) != bool(one.holds)
+        assert one.measure or one.undecided
+
+
+@pytest.mark.parametrize("one", [one for one in ALL if one.holds], ids=lambda one: one.name)
+def test_a_verdict_does_not_hang_on_the_tolerance(one):
+    """Each value may change by what a new measurement is allowed to, and the verdict stays."""
+    for key, value in one.values.items():
+        for factor in (1.0 - one.allowed(key), 1.0 + one.allowed(key)):
+            assert one.verdict({**one.values, key: value * factor}) == one.verdict(), key
+
+
+@pytest.mark.parametrize("one", [one for one in ALL if one.holds], ids=lambda one: one.name)
+def test_a_verdict_uses_measured_values(one):
+    assert any(name in one.values for text in one.holds for name in expressions.names(text))
 
 
 def test_names_are_unique():
@@ -51,9 +67,14 @@ def test_cases_and_studies_of_commands_exist():
 
 
 def test_a_difference_is_a_sentence():
-    one = Claim(name="a", where="b", claim="c", verdict="holds", ours="{x:.1f}", values={"x": 1.0}, tolerance=0.1)
+    one = Claim(
+        name="a", where="b", claim="c", source="read", ours="{x:.1f}", measure="m.f", holds=("0 < x < 2",),
+        in_part=("x < 3", "x > 0"), tolerance=0.1, measured=ledger.Measurement({"x": 1.0}, "", "", 0.0),
+    )  # fmt: skip
     assert one.differences({"x": 1.05}) == []
     assert one.differences({"x": 1.2}) == ["x is 1.2, stored is 1 (allowed 0.1)"]
+    assert one.differences({"x": 2.5})[1:] == ["the verdict is 'in part', stored is 'holds'"]
+    assert one.verdict({"x": 4.0}) == "refuted"
     assert one.differences({"y": 1.0}) == ["measured are y, stored are x"]
 
 
@@ -67,7 +88,28 @@ def test_the_command_lists_and_counts(call):
         assert len(out.splitlines()) == len(ledger.claims(paper)) + 1
         code, out, _ = call("claims", paper, "--markdown")
         assert code == 0
-        assert out.startswith(f"{len(ledger.claims(paper))} claims: ")
+        assert out.startswith(ledger.counts(ledger.claims(paper)))
+
+
+def test_measurements_are_kept_beside_others(call, tmp_path):
+    file = tmp_path / "measured.json"
+    for name in ("stand-partial-frequencies", "stand-axes"):
+        code, out, _ = call("claims", name, "-o", str(file))
+        assert code == 0
+        assert "measured now: " in out
+    kept = ledger.read(file)
+    assert set(kept) == {"stand-partial-frequencies", "stand-axes"}
+    assert kept["stand-axes"].values.keys() == ledger.claim("stand-axes").values.keys()
+    assert kept["stand-axes"].date
+
+
+def test_all_of_a_paper_are_measured(call, monkeypatch):
+    monkeypatch.setattr(Claim, "run", lambda one: one.measured)
+    code, out, _ = call("claims", "stand", "--all")
+    lines = out.splitlines()
+    assert code == 0
+    assert lines[-1] == f"{len(lines) - 1} measured, 0 differ from the stored values"
+    assert len(lines) == 1 + sum(bool(one.measure) for one in ledger.claims("stand"))
 
 
 @pytest.mark.parametrize(
@@ -75,6 +117,10 @@ def test_the_command_lists_and_counts(call):
     [
         (["threads"], "no claim is called 'threads'; did you mean 'thread'?"),
         (["--markdown"], "--markdown needs a PAPER; give one of thread, rib, stand"),
+        (["stand-axes", "--markdown"], "--markdown needs a PAPER, 'stand-axes' is a claim; give one of thread, rib"),
+        (["stand", "-o", "x.json"], "-o needs --all or a CLAIM"),
+        (["stand", "--all", "-o", "no/x.json"], "there is no folder"),
+        (["stand", "--all", "-o", __file__], "exists and holds no measurements of claims; give another file"),
     ],
 )
 def test_refusals(call, words, sentence):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import hypothesis.strategies as st
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 
 from evolvent import InputError
-from evolvent.expressions import FUNCTIONS, LENGTH, check_grammar, compile_expression, sign, where
+from evolvent.expressions import FUNCTIONS, LENGTH, check_grammar, compile_expression, is_true, sign, where
 from evolvent.kernels import expression as kernels
 
 VARIABLES = ("x", "v", "t")
@@ -110,6 +111,34 @@ def test_values(text: str, exact: float) -> None:
     assert value(text, 2.0, 1.0) == pytest.approx(exact, rel=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("x < 2", True),
+        ("0 < x <= y", True),
+        ("0 < x < y < 2", False),
+        ("abs(x - y) > 1e-3 * y", True),
+        ("x == 2", False),
+    ],
+)
+def test_comparisons_of_numbers(text: str, expected: bool) -> None:
+    assert is_true(text, {"x": 1.0, "y": 2.0}) is expected
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("x", "is no comparison"),
+        ("x < z", "'z' at character 5 is neither a variable nor a constant"),
+        ("x <", "it cannot be read"),
+        ("x < 2 and x > 0", "is no comparison"),
+    ],
+)
+def test_comparisons_that_are_refused(text: str, sentence: str) -> None:
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        is_true(text, {"x": 1.0, "y": 2.0})
+
+
 def test_not_a_number_where_a_value_is_undefined() -> None:
     assert math.isnan(value("sqrt(x)", -1.0))
     assert math.isnan(value("log(x)", -1.0))
@@ -199,8 +228,8 @@ REFUSED = {
     "x^2": "a power is written **",
     "x < 1": "only as the first argument of where",
     "2*(x < 1 < v)": "only as the first argument of where",
-    "where(x, 1, 2)": "'x' at character 7 is no condition",
-    "where(x in v, 1, 2)": "is no condition",
+    "where(x, 1, 2)": "'x' at character 7 is no comparison",
+    "where(x in v, 1, 2)": "is no comparison",
     "where(x < 1, 2)": "has 2; where takes 3 arguments",
     "__import__('os')": "'__import__' at character 1 is no function",
     "eval('1')": "'eval' at character 1 is no function",

@@ -1,7 +1,7 @@
 """The papers behind the systems: their tables and figures (`evolvent figure`) and their claims (`evolvent claims`).
 
 `ENTRIES` names the tables and figures; a function that makes one takes `Options` and returns a `Made`. The claims of a
-paper are the `CLAIMS` of its module (`CLAIMS_OF`), each a `evolvent.papers.ledger.Claim`.
+paper (`CLAIMS_OF`) are data, each a `evolvent.papers.ledger.Claim`.
 """
 
 from __future__ import annotations
@@ -20,12 +20,8 @@ TENENBAUM = "Tenenbaum (2014)"
 YI = "Yi, Yuan, Dong & Li (2017)"
 BELYAKOV = "Belyakov (2002)"
 
-#: Name of a paper in `evolvent claims` -> (paper, module of `evolvent.papers` with its `CLAIMS`).
-CLAIMS_OF = {
-    "thread": (TENENBAUM, "thread_claims"),
-    "rib": (YI, "rib_claims"),
-    "stand": (BELYAKOV, "stand_claims"),
-}
+#: Name of a paper in `evolvent claims` -> the paper.
+CLAIMS_OF = {"thread": TENENBAUM, "rib": YI, "stand": BELYAKOV}
 
 
 def silent(sentence: str) -> None:

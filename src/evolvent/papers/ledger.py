@@ -1,77 +1,169 @@
-"""Claims of a paper, each with a verdict, the paper's number, ours, and the command that computes ours again."""
+"""Statements of the papers, each with the verdict that follows from our measured values, and the command that shows it.
+
+The rows are data: `claims/PAPER.yaml` holds what the paper says, how we measure it and from which values it holds;
+`claims/measured.json` holds the values as measured last, with their date. `evolvent claims --all -o` writes it.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import datetime
+import functools
 import importlib
+import json
 import math
+import pathlib
+import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
-from typing import Literal, get_args
+from collections.abc import Iterable, Mapping
+from typing import Any, Literal, get_args
 
-from evolvent import papers
+from evolvent import __version__, expressions, papers, results
 from evolvent.errors import InputError, nearest
 
 Verdict = Literal["holds", "in part", "refuted", "open"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+#: How we know what the paper states: its text is legible; a formula or number is lost and reconstructed by us; or the
+#: statement is a finding of ours that the paper does not make, which is counted apart.
+Source = Literal["read", "reconstructed", "own"]
+SOURCES: tuple[Source, ...] = get_args(Source)
+
+FOLDER = pathlib.Path(__file__).with_name("claims")
+#: Values as measured last, by the name of the claim.
+MEASURED = FOLDER / "measured.json"
+#: CPU time, s, up to which the tests measure a claim again.
+QUICK = 3
+
+
+@dataclasses.dataclass(frozen=True)
+class Measurement:
+    """Values of a claim as measured once.
+
+    Attributes
+    ----------
+    values : mapping, key -> number
+    date : str, "2026-11-24"
+    version : str, of evolvent
+    seconds : float, CPU time
+    """
+
+    values: Mapping[str, float]
+    date: str
+    version: str
+    seconds: float
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Claim:
-    """One claim, figure or table of a paper.
+    """One statement, figure or table of a paper.
 
     Attributes
     ----------
     name : str, unique, starts with the paper's short name ("thread-eq-18")
-    where : str, its location in the paper ("eq. (18)", "figure IV.3")
+    where : str, its location in the paper ("section IV, eq. (18)")
     claim : str, what the paper says, in our words, one sentence
-    verdict : whether it holds
+    source : how we know what the paper says
     paper : str, the paper's number; "" where it gives none
-    ours : str, what we find, one or two sentences; "{key}" and "{key:.2f}" stand for `values`
-    values : mapping, key -> our number, as measured
-    tolerance : float, relative difference at which a new measurement no longer agrees with `values`; or one per key
-    measure : function that computes `values` again; None where nothing is computed
-    seconds : int, CPU time of `measure` with compiled kernels; tests run those of at most `QUICK`
+    ours : str, what we find, one or two sentences; "{key}" and "{key:.2f}" stand for measured values
+    measure : str, module and function of `evolvent.papers` that measures the values; "" where nothing is measured
+    holds : tuple of str, comparisons of measured values; the claim holds where all are true
+    in_part : tuple of str, the same for "in part", where it does not hold; where these are not true either it is
+        refuted
+    undecided : str, why the claim is open, in place of comparisons
+    tolerance : float, relative difference at which a new measurement no longer agrees with the stored values; or one
+        per key
+    seconds : int, CPU time of the measurement with compiled kernels; tests run those of at most `QUICK`
     command : str, a command that shows the claim; "" for `evolvent claims NAME`
+    measured : values as measured last, None where nothing is measured
     """
 
     name: str
     where: str
     claim: str
-    verdict: Verdict
+    source: Source
     paper: str = ""
     ours: str
-    values: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    measure: str = ""
+    holds: tuple[str, ...] = ()
+    in_part: tuple[str, ...] = ()
+    undecided: str = ""
     tolerance: float | Mapping[str, float] = 0.01
-    measure: Callable[[], Mapping[str, float]] | None = None
     seconds: int = 1
     command: str = ""
+    measured: Measurement | None = None
+    typed: str = ""
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """The values as measured last."""
+        return {} if self.measured is None else self.measured.values
 
     @property
     def shown_by(self) -> str:
         """The command that shows the claim."""
         return self.command or f"evolvent claims {self.name}"
 
+    def verdict(self, values: Mapping[str, float] | None = None) -> Verdict:
+        """Whether the claim holds, by the stored values or by `values`."""
+        if self.typed:
+            return self.typed  # type: ignore[return-value]
+        if self.undecided:
+            return "open"
+        values = self.values if values is None else values
+        for verdict, comparisons in (("holds", self.holds), ("in part", self.in_part)):
+            if comparisons and all(expressions.is_true(text, values) for text in comparisons):
+                return verdict  # type: ignore[return-value]
+        return "refuted"
+
     def text(self, values: Mapping[str, float] | None = None) -> str:
-        """Our finding, with the stored numbers or with `values`."""
+        """Our finding, with the stored values or with `values`."""
         return self.ours.format(**(self.values if values is None else values))
 
+    def run(self) -> Measurement:
+        """Measure the values again."""
+        module, _, function = self.measure.partition(".")
+        began = time.process_time()
+        values = getattr(importlib.import_module(f"evolvent.papers.{module}"), function)()
+        seconds = round(time.process_time() - began, 1)
+        found = {key: float(f"{value:.6g}") for key, value in values.items()}
+        return Measurement(found, datetime.datetime.now(tz=datetime.UTC).date().isoformat(), __version__, seconds)
+
+    def allowed(self, key: str) -> float:
+        """Relative difference up to which a value agrees with the stored one."""
+        return self.tolerance if isinstance(self.tolerance, int | float) else self.tolerance.get(key, 0.01)
+
     def differences(self, values: Mapping[str, float]) -> list[str]:
-        """Numbers of a new measurement that do not agree with the stored ones, a sentence each."""
-        found = []
+        """What of a new measurement does not agree with the stored one, a sentence each."""
         if values.keys() != self.values.keys():
-            found.append(f"measured are {', '.join(values)}, stored are {', '.join(self.values)}")
-        for key in self.values.keys() & values.keys():
-            allowed = self.tolerance if isinstance(self.tolerance, int | float) else self.tolerance.get(key, 0.01)
-            if not math.isclose(values[key], self.values[key], rel_tol=allowed):
-                found.append(f"{key} is {values[key]:.6g}, stored is {self.values[key]:.6g} (allowed {allowed:g})")
+            return [f"measured are {', '.join(values)}, stored are {', '.join(self.values)}"]
+        found = [
+            f"{key} is {values[key]:.6g}, stored is {stored:.6g} (allowed {self.allowed(key):g})"
+            for key, stored in self.values.items()
+            if not math.isclose(values[key], stored, rel_tol=self.allowed(key))
+        ]
+        if self.verdict(values) != self.verdict():
+            found.append(f"the verdict is {self.verdict(values)!r}, stored is {self.verdict()!r}")
         return found
 
 
-#: CPU time, s, up to which the tests measure a claim again.
-QUICK = 3
+def read(path: str | pathlib.Path) -> dict[str, Measurement]:
+    """Measurements in a file, by the name of the claim; none where there is no file.
+
+    Raises
+    ------
+    InputError
+        If the file does not hold measurements of claims.
+    """
+    path = pathlib.Path(path)
+    if not path.exists():
+        return {}
+    try:
+        return {name: Measurement(**one) for name, one in json.loads(path.read_text(encoding="utf-8")).items()}
+    except (OSError, ValueError, TypeError, AttributeError):
+        raise InputError(f"{str(path)!r} exists and holds no measurements of claims; give another file") from None
 
 
+@functools.cache
 def claims(paper: str) -> tuple[Claim, ...]:
     """The claims of a paper by its short name.
 
@@ -80,11 +172,23 @@ def claims(paper: str) -> tuple[Claim, ...]:
     InputError
         If there is no such paper.
     """
+    from evolvent import cases
+
     if paper not in papers.CLAIMS_OF:
         raise InputError(f"no paper is called {paper!r}; {nearest(paper, papers.CLAIMS_OF)}")
-    module = importlib.import_module(f"evolvent.papers.{papers.CLAIMS_OF[paper][1]}")
-    found: tuple[Claim, ...] = module.CLAIMS
-    return found
+    measured = read(MEASURED)
+    rows = cases.parse_yaml((FOLDER / f"{paper}.yaml").read_text(encoding="utf-8"), f"{paper}.yaml")
+    return tuple(_claim(row, measured.get(row["name"])) for row in rows)
+
+
+def _claim(row: dict[str, Any], measured: Measurement | None) -> Claim:
+    lists: dict[str, Any] = {key: tuple(row[key]) for key in ("holds", "in_part") if key in row}
+    return Claim(**row | lists, measured=measured)
+
+
+def every() -> list[Claim]:
+    """The claims of all papers."""
+    return [one for paper in papers.CLAIMS_OF for one in claims(paper)]
 
 
 def claim(name: str) -> Claim:
@@ -95,24 +199,58 @@ def claim(name: str) -> Claim:
     InputError
         If there is none.
     """
-    known = {one.name: one for paper in papers.CLAIMS_OF for one in claims(paper)}
+    known = {one.name: one for one in every()}
     if name not in known:
         raise InputError(f"no claim is called {name!r}; {nearest(name, [*papers.CLAIMS_OF, *known])}")
     return known[name]
 
 
+def keep(measured: Mapping[str, Measurement], path: str | pathlib.Path) -> None:
+    """Write measurements to a file, beside those of other claims that it holds."""
+    found = read(path) | dict(measured)
+    kept = {one.name: dataclasses.asdict(found[one.name]) for one in every() if one.name in found}
+    results.write_file(path, json.dumps(kept, indent=1) + "\n")
+
+
 def counts(found: Iterable[Claim]) -> str:
-    """How many claims there are, by verdict, one sentence."""
-    number = Counter(one.verdict for one in found)
-    return f"{number.total()} claims: " + ", ".join(f"{number[verdict]} {verdict}" for verdict in VERDICTS)
+    """How many statements of the paper and findings of ours there are, by verdict, one sentence."""
+    every = list(found)
+    groups = {
+        "statements": [one for one in every if one.source != "own"],
+        "own findings": [one for one in every if one.source == "own"],
+    }
+    sentences = []
+    for what, group in groups.items():
+        number = Counter(one.verdict() for one in group)
+        parts = [f"{number[verdict]} {verdict}" for verdict in VERDICTS if number[verdict]]
+        sentences.append(f"{len(group)} {what}" + (f": {', '.join(parts)}" if parts else ""))
+    return "; ".join(sentences)
 
 
 def markdown(paper: str) -> str:
-    """The ledger of a paper as a Markdown table, with the counts above it."""
-    found = claims(paper)
-    head = "| where | claim | verdict | paper | our result | command |"
-    rows = [
-        [one.where, one.claim, one.verdict, one.paper or "no number", one.text(), f"`{one.shown_by}`"] for one in found
-    ]
-    table = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
-    return "\n".join([f"{counts(found)}.", "", head, "|---|---|---|---|---|---|", *table])
+    """The ledger of a paper as Markdown: the counts, a table of its statements, and a table of our own findings."""
+    lines = [f"{counts(claims(paper))}."]
+    for title, own in (("Statements of the paper", False), ("Own findings", True)):
+        found = [one for one in claims(paper) if (one.source == "own") == own]
+        head = ["where", "claim" if own else "the paper says", *([] if own else ["source"]), "verdict"]
+        head += ["our result", "measured", "command"] if own else ["paper", "our result", "measured", "command"]
+        rows = [
+            [
+                one.where,
+                one.claim,
+                *([] if own else [one.source]),
+                one.verdict(),
+                *([] if own else [one.paper or "no number"]),
+                " ".join(filter(None, (one.text(), one.undecided))),
+                one.measured.date if one.measured else "",
+                f"`{one.shown_by}`",
+            ]
+            for one in found
+        ]
+        if found:
+            lines += ["", f"**{title}**", "", _row(head), "|" + "---|" * len(head), *map(_row, rows)]
+    return "\n".join(lines)
+
+
+def _row(cells: list[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
