@@ -1,7 +1,7 @@
 """Statements of the papers, each with the verdict that follows from our measured values, and the command that shows it.
 
 The rows are data: `claims/PAPER.yaml` holds what the paper says, how we measure it and from which values it holds;
-`claims/measured.json` holds the values as measured last, with their date. `evolvent claims --all -o` writes it.
+`claims/PAPER.json` holds the values as measured last, with their date; `evolvent claims PAPER --all -o` writes it.
 """
 
 from __future__ import annotations
@@ -29,8 +29,6 @@ Source = Literal["read", "reconstructed", "own"]
 SOURCES: tuple[Source, ...] = get_args(Source)
 
 FOLDER = pathlib.Path(__file__).with_name("claims")
-#: Values as measured last, by the name of the claim.
-MEASURED = FOLDER / "measured.json"
 #: CPU time, s, up to which the tests measure a claim again.
 QUICK = 3
 
@@ -176,7 +174,7 @@ def claims(paper: str) -> tuple[Claim, ...]:
 
     if paper not in papers.CLAIMS_OF:
         raise InputError(f"no paper is called {paper!r}; {nearest(paper, papers.CLAIMS_OF)}")
-    measured = read(MEASURED)
+    measured = read(FOLDER / f"{paper}.json")
     rows = cases.parse_yaml((FOLDER / f"{paper}.yaml").read_text(encoding="utf-8"), f"{paper}.yaml")
     return tuple(_claim(row, measured.get(row["name"])) for row in rows)
 
