@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import batch
+from evolvent import batch, cases
 from evolvent.massprops import inertia
 from evolvent.massprops.inertia import Body, Stand, from_three_frequencies, linear_model, vertical_model
 from evolvent.papers import stand
@@ -50,40 +50,180 @@ def sum_of_energies() -> Values:
 
 
 def amplitudes() -> Values:
-    """Amplitudes of the simulated modes at spring 1, mm, at 0.4 m."""
-    return _three(1e3 * _run(0.4, 0.0).mode_amplitude.values[:, 0], "heave pitch roll")
+    """Amplitudes of the simulated modes at the four springs, mm, at 0.4 m."""
+    names = " ".join(f"{mode}_{spring}" for mode in stand.NAMES for spring in range(1, 5))
+    return _three(1e3 * _run(0.4, 0.0).mode_amplitude.values, names)
 
 
-def least_energies() -> Values:
-    """The map in the box of 20 % of the spacing: least and median energy, share below 1 % of the middle's."""
+def distribution() -> Values:
+    """Energy of the strongest over that of the weakest mode, without offset and at offsets along both axes."""
+    over = _over()
+    at = {"middle": (0.0, 0.0), "x_4": (0.4, 0.0), "x_8": (0.8, 0.0), "z_17": (0.0, 0.174), "z_35": (0.0, 0.348)}
+    energy = {name: over.energies(*offset) for name, offset in at.items()}
+    return {name: float(values.max() / values.min()) for name, values in energy.items()}
+
+
+def mode_count() -> Values:
+    """Number of modes that the signals of four sensors are found to hold, and of energies by the paper's formula."""
+    run = stand.simulated(0.4, 0.1, identification__order="auto", sensors__noise=1e-4)[0]
+    return {"modes": float(run.sizes["mode"]), "sensors": float(run.sizes["sensor"])}
+
+
+def data() -> Values:
+    """Numbers of the built-in case, SI units."""
+    case = _over().case
+    given, body = case.stand, case.body
+    return {
+        "mass": body.mass,
+        "Ixx": body.inertia[0],
+        "Iyy": body.inertia[1],
+        "Izz": body.inertia[2],
+        "stiffness": given.stiffness,
+        "length": given.natural_length,
+        "spacing": 2.0 * given.half_length,
+        "width": 2.0 * given.half_width,
+        "force": -case.excitation.force[1],
+    }
+
+
+def schematic() -> Values:
+    """Of the drawing: number of springs, their length and spacing along x, m, diameter of the body, m."""
+    from evolvent.papers import stand_schematic
+
+    given = _over().stand
+    x = given.points[:, 0]
+    return {
+        "springs": float(len(x)),
+        "length": float(given.length[0]),
+        "spacing": float(x.max() - x.min()),
+        "diameter": stand_schematic.DIAMETER,
+    }
+
+
+def independent_heights() -> Values:
+    """Number of independent motions in the simulated heights of the four attachments; less than 1e-3 is none."""
+    size = np.linalg.svd(_run(0.4, 0.0).sensor_true.values, compute_uv=False)
+    return {"modes": float(np.sum(size > 1e-3 * size[0]))}
+
+
+def stiffness_centre() -> Values:
+    """Distance, mm, of the stiffness centre from the springs' middle: equal ones, at least 1e-6; one 1 % stiffer."""
+    points, found = _over().stand.points, {}
+    for name, more in (("equal", 0.0), ("stiffer", 0.01)):
+        k = np.array([1.0 + more, 1.0, 1.0, 1.0])
+        found[name] = max(1e3 * float(np.linalg.norm(k @ points / k.sum())), 1e-6)
+    return found
+
+
+def three_of_six() -> Values:
+    """Largest share, %, of the energy that a vertical pull gives to sway, surge and yaw, over some offsets."""
+    over, shares = _over(), []
+    for at in ((0.4, 0.174), (0.4, -0.174), (0.8, 0.348)):
+        modes = linear_model(over.stand, over.body(*at)).modes()
+        energy = modes.energy(modes.release(over.case.excitation.force, over.stand.points[0]))
+        shares.append(energy[~modes.vertical].sum() / energy.sum())
+    return {"percent": 100.0 * float(max(shares))}
+
+
+def limiters() -> Values:
+    """Largest change of a frequency of heave, pitch and roll, ppm, by guides that hold the body sideways."""
+    over, changes = _over(), []
+    springs = over.stand
+    held = Stand(points=springs.points, stiffness=springs.stiffness, length=springs.length, support="guided")
+    for at in ((0.4, 0.174), (0.4, -0.174), (0.8, 0.348)):
+        free, guided = (linear_model(one, over.body(*at)).modes() for one in (springs, held))
+        ratio = guided.natural_frequency[guided.vertical] / free.natural_frequency[free.vertical]
+        changes.append(np.abs(ratio - 1.0).max())
+    return {"ppm": 1e6 * float(max(changes))}
+
+
+def undeformed() -> Values:
+    """Sag of the body on its springs, mm, and the energy, J, of the heave from undeformed springs; each mode's else."""
+    over = _over()
+    weight, k = over.case.body.mass * over.case.stand.gravity, 4.0 * over.case.stand.stiffness
+    energy = weight**2 / (2.0 * k)
+    return {"sag": 1e3 * weight / k, "energy": energy, "mode": float(over.energies(0.0, 0.0).max())}
+
+
+def release() -> Values:
+    """Force that is left on the body at the start with the load on, of the load, at least 1e-9; (0.4, 0.174) m."""
+    from evolvent.massprops.inertia import wrench
+    from evolvent.systems.inertia_stand.structure import setup_of
+
+    case = cases.load(stand.CASE, dict(zip(stand.KEYS, (0.4, 0.174), strict=True)))
+    setup = setup_of(case)
+    start, load = setup.start, np.array(case.excitation.force)
+    left = wrench(setup.stand, setup.body, start.position, start.rotation)
+    lever = start.rotation @ (setup.stand.points[0] - setup.body.centre)
+    left = left + np.concatenate([load, np.cross(lever, load)])
+    speed = float(np.linalg.norm(start.velocity) + np.linalg.norm(start.rate))
+    return {"left": max(float(np.linalg.norm(left) / np.linalg.norm(load)), 1e-9), "speed": max(speed, 1e-9)}
+
+
+def map_time() -> Values:
+    """Points of the paper's map, and time of its computer for a point, s, and for a step of 6 ms of 12.24 s, ms."""
+    points = float(_over().x.size * _over().z.size)
+    return {"points": points, "point": 20.0 * 3600.0 / points, "step": 1e3 * 20.0 * 3600.0 / points / (12.24 / 6e-3)}
+
+
+def surface() -> Values:
+    """The surface of least energies: number of points, largest energy, J, and that without offset."""
+    over = _over()
+    least = over.least_energies(over.x[:, None], over.z[None, :])[0]
+    return {"points": float(least.size), "top": float(least.max()), "middle": float(over.energies(0.0, 0.0).min())}
+
+
+def quadrants() -> Values:
+    """The map in the box of 20 % of the spacing: least and median energy, J, shares below 1 % of the middle's, %.
+
+    `towards` and `away`: the centre of mass is moved along both axes towards the loaded spring, or away from it;
+    `beside`: towards it along one axis and away along the other, or along one axis alone.
+    """
     from evolvent.systems.inertia_stand import chart
 
-    data = stand.map_data(_over())
-    inside, top = chart.box(data)[1], float(_over().energies(0.0, 0.0).max())
-    one, best = (data[name].values[inside] for name in ("least_energy", "least_energy_best"))
-    return {
+    over = _over()
+    data = stand.map_data(over)
+    inside, top = chart.box(data)[1], float(over.energies(0.0, 0.0).max())
+    one, best = (data[name].values for name in ("least_energy", "least_energy_best"))
+    spring = over.stand.points[0]
+    x, z = np.sign(np.round(over.x * spring[0], 9))[:, None], np.sign(np.round(over.z * spring[2], 9))[None, :]
+    both = {"towards": (x > 0) & (z > 0), "away": (x < 0) & (z < 0)}
+    both["beside"] = ~(both["towards"] | both["away"])
+    shares = {name: 100.0 * float(np.mean(one[inside & part] < 0.01 * top)) for name, part in both.items()}
+    return shares | {
         "points": float(inside.sum()),
-        "least": float(one.min()),
-        "median": float(np.median(one)),
-        "below": 100.0 * float(np.mean(one < 0.01 * top)),
-        "best_least": float(best.min()),
-        "best_median": float(np.median(best)),
+        "median": float(np.median(one[inside])),
+        "below": 100.0 * float(np.mean(one[inside] < 0.01 * top)),
+        "least_beside": float(one[inside & both["beside"]].min()),
+        "best_least": float(best[inside].min()),
+        "best_median": float(np.median(best[inside])),
     }
 
 
 def no_pitch() -> Values:
-    """The x offset, m, at which the axis of pitch passes through the loaded spring and pitch gets no energy."""
+    """Where one load does not set all modes in motion.
+
+    The x offset, m, at which the axis of pitch passes through the loaded spring; pitch's energy there, of the middle's,
+    at least 1e-9; and the share of the map, %, in which every mode has more than 1 % of the middle's energy.
+    """
     from scipy.optimize import brentq
 
     over = _over()
-    reach = over.case.stand.half_length
-    return {"at": float(brentq(lambda x: over.modes(x, 0.0).axes()[0][1, 0] - reach, 0.5, 1.19, xtol=1e-9))}
+    reach, top = over.case.stand.half_length, float(over.energies(0.0, 0.0).max())
+    at = float(brentq(lambda x: over.modes(x, 0.0).axes()[0][1, 0] - reach, 0.5, 1.19, xtol=1e-9))
+    least = over.least_energies(over.x[:, None], over.z[None, :])[0]
+    left = max(float(over.energies(at, 0.0)[1]) / top, 1e-9)
+    return {"at": at, "left": left, "share": 100.0 * float(np.mean(least > 0.01 * top))}
 
 
 def first_lost() -> Values:
-    """Offset along x, of the spacing, at which the weakest mode has 5 % of the middle's energy; a = 2 and 2.5 m."""
-    share, found = np.linspace(0.1, 0.3, 2001), {}
+    """Offset along x, of the spacing, at which the weakest mode has 5 % of the middle's energy; a = 2 and 2.5 m.
+
+    `radius` is the body's radius of inertia about z, m.
+    """
+    share, found = np.linspace(0.1, 0.3, 2001), dict[str, float]()
     over = _over()
+    found["radius"] = float(np.sqrt(over.case.body.inertia[2] / over.case.body.mass))
     for name, a in (("a", 2.0), ("longer", 2.5)):
         given = Stand.rectangle(a, over.case.stand.half_width, stiffness=over.case.stand.stiffness, length=0.5)
         modes = vertical_model(given, over.body(2.0 * a * share, 0.0)).modes()
@@ -106,17 +246,42 @@ def roll_frequency() -> Values:
     return {"linear": linear, "stepped": linear * (1.0 + batch.amplification("modified-euler")(linear * 6e-3)[1])}
 
 
-def axes() -> Values:
-    """Axis of pitch at an offset of 0.4 m, m; its distance from the centre of mass and the roll's, of the offset."""
+def _beyond(*, mass: float = 1.0, stiffness: float = 1.0) -> tuple[float, float]:
+    """Distances of the axes of pitch and roll beyond the centre of mass, of a small offset; changes as factors."""
     over, small = _over(), 1e-4
-    pitch = over.modes(small, 0.0).axes()[0][1, 0] / small - 1.0
-    roll = over.modes(0.0, small).axes()[0][2, 2] / small - 1.0
-    return {"pitch": float(pitch), "roll": float(roll), "at": float(over.modes(0.4, 0.0).axes()[0][1, 0])}
+    springs = over.stand
+    given = Stand(points=springs.points, stiffness=stiffness * springs.stiffness, length=springs.length)
+    found: list[float] = []
+    for offset in ((small, 0.0), (0.0, small)):
+        body = over.body(*offset)
+        modes = vertical_model(given, Body(mass=mass * body.mass, centre=body.centre, inertia=body.inertia)).modes()
+        kind = ("pitch", "roll")[len(found)]
+        axis = 2 * len(found)
+        found.append(float(modes.axes()[0][modes.kinds.index(kind), axis] / small - 1.0))
+    return found[0], found[1]
+
+
+def axes() -> Values:
+    """Axes of pitch and roll beyond the centre of mass, of the offset, and the axis of pitch at 0.4 m, m."""
+    pitch, roll = _beyond()
+    return {"pitch": pitch, "roll": roll, "at": float(_over().modes(0.4, 0.0).axes()[0][1, 0])}
+
+
+def axes_stiffness() -> Values:
+    """Distance of the axes beyond the centre of mass, of the offset, with half and with twice the stiffness."""
+    return _three(np.array([_beyond(stiffness=s) for s in (0.5, 2.0)]), "pitch_soft roll_soft pitch_stiff roll_stiff")
+
+
+def axes_mass() -> Values:
+    """Distance of the axes beyond the centre of mass, of the offset, with 0.8 and 2 times the mass."""
+    return _three(np.array([_beyond(mass=m) for m in (0.8, 2.0)]), "pitch_light roll_light pitch_heavy roll_heavy")
 
 
 def partial_frequencies() -> Values:
-    """Heave, roll and pitch without coupling, rad/s."""
-    return _three(inertia.partial_frequencies(_over().stand, _over().body(0.0, 0.0)), "heave roll pitch")
+    """Heave, roll and pitch by the formulas, and the simulated ones without offset, rad/s."""
+    formulas = inertia.partial_frequencies(_over().stand, _over().body(0.0, 0.0))
+    simulated = _run(0.0, 0.0).mode_frequency.values
+    return {**_three(formulas, "heave roll pitch"), **_three(simulated, "heave_run pitch_run roll_run")}
 
 
 def candidates() -> Values:
@@ -134,12 +299,44 @@ def candidates() -> Values:
 
 
 def paper_accuracy() -> Values:
-    """Largest errors of the moments by the paper's method over some offsets, %, and those that its step makes."""
+    """Largest errors of the moments by the paper's method on its line, z offset 0 and x offset up to 0.8 m, %."""
     from evolvent.papers import stand_error
 
-    found = 100.0 * np.abs(stand_error.errors({}))
+    found = 100.0 * np.abs(stand_error.errors({}, [(x, 0.0) for x in (0.0, 0.2, 0.4, 0.6, 0.8)]))
+    return _three(found.max(axis=0), "Ixx Izz")
+
+
+def accuracy_off_the_line() -> Values:
+    """Largest errors of the moments by the paper's method with offsets along both axes, %, and those of its step."""
+    from evolvent.papers import stand_error
+
+    found = 100.0 * np.abs(stand_error.errors({}, stand_error.OFFSETS[3:]))
     step = 100.0 * np.array(stand_error.of_the_step())
     return {**_three(found.max(axis=0), "Ixx Izz"), **_three(step, "step_Ixx step_Izz")}
+
+
+def pendulum_distance() -> Values:
+    """Standard uncertainties of Ixx, %, by a pendulum at 2 m, at the radius of inertia and at 0.1 m from its pivot.
+
+    Its frequency is known to 100 ppm, the distance of its centre of mass to 0.5 mm, its mass to 0.02 %. `ratio` is the
+    moment about the pivot at 2 m over that about the centre of mass.
+    """
+    body = _over().case.body
+    moment, mass = body.inertia[0], body.mass
+    radius = float(np.sqrt(moment / mass))
+    found = {n: _pendulum(moment, r) for n, r in (("far", 2.0), ("near_best", radius), ("near", 0.1))}
+    return found | {"ratio": 1.0 + mass * 4.0 / moment, "at": radius}
+
+
+def _pendulum(moment: float, distance: float) -> float:
+    """Standard uncertainty, %, of a moment by a pendulum whose centre of mass is at a distance, m, from its pivot."""
+    from evolvent.massprops.inertia.pendulums import budget, compound
+
+    mass = _over().case.body.mass
+    w = float(np.sqrt(mass * 9.80665 * distance / (moment + mass * distance**2)))
+    known = {"frequency": w, "mass": mass, "distance": distance}
+    found = budget(compound, known, {"frequency": 1e-4 * w, "mass": 2e-4 * mass, "distance": 5e-4})
+    return 100.0 * float(np.linalg.norm(found.contribution)) / moment
 
 
 def _identified(given: Stand, body: Body, frequency: np.ndarray) -> np.ndarray:
@@ -154,8 +351,6 @@ def beside_pendulum() -> Values:
 
     Frequencies to 100 ppm, lengths to 0.5 mm (a and b to 0.3 mm), the mass to 0.02 %, stiffnesses to 0.1 %.
     """
-    from evolvent.massprops.inertia.pendulums import budget, compound
-
     over = _over()
     case = over.case
     mass, frequency = case.body.mass, over.modes(*AT).natural_frequency
@@ -170,21 +365,30 @@ def beside_pendulum() -> Values:
     x = np.array(values)
     slopes = [moments(x + 0.5 * row) - moments(x - 0.5 * row) for row in np.diag(deviations)]
     by_stand = 100.0 * np.sqrt(np.sum(np.square(slopes), axis=0)) / np.array(case.body.inertia)[[0, 2]]
-    by_pendulum = []
-    for moment in (case.body.inertia[0], case.body.inertia[2]):
-        w = np.sqrt(mass * 9.80665 * 2.0 / (moment + 4.0 * mass))
-        known = {"frequency": float(w), "mass": mass, "distance": 2.0}
-        found = budget(compound, known, {"frequency": 1e-4 * float(w), "mass": 2e-4 * mass, "distance": 5e-4})
-        by_pendulum.append(100.0 * float(np.linalg.norm(found.contribution)) / moment)
+    by_pendulum = [_pendulum(case.body.inertia[k], 2.0) for k in (0, 2)]
     return {**_three(by_stand, "stand_xx stand_zz"), **_three(np.array(by_pendulum), "pendulum_xx pendulum_zz")}
 
 
 def scheme_order() -> Values:
-    """Orders of modified Euler for the frequency of an oscillation, the position and velocity at a whole period."""
-    theta = 2.0 * np.pi / np.array([80.0, 160.0])
-    lag = [abs(batch.amplification("modified-euler")(value)[1]) for value in theta]
-    found = np.log2(np.array(lag[:1]) / lag[1:])
-    return {"frequency": float(found[0]), "lag": 1e6 * float(lag[0]), "theory": 1e6 * float(theta[0] ** 2 / 48.0)}
+    """Orders of the paper's scheme on an oscillator: of the frequency, and of position and velocity at whole periods.
+
+    `lag` is that of the frequency at 80 steps a period, ppm.
+    """
+    counts = np.array([80, 160])
+    lag = np.array([abs(batch.amplification("modified-euler")(2.0 * np.pi / n)[1]) for n in counts])
+    ends = np.array([_one_period(int(n)) for n in counts])
+    orders = np.log2(np.abs(ends[0] / ends[1]))
+    return {"frequency": float(np.log2(lag[0] / lag[1])), "lag": 1e6 * float(lag[0]),
+            "position": float(orders[0]), "velocity": float(orders[1])}  # fmt: skip
+
+
+def _one_period(steps: int) -> tuple[float, float]:
+    """Errors of position and velocity of y'' = -y after a period in so many steps of the paper's scheme."""
+    h, y, v = 2.0 * np.pi / steps, 1.0, 0.0
+    for _ in range(steps):
+        middle = -(y + 0.5 * h * v - 0.125 * h**2 * y)
+        y, v = y + h * v + 0.5 * h**2 * middle, v + h * middle
+    return y - 1.0, v
 
 
 def upright_instability() -> Values:
@@ -234,28 +438,3 @@ def product() -> Values:
     shapes = modes.at(springs)[3:]
     found = from_three_frequencies(over.stand, level, modes.natural_frequency[3:], shapes=shapes, points=springs)
     return {"Izz": 100.0 * float(found["Izz"] / turned.inertia[2, 2] - 1.0)}
-
-
-def prony_exact() -> Values:
-    """Error of Prony's frequencies without noise, of 100 samples, ppm; what is below 0.001 counts as that."""
-    from evolvent.papers.stand_prony import Record, accuracy, plain_prony
-
-    return {"ppm": max(1e6 * accuracy(plain_prony, Record(noise=0.0), 1).error, 1e-3)}
-
-
-def prony() -> Values:
-    """Errors of the worst frequency, %, of 100 samples with 1 % noise at 2.1 to 9 samples a period, and VARPRO's."""
-    from evolvent.papers.stand_prony import TABLE_RATES, Record, accuracy, maximum_likelihood, plain_prony
-
-    rates = [Record(per_period=rate) for rate in TABLE_RATES]
-    found = {f"p{10 * r.per_period:g}": 100.0 * accuracy(plain_prony, r, 200).error for r in rates}
-    return found | {"varpro": 100.0 * accuracy(maximum_likelihood, Record(), 50).error}
-
-
-def prony_best() -> Values:
-    """Samples a period at which Prony's error is least, of 100 samples with 1 % noise, and that error, %."""
-    from evolvent.papers.stand_prony import Record, accuracy, plain_prony
-
-    rates = np.arange(2.1, 3.05, 0.1)
-    errors = [100.0 * accuracy(plain_prony, Record(per_period=float(rate)), 200).error for rate in rates]
-    return {"best": float(rates[int(np.argmin(errors))]), "error": float(min(errors))}

@@ -45,17 +45,28 @@ class Record(NamedTuple):
     ----------
     per_period : float, samples a period of the highest mode
     samples : int
-    noise : float, standard deviation of the noise, of the amplitude of a mode
+    noise : float, standard deviation of the noise, of the amplitude of a mode; or its bound, where it is `uniform`
+    amplitudes : (3,) float, of the modes
+    uniform : bool, whether the noise is evenly distributed between bounds; False: normally distributed
     """
 
     per_period: float = RATE
     samples: int = USUAL
     noise: float = NOISE
+    amplitudes: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    uniform: bool = False
 
     @property
     def rate(self) -> float:
         """Samples a second, Hz."""
         return float(frequencies()[-1]) * self.per_period / (2.0 * np.pi)
+
+    def data(self, trials: int) -> np.ndarray:
+        """(trials, samples) seeded random records."""
+        time = np.arange(self.samples) / self.rate
+        clean = np.cos(time[:, None] * frequencies()) @ np.array(self.amplitudes)
+        random, size = np.random.default_rng(SEED), (trials, self.samples)
+        return clean + self.noise * (random.uniform(-1.0, 1.0, size) if self.uniform else random.standard_normal(size))
 
 
 class Accuracy(NamedTuple):
@@ -88,25 +99,30 @@ def maximum_likelihood(data: np.ndarray, rate: float) -> Modes:
     return varpro(data, 3, rate=rate)
 
 
-def accuracy(method: Method, record: Record, trials: int) -> Accuracy:
-    """Errors of a method over so many seeded records of the stand's sensor 1."""
-    w = frequencies()
-    clean = np.cos(np.arange(record.samples)[:, None] / record.rate * w).sum(axis=1)
-    random, errors = np.random.default_rng(SEED), []
-    for _ in range(trials):
-        data = clean + record.noise * random.standard_normal(record.samples)
+def errors(method: Method, record: Record, trials: int) -> np.ndarray:
+    """(n, 3) relative errors of the frequencies over so many records of sensor 1, of those with a result."""
+    w, found = frequencies(), []
+    for data in record.data(trials):
         try:
-            errors.append(np.sort(method(data, record.rate).frequency) / w - 1.0)
+            found.append(np.sort(method(data, record.rate).frequency) / w - 1.0)
         except InputError:
             continue
-    worst = float(np.sqrt(np.mean(np.square(errors), axis=0)).max()) if errors else float("nan")
-    return Accuracy(worst, 1.0 - len(errors) / trials)
+    return np.array(found).reshape(-1, 3)
+
+
+def accuracy(method: Method, record: Record, trials: int) -> Accuracy:
+    """Errors of a method over so many records."""
+    found = errors(method, record, trials)
+    worst = float(np.sqrt(np.mean(np.square(found), axis=0)).max()) if len(found) else float("nan")
+    return Accuracy(worst, 1.0 - len(found) / trials)
 
 
 def bound(record: Record) -> float:
     """Cramér-Rao bound of the relative error of the worst frequency."""
     w = frequencies()
-    covariance = cramer_rao(w, 0.0, np.ones(3), rate=record.rate, length=record.samples, noise=record.noise)
+    covariance = cramer_rao(
+        w, 0.0, np.array(record.amplitudes), rate=record.rate, length=record.samples, noise=record.noise
+    )
     return float((np.sqrt(np.diag(covariance)[:3]) / w).max())
 
 
