@@ -123,7 +123,9 @@ def sheet(figure: Figure, *, dpi: float = DPI, title: bool = True, label: str = 
         named = [any(line.label for line in panel.lines) for panel in figure.panels]
         shared = figure.columns > 1 and named[0] and not any(named[1:]) and not label
         for axis, panel in zip(axes, figure.panels, strict=False):
-            _panel(axis, panel, (WIDTH / figure.columns - 18.0, height / rows - 14.0), legend=not shared)
+            named_by = figure.panels[0] if shared else panel
+            size = (WIDTH / figure.columns - 18.0, height / rows - 14.0)
+            _panel(axis, panel, size, legend=not shared, dashed=_is_dashed(named_by))
         if shared:
             _legend(found, axes[0], "", WIDTH - 10.0, loc="outside lower center")
         for axis in axes[len(figure.panels) :]:
@@ -208,12 +210,11 @@ def _schematic_height(figure: Figure) -> float | None:
     return float(10.0 + sum(width * ratio + 12.0 for ratio in per_row))
 
 
-def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool) -> None:
-    """Draw a panel whose axes are about so wide and high, mm."""
+def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool, dashed: bool) -> None:
+    """Draw a panel whose axes are about so wide and high, mm; `dashed` lines follow their color."""
     width, height = size[0] - (16.0 if panel.map is not None else 0.0), size[1]
     if panel.map is not None:
         _map(axis, panel.map)
-    dashed = _is_dashed(panel)
     for line in panel.lines:
         if line.fill:
             axis.fill(line.x, line.y, facecolor=line.fill, linewidth=0.0, zorder=0.5)

@@ -60,8 +60,43 @@ def test_figure_1_draws_springs_where_they_are():
     assert all(not panel.axes and panel.equal for panel in made.figure.panels)
 
 
-def test_figure_2_has_simulated_energies_on_the_curves(over):
+def bars(panel):
+    """Heights of the bars of a panel, in the order in which they are drawn: one series after the other."""
+    return np.array([line.y.max() for line in panel.lines if line.fill])
+
+
+def test_figure_2_has_a_bar_a_mode_and_offset(over):
     made = stand.figure_2(QUICK)
+    assert "our reading" in made.figure.title
+    for panel, offsets in zip(made.figure.panels, stand.ENERGY_BARS, strict=True):
+        expected = [over.energies(*at) for at in offsets]
+        assert bars(panel) == pytest.approx(np.ravel(expected), abs=0.01)
+        assert list(panel.x_names.values()) == ["heave", "pitch", "roll"]
+    assert [row[2:5] for row in columns(made.text)][1] == ["30.21", "2.27", "16.24"]
+
+
+def test_bars_stand_side_by_side():
+    lines = [line for line in stand._bars(np.ones((3, 2)), ["a", "b", "c"]) if line.fill]
+    ends = sorted((float(line.x.min()), float(line.x.max())) for line in lines)
+    assert np.ravel(ends[:3]) == pytest.approx([-0.4, -0.4 / 3, -0.4 / 3, 0.4 / 3, 0.4 / 3, 0.4])
+    assert ends[3][0] == pytest.approx(0.6)
+
+
+def test_figure_3_obeys_the_energy_of_the_load(over):
+    """The energy of a mode is half the load times its amplitude at the loaded spring, and (k/2) times all squares."""
+    made = stand.figure_3(QUICK)
+    assert "our reading" in made.figure.title
+    rows = columns(made.text)
+    for offset, panel, at in zip(stand.AMPLITUDE_BARS, made.figure.panels, (0, 3), strict=True):
+        amplitude = 1e-3 * np.array([row[3:] for row in rows[at : at + 3]], dtype=float)
+        energies = over.energies(*offset)
+        assert amplitude[:, 0] * 9806.65 / 2.0 == pytest.approx(energies, rel=2e-3)
+        assert 0.5 * 740250.0 * (amplitude**2).sum(axis=1) == pytest.approx(energies, rel=2e-3)
+        assert bars(panel).reshape(4, 3).T * 1e-3 == pytest.approx(amplitude, abs=1e-7)
+
+
+def test_energies_have_simulated_ones_on_the_curves(over):
+    made = stand.energies(QUICK)
     for panel in made.figure.panels:
         for k in range(3):
             curve, circles = panel.lines[k], panel.lines[3 + k]
@@ -69,9 +104,8 @@ def test_figure_2_has_simulated_energies_on_the_curves(over):
     assert [row[2:5] for row in columns(made.text)][1] == ["30.21", "2.271", "16.24"]
 
 
-def test_figure_3_obeys_the_energy_of_the_load(over):
-    """The energy of a mode is half the load times its amplitude at the loaded spring."""
-    made = stand.figure_3(QUICK)
+def test_amplitudes_obey_the_energy_of_the_load(over):
+    made = stand.amplitudes(QUICK)
     amplitude = [float(row[2]) for row in columns(made.text)]
     energies = [over.energies(x, 0.0) for x in (0.0, 0.4, 0.8)]
     assert np.array(amplitude) * 1e-3 * 9806.65 / 2.0 == pytest.approx(np.ravel(energies), rel=2e-3)
@@ -90,9 +124,11 @@ def test_figure_5_falls_rises_and_stays():
     assert rows[:, 1:4] == pytest.approx(
         np.array([[13.962, 16.422, 24.590], [13.229, 17.332, 24.590], [12.036, 19.050, 24.590]]), abs=6e-4
     )
-    circles = made.figure.panels[0].lines[3:6]
-    assert [np.sign(line.y[-1] - line.y[1]) for line in circles[:2]] == [-1.0, 1.0]
-    assert np.ptp(circles[2].y) < 3e-3
+    left, right = made.figure.panels
+    assert [line.label for line in left.lines] == ["heave", "pitch", "", ""]
+    assert [np.sign(line.y[-1] - line.y[1]) for line in left.lines[2:]] == [-1.0, 1.0]
+    assert "roll stays at 24.59 rad/s" in left.title
+    assert np.abs(right.lines[2].y).max() < 120.0  # ppm
 
 
 def test_every_entry_is_a_function():

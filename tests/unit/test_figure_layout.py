@@ -149,6 +149,18 @@ def test_a_unit_is_not_broken_into_two_lines():
     assert any(text.endswith("[N m s]") for text in words)
 
 
+def test_a_line_looks_the_same_in_all_panels_that_share_a_legend():
+    x = np.arange(3.0)
+    panels = [
+        Panel(x_label="", y_label="", lines=[Line(x=x, y=x * k, color=k, label=label) for k in (1, 2)])
+        for label in ("a", "")
+    ]
+    first, second = plots.sheet(Figure(name="f", title="", panels=panels, columns=2)).axes
+    styles = [[line._unscaled_dash_pattern for line in axis.lines] for axis in (first, second)]
+    assert styles[0] == styles[1]
+    assert styles[0][0] != styles[0][1]
+
+
 def test_the_inside_of_a_hub_is_filled():
     circle = np.linspace(0.0, 2.0 * np.pi, 40)
     line = Line(x=np.cos(circle), y=np.sin(circle), fill="gainsboro")

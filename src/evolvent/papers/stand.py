@@ -1,7 +1,8 @@
-"""Figures 2 to 5 of Belyakov (2002): energies, amplitudes and frequencies of the modes over the offset."""
+"""Figures 2 to 5 of Belyakov (2002), energies, amplitudes and frequencies of the modes, and curves over the offset."""
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -9,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent import cases
-from evolvent.figures import Figure, Line, Panel
-from evolvent.massprops.inertia import Body, NormalModes, Stand, partial_frequencies, vertical_model
+from evolvent.figures import Figure, Line, Note, Panel
+from evolvent.massprops.inertia import Body, NormalModes, Stand, vertical_model
 from evolvent.papers import Made, Options
 from evolvent.papers.winding import markdown
 from evolvent.systems.inertia_stand import chart
@@ -27,10 +28,22 @@ NAMES = ("heave", "pitch", "roll")
 POINTS = 241
 #: Numbers of offsets on a line at which the motion is simulated: in full and of the quick form.
 SIMULATED, QUICK_SIMULATED = 9, 3
+#: Offsets (x, z) of the bars, m: in figure 2, a panel each, and in figure 3.
+ENERGY_BARS = (((0.0, 0.0), (0.4, 0.0), (0.8, 0.0)), ((0.0, 0.0), (0.0, 0.174), (0.0, 0.348)))
+AMPLITUDE_BARS = ((0.4, 0.0), (0.4, 0.174))
+#: Colors of bars side by side, from dark to light.
+SHADES = ("#08306b", "#2e7ebc", "#8fc2de", "#d9e8f5")
+BARS = """\
+Bars: modes identified from the simulated motion in six degrees of freedom. Abscissa and offsets are our reading: the
+figure is lost, and its caption gives none.
+"""
 NOTE = """\
 Lines: linear model of heave, roll and pitch. Circles: modes identified from the simulated motion in six degrees of
 freedom.
 """
+
+
+SPRINGS = "Springs 1 and 2 are at +x, 1 and 4 at +z; spring 1 is loaded.\n"
 
 
 class Grid(NamedTuple):
@@ -114,6 +127,89 @@ def _simulated_line(axis: int, offsets: tuple[float, ...]) -> Sequence[Any]:
 
 
 def figure_2(options: Options) -> Made:
+    """Distribution of the energy over the modes, as bars."""
+    panels, rows = [], []
+    for axis, offsets in enumerate(ENERGY_BARS):
+        options.report(f"{len(offsets)} simulated cases over {LABELS[axis].partition(',')[0]}")
+        runs = _simulated_at(offsets)
+        labels = [f"{_letter(axis)} = {at[axis]:g} m" for at in offsets]
+        energy = np.array([run.mode_energy.values for run in runs])
+        panels.append(
+            Panel(
+                x_label="mode", y_label="energy, J", lines=_bars(energy, labels), title=f"{_other(axis)} = 0",
+                x_names=dict(enumerate(NAMES)), y_zero=True, notes=_values(energy),
+            )
+        )  # fmt: skip
+        rows += [
+            [f"{x:g}", f"{z:g}", *(f"{v:.4g}" for v in values), f"{values.sum():.2f}"]
+            for (x, z), values in zip(offsets, energy, strict=True)
+        ]
+    head = (*LABELS, "heave, J", "pitch, J", "roll, J", "sum, J")
+    title = "Distribution of the energy over the modes (figure 2 of Belyakov 2002; our reading: bars, offsets)"
+    figure = Figure(name="stand-figure-2", title=title, panels=panels, columns=2, height=84.0)
+    return Made(text=f"{BARS}\n{markdown(head, rows)}", figure=figure)
+
+
+def figure_3(options: Options) -> Made:
+    """Amplitudes by modes and by the numbers of the springs, as bars."""
+    panels: list[Panel] = []
+    rows = []
+    options.report(f"{len(AMPLITUDE_BARS)} simulated cases")
+    for (x, z), run in zip(AMPLITUDE_BARS, _simulated_at(AMPLITUDE_BARS), strict=True):
+        amplitude = 1e3 * run.mode_amplitude.values
+        labels = [f"spring {k}" for k in range(1, 5)]
+        panels.append(
+            Panel(
+                x_label="mode", y_label="amplitude, mm", lines=_bars(amplitude.T, [] if panels else labels),
+                title=f"$e_x$ = {x:g} m, $e_z$ = {z:g} m", x_names=dict(enumerate(NAMES)), y_zero=True,
+            )
+        )  # fmt: skip
+        rows += [
+            [f"{x:g}", f"{z:g}", name, *(f"{v:.4f}" for v in values)]
+            for name, values in zip(NAMES, amplitude, strict=True)
+        ]
+    head = (*LABELS, "mode", *(f"spring {k}, mm" for k in range(1, 5)))
+    title = (
+        "Amplitudes by modes and numbers of the springs, spring 1 loaded (figure 3 of Belyakov 2002; our reading: "
+        "bars, offsets)"
+    )
+    figure = Figure(name="stand-figure-3", title=title, panels=panels, columns=2, height=88.0)
+    return Made(text=f"{BARS}{SPRINGS}\n{markdown(head, rows)}", figure=figure)
+
+
+@functools.lru_cache(maxsize=8)
+def _simulated_at(offsets: tuple[tuple[float, float], ...]) -> Sequence[Any]:
+    """Runs at offsets (x, z)."""
+    return simulated(*np.array(offsets).T)
+
+
+def _bars(values: np.ndarray, labels: Sequence[str]) -> list[Line]:
+    """Bars (k, groups), k of them side by side about the positions 0, 1, 2 of the groups."""
+    lines, wide, none = [], 0.8 / len(values), np.full(1, np.nan)
+    for k, row in enumerate(values):
+        for group, value in enumerate(row):
+            x = group - 0.4 + wide * (k + np.array([0.0, 0.0, 1.0, 1.0]))
+            lines.append(Line(x=x, y=value * np.array([0.0, 1.0, 1.0, 0.0]), color="black", fill=SHADES[k], width=0.6))
+        if labels:
+            lines.append(Line(x=none, y=none, color=SHADES[k], width=5.0, label=labels[k]))  # of the legend
+    return lines
+
+
+def _values(values: np.ndarray) -> list[Note]:
+    """The numbers of such bars, above them."""
+    wide, high = 0.8 / len(values), 0.03 * float(values.max())
+    return [
+        Note(at=(group - 0.4 + wide * (k + 0.5), float(value) + high), text=f"{value:.2g}")
+        for k, row in enumerate(values)
+        for group, value in enumerate(row)
+    ]
+
+
+def _letter(axis: int) -> str:
+    return chart.LABELS[axis].partition(",")[0].removeprefix("offset ")
+
+
+def energies(options: Options) -> Made:
     """Energies of the three modes over the offset."""
     over, panels, rows = grid(), [], []
     for axis in (0, 1):
@@ -131,8 +227,8 @@ def figure_2(options: Options) -> Made:
             where = [f"{offset:g}", "0"] if axis == 0 else ["0", f"{offset:g}"]
             rows.append([*where, *(f"{v:.4g}" for v in values), f"{values.sum():.2f}"])
     head = (*LABELS, "heave, J", "pitch, J", "roll, J", "sum, J")
-    title = "Energies of the three modes over the offset (figure 2 of Belyakov 2002)"
-    figure = Figure(name="stand-figure-2", title=title, panels=panels, columns=2, height=88.0)
+    title = "Energies of the three modes over the offset of the centre of mass"
+    figure = Figure(name="stand-energies", title=title, panels=panels, columns=2, height=88.0)
     return Made(text=f"{NOTE}\n{markdown(head, rows)}", figure=figure)
 
 
@@ -140,7 +236,7 @@ def _other(axis: int) -> str:
     return chart.LABELS[1 - axis].partition(",")[0]
 
 
-def figure_3(options: Options) -> Made:
+def amplitudes(options: Options) -> Made:
     """Amplitude of each mode at each spring over the offset."""
     over, panels, rows = grid(), [], []
     styles = ("-", "--", ":", "-.")
@@ -163,9 +259,9 @@ def figure_3(options: Options) -> Made:
         for name, values in zip(NAMES, _amplitudes(over, offset, 0.0), strict=True):
             rows.append([f"{offset:g}", name, *(f"{value:.4f}" for value in values)])
     head = (LABELS[0], "mode", *(f"spring {k}, mm" for k in range(1, 5)))
-    title = "Amplitude of each mode at each spring over the offset, spring 1 loaded (figure 3 of Belyakov 2002)"
-    figure = Figure(name="stand-figure-3", title=title, panels=panels, columns=3, height=152.0)
-    return Made(text=f"{NOTE}Springs 1 and 2 are at +x, 1 and 4 at +z.\n\n{markdown(head, rows)}", figure=figure)
+    title = "Amplitude of each mode at each spring over the offset of the centre of mass, spring 1 loaded"
+    figure = Figure(name="stand-amplitudes", title=title, panels=panels, columns=3, height=152.0)
+    return Made(text=f"{NOTE}{SPRINGS}\n{markdown(head, rows)}", figure=figure)
 
 
 def _amplitudes(over: Grid, x: Any, z: Any) -> np.ndarray:
@@ -176,7 +272,7 @@ def _amplitudes(over: Grid, x: Any, z: Any) -> np.ndarray:
 
 
 def figure_4(options: Options) -> Made:
-    """Map of the smallest mode energy over the plane, on the 999 points of the built-in map."""
+    """Surface of the least of the modes' energies over the plane, on the 999 points of the built-in map."""
     over = grid()
     data = map_data(over)
     drawn = chart.least_energy_map(data)
@@ -193,10 +289,12 @@ def figure_4(options: Options) -> Made:
         f"{int(inside.sum())} that lie within 20 % of the springs' spacing along each axis.\n"
     )
     title = (
-        "Energy of the weakest mode over the offsets (figure 4 of Belyakov 2002); dashed: 20 % of the spacing, "
-        f"white: 1 % of the largest, black: {chart.LEAST:g} J"
+        "Least energies of the modes, 999 offsets (left: figure 4 of Belyakov 2002, right: ours); dashed: 20 % of the "
+        f"spacing, white: 1 % of the largest, black: {chart.LEAST:g} J"
     )
-    figure = Figure(name="stand-figure-4", title=title, panels=drawn.panels, columns=2, height=drawn.height)
+    first, second = drawn.panels
+    first = dataclasses.replace(first, title=f"loaded at spring 1\n{first.title.partition(chr(10))[2]}")
+    figure = Figure(name="stand-figure-4", title=title, panels=[first, second], columns=2, height=drawn.height)
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure)
 
 
@@ -210,31 +308,31 @@ def map_data(over: Grid) -> xr.Dataset:
 
 
 def figure_5(options: Options) -> Made:
-    """Frequencies over the x offset."""
+    """Two frequencies over the x offset."""
     over = grid()
     fine, few, runs = _line(options, over, 0)
     curves = over.modes(fine, 0.0).natural_frequency
     found = np.array([run.mode_frequency.values for run in runs])
     near = over.modes(few, 0.0).natural_frequency
-    lines = [Line(x=fine, y=curves[:, k], color=1 + k, label=NAMES[k]) for k in range(3)]
-    lines += [Line(x=few, y=found[:, k], style="", marker="o", color=1 + k) for k in range(3)]
-    partial = partial_frequencies(over.stand, over.body(0.0, 0.0))
-    for k, value in enumerate(partial):
-        label = "partial frequencies" if k == 0 else ""
-        lines.append(Line(x=fine[[0, -1]], y=np.full(2, value), style=":", color="gray", label=label))
+    lines = [Line(x=fine, y=curves[:, k], color=1 + k, label=NAMES[k]) for k in range(2)]
+    lines += [Line(x=few, y=found[:, k], style="", marker="o", color=1 + k) for k in range(2)]
     apart = [
         Line(x=few, y=1e6 * (found / near - 1.0)[:, k], style="", marker="os^"[k], color=1 + k, label=NAMES[k])
         for k in range(3)
     ]
+    roll = f"roll stays at {found[:, 2].mean():.2f} rad/s"
     panels = [
-        Panel(x_label=chart.LABELS[0], y_label="frequency, rad/s", lines=lines),
-        Panel(x_label=chart.LABELS[0], y_label="simulated minus linear, ppm", lines=apart, y_span=20.0),
-    ]
+        Panel(x_label=chart.LABELS[0], y_label="frequency, rad/s", lines=lines, title=f"$e_z$ = 0; {roll}"),
+        Panel(
+            x_label=chart.LABELS[0], y_label="simulated minus linear, ppm", lines=apart, y_span=20.0,
+            title="ours: simulated and linear motion",
+        ),
+    ]  # fmt: skip
     rows = []
     for x in (0.0, 0.4, 0.8):
         modes = over.modes(x, 0.0)
         rows.append([f"{x:g}", *(f"{w:.3f}" for w in modes.natural_frequency), f"{modes.axes()[0][1, 0]:.3f}"])
     head = (LABELS[0], *(f"{name}, rad/s" for name in NAMES), "axis of pitch at x, m")
-    title = "Frequencies over the offset $e_x$, $e_z$ = 0 (figure 5 of Belyakov 2002)"
+    title = "Frequencies of two modes over the offset $e_x$ (left: figure 5 of Belyakov 2002)"
     figure = Figure(name="stand-figure-5", title=title, panels=panels, columns=2, height=92.0)
     return Made(text=f"{NOTE}\n{markdown(head, rows)}", figure=figure)

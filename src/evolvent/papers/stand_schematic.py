@@ -48,7 +48,7 @@ def figure_1(options: Options) -> Made:
         _elevation(setup.stand, centre, _View(2, 1), "End view"),
         _plan(setup.stand, centre, setup.modes, setup.loaded),
     )
-    title = "The stand, a body that hangs from four springs (figure 1 of Belyakov 2002)"
+    title = "Schematic of the stand (figure 1 of Belyakov 2002; axes of rotation of the modes: ours)"
     figure = Figure(name="stand-figure-1", title=title, panels=[side, end, plan], columns=2)
     stand, body = case.stand, case.body
     rows = [
@@ -101,14 +101,15 @@ def _elevation(stand: Stand, centre: np.ndarray, view: _View, title: str) -> Pan
     lines += [view.line(centre[None], style="", marker="o", color=2)]
     letter, half = ("x", "a") if view.right == 0 else ("z", "b")
     shift = float(view.of(centre)[0])
+    beside = (-0.55, shift + 0.4, -0.55 * radius) if view.right == 0 else (-0.33, 0.38, -0.42 * radius)
     lines += _arrow(np.zeros(2), np.array([0.0, 0.62 * radius + 0.5]))
     lines += _arrow(np.array([0.0, -radius - 0.35]), np.array([0.62, -radius - 0.35]))
     notes = [
         Note(at=(0.0, 0.62 * radius + 0.62), text="$y$"),
         Note(at=(0.74, -radius - 0.35), text=f"${letter}$"),
         Note(at=(0.5 * reach, LONGER + 0.42), text=f"${half}$ = {reach:g} m"),
-        Note(at=(-0.55, -0.55 * radius), text="stiffness\ncentre", points_to=(0.0, 0.0)),
-        Note(at=(shift + 0.4, -0.55 * radius), text="centre\nof mass", points_to=(shift, 0.0)),
+        Note(at=(beside[0], beside[2]), text="stiffness\ncentre", points_to=(0.0, 0.0)),
+        Note(at=(beside[1], beside[2]), text="centre\nof mass", points_to=(shift, 0.0)),
         Note(at=(-reach - 0.3, 0.7 * LONGER), text="$k$"),
         Note(at=(reach + 0.22, -0.45), text="$F$"),
     ]
