@@ -265,8 +265,9 @@ class Indirect(Linked):
         """Compile it, or load it from the cache folder, and enter its address."""
         if not self.is_loaded:
             with compiling:
-                self.dispatcher.compile(self.signature)
-                self.dispatcher.disable_compile()
+                if self.signature.args not in self.dispatcher.overloads:
+                    self.dispatcher.compile(self.signature)
+                    self.dispatcher.disable_compile()
                 ADDRESSES[self.slot] = pointer_of(self.dispatcher, self.signature)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
@@ -348,6 +349,11 @@ def _unloaded() -> int:
     address = pointer_of(_fail.dispatcher, types.void())
     ADDRESSES[ADDRESSES == 0] = address
     return address
+
+
+def unload() -> None:
+    """Take every address out of the table, as at the start of a process; tests find missing functions so."""
+    ADDRESSES[:] = _unloaded()
 
 
 def indirect(signature: Any, *, disjoint: bool = False) -> Callable[[Callable], Any]:

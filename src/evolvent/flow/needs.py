@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent import families, jit
 from evolvent.flow import events, explicit_flexible, implicit, impulse, inventory, projection, rhs, sampling
-from evolvent.kernels import constraint_rows, contact, flexible, hinge, loads, rigid, sparse, sparse_lu, thread
+from evolvent.kernels import constraint_rows, contact, flexible, hinge, loads, passing, rigid, sparse, sparse_lu, thread
 from evolvent.model import Model
 
 
@@ -34,6 +34,8 @@ def forces(model: Model) -> Iterator[Any]:
         yield thread.node_loads
     if model.threads.size and model.fields.size:
         yield thread.wound_fields
+    if passing.can_pass(model):
+        yield passing.passing
     yield from (*jit.at_slots(f.elements["force"]), *jit.at_slots(f.elements["energy"]))
 
 
@@ -128,6 +130,11 @@ def load_explicit(model: Model, *others: Any) -> None:
     """Load the functions that explicit methods call, and other ones with them."""
     jit.load(others if model in _LOADED else (*explicit(model), *others))
     _LOADED.add(model)
+
+
+def forget() -> None:
+    """Forget which models' functions are loaded; tests call it after `evolvent.jit.unload`."""
+    _LOADED.clear()
 
 
 def load_implicit(model: Model) -> None:

@@ -11,7 +11,7 @@ from evolvent.flow.implicit import keep_momentum, residual
 from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import attitude, body_contact, contact, coordinate, hinge, rigid, thread, user_events
 from evolvent.kernels.drive import FREE as FREE_SPOOL
-from evolvent.kernels.passing import can_pass, note_places, passing
+from evolvent.kernels.passing import note_places, passing
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha import iterate, solve_step
@@ -53,8 +53,6 @@ def functions(model: Any) -> list[Any]:
         add_step_to_balance, has_gained, note_drives, fill_energies, restart, restore_start,
         fill_forces, keep_sample, keep_samples, next_start,
     ]  # fmt: skip
-    if can_pass(model):
-        found.append(passing)
     if model.threads.size:
         found += [thread_accelerations, keep_lengths_at_spools]
     return found

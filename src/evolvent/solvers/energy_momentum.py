@@ -26,7 +26,6 @@ from evolvent.kernels import (
     hinge_step,
     joint,
     layer_step,
-    passing,
     rigid,
     rod,
     rod_step,
@@ -180,8 +179,6 @@ def needed(model: Any) -> list[Any]:
     if model.flexible.hinges.size:
         found += [hinge_step.measure_hinges, hinge_step.add_hinge_step, hinge_step.hinge_energy]
         found += [hinge.note_turns, coordinate.end_coordinate_step]
-    if passing.can_pass(model):
-        found.append(passing.passing)
     if model.flexible.cylinders.size:
         found += [contact_step.measure_gaps, contact_step.add_contact_step, contact_step.add_contact_step_tangents]
         found.append(contact_step.end_contacts)
