@@ -320,7 +320,7 @@ def test_a_failed_run_is_kept_and_labelled(call, monkeypatch):
     assert "failed" in out
     run = evolvent.open("run.nc")
     assert run.attrs["status"] == "failed"
-    for figure in cases.system("heliogyro").figures(run):  # what is drawn says so too
+    for figure in cases.system("heliogyro").figures(run):  # every figure is marked as of a failed run
         drawn = Image.open(f"run-figures/{figure.name}.png").convert("RGB")
         assert any(color == (0xB0, 0x00, 0x20) for _, color in drawn.getcolors(1 << 24)), figure.name
     assert "FAILED: the energy balance is off" in pathlib.Path("run-figures/animation.html").read_text("utf-8")

@@ -61,7 +61,7 @@ def test_an_explicit_method_loads_what_it_calls() -> None:
 
 @pytest.mark.parametrize("method", ADAPTIVE[:2])
 def test_spheres_collide_at_steps_longer_than_they_are(method: str) -> None:
-    """A step is divided where they meet; a run that gains energy in the unresolved impact says so."""
+    """A step is divided where they meet; a run that gains energy in the unresolved impact reports it."""
     said, speed = "", 0.0
     try:
         run = spheres().simulate(until=UNTIL, every=0.1, method=method, step=0.02, fine=False)

@@ -118,7 +118,7 @@ def test_errors_stand_beside_the_field_as_one_types(page, shots):
     page.locator(part("field-body.blades")).fill("3")
     page.wait_for_function("e => !e.disabled && !e.classList.contains('disabled')",
                            arg=page.locator(part("run")).element_handle())  # fmt: skip
-    # a rule over several keys is told beside the key that it names
+    # the message of a rule over several keys stands beside the key that it names
     page.click(part("more-spool"))
     page.locator(part("field-spool.start_length")).fill("2 m")
     page.locator(f"{part('error-spool.start_length')} >> text=more than blade.length").wait_for()

@@ -1,4 +1,4 @@
-"""Runs on the page in a real browser: told apart, renamed, seen from all sides, downloaded; drafts of two tabs."""
+"""Runs on the page in a real browser: distinguished, renamed, seen from all sides, downloaded; drafts of two tabs."""
 
 from __future__ import annotations
 

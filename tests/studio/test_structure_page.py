@@ -199,7 +199,7 @@ def test_modes_are_listed_and_the_chosen_one_moves(page, server, shots):
     page.click(part("tab-case"))
     page.wait_for_selector(part("start"))
     page.click(part("tab-runs"))
-    page.wait_for_function(f"{title}?.startsWith('Mode 8')")  # the one that was looked at last
+    page.wait_for_function(f"{title}?.startsWith('Mode 8')")  # the one that was shown last
 
 
 def test_the_equilibrium_is_found_and_drawn(page, folder, shots):

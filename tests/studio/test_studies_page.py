@@ -55,7 +55,7 @@ def page(browser, server):
 
 
 def state(page, pattern):
-    """What the panel says of the study, once it says so."""
+    """The panel's text on the study, once it matches the pattern."""
     found = page.locator(part("state-of-study"), has_text=re.compile(pattern))
     found.wait_for()
     return found.inner_text()

@@ -84,7 +84,7 @@ def test_durations(seconds, words):
 
 
 def test_a_run_from_python_says_how_long_it_takes(monkeypatch, capsys):
-    """On stderr, where nobody else is told; a run that is short says nothing."""
+    """On stderr, where no other report is asked for; a short run prints nothing."""
     system = evolvent.System()
     system.add(parts.Point(position=(1.0, 0.0, 0.0), mass=1.0), "mass")
     system.add(parts.Spring(a=("ground", (0.0, 0.0, 0.0)), b="mass", stiffness=1.0, length=0.5), "spring")

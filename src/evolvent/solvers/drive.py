@@ -272,7 +272,7 @@ class _Run:
         return t, balances(self.model, y, sums_of(self.model, t, y, s))
 
     def closure(self, samples: int) -> eb.Closure:
-        """How well the balance closes by now, and where it was looked at before; and at so many of the samples kept."""
+        """How well the balance closes by now, and where it was checked before; and at so many of the samples kept."""
         work, kept = self.work, int(self.work.loop.sample)
         if len(self.seen) > 2 * LOOKED_AT:
             del self.seen[1::2]

@@ -30,7 +30,7 @@ EXCITED = 1e-6
 #: Squares of frequencies above so many times the shift are found without it.
 FAR = 1e8
 #: Real part, beside the modulus, from which a pole grows; what round-off adds to eigenvalues of the shifted inverse,
-#: beside its size; slowest motions that are looked at where all are too many.
+#: beside its size; number of slowest motions that are examined where all are too many.
 GROWS, SPLIT, LOOKED_AT = 1e-6, 1e-13, 20
 
 
@@ -188,7 +188,7 @@ class Problem:
     def growing(self) -> Array | None:
         """Poles of the motions that grow, fastest first, those of a pair above the real axis; None where unknown.
 
-        All motions are looked at, of large systems the slowest: of those it is unknown whether another one grows. An
+        All motions are examined, of large systems the slowest: of those it is unknown whether another one grows. An
         eigenvalue with the left and right vectors y and x of length 1 has the error of the matrix over y . x.
         """
         if self.size == 0:

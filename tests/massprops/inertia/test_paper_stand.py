@@ -62,7 +62,7 @@ def test_width_of_the_printed_roll_frequency():
 def test_hanging_free(book):
     w = linear_model(stand(), body()).modes().natural_frequency
     np.testing.assert_allclose(w[:2], 4.22, atol=0.005)
-    assert w[2] == pytest.approx(5.414, abs=0.001)  # told as 5.42; sqrt(M g (a^2 + b^2) / (l I_yy)) is 5.414
+    assert w[2] == pytest.approx(5.414, abs=0.001)  # sqrt(M g (a^2 + b^2) / (l I_yy))
     np.testing.assert_allclose(w[3:], [13.962, 16.422, 24.590], atol=6e-4)
     book(
         "Inertia stand and identification", "Stand, hanging free: lateral and yaw frequencies",
