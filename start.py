@@ -41,8 +41,8 @@ QUICK = ("tests/unit", "tests/elements", "tests/loads", "tests/massprops/signals
 PAGES = ROOT / "docs" / "_build" / "html"
 #: Where tests write the rows of the validation book, which the documentation shows.
 BOOK = ROOT / "docs" / "_build" / "book"
-#: Where tests write the names of those that failed.
-FAILED = ROOT / "build" / "failed-tests"
+#: Where tests write the names of those that failed, and how long each took (JUnit's format).
+FAILED, DURATIONS = ROOT / "build" / "failed-tests", ROOT / "build" / "tests.xml"
 #: Under what the tests that compare digits run once more: OpenBLAS' kernel for the oldest processor of each family, and
 #: start states that round-off moves (tests/conftest.py).
 OTHER_PROCESSOR = {
@@ -148,7 +148,7 @@ def test(arguments: list[str]) -> int:
         "format": ["ruff", "format", "--check"],
         "types": ["mypy"],
         "layers": ["lint-imports", "--no-logo"],
-        "tests": ["pytest", "-q", "-rs", *in_parallel(), *arguments],
+        "tests": ["pytest", "-q", "-rs", f"--junitxml={DURATIONS}", *in_parallel(), *arguments],
         "digits": ["pytest", "-q", "-m", "digits", *in_parallel()],
         "docs": SPHINX,
     }
