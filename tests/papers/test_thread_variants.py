@@ -75,3 +75,33 @@ def test_an_unstable_run_ends_with_its_last_finite_sample():
     found = deploy(SOFT, step=1.2 * SOFT.stable_step("departure"))
     assert found.t[-1] < 142.0
     assert np.all(np.isfinite(found.rate))
+
+
+def test_a_thread_without_forces_leaves_straight_with_the_departure_point_only():
+    """Figures III.3 and III.4: no spin; the tip is as far from Q as has been paid out, in the plane z = r."""
+    film = Data(nodes=477, stiffness=100.0 * 477, rate=0.0)
+    found = {start: deploy(film, start, until=1.0, samples=4) for start in ("spool node", "departure")}
+    right = found["departure"]
+    assert right.positions[:, 0, 0] == pytest.approx(film.speed * right.t, abs=1e-9)
+    assert right.off_plane == 0.0
+    assert np.nanmax(np.abs(right.positions[:, :, 1])) == 0.0
+    assert np.isfinite(right.positions[-1, :, 0]).sum() == round(film.speed * right.t[-1] / film.segment)
+    assert np.nanmax(np.abs(found["spool node"].positions[:, :, 2] - film.radius)) > film.radius
+
+
+def test_stiffness_by_the_length_of_the_boundary_segment_lowers_tension_and_keeps_the_lag():
+    """Section III.3 leaves open what the constant c of the boundary segment does along the thread."""
+    constant, scaled = run(until=30.0), run(until=30.0, start="scaled")
+    late = constant.t >= 7.0
+    gap = constant.lag - np.interp(constant.t, scaled.t, scaled.lag)
+    assert np.abs(gap[late]).max() < 0.03
+    assert np.nanmax(scaled.pull) < 0.85 * np.nanmax(constant.pull)
+
+
+def test_a_node_that_stays_on_the_spool_does_not_act():
+    """Node n is held by the paper, released by eq. (1) at 135.7 s: before it the runs are the same."""
+    free, held = run(), run(held=True)
+    same = free.t < 135.714
+    assert np.array_equal(free.rate[same], held.rate[same])
+    assert np.isnan(held.positions[-1, -1]).all()
+    assert held.rate[-1] == pytest.approx(free.rate[-1], rel=0.01)

@@ -2,16 +2,20 @@
 
 The blades of the heliogyro as Tenenbaum (2014) writes them: nodes in the frame that turns with the body, forces of
 inertia by eq. (14), RK4 with a fixed step, a spool that turns at a constant rate. Nothing of the package's solvers is
-used. How the thread begins at the spool is one of three models:
+used. Without spin (``rate=0``) no forces but those of the segments act: figures III.3 and III.4. How the thread begins
+at the spool is one of four models:
 
 - ``departure``: the paper's. The node that was released last is pulled towards the departure point Q, eqs. (7) to (10).
 - ``spool node``: rejected by the paper. Eqs. (3, 4) hold for that node too: its inner neighbour is the next node, which
   lies on the spool and moves by eq. (2).
-- ``growing``: Sazonov's, known to us only as "nodes added at the spool", in the form that is usual for cables of
-  changing length. The element at Q grows with the pay-out, its stiffness is c l0/s at the length s. At 1.5 l0 it is
-  split: a new node appears on it 0.5 l0 from Q, with the interpolated velocity. A node has half the mass of each
-  adjacent element. What it gains as the last element grows has the node's own velocity (m a = F), or that of the thread
-  at Q, which brings in less momentum (``influx``). As in the paper, the half at Q does not act on the body.
+- ``scaled``: the paper's, but the segment at Q has the stiffness and damping of its length l00: c l0/l00 and d l0/l00,
+  with l00 of at least 0.2 l0. The paper keeps c and d, and leaves open what that does along the thread.
+- ``growing``: after what the paper says of Sazonov's (a new node is added when some length is out, and velocities of
+  nodes are corrected), in the form that is usual for cables of changing length. The element at Q grows with the
+  pay-out, its stiffness is c l0/s at the length s. At 1.5 l0 it is split: a new node appears on it 0.5 l0 from Q, with
+  the interpolated velocity. A node has half the mass of each adjacent element. What it gains as the last element grows
+  has the node's own velocity (m a = F), or that of the thread at Q, which brings in less momentum (``influx``). As in
+  the paper, the half at Q does not act on the body.
 """
 
 from __future__ import annotations
@@ -25,14 +29,16 @@ import numpy as np
 from numba import njit
 
 Array = np.ndarray
-Start = Literal["departure", "spool node", "growing"]
-_DEPARTURE, _SPOOL_NODE, _GROWING = range(3)
-_KINDS: dict[Start, int] = {"departure": _DEPARTURE, "spool node": _SPOOL_NODE, "growing": _GROWING}
+Start = Literal["departure", "spool node", "scaled", "growing"]
+_DEPARTURE, _SPOOL_NODE, _SCALED, _GROWING = range(4)
+_KINDS: dict[Start, int] = {
+    "departure": _DEPARTURE, "spool node": _SPOOL_NODE, "scaled": _SCALED, "growing": _GROWING,
+}  # fmt: skip
 #: Share of the stability limit that a step takes where it is not given.
 SHARE = 0.8
 #: Distance below which the direction of the thread at Q is that of the pay-out, eq. (11), m.
 _TINY = 1e-12
-#: Least length of the growing element, of l0, that its stiffness is computed of.
+#: Least length of an element at Q, of l0, that its stiffness is computed of.
 _LEAST = 0.2
 
 
@@ -77,7 +83,7 @@ class Data:
     def stable_step(self, start: Start) -> float:
         """Largest stable step of RK4, s, by the largest stiffness of a node over its mass (Gershgorin)."""
         square = 4.0 * self.stiffness / (self.line_density * self.segment)
-        return math.sqrt(8.0 / (2.0 * square if start == "growing" else square))
+        return math.sqrt(8.0 / (2.0 * square if start in ("growing", "scaled") else square))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -91,6 +97,8 @@ class Deployment:
     lag : (nt,) float, of the tip by eq. (19), with the sign of -y, degrees
     momentum : (nt,) float, angular momentum of body and released nodes about Z, kg m2/s
     off_plane : float, largest distance of a released node from the plane z = r in which the thread leaves, m
+    positions : (nt, k, 3) float, of the nodes in the frame of the spool, m; NaN of those on the spool
+    pull : (nt, 2) float, least and largest tension at the spool since the last sample, N
     steps : int
     cpu : float, s
     """
@@ -100,6 +108,8 @@ class Deployment:
     lag: Array
     momentum: Array
     off_plane: float
+    positions: Array
+    pull: Array
     steps: int
     cpu: float
 
@@ -111,7 +121,7 @@ class Deployment:
 
 @njit(cache=True, error_model="numpy")
 def _pull(x, v, a, b, rest, c, d, force):  # type: ignore[no-untyped-def]
-    """Force on node a from node b through a spring and a damper, eqs. (3, 4)."""
+    """Force on node a from node b through a spring and a damper, eqs. (3, 4); returns its size, tension above zero."""
     ex, ey, ez = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
     distance = math.sqrt(ex * ex + ey * ey + ez * ez)
     if distance < _TINY:
@@ -121,11 +131,15 @@ def _pull(x, v, a, b, rest, c, d, force):  # type: ignore[no-untyped-def]
     closing = (v[b, 0] - v[a, 0]) * ex + (v[b, 1] - v[a, 1]) * ey + (v[b, 2] - v[a, 2]) * ez
     f = c * (distance - rest) + d * closing
     force[0], force[1], force[2] = f * ex, f * ey, f * ez
+    return f
 
 
 @njit(cache=True, error_model="numpy")
 def _slopes(phi, x, v, W, k, data, kind, printed, a, force):  # type: ignore[no-untyped-def]
-    """Accelerations of k released nodes into a, and W'; row k of x and v becomes the last one's inner neighbour."""
+    """Accelerations of k released nodes into a; W' and the tension at the spool.
+
+    Row k of x and v becomes the last node's inner neighbour.
+    """
     J, L0, r, spool, rho, tip, l0, c, d, brought = data
     speed, last = r * spool, k - 1
     a[:k] = 0.0
@@ -140,10 +154,10 @@ def _slopes(phi, x, v, W, k, data, kind, printed, a, force):  # type: ignore[no-
         at, rest = phi - l0 / r * k, l0
         x[k, 0], x[k, 2] = r * math.sin(at), r * math.cos(at)
         v[k, 0], v[k, 2] = speed * math.cos(at), -speed * math.sin(at)
-    elif kind == _GROWING:
+    elif kind != _DEPARTURE:
         share = l0 / max(rest, _LEAST * l0)
         stiffness, damping = c * share, d * share
-    _pull(x, v, last, k, rest, stiffness, damping, force)
+    tension = _pull(x, v, last, k, rest, stiffness, damping, force)
     for q in range(3):
         a[last, q] += force[q]
     rate = -2.0 * L0 * (a[last, 1] if printed else force[1]) / J
@@ -158,13 +172,13 @@ def _slopes(phi, x, v, W, k, data, kind, printed, a, force):  # type: ignore[no-
         a[i, 0] = a[i, 0] / m + rate * x[i, 1] + W * W * arm + 2.0 * W * v[i, 1]
         a[i, 1] = a[i, 1] / m - rate * arm + W * W * x[i, 1] - 2.0 * W * v[i, 0]
         a[i, 2] /= m
-    return rate
+    return rate, tension
 
 
 @njit(cache=True, error_model="numpy")
 def _steps(phi, x, v, W, k, data, kind, printed, dt, count):  # type: ignore[no-untyped-def]
-    """So many steps of RK4; returns W and the largest distance of a node from the plane z = r."""
-    size, r, spool, far = x.shape[0], data[2], data[3], 0.0
+    """So many steps of RK4; returns W, the largest distance from the plane z = r, least and largest tension at Q."""
+    size, r, spool, far, least, most = x.shape[0], data[2], data[3], 0.0, np.inf, -np.inf
     x0, v0, xs, vs = np.empty((size, 3)), np.empty((size, 3)), np.empty((size, 3)), np.empty((size, 3))
     a, force = np.empty((size, 3)), np.empty(3)
     weights, shares = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0), (0.0, 0.5, 0.5, 1.0)
@@ -173,7 +187,10 @@ def _steps(phi, x, v, W, k, data, kind, printed, dt, count):  # type: ignore[no-
         xs[:k], vs[:k] = x[:k], v[:k]
         W0, Ws, begin = W, W, phi + spool * dt * step
         for stage in range(4):
-            rate = _slopes(begin + spool * dt * shares[stage], xs, vs, Ws, k, data, kind, printed, a, force)
+            at = begin + spool * dt * shares[stage]
+            rate, tension = _slopes(at, xs, vs, Ws, k, data, kind, printed, a, force)
+            if stage == 0:
+                least, most = min(least, tension), max(most, tension)
             weight, ahead = dt * weights[stage], dt * (shares[stage + 1] if stage < 3 else 0.0)
             W += weight * rate
             Ws = W0 + ahead * rate
@@ -185,7 +202,7 @@ def _steps(phi, x, v, W, k, data, kind, printed, dt, count):  # type: ignore[no-
                     vs[i, q] = v0[i, q] + ahead * a[i, q]
         for i in range(k):
             far = max(far, abs(x[i, 2] - r))
-    return W, far
+    return W, far, least, most
 
 
 def _release(x: Array, v: Array, k: int, data: Data, start: Start, turn: bool) -> None:
@@ -207,6 +224,7 @@ def deploy(
     printed: bool = False,
     turn: bool = True,
     influx: bool = False,
+    held: bool = False,
     until: float | None = None,
     step: float | None = None,
     samples: int = 20,
@@ -220,6 +238,7 @@ def deploy(
     printed : bool, the torque of eq. (15) as printed: of all forces on the boundary node
     turn : bool, whether eq. (12) turns the velocity of a released node along the thread
     influx : bool, whether mass joins the last node of the growing model with the velocity of the thread at Q
+    held : bool, whether node n stays on the spool
     until : float, s; None for the whole blade. Rounded up to a whole segment.
     step : float, s; None for a share of the stability limit. Made smaller so that a release ends a step.
     samples : int, even, of every segment that is paid out
@@ -239,21 +258,35 @@ def deploy(
     )  # fmt: skip
     x, v, W, off_plane = np.zeros((count + 1, 3)), np.zeros((count + 1, 3)), data.rate, 0.0
     found, began, done, k = [], time.process_time(), 0, 0
+    positions, pull = [], []
     for half in range(2 * count):  # halves of segments: a growing element is split at 1.5 l0
-        if half == 0 or (half > 1 and half % 2 == (start == "growing")):
+        if half == 0 or (half > 1 and half % 2 == (start == "growing") and not (held and k == data.nodes - 1)):
             k += 1
             _release(x, v, k, data, start, turn)
         for _ in range(samples // 2):
             found.append(_sample(done * dt, x, v, W, k, data, start))
             phi = data.spool_rate * dt * done
-            W, far = _steps(phi, x, v, W, k, packed, _KINDS[start], printed, dt, per_sample)
+            positions.append(_shape(x, k))
+            W, far, *tensions = _steps(phi, x, v, W, k, packed, _KINDS[start], printed, dt, per_sample)
+            pull.append(tensions)
             done, off_plane = done + per_sample, max(off_plane, far)
         if not math.isfinite(W):
             break
     found.append(_sample(done * dt, x, v, W, k, data, start))
-    kept = np.array([row for row in found if np.all(np.isfinite(row))])
-    t, rate, lag, momentum = kept.T
-    return Deployment(t, rate, lag, momentum, off_plane, done, time.process_time() - began)
+    positions.append(_shape(x, k))
+    rows = np.array(found)
+    kept = np.isfinite(rows).all(axis=1)
+    t, rate, lag, momentum = rows[kept].T
+    tension = np.array([[math.nan, math.nan], *pull])[kept]
+    shapes = np.array(positions)[kept]
+    return Deployment(t, rate, lag, momentum, off_plane, shapes, tension, done, time.process_time() - began)
+
+
+def _shape(x: Array, k: int) -> Array:
+    """Positions of the nodes, NaN of those on the spool."""
+    shape = x[:-1].copy()
+    shape[k:] = math.nan
+    return shape
 
 
 def _sample(
