@@ -142,7 +142,11 @@ def test_an_end_while_functions_are_compiled_keeps_the_runs_before(short, monkey
 
 def test_quick_runs_are_some_of_all():
     assert len(rib._of_cable(quick=True)) < len(rib._of_cable(quick=False))
+    assert len(rib._of_chain(quick=True)) < len(rib._of_chain(quick=False))
     assert len(rib._of_paper(quick=True)) < len(rib._of_paper(quick=False))
+    for quick in (True, False):  # every kind of run is asked for the paper's step
+        every = rib._of_cable(quick=quick), rib._of_chain(quick=quick), rib._of_paper(quick=quick)
+        assert all(any(trial.step == 0.5 for trial in trials) for trials in every)
 
 
 @pytest.mark.parametrize(

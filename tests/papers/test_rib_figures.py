@@ -89,7 +89,8 @@ def test_schematics_are_drawn(number, tmp_path):
     made = papers.entry(f"rib-figure-{number}").make(QUICK)
     (panel,) = made.figure.panels
     assert not panel.axes
-    assert f"(schematic, figure {number})" in made.figure.title
+    assert f"(figure {number} of Yi et al. 2017)" in made.figure.title
+    assert "Schematic, drawn by us" in made.text
     assert all(np.isfinite(line.x).all() for line in panel.lines)
     assert len({note.text for note in panel.notes}) == len(panel.notes) >= 4
     path = plots.save(made.figure, tmp_path / "figure.svg")

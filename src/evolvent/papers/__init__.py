@@ -150,11 +150,11 @@ RIB: dict[str, Entry] = {
             kind="figure", paper=YI, title=title, seconds=(1, 1), function=f"rib_schematics.figure_{number}"
         )
         for number, title in {
-            1: "schematic: an element and its nodal vectors",
-            2: "schematic: hub, rib, frames and drive",
-            3: "schematic: search for contact by nodes and by contact points inside the elements",
-            4: "schematic: penetration of a contact point and its force on the nodes",
-            5: "schematic: hinge of the root",
+            1: "schematic: antenna folded in orbit, ribs wound on the hub",
+            2: "schematic: wrapping process",
+            3: "schematic: spatial ANCF beam element with the vectors of its nodes",
+            4: "schematic: detection of contact between rib and hub",
+            5: "schematic: initial state of rib and hub",
         }.items()
     },
     **{
@@ -171,14 +171,14 @@ RIB: dict[str, Entry] = {
     "rib-table-1": Entry(
         kind="table",
         paper=YI,
-        title="winding of a rib: CPU time and error of implicit and explicit methods over the step",
+        title="winding of a rib, a = 0: CPU time and error over the step, implicit and explicit, two models",
         seconds=(240, 30),
         function="rib.table_1",
     ),
     "rib-figure-10": Entry(
         kind="figure",
         paper=YI,
-        title="winding of a rib: tip speed over time, implicit and explicit",
+        title="winding of a rib, a = 0: tip speed by two methods, implicit and a chain by central differences",
         seconds=(60, 20),
         function="rib.figure_10",
     ),

@@ -97,7 +97,7 @@ def winding(name: str = "wrapped-rib", **keys: Any) -> Run:
     return _winding(name, tuple(sorted(keys.items())))
 
 
-@functools.lru_cache(maxsize=8)
+@functools.lru_cache(maxsize=24)
 def _winding(name: str, keys: tuple[tuple[str, Any], ...]) -> Run:
     case = cases.load(name, {key.replace("__", "."): value for key, value in keys})
     system = cases.system(case.system)

@@ -1,4 +1,4 @@
-"""Schematics of the model of Yi, Yuan, Dong & Li (2017), figures 1 to 5, drawn from the geometry of our own model."""
+"""Schematics of the model of Yi, Yuan, Dong & Li (2017), figures 1 to 5, drawn from their captions and our model."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.elements import axis_shape, coil, nodal
+from evolvent.elements import axis_shape, nodal
 from evolvent.figures import Figure, Line, Note, Panel
 from evolvent.papers import Made, Options
 from evolvent.papers.winding import markdown
@@ -17,6 +17,10 @@ Array = np.ndarray
 SPACE = np.array([[0.9, -0.22], [0.42, 0.48], [0.0, 1.0]])
 #: Hub's radius and height, rib's length and width, m; elements of the paper.
 R, HEIGHT, LENGTH, WIDTH, ELEMENTS = 0.6, 3.0, 12.0, 0.03, 10
+#: Thickness of the rib, m; ribs that are drawn on the folded antenna, and the distance of their turns there, m.
+THICKNESS, RIBS, APART = 0.0003, 6, 0.14
+#: From the middle of the free part to the text, for each stage of the winding, m.
+STAGE_NOTES = ((0.3, -0.14), (0.55, 0.75), (-0.9, 0.3), (-0.25, -0.28))
 SECOND_AXIS = np.array([0.0, 0.0, 1.0])
 
 
@@ -55,9 +59,10 @@ def _note(at: Any, text: str) -> Note:
 
 def _made(number: int, title: str, lines: list[Line], notes: list[Note], rows: list[list[str]]) -> Made:
     panel = Panel(x_label="", y_label="", lines=lines, notes=notes, axes=False, equal=True)
-    text = f"{title} (schematic, figure {number})"
+    text = f"{title} (figure {number} of Yi et al. 2017)"
     figure = Figure(name=f"rib-figure-{number}", title=text, panels=[panel])
-    return Made(text=f"{text}.\n\n{markdown(('quantity', 'value'), rows)}", figure=figure)
+    note = "Schematic, drawn by us from the caption and the text; the paper's own drawing is not reproduced."
+    return Made(text=f"{text}.\n{note}\n\n{markdown(('quantity', 'value'), rows)}", figure=figure)
 
 
 def _axis(nodes: Array, length: float, xi: Array) -> Array:
@@ -67,7 +72,67 @@ def _axis(nodes: Array, length: float, xi: Array) -> Array:
     return found
 
 
+def _spiral(first: float, turns: float, apart: float) -> Array:
+    """Points of a rib wound from the angle `first`, its turns `apart` from one another, (k, 2)."""
+    angle = np.linspace(0.0, 2.0 * np.pi * turns, 241)
+    radius = R + apart * angle / (2.0 * np.pi)
+    return radius[:, None] * np.stack([np.cos(first + angle), np.sin(first + angle)], axis=1)
+
+
 def figure_1(options: Options) -> Made:
+    """The antenna folded in orbit: ribs wound on the hub, along its axis."""
+    lines = [_circle((0.0, 0.0), R, color="gray", width=1.6, fill="lightgray")]
+    turns = LENGTH / (2.0 * np.pi * R)
+    for k in range(RIBS):
+        root = 2.0 * np.pi * k / RIBS
+        lines.append(_line(_spiral(root, turns, APART), color=k, width=1.0))
+        lines.append(_line([[R * math.cos(root), R * math.sin(root)]], color=k, style="", marker="o"))
+    edge = R + APART * turns
+    notes = [
+        _note((0.0, 0.08), "rigid hub"),
+        _note((0.0, -0.08), f"radius {R:g} m"),
+        Note(at=(0.95, 0.92), text="flexible ribs, wound turn after turn", points_to=(edge * 0.72, edge * 0.68)),
+        Note(
+            at=(-1.05, -0.92),
+            text="hinge of a rib",
+            points_to=(R * math.cos(4.0 * np.pi / 3.0), R * math.sin(4.0 * np.pi / 3.0)),
+        ),
+        _note((0.95, -0.98), "distance of the turns not to scale"),
+    ]
+    rows = [["ribs drawn", f"{RIBS} (the paper's number is not known)"],
+            ["turns of a rib of 12 m on the hub", f"{turns:.2f}"],
+            ["thickness of the wound layers, so many ribs", f"{1e3 * RIBS * turns * THICKNESS:.2g} mm"]]  # fmt: skip
+    return _made(1, "Wrapped-rib antenna folded in orbit: ribs wound on the hub", lines, notes, rows)
+
+
+def figure_2(options: Options) -> Made:
+    """The winding: the rib straight, partly wound and wound, along the hub's axis."""
+    shown = 0.3 * LENGTH
+    lines = [_circle((0.0, 0.0), R, color="gray", width=1.6, fill="lightgray")]
+    lines.append(_line([[R, 0.0]], color="black", style="", marker="o"))
+    notes = [_note((0.0, 0.0), "hub"), Note(at=(0.95, -0.55), text="hinge", points_to=(R + 0.02, -0.03))]
+    stages = ((0.0, "1: start, straight"), (0.25, "2: swings to the tangent"), (0.8, "3: winds, free part straight"),
+              (1.7, "4: turn after turn"))  # fmt: skip
+    for k, (wound, text) in enumerate(stages):
+        lying = max(wound - 0.25, 0.0) * np.pi
+        angle = np.linspace(0.0, lying, 81)
+        path = (R + 0.012 * k) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        # off the hub along the tangent; before it lies on the hub it points outwards, then to the tangent
+        direction = lying + min(wound / 0.25, 1.0) * 0.5 * np.pi
+        tip = path[-1] + (shown - R * lying) * np.array([math.cos(direction), math.sin(direction)])
+        lines.append(_line(np.vstack([path, tip]), color=k, width=1.8))
+        notes.append(_note(0.45 * path[-1] + 0.55 * tip + STAGE_NOTES[k], text))
+    turn = np.linspace(0.15, 1.1, 41)
+    sweep = 1.9 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    lines += [_line(sweep, color="gray", width=1.0), _arrow(sweep[-4], sweep[-1], head=1.2, color="gray")]
+    notes.append(_note((2.0, 1.5), "torque about\nthe hub's axis"))
+    rows = [["drawn of the rib", f"{shown:g} m of its {LENGTH:g} m"],
+            ["the rib rotates about the hub", f"{LENGTH / R:g} rad in all"],
+            ["strain of its surface on the hub, t/2R", f"{50.0 * THICKNESS / R:.3g} %"]]  # fmt: skip
+    return _made(2, "Wrapping process: rotation about the hub with large bending", lines, notes, rows)
+
+
+def figure_3(options: Options) -> Made:
     """An element: nodes, positions, slopes, and its section."""
     length, half = 1.0, (0.1, 0.16)
     nodes = nodal(
@@ -98,43 +163,7 @@ def figure_1(options: Options) -> Made:
             notes.append(_note(tip + 0.06 * node[k] / np.linalg.norm(node[k]), rf"$\mathbf{{r}}_{{{name},{text}}}$"))
     rows = [["coordinates of a node", "12: position r and slopes r,x r,y r,z"], ["coordinates of an element", "24"],
             ["position of a point", "r = S(x, y, z) e"]]  # fmt: skip
-    return _made(1, "Fully parametrised element with the vectors of its nodes", lines, notes, rows)
-
-
-def figure_2(options: Options) -> Made:
-    """The hub, the rib at the start and partly wound, and the axes."""
-    angle = np.linspace(0.0, 2.0 * np.pi, 91)
-    ring = np.stack([R * np.cos(angle), R * np.sin(angle), 0.0 * angle], axis=1)
-    up = 0.5 * HEIGHT * SECOND_AXIS
-    lines = [_line(ring + shift, color="gray", width=1.2) for shift in (up, -up)]
-    across = (ring @ SPACE)[:, 0]
-    edges = ring[[int(np.argmin(across)), int(np.argmax(across))]]
-    lines += [_line([edge - up, edge + up], color="gray", width=1.2) for edge in edges]
-    shown, root = 0.4 * LENGTH, np.array([R, 0.0, 0.0])
-    strip = np.array([[R, 0.0, 1.0], [R + shown, 0.0, 1.0], [R + shown, 0.0, -1.0], [R, 0.0, -1.0], [R, 0.0, 1.0]])
-    lines.append(_line(strip * [1.0, 1.0, 0.5 * 5.0 * WIDTH], color=0, width=1.4))
-    wrap = np.linspace(0.0, 0.6 * np.pi, 41)
-    hub = np.stack([R * np.cos(wrap), R * np.sin(wrap), 0.0 * wrap], axis=1)
-    tail = hub[-1] + (shown - R * wrap[-1]) * np.array([-math.sin(wrap[-1]), math.cos(wrap[-1]), 0.0])
-    lines += [_line(np.vstack([hub, tail]), color=2, width=1.8, style="--"), _line([root], style="", marker="o")]
-    notes = [
-        _note(_moved(root, 3.6, 0.0, 0.4), "rib at the start"),
-        _note(_moved(0.7 * tail + 0.3 * hub[-1], 0.0, 0.0, 0.25), "partly wound"),
-    ]
-    for unit, text in zip(np.eye(3), "xyz", strict=True):
-        lines.append(_arrow([0.0, 0.0, 0.0], (2.1 if text == "z" else 1.1) * unit, head=0.1, color="gray"))
-        notes.append(
-            _note(_moved((2.25 if text == "z" else 1.25) * unit, 0.0, 0.0, -0.12 * (text == "x")), f"${text}$")
-        )
-    turn = np.linspace(-0.4, 1.0, 41)
-    sweep = np.stack([3.2 * np.cos(turn), 3.2 * np.sin(turn), 0.0 * turn], axis=1)
-    lines += [_line(sweep, color=1, width=1.0), _arrow(sweep[-4], sweep[-1], head=1.2, color=1)]
-    notes.append(_note(_moved(sweep[-1], 0.2, 0.3, 0.1), "torque $T$ about $z$"))
-    notes.append(_note([0.0, 0.0, -1.95], "hub, radius $R$"))
-    rows = [["hub, diameter and height", f"{2.0 * R:g} m, {HEIGHT:g} m"],
-            ["rib", f"{LENGTH:g} m x {WIDTH:g} m x 0.0003 m, {ELEMENTS} elements"],
-            ["drawn of the rib", f"{shown:g} m of its length, 5 times its width"]]  # fmt: skip
-    return _made(2, "Hub, rib, inertial axes and drive", lines, notes, rows)
+    return _made(3, "Spatial ANCF beam element with the vectors of its nodes", lines, notes, rows)
 
 
 def straddling_distances(length: float) -> tuple[float, float]:
@@ -142,103 +171,86 @@ def straddling_distances(length: float) -> tuple[float, float]:
     return math.hypot(R, 0.5 * length), R
 
 
-def figure_3(options: Options) -> Made:
-    """Search for contact: an element whose nodes are both outside although its middle touches."""
-    length = LENGTH / ELEMENTS
-    ends, _ = straddling_distances(length)
-    sunk = 0.06
-    at = np.array([[-0.5 * length, R - sunk], [0.5 * length, R - sunk]])
-    share = np.arange(1, 5) / 4.0
-    points = at[0] + share[:, None] * (at[1] - at[0])
-    out = np.hypot(points[:, 0], points[:, 1]) - R
-    lines = [_circle((0.0, 0.0), R, 0.0, np.pi, color="gray", width=1.4)]
-    lines.append(_circle((0.0, 0.0), ends, 0.15 * np.pi, 0.85 * np.pi, color="gray", style="--", width=0.9))
-    lines += [_line(at, color=0, width=2.2), _line(at, color=0, style="", marker="s")]
-    lines.append(_line(points[out >= 0.0], color=2, style="", marker="o"))
-    lines.append(_line(points[out < 0.0], color=1, style="", marker="o"))
-    mid = 0.5 * (at[0] + at[1])
-    lines.append(_line([[0.0, 0.0], mid], color="gray", style=":", width=1.0))
-    notes = [
-        Note(at=(-0.62, 0.30), text="nodes: both outside", points_to=(at[0, 0], at[0, 1] - 0.02)),
-        Note(at=(0.52, 0.22), text="contact points inside the element", points_to=(points[0, 0], points[0, 1] - 0.02)),
-        Note(at=(0.22, 0.36), text="penetrates", points_to=(mid[0] + 0.01, mid[1] - 0.015)),
-        _note((0.0, -0.05), "hub's axis"),
-        Note(at=(0.0, 0.74), text="least reach of a search by nodes", points_to=(0.0, ends - 0.005)),
-    ]
-    rows = [["element", f"{length:g} m, straight"], ["hub's radius", f"{R:g} m"],
-            ["distance of the nodes when the middle touches", f"{ends:.3f} m"]]  # fmt: skip
-    return _made(3, "Search for contact at points inside an element", lines, notes, rows)
-
-
 def figure_4(options: Options) -> Made:
-    """Penetration of a contact point, the normal, and the force on the nodes."""
-    length, xi = 0.3, 0.5
-    S = np.array(axis_shape(length, np.array([xi])))[:, 0]
-    sunk, low, high = 0.02, 0.5 * math.pi - 0.35, 0.5 * math.pi + 0.35
-    lines = [_circle((0.0, 0.0), R, low, high, color="gray", width=1.6)]
-    point, normal = np.array([0.0, R - sunk]), np.array([0.0, 1.0])
-    ends = np.array([[-0.5 * length, R - sunk + 0.004], [0.5 * length, R - sunk + 0.004]])
-    nodes = np.stack([np.stack([ends[k], np.array([1.0, -0.055 * (1 - 2 * k)])]) for k in (0, 1)])
-    axis = _axis(nodes, length, np.linspace(0.0, 1.0, 41))
-    point = _axis(nodes, length, np.array([xi]))[0]
-    lines += [_line(axis, color=0, width=2.2), _line(ends, color=0, style="", marker="s")]
-    lines.append(_line([point], color=1, style="", marker="o"))
-    lines.append(_arrow(point, point + 0.11 * normal, color=1, width=2.0))
-    for end, share in zip(ends, (S[0], S[2]), strict=True):
-        lines.append(_arrow(end, end + 0.11 * share * normal, color=2, width=2.0))
-    lines.append(_line([[0.02, R], [0.06, R]], color="gray", width=0.8))
-    lines.append(_line([_moved(point, 0.02, 0.0), _moved(point, 0.06, 0.0)], color="gray", width=0.8))
-    lines.append(_arrow([0.05, R + 0.03], [0.05, R], color="gray", head=0.3))
-    lines.append(_arrow([0.05, point[1] - 0.03], [0.05, point[1]], color="gray", head=0.3))
+    """Detection of contact: positions in global axes, points inside an element, penetration and normal."""
+    length, sunk = LENGTH / ELEMENTS, 0.07
+    origin, hub = np.array([-1.15, -0.45]), np.array([0.0, 0.0])
+    at = np.array([[-0.5 * length, R - sunk], [0.5 * length, R - sunk]])
+    points = at[0] + np.arange(1, 5)[:, None] / 4.0 * (at[1] - at[0])
+    inside = np.hypot(points[:, 0], points[:, 1]) < R
+    lines = [_circle(hub, R, color="gray", width=1.6)]
+    lines += [_line(at, color=0, width=2.2), _line(at, color=0, style="", marker="s")]
+    lines += [_line(points[keep], color=k, style="", marker="o") for keep, k in ((~inside, 2), (inside, 1))]
+    touched = points[1]
+    lines += [_arrow(origin, origin + 0.28 * np.eye(2)[k], color="gray") for k in (0, 1)]
+    vectors = ((origin, touched), (origin, hub), (hub, touched))
+    lines += [_arrow(a, b, head=0.05, color=3 + k, width=1.3) for k, (a, b) in enumerate(vectors)]
+    lines.append(_arrow(touched, _moved(touched, 0.0, 0.36), color=1, width=1.8))
+    radius = R * np.array([math.cos(-0.6), math.sin(-0.6)])
+    lines.append(_line([hub, radius], color="gray", style="--", width=1.0))
     notes = [
-        _note((-0.03, point[1] + 0.085), "force $f\\,\\mathbf{n}$"),
-        _note((0.05, R + 0.04), "penetration $d = R - |\\mathbf{r}|$"),
-        _note((ends[0, 0], ends[0, 1] + 0.075), f"$S_1 f = {S[0]:.2g}\\,f$"),
-        _note((ends[1, 0], ends[1, 1] + 0.075), f"$S_5 f = {S[2]:.2g}\\,f$"),
-        _note((-0.19, R - 0.06), "hub"),
+        _note(_moved(origin, -0.07, -0.07), "$O$"),
+        _note(_moved(origin, 0.34, 0.0), "$X$"),
+        _note(_moved(origin, 0.0, 0.34), "$Y$"),
+        _note((0.07, -0.07), "$O'$"),
+        _note((-0.68, 0.16), "$\\mathbf{R}_O$"),
+        _note((-0.62, -0.33), "$\\mathbf{R}_{OO'}$"),
+        _note((0.12, 0.25), "$\\mathbf{R}_{O'}$"),
+        _note((0.08, R + 0.26), "$\\mathbf{N}$"),
+        _note(_moved(0.6 * radius, 0.08, 0.06), "$R_h$"),
+        Note(at=(-0.62, 0.95), text="nodes: coarse test", points_to=(at[0, 0], at[0, 1] + 0.03)),
         Note(
-            at=(-0.06, point[1] - 0.04),
-            text="contact point $\\mathbf{r} = S\\,\\mathbf{e}$",
-            points_to=(point[0], point[1] - 0.003),
+            at=(0.78, 0.88), text="detection points\ninside the element", points_to=(points[2, 0], points[2, 1] + 0.03)
         ),
+        Note(
+            at=(0.85, 0.28), text="touches: $\\delta = R_h - |\\mathbf{R}_{O'}| > 0$", points_to=(0.03, R - sunk - 0.02)
+        ),
+        _note((-0.25, -0.38), "hub"),
     ]
-    rows = [["contact point", f"{xi:g} of an element of {length:g} m"], ["force on the nodes", f"{S[0]:g}, {S[2]:g} f"],
-            ["on the slopes, times the element's length", f"{S[1] / length:g}, {S[3] / length:g} f"]]  # fmt: skip
-    return _made(4, "Penetration of a contact point and its force on the nodes", lines, notes, rows)
+    reach, _ = straddling_distances(length)
+    S = np.array(axis_shape(length, np.array([0.5])))[:, 0]
+    rows = [["element", f"{length:g} m, straight; hub's radius {R:g} m"],
+            ["distance of the nodes from the axis when the middle touches", f"{reach:.3f} m"],
+            ["force f on the middle, on the nodes by S^T f", f"{S[0]:g} f, {S[2]:g} f"],
+            ["and on the slopes, over the element's length", f"{S[1] / length:g} f, {S[3] / length:g} f"]]  # fmt: skip
+    return _made(4, "Detection of contact between the rib and the hub", lines, notes, rows)
 
 
 def figure_5(options: Options) -> Made:
-    """The hinge of the root: what it holds and what it leaves free."""
-    low, high, root = -0.9, 0.9, np.array([R, 0.0])
-    lines = [_circle((0.0, 0.0), R, low, high, color="gray", width=1.6)]
-    notes = [_note((0.40, 0.0), "hub"), _note((0.50, -0.12), "hinge, axis $z$")]
-    for k, angle in enumerate((0.0, 0.25 * math.pi, 0.5 * math.pi)):
-        direction = np.array([math.cos(angle), math.sin(angle)])
-        lines.append(_line([root, root + 0.75 * direction], color=k, width=2.2))
-        notes.append(_note(root + 0.84 * direction, f"{math.degrees(angle):g}°"))
-    lines.append(_line([root], color=0, style="", marker="o"))
-    lines.append(_circle(root, 0.35, 0.0, 0.5 * math.pi, color="gray", width=1.0))
-    turned = root + 0.35 * np.array([math.cos(0.3 * math.pi), math.sin(0.3 * math.pi)])
-    notes.append(_note(_moved(turned, 0.12, 0.06), "free angle"))
-    lines.append(_arrow(root, _moved(root, 0.3, 0.0), color=1, width=1.8))
-    lines.append(_arrow(root, _moved(root, 0.0, 0.3), color=1, width=1.8))
-    notes += [_note(_moved(root, 0.22, -0.07), "outwards"), _note(_moved(root, -0.13, 0.27), "tangent")]
-    one = coil("cable", 4, 0.3, _section(), _material(), radius=R)
-    path = np.vstack([_axis(one[k : k + 2], 0.3, np.linspace(0.0, 1.0, 21)) for k in range(4)])[:, :2]
-    lines.append(_line(path, color="gray", style=":", width=1.2))
-    notes.append(_note(_moved(path[-1], 0.0, 0.1), "wound"))
-    rows = [["held", "position (3 equations), direction across the axis (2)"], ["free", "angle about the hub's axis"],
-            ["wound rib leaves the hinge at", "90 deg from outwards"]]  # fmt: skip
-    return _made(5, "Hinge of the root, and directions of the rib", lines, notes, rows)
-
-
-def _section() -> Any:
-    from evolvent.elements import Rectangle
-
-    return Rectangle(thickness=0.0003, width=WIDTH)
-
-
-def _material() -> Any:
-    from evolvent.elements import Material
-
-    return Material(young_modulus=5e6, poisson_ratio=0.3, density=1600.0)
+    """The initial state: hub and straight rib with their dimensions, the hinge, the torque."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 91)
+    ring = np.stack([R * np.cos(angle), R * np.sin(angle), 0.0 * angle], axis=1)
+    up = 0.5 * HEIGHT * SECOND_AXIS
+    lines = [_line(ring + shift, color="gray", width=1.2) for shift in (up, -up)]
+    across = (ring @ SPACE)[:, 0]
+    edges = ring[[int(np.argmin(across)), int(np.argmax(across))]]
+    lines += [_line([edge - up, edge + up], color="gray", width=1.2) for edge in edges]
+    shown, high = 0.5 * LENGTH, 4.0 * WIDTH
+    strip = np.array([[R, 0.0, 1.0], [R + shown, 0.0, 1.0], [R + shown, 0.0, -1.0], [R, 0.0, -1.0], [R, 0.0, 1.0]])
+    lines += [_line(strip * [1.0, 1.0, high], color=0, width=1.4), _line([[R, 0.0, 0.0]], style="", marker="o")]
+    for k in range(ELEMENTS // 2 + 1):
+        x = R + k * LENGTH / ELEMENTS
+        lines.append(_line([[x, 0.0, -high], [x, 0.0, high]], color=0, width=0.8))
+    notes = []
+    for unit, text in zip(np.eye(3), "XYZ", strict=True):
+        far = 2.0 if text == "Z" else 1.1
+        lines.append(_arrow([0.0, 0.0, 0.0], far * unit, head=0.1, color="gray"))
+        notes.append(_note(_moved((far + 0.15) * unit, 0.0, 0.0, -0.14 * (text == "X")), f"${text}$"))
+    for side in (up, -up):  # clamped at both ends
+        for x in np.linspace(-0.8 * R, 0.8 * R, 5):
+            foot = np.array([x, 0.0, 0.0]) + side
+            lines.append(_line([foot, _moved(foot, -0.1, 0.0, 0.12 * np.sign(side[2]))], color="gray", width=0.8))
+    turn = np.linspace(-0.5, 0.6, 41)
+    sweep = np.stack([4.4 * np.cos(turn), 4.4 * np.sin(turn), 0.0 * turn], axis=1)
+    lines += [_line(sweep, color=1, width=1.0), _arrow(sweep[-4], sweep[-1], head=1.2, color=1)]
+    notes += [
+        _note(_moved(sweep[-1], -0.2, 0.5, 0.15), "constant torque about $Z$"),
+        _note((-1.75, 0.9), "rigid hub\ndiameter 1.2 m\nheight 3 m\n7810 kg/m³\nclamped at\nboth ends"),
+        _note((4.7, -1.9), "rib 12 m x 0.03 m x 0.3 mm\n1600 kg/m³, $E$ = 5 MPa, $\\nu$ = 0.3, 10 elements"),
+        Note(at=(1.6, -1.15), text="hinge", points_to=(0.57, -0.16)),
+    ]
+    rows = [["hub", f"diameter {2.0 * R:g} m, height {HEIGHT:g} m, 7810 kg/m3, rigid, clamped at both ends"],
+            ["rib", f"{LENGTH:g} m x {WIDTH:g} m x {THICKNESS:g} m, 1600 kg/m3, E = 5 MPa, nu = 0.3"],
+            ["drawn of the rib", f"{shown:g} m of its length, eight times its width"],
+            ["contact", "K = 1e6, c = 1e3 (units not given)"]]  # fmt: skip
+    return _made(5, "Initial state of the rib and the hub", lines, notes, rows)

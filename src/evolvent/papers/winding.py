@@ -7,7 +7,7 @@ import functools
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 ALPHA, ENERGY, EXPLICIT = "generalized-alpha", "energy-momentum", ("rk4", "heun")
+#: The chain of links of `rib_chain`, a model and method of its own.
+CHAIN = "chain, central differences"
 #: Time between samples, s.
 EVERY = 0.01
 #: CPU time (s) of a step of 40 cable elements, about, and of a whole run beside it; for forecasts alone.
@@ -105,6 +107,18 @@ class Winding:
         return float(np.sqrt(np.trapezoid(distance**2, t) / (t[-1] - t[0])))
 
 
+class Runnable(Protocol):
+    """What runs trials: a case by the methods of the package (`Model`), or another model of it."""
+
+    name: str
+
+    def forecast(self, trial: Trial) -> float:
+        """CPU time (s) that a trial may take, very roughly."""
+
+    def run(self, trial: Trial) -> Winding:
+        """Run a trial; a failed run is a result as any other."""
+
+
 class Model:
     """A case of the wrapped rib, assembled once for implicit and once for explicit methods.
 
@@ -178,7 +192,9 @@ class Model:
         return whole + each * (trial.stop or self.end) / step
 
 
-def run_all(trials: Sequence[tuple[Model, Trial]], report: Callable[[str], None]) -> Iterator[tuple[Model, Winding]]:
+def run_all(
+    trials: Sequence[tuple[Runnable, Trial]], report: Callable[[str], None]
+) -> Iterator[tuple[Runnable, Winding]]:
     """Run one trial after another; Ctrl-C ends them, and an interrupted run is the last one.
 
     Raises

@@ -1,0 +1,78 @@
+"""The chain of links, the second model of the winding rib: its forces, order, stability, and the cable beside it."""
+
+import numpy as np
+import pytest
+
+from evolvent import cases, papers
+from evolvent.papers import rib
+from evolvent.papers.rib_chain import Chain
+from evolvent.papers.winding import CHAIN, ENERGY, Model, Trial, run_all
+
+CASE = cases.load("wrapped-rib", {"damping.alpha": 0.0})
+
+
+def energy(chain, x):
+    """Energy of links, angles and contacts of a chain."""
+    link = x[1:] - x[:-1]
+    angle = np.unwrap(np.arctan2(link[:, 1], link[:, 0]))
+    stretch = np.hypot(*link.T) - chain.length
+    sunk = np.maximum(chain.R - np.hypot(*x.T), 0.0)
+    found = 0.5 * chain.axial * (stretch**2).sum() + 0.5 * chain.bending * (np.diff(angle) ** 2).sum()
+    return found + 0.5 * chain.contact * (sunk**2).sum()
+
+
+def test_forces_are_those_of_an_energy():
+    chain = Chain(CASE, 6)
+    chain.torque, chain.bending = 0.0, 0.7
+    rng = np.random.default_rng(1)
+    x = 0.4 * chain.start + rng.uniform(-0.3, 0.3, chain.start.shape)
+    assert (np.hypot(*x.T) < chain.R).any()
+    found = np.zeros_like(x)
+    for k in np.ndindex(x.shape):
+        d = np.zeros_like(x)
+        d[k] = 1e-6
+        found[k] = -(energy(chain, x + d) - energy(chain, x - d)) / 2e-6
+    assert chain.force(0.0, x) == pytest.approx(found, rel=1e-6, abs=1e-6 * np.abs(found).max())
+
+
+def test_the_field_has_the_torque_as_its_resultant():
+    chain = Chain(CASE, 6)
+    x = chain.start + np.random.default_rng(2).uniform(-0.3, 0.3, chain.start.shape)
+    f = chain._field(0.0, x)
+    assert (x[:, 0] * f[:, 1] - x[:, 1] * f[:, 0]).sum() == pytest.approx(0.2)
+
+
+def test_the_order_is_two():
+    chain = Chain(CASE, 8)
+    step = 2.0**-9
+    assert step < chain.limit
+    ends = [chain.run(1.5, step / k).tip[-1] for k in (1, 2, 4)]
+    order = np.log2(np.linalg.norm(ends[0] - ends[1]) / np.linalg.norm(ends[1] - ends[2]))
+    assert order == pytest.approx(2.0, abs=0.15)
+
+
+def test_drag_takes_speed_in_proportion():
+    """The field moves the straight chain's tip as a free mass: v' = T x/(m r^2 summed) - alpha v."""
+    alpha = 0.5
+    chain = Chain(cases.load("wrapped-rib", {"damping.alpha": alpha}), 8)
+    motion = chain.run(1.0, 2.0**-9)
+    pushed = 0.2 * 12.6 / float(chain.mass @ chain.start[:, 0] ** 2)
+    assert motion.speed[-1] == pytest.approx(pushed * (1.0 - np.exp(-alpha)) / alpha, rel=0.01)
+
+
+def test_steps_beyond_the_limit_diverge():
+    chain = Chain(CASE, 20)
+    assert chain.run(10.0, 0.5).diverged
+    assert not chain.run(10.0, 0.9 * chain.limit).diverged
+    found = rib.ChainModel(10.0, rib.FREE, 20).run(Trial(CHAIN, step=0.5))
+    assert found.status == "diverged"
+    assert found.outcome.startswith("diverged at ")
+
+
+@pytest.mark.slow
+def test_the_chain_and_the_cable_have_one_path_before_the_whip():
+    model, chain = Model("wrapped-rib", 20.0, rib.FREE), rib.ChainModel(20.0, rib.FREE, 80)
+    trials = [(model, Trial(ENERGY, step=0.02)), (chain, Trial(CHAIN, share=0.9))]
+    implicit, explicit = (run for _, run in run_all(trials, papers.silent))
+    assert explicit.error(implicit, 20.0) < 0.02
+    assert np.abs(explicit.speed - implicit.speed).max() < 0.06 * implicit.speed.max()
