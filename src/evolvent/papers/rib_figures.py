@@ -120,7 +120,7 @@ def figure_7(options: Options) -> Made:
         drawn.append(Line(x=run.t[coarse], y=run.speed[coarse], color=k, style="", marker="o", label="every 0.25 s"))
         text = f"{_name(run)}: largest {run.speed[run.peak]:.1f} m/s at {peak:.2f} s"
         panels.append(Panel(x_label=TIME, y_label="tip speed, m/s", lines=drawn, y_zero=True, title=text))
-    title = "Speed of the tip for three mass dampings (figure 7 of Yi et al. 2017)"
+    title = "Speed of the tip, three dampings of the whole rib (our reading of figure 7 of Yi et al. 2017)"
     figure = Figure(name="rib-figure-7", title=title, panels=panels, columns=2, height=160.0)
     rows = [
         [
@@ -190,7 +190,7 @@ def figure_9(options: Options) -> Made:
         near.append(Line(x=run.t[part] - run.t[run.peak], y=run.force[part], color=k, width=1.2))
     text = "contact force, N"
     panels.append(Panel(x_label="time from the peak of the tip's speed, s", y_label=text, lines=near, y_zero=True))
-    title = "Contact force for three mass dampings (figure 9 of Yi et al. 2017)"
+    title = "Contact force, three dampings of the whole rib (our reading of figure 9 of Yi et al. 2017)"
     figure = Figure(name="rib-figure-9", title=title, panels=panels, height=190.0)
     head = ("alpha, 1/s", *FORCES)
     rows = [[f"{run.case.damping.alpha:g}", *_forces(run)] for run in found]
