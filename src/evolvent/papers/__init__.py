@@ -85,61 +85,28 @@ class Entry:
 
 #: Tables and figures of the paper on the reeled thread.
 THREAD: dict[str, Entry] = {
-    "thread-figure-3-1": Entry(
-        kind="figure",
+    **{
+        f"thread-{name}": Entry(
+            kind="figure", paper=TENENBAUM, title=title, seconds=(full, quick), function=f"{module}.{function}"
+        )
+        for name, title, full, quick, module, function in (
+            ("figure-2-1", "schematic: unwinding from the spool", 2, 2, "thread_schematics", "figure_2_1"),
+            ("figure-3-1", "schematic: nodes of the model", 2, 2, "thread_schematics", "figure_3_1"),
+            ("figure-3-2", "schematic: the boundary node", 2, 2, "thread_schematics", "figure_3_2"),
+            ("figure-3-3", "eqs. (3, 4) on the boundary node, no external forces", 5, 5, "thread", "figure_3_3"),
+            ("figure-3-4", "eqs. (7, 8) on the boundary node, no external forces", 5, 5, "thread", "figure_3_4"),
+            ("figure-4-1", "schematic: sail with two blades, lag of a node", 2, 2, "thread_schematics", "figure_4_1"),
+            ("figure-4-2", "rate of the body: 14 runs and eq. (18) for each", 45, 10, "thread", "figure_4_2"),
+            ("figure-4-3", "lag of the tip, n = 20 and 40, seven dampings", 45, 10, "thread", "figure_4_3"),
+            ("figure-4-4", "lag of the tip, c = 1e7, 1e8 and 1e9 N/m", 60, 8, "thread", "figure_4_4"),
+        )
+    },
+    "thread-table-4-1": Entry(
+        kind="table",
         paper=TENENBAUM,
-        title="schematic: nodes of the thread on the spool and off it",
-        seconds=(2, 2),
-        function="thread_schematics.figure_3_1",
-    ),
-    "thread-figure-3-2": Entry(
-        kind="figure",
-        paper=TENENBAUM,
-        title="schematic: frame of the spool, departure point and offset of the spin axis",
-        seconds=(2, 2),
-        function="thread_schematics.figure_3_2",
-    ),
-    "thread-figure-3-3": Entry(
-        kind="figure",
-        paper=TENENBAUM,
-        title="schematic: the boundary node and the departure point",
-        seconds=(2, 2),
-        function="thread_schematics.figure_3_3",
-    ),
-    "thread-figure-3-4": Entry(
-        kind="figure",
-        paper=TENENBAUM,
-        title="schematic: the spacecraft with two blades and their lag",
-        seconds=(2, 2),
-        function="thread_schematics.figure_3_4",
-    ),
-    "thread-figure-4-1": Entry(
-        kind="figure",
-        paper=TENENBAUM,
-        title="rate of the body compared with eq. (18) and the corrected formula, n = 20 and 40",
-        seconds=(95, 6),
-        function="thread.figure_4_1",
-    ),
-    "thread-figure-4-2": Entry(
-        kind="figure",
-        paper=TENENBAUM,
-        title="lag of the tip, n = 20 and 40",
-        seconds=(95, 8),
-        function="thread.figure_4_2",
-    ),
-    "thread-figure-4-3": Entry(
-        kind="figure",
-        paper=TENENBAUM,
-        title="lag of the tip, n = 20 and 40, seven dampings",
-        seconds=(45, 10),
-        function="thread.figure_4_3",
-    ),
-    "thread-figure-4-4": Entry(
-        kind="figure",
-        paper=TENENBAUM,
-        title="lag of the tip, c = 1e7, 1e8 and 1e9 N/m",
-        seconds=(60, 8),
-        function="thread.figure_4_4",
+        title="data of the deployment, and what they imply for the film",
+        seconds=(1, 1),
+        function="thread.table_4_1",
     ),
 }
 

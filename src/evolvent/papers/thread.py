@@ -1,4 +1,7 @@
-"""Figures IV.1 to IV.4 of Tenenbaum (2014): the deployment of the heliogyro over nodes, damping and stiffness."""
+"""Figures III.3, III.4 and IV.2 to IV.4 and table IV.1 of Tenenbaum (2014): unwinding alone, and the heliogyro.
+
+The first panel of a figure is the paper's, in its colours; what is ours below it says so.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +27,15 @@ from evolvent.papers.thread_runs import (
     run_all,
     springs,
 )
+from evolvent.papers.thread_variants import Data
 from evolvent.papers.winding import markdown
 
+#: The paper's data.
+PAPER = Data()
+#: Modulus of the film in table IV.1, N/m2, and the density of a polyester film, ours, kg/m3.
+MODULUS, DENSITY = 1e9, 1400.0
+#: Colour and style of the curves of figure IV.4.
+CURVES_4_4 = (("black", "-"), ("green", "--"), ("red", ":"))
 #: Numbers of nodes of the paper.
 NODES = (20, 40)
 #: Dampings of a segment, N s/m: the paper's range in seven, and those of the quick form.
@@ -58,115 +68,103 @@ def _run(trials: Sequence[Trial], options: Options) -> _Runs:
     return _Runs(runs, len(runs) == len(trials) and all(one.status != "interrupted" for _, one in runs))
 
 
-def _over_nodes(options: Options, every: float) -> _Runs:
-    """The deployment by RK4 for both numbers of nodes."""
-    stiffness = QUICK_STIFFNESS if options.quick else STIFFNESS
-    trials = [springs(nodes, stiffness) for nodes in NODES]
-    return _run([one._replace(overrides={**one.overrides, "output.every": every}) for one in trials], options)
-
-
 def _n(trial: Trial) -> int:
     return int(trial.overrides["blade.nodes"])
 
 
-def figure_4_1(options: Options) -> Made:
-    """Rate of the body beside (18) and beside the formula with the offset of the spools."""
-    runs, complete = _over_nodes(options, 0.1)
-    rates, gaps, rows = [], [], []
-    for k, (trial, one) in enumerate(runs):
-        n, style = _n(trial), "-" if k == 0 else ":"
-        rates.append(Line(x=one.t, y=one.rate, label=f"computed, $n$ = {n}", color=k, style=style, width=2.2))
-        row = [str(n), f"{one.rate[-1]:.5f}"]
-        for c, (label, values) in enumerate((("eq. (18)", one.formula), ("corrected", one.corrected)), start=2):
-            if k == 0:
-                rates.append(Line(x=one.t, y=values, label=label, color=c, style="--"))
-            difference = 100.0 * (values - one.rate) / one.rate
-            gaps.append(Line(x=one.t, y=difference, label=f"{label}, $n$ = {n}", color=c, style=style))
-            worst = gap(values, one.rate)
-            row.append(f"{worst.max():.2f} % at {one.t[worst.argmax()]:.1f} s")
-        rows.append(row)
-    panels = [
-        Panel(x_label="time, s", y_label="rate of the body, rad/s", lines=rates, y_zero=True),
-        Panel(x_label="time, s", y_label="formula minus simulation, %", lines=gaps),
-    ]
-    head = ["n", "rate at the end, rad/s", "largest gap to (18)", "largest gap to the corrected formula"]
-    note = (
-        f"{DATA} Corrected: (18) with the offset L0 of the spools, from the momentum (J + 2 m_k L0^2) W0 of body and "
-        "tip masses at the start. Gaps: of the computed rate, over the whole deployment.\n"
-    )
-    title = "Rate of the body compared with eq. (18) (Tenenbaum 2014, figure IV.1)"
-    figure = Figure(name="thread-figure-4-1", title=title, panels=panels, height=140.0)
-    return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
+def _fourteen(options: Options) -> _Runs:
+    """Both numbers of nodes with seven dampings, or three of the quick form."""
+    stiffness = QUICK_STIFFNESS if options.quick else STIFFNESS
+    dampings, step = (QUICK_DAMPINGS, QUICK_STEP) if options.quick else (DAMPINGS, STEP)
+    return _run([springs(n, stiffness, damping=d, step=step) for n in NODES for d in dampings], options)
 
 
 def figure_4_2(options: Options) -> Made:
-    """Lag of the tip, whole and at the start."""
-    runs, complete = _over_nodes(options, 0.02)
-    whole, start, rows = [], [], []
+    """Rate of the body in each run beside (18) with the length of that run; below it the gaps, ours."""
+    runs, complete = _fourteen(options)
+    computed, formulas, gaps, rows = [], [], [], []
     for k, (trial, one) in enumerate(runs):
-        label, first, style = f"$n$ = {_n(trial)}", one.t <= START, "-" if k == 0 else "--"
-        whole.append(Line(x=one.t, y=one.lag, label=label, color=k, width=1.2))
-        start.append(Line(x=one.t[first], y=one.lag[first], label=label, color=k, style=style, width=1.2))
-        rows.append([str(_n(trial)), *_written(means(one)), f"{np.nanmax(one.lag):.2f}"])
-    steady = math.degrees(math.asin(2.0 * 0.035 / (0.05 * 6.0)))
-    start.append(Line(x=np.array([0.0, START]), y=np.full(2, steady), label="steady lag", color="0.5", style=":"))
+        n, d = _n(trial), trial.overrides["blade.damping"]
+        names = (f"computed, {len(runs)} runs", f"eq. (18), {len(runs)} curves") if k == 0 else ("", "")
+        computed.append(Line(x=one.t, y=one.rate, label=names[0], color="black"))
+        formulas.append(Line(x=one.t, y=one.formula, label=names[1], color="red", style="--", width=1.2))
+        row = [str(n), f"{d:g}", f"{one.rate[-1]:.5f}"]
+        for c, (label, values) in enumerate((("eq. (18)", one.formula), ("with the offset", one.corrected)), start=2):
+            if k == 0 or n != _n(runs[k - 1][0]):
+                style = "-" if n == NODES[0] else ":"
+                difference = 100.0 * (values - one.rate) / one.rate
+                gaps.append(Line(x=one.t, y=difference, label=f"{label}, $n$ = {n}", color=c, style=style))
+            worst = gap(values, one.rate)
+            row.append(f"{worst.max():.3f} % at {one.t[worst.argmax()]:.1f} s")
+        rows.append(row)
     panels = [
-        Panel(x_label="time, s", y_label=LAG, lines=whole),
-        Panel(x_label="time, s", y_label=LAG, lines=start, title=f"first {START:g} s"),
-    ]
-    text = f"{DATA} The steady lag at the start, asin(2 v / (L0 W0)), is {steady:.2f}.\n"
-    head = ["n", *(f"mean over {low:g} to {high:g} s" for low, high in WINDOWS), "largest"]
-    title = "Lag of the tip, $n$ = 20 and 40 (Tenenbaum 2014, figure IV.2)"
-    figure = Figure(name="thread-figure-4-2", title=title, panels=panels, height=140.0)
-    return Made(text=f"{text}\n{markdown(head, rows)}", figure=figure, complete=complete)
+        Panel(x_label="time, s", y_label="rate of the body, rad/s", lines=computed + formulas, y_zero=True),
+        Panel(
+            x_label="time, s", y_label="formula minus computed, %", lines=gaps,
+            title=f"ours: gap of the formulas, $d$ = {_power(runs[0][0].overrides['blade.damping'])} N s/m",
+        ),
+    ]  # fmt: skip
+    head = ["n", "d, N s/m", "rate at the end, rad/s", "largest gap to (18)", "largest gap with the offset"]
+    furthest = max(float(np.abs(one.formula - one.rate).max()) for _, one in runs)
+    note = (
+        f"Data of the paper, c = {runs[0][0].overrides['blade.stiffness']:g} N/m. (18) is at most {furthest:.3f} rad/s "
+        f"from a run, {100.0 * furthest / 6.0:.1f} % of the axis. With the offset: (18) with the distance L0 of the "
+        "spools, from the momentum (J + 2 m_k L0^2) W0 of body and tip masses at the start. Gaps: of the computed "
+        f"rate. Runs by {IMPLICIT}"
+    )
+    title = "Rate of the body compared with eq. (18), $n$ = 20 and 40, seven $d$ (Tenenbaum 2014, figure IV.2)"
+    figure = Figure(name="thread-figure-4-2", title=title, panels=panels, height=150.0, heights=(2.0, 1.0))
+    return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
 
 def figure_4_3(options: Options) -> Made:
-    """Lag of the tip for both numbers of nodes and seven dampings."""
-    stiffness = QUICK_STIFFNESS if options.quick else STIFFNESS
-    dampings, step = (QUICK_DAMPINGS, QUICK_STEP) if options.quick else (DAMPINGS, STEP)
-    trials = [springs(n, stiffness, damping=d, step=step) for n in NODES for d in dampings]
-    runs, complete = _run(trials, options)
-    panels, rows = [], []
-    differences: list[Line] = []
-    for k, n in enumerate(NODES):
+    """Lag of the tip for both numbers of nodes and seven dampings; below it start and differences, ours."""
+    runs, complete = _fourteen(options)
+    lines, start, differences, rows = [], [], [], []
+    firsts: list[Deployment] = []
+    for n, color, style in zip(NODES, ("black", "red"), ("-", "--"), strict=True):
         group = [(trial.overrides["blade.damping"], one) for trial, one in runs if _n(trial) == n]
-        lines = []
-        for c, (d, one) in enumerate(group):
-            scale, least = c / max(len(dampings) - 1, 1), group[0][1]
-            lines.append(
-                Line(x=one.t, y=one.lag, label=f"$d$ = {_power(d)} N s/m", color=scale, width=3.5 - 3.0 * scale)
-            )
-            apart = one.lag - least.lag
+        for k, (d, one) in enumerate(group):
+            label = f"$n$ = {n}, {len(group)} values of $d$" if k == 0 else ""
+            lines.append(Line(x=one.t, y=one.lag, label=label, color=color, style=style, width=1.2))
+            apart, shown = one.lag - group[0][1].lag, one.t >= 1.0
             rows.append([str(n), f"{d:g}", *_written(means(one)), f"{largest(apart, one.t):.1e}"])
-            if c == len(group) - 1 and c:
-                shown = one.t >= 1.0
+            if k and k == len(group) - 1:
                 y = np.maximum(np.abs(apart[shown]), 1e-12)
                 label = f"$n$ = {n}, $d$ = {_power(d)} and {_power(group[0][0])} N s/m"
-                differences.append(Line(x=one.t[shown], y=y, label=label, color=k, width=0.8))
-        panels.append(Panel(x_label="", y_label=LAG, lines=lines, title=f"$n$ = {n}"))
-    first = [one for trial, one in runs if trial.overrides["blade.damping"] == dampings[0]]
-    if len(first) == len(NODES):
-        apart = np.abs(first[0].lag - first[1].lag)
-        differences.append(Line(x=first[0].t[1:], y=apart[1:], label="$n$ = 20 and $n$ = 40", color="0.5", width=0.8))
-    panels.append(Panel(x_label="time, s", y_label="difference, deg", lines=differences, log=True))
-    head = ["n", "d, N s/m", *(f"mean over {low:g} to {high:g} s" for low, high in WINDOWS), "from the least d"]
+                differences.append(Line(x=one.t[shown], y=y, label=label, color=color, width=0.8))
+        for _, one in group[:1]:
+            early = one.t <= START
+            start.append(Line(x=one.t[early], y=one.lag[early], label=f"$n$ = {n}", color=color, style=style))
+            firsts.append(one)
     swing = ""
-    if len(first) == len(NODES):
-        late = first[0].t >= WINDOWS[0][0]
-        if late.any():
+    if len(firsts) == len(NODES):
+        apart, t = np.abs(firsts[0].lag - firsts[1].lag), firsts[0].t
+        differences.append(Line(x=t[1:], y=apart[1:], label="$n$ = 20 and $n$ = 40", color="0.5", width=0.8))
+        if (late := t >= WINDOWS[0][0]).any():
             swing = (
                 f" The lag with n = 20 swings about that with n = 40 by up to {apart[late].max():.3f} deg, "
-                f"{100.0 * (apart / first[1].lag)[late].max():.2f} % of it."
+                f"{100.0 * (apart / firsts[1].lag)[late].max():.2f} % of it."
             )
-    note = f"{DATA} c = {stiffness:g} N/m.{swing} Runs by {IMPLICIT}"
-    title = "Lag of the tip, $n$ = 20 and 40, dampings $d$ of $10^{-6}$ to 1 N s/m (Tenenbaum 2014, figure IV.3)"
-    figure = Figure(name="thread-figure-4-3", title=title, panels=panels, height=190.0)
+    steady = math.degrees(math.asin(2.0 * PAPER.speed / (PAPER.offset * PAPER.rate)))
+    start.append(Line(x=np.array([0.0, START]), y=np.full(2, steady), label="steady lag", color="0.5", style=":"))
+    panels = [
+        Panel(x_label="time, s", y_label=LAG, lines=lines),
+        Panel(x_label="time, s", y_label=LAG, lines=start, title=f"ours: first {START:g} s"),
+        Panel(x_label="time, s", y_label="difference, deg", lines=differences, log=True, title="ours: differences"),
+    ]
+    head = ["n", "d, N s/m", *(f"mean over {low:g} to {high:g} s" for low, high in WINDOWS), "from the least d"]
+    note = (
+        f"{DATA} c = {runs[0][0].overrides['blade.stiffness']:g} N/m. The steady lag at the start, "
+        f"asin(2 v / (L0 W0)), is {steady:.2f}.{swing} Runs by {IMPLICIT}"
+    )
+    title = "Lag of the tip, $n$ = 20 and 40, $d$ of $10^{-6}$ to 1 N s/m (Tenenbaum 2014, figure IV.3)"
+    figure = Figure(name="thread-figure-4-3", title=title, panels=panels, height=200.0, heights=(2.0, 1.0, 1.0))
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
 
 def figure_4_4(options: Options) -> Made:
-    """Lag of the tip for three stiffnesses, beside links of fixed length."""
+    """Lag of the tip for three stiffnesses; below it differences, also from links of fixed length, ours."""
     step = QUICK_FINE if options.quick else FINE
     trials = [Trial("links of fixed length, dopri5", RIGID if options.quick else TIGHT, 1.0)]
     trials += [springs(20, c, step=step) for c in STIFFNESSES]
@@ -174,14 +172,13 @@ def figure_4_4(options: Options) -> Made:
         trials.append(springs(20, STIFFNESSES[0]))
     runs, complete = _run(trials, options)
     (_, rigid), implicit = runs[0], [one for one in runs if one[0].overrides["solver.method"] == "generalized-alpha"]
-    lines = [Line(x=rigid.t, y=rigid.lag, label="links of fixed length", color="0.6", width=5.0)]
-    apart, rows = [], []
+    lines, apart, rows = [], [], []
     for k, (trial, one) in enumerate(runs[1:]):
         c, method = trial.overrides["blade.stiffness"], str(trial.overrides["solver.method"])
         named = f"$c$ = {_power(c)} N/m, {method}"
-        lines.append(
-            Line(x=one.t, y=one.lag, label=named, color=k, style=("-", "--", ":", "-.")[k], width=2.0 - 0.4 * k)
-        )
+        color, style = (*CURVES_4_4, ("0.5", "-"))[k]
+        if k < len(CURVES_4_4):
+            lines.append(Line(x=one.t, y=one.lag, label=f"$c$ = {_power(c)} N/m", color=color, style=style))
         first = implicit[0][1] if method == "generalized-alpha" else None
         shown = one.t >= 1.0
         row = [f"{c:g}", method, f"{trial.overrides['solver.step']:.3g}", *_written(means(one), 5)]
@@ -192,21 +189,58 @@ def figure_4_4(options: Options) -> Made:
         if first is None or one is not first:
             against = "links of fixed length" if first is None else f"$c$ = {_power(STIFFNESSES[0])} N/m"
             label = f"{named}, from {against}"
-            apart.append(Line(x=one.t[shown], y=1e6 * y[shown], label=label, color=k, width=0.9))
+            apart.append(Line(x=one.t[shown], y=1e6 * y[shown], label=label, color=color, width=0.9))
     panels = [
-        Panel(x_label="", y_label=LAG, lines=lines),
-        Panel(x_label="time, s", y_label="difference, 1e-6 deg", lines=apart, title="after the first second"),
+        Panel(x_label="time, s", y_label=LAG, lines=lines),
+        Panel(x_label="time, s", y_label="difference, 1e-6 deg", lines=apart, title="ours: after the first second"),
     ]
     head = ["c, N/m", "method", "step, s", *(f"mean over {low:g} to {high:g} s" for low, high in WINDOWS)]
     head += ["from links of fixed length", "from c = 1e7, same method"]
     note = (
-        f"{DATA} n = 20. Largest differences of the lag after the first second. Runs by {IMPLICIT}"
+        f"{DATA} n = 20, d = 1e-3 N s/m. Largest differences of the lag after the first second. Runs by {IMPLICIT}"
         "RK4 was run once with each stiffness over the whole deployment (27, 76 and 234 s of CPU time); its lag "
         "differs from\nthat of links of fixed length by 1.5e-6, 1.4e-7 and 4e-8 deg.\n"
     )
     title = "Lag of the tip, $c$ = $10^7$, $10^8$ and $10^9$ N/m (Tenenbaum 2014, figure IV.4)"
-    figure = Figure(name="thread-figure-4-4", title=title, panels=panels, height=140.0)
+    figure = Figure(name="thread-figure-4-4", title=title, panels=panels, height=150.0, heights=(2.0, 1.0))
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
+
+
+def table_4_1(options: Options) -> Made:
+    """The data of the deployment as the paper gives them, and the film that they belong to."""
+    l0 = [PAPER.length / n for n in NODES]
+    data = [
+        ["J", "moment of inertia of the body about the spin axis", "kg m2", f"{PAPER.inertia:g}"],
+        ["rho_L", "mass of a blade per length", "kg/m", f"{PAPER.line_density:g}"],
+        ["L", "length of a blade", "m", f"{PAPER.length:.1f}"],
+        ["L0", "distance of a spool's axis from the spin axis", "m", f"{PAPER.offset:g}"],
+        ["r", "radius of the wound thread", "m", f"{PAPER.radius:g}"],
+        ["W0", "rate of the body at the start", "rad/s", f"{PAPER.rate:.1f}"],
+        ["w", "rate of the spools", "rad/s", f"{PAPER.spool_rate:g}"],
+        ["m_k", "weight at the end of a blade", "kg", f"{PAPER.tip_mass:g}"],
+        ["n", "nodes on a blade", "-", ", ".join(str(n) for n in NODES)],
+        ["dphi", "angular pitch of the nodes on the spool", "rad", "L / (n r)"],
+        ["c", "stiffness of the spring between two nodes", "N/m", "E b h / (dphi r)"],
+        ["d", "damping between two nodes", "N s/m", "1e-6 to 1.0"],
+        ["E", "modulus of elasticity of the film", "N/m2", "1.0e9"],
+    ]
+    section = [STIFFNESS * one / MODULUS for one in l0]
+    film = PAPER.line_density / DENSITY
+    implied = [
+        ["dphi = L / (n r), rad", *(f"{one / PAPER.radius:g}" for one in l0)],
+        ["l0 = r dphi, m", *(f"{one:g}" for one in l0)],
+        [f"b h = c l0 / E for c = 1e7 N/m, m2", *(f"{one:.3g}" for one in section)],
+        ["density of that film, rho_L / (b h), kg/m3", *(f"{PAPER.line_density / one:.2g}" for one in section)],
+        [f"b h = rho_L / rho of a film of {DENSITY:g} kg/m3, m2", *(f"{film:.3g}" for _ in l0)],
+        ["c = E b h / l0 of that film, N/m", *(f"{MODULUS * film / one:.2g}" for one in l0)],
+    ]
+    text = (
+        "Data of the deployment (Tenenbaum 2014, table IV.1); width b and thickness h of the film are not given.\n\n"
+        f"{markdown(['symbol', 'parameter', 'unit', 'value'], data)}\n\n"
+        f"Ours: what follows from them. Figure IV.4 begins with c = 1e7 N/m.\n\n"
+        f"{markdown(['quantity', *(f'n = {n}' for n in NODES)], implied)}"
+    )
+    return Made(text=text)
 
 
 def _power(value: float) -> str:

@@ -1,6 +1,6 @@
-"""Figures III.1 to III.4 of Tenenbaum (2014): schematics of the model, drawn from a run with few nodes.
+"""Figures II.1, III.1, III.2 and IV.1 of Tenenbaum (2014): schematics of the model, drawn from a run with few nodes.
 
-The paper's captions are not repeated: each title says what is drawn. Lengths are those of the run: a thread of 0.12 m
+Each title says in our words what the caption says; the geometry is ours. Lengths are those of the run: a thread of 0.12 m
 in 24 segments, about 12 to a turn of the spool, with the paper's body, spool and rates.
 """
 
@@ -23,6 +23,8 @@ R, SPOOL, L0, SEGMENT, NODES = 0.01, 3.5, 0.05, 0.005, 24
 #: A whole turn of the spool holds this many nodes, about; older turns lie under the first.
 SHOWN = 12
 TIME = 1.1
+#: Angle by which the frame of the body leads the inertial frame in the drawing of the sail, rad.
+TURN = 0.7
 GREY = "0.45"
 
 
@@ -79,10 +81,25 @@ def _between(a: tuple[float, float], b: tuple[float, float], **given: object) ->
     return _line(np.array([a, b]).T, **given)
 
 
+def _arrow(start: tuple[float, float], end: tuple[float, float], **given: object) -> list[Line]:
+    """A line with a head at its end."""
+    along = np.array(end) - np.array(start)
+    along *= 1.6e-3 / np.linalg.norm(along)
+    across = 0.4 * np.array([-along[1], along[0]])
+    head = np.array([end - along + across, end, end - along - across]).T
+    given = {"color": 0, "width": 0.9} | given
+    return [_between(start, end, **given), _line(head, **given)]
+
+
 def _note(at: tuple[float, float], text: str, points_to: tuple[float, float] | None = None) -> Note:
     """A note at a position in metres."""
     there = None if points_to is None else (1e3 * points_to[0], 1e3 * points_to[1])
     return Note(at=(1e3 * at[0], 1e3 * at[1]), text=text, points_to=there)
+
+
+def _turned(radius: float, angle: float) -> tuple[float, float]:
+    """The point at an angle from the x axis."""
+    return radius * math.cos(angle), radius * math.sin(angle)
 
 
 def _made(name: str, title: str, lines: list[Line], notes: list[Note], text: str) -> Made:
@@ -110,56 +127,88 @@ def _tangent(angle: float, scale: float = 1.0) -> tuple[float, float]:
     return scale * R * math.sin(angle), scale * R * math.cos(angle)
 
 
-def figure_3_1(options: Options) -> Made:
-    """Nodes on the spool and off it, with their numbers."""
+def figure_2_1(options: Options) -> Made:
+    """The spool, its thread with both ends, and the frame."""
     seen = drawn()
-    notes = [_note((seen.nodes[k, 0], R + 0.0016), str(k + 1)) for k in range(seen.out)]
-    notes += [_note(_tangent(seen.wound[k], 1.2), str(k + 1)) for k in range(seen.out, seen.out + SHOWN - 1)]
-    notes.append(_note((0.0, 1.45 * R), "$Q$", (0.0, R)))
-    notes.append(_note((0.5 * seen.nodes[0, 0], 1.7 * R), "released nodes"))
-    notes.append(_note((2.6 * R, -0.5 * R), "nodes on the spool move with it", _tangent(seen.wound[seen.out + 5])))
+    far, high, end = seen.nodes[0, 0] + 0.012, 2.6 * R, -math.radians(125.0)
+    wound = _arc(1.0, 0.5 * math.pi, 0.5 * math.pi - end)
+    tip = (seen.nodes[0, 0], R)
+    weight = np.array([[0.0, 2.0, 2.0, 0.0, 0.0], [-1.0, -1.0, 1.0, 1.0, -1.0]]) * 1.5e-3
+    lines = [
+        _line(_arc(R), color=GREY, width=1.2),
+        _line(R * wound, color=1, width=2.2),
+        _between((0.0, R), tip, color=1, width=2.2),
+        _line(weight + np.array([[tip[0]], [tip[1]]]), color=2, width=1.6),
+        _between(_tangent(end), _tangent(end), color=3, style="", marker="o"),
+        _between((0.0, R), (0.0, R), color=0, style="", marker="s"),
+        *_arrow((-1.7 * R, 0.0), (far, 0.0)),
+        *_arrow((0.0, -1.7 * R), (0.0, high)),
+        _line(_arc(0.55 * R, 0.1 * math.pi, 0.45 * math.pi), color=GREY, width=0.9),
+        *_arrow(_tangent(0.35 * math.pi, 0.55), _tangent(0.4 * math.pi, 0.55), color=GREY),
+    ]
+    notes = [
+        _note((far + 0.002, 0.0), "$X$"),
+        _note((0.0, high + 0.002), "$Z$"),
+        _note((-1.2 * R, 2.1 * R), "$Q$, departure point", (0.0, R)),
+        _note((-2.4 * R, -1.7 * R), "thread attached\nto the spool", _tangent(end)),
+        _note((-2.4 * R, 0.9 * R), "wound thread", _tangent(-0.3 * math.pi)),
+        _note((1.9 * R, -1.3 * R), "spool, radius $r$", _tangent(0.7 * math.pi)),
+        _note((0.5 * tip[0], 1.6 * R), "thread paid out", (0.45 * tip[0], R)),
+        _note((tip[0], 2.0 * R), "weight $m_k$", (tip[0] + 1.5e-3, R + 1.5e-3)),
+        _note((0.25 * R, 0.3 * R), r"$\varphi(t)$"),
+    ]
+    head = ["part", "x / r", "z / r"]
+    parts = {"departure point Q": (0.0, R), "attachment": _tangent(end), "weight": tip}
+    rows = [[name, f"{x / R:.3f}", f"{z / R:.3f}"] for name, (x, z) in parts.items()]
+    text = f"Frame of the spool; Y is its axis. Where the thread is attached is our choice.\n\n{markdown(head, rows)}"
+    title = "Unwinding of the thread from the spool (Tenenbaum 2014, figure II.1)"
+    return _made("thread-figure-2-1", title, lines, notes, text)
+
+
+def figure_3_1(options: Options) -> Made:
+    """Nodes on the spool and off it, with their numbers and the angular pitch."""
+    seen = drawn()
+    first = seen.out + 2
+    lines = [
+        *_side(seen),
+        *_arrow((0.0, 0.0), (seen.nodes[0, 0] + 0.008, 0.0)),
+        *_arrow((0.0, 0.0), (0.0, 2.1 * R)),
+        *(_between((0.0, 0.0), _tangent(seen.wound[k]), color=GREY, width=0.9) for k in (first, first + 1)),
+        _line(_arc(0.55 * R, *(0.5 * math.pi - seen.wound[first + np.arange(2)])), color=GREY, width=0.9),
+    ]
+    middle = 0.5 * float(seen.wound[first] + seen.wound[first + 1])
+    notes = [_note((seen.nodes[k, 0], R + 0.0022), str(k + 1)) for k in range(seen.out)]
+    notes += [_note(_tangent(seen.wound[k], 1.22), str(k + 1)) for k in range(seen.out, seen.out + SHOWN - 1)]
+    notes += [
+        _note((0.6 * R, 1.8 * R), "$Q$", (0.0, R)),
+        _note((0.5 * seen.nodes[0, 0], 1.75 * R), "free nodes"),
+        _note((1.9 * R, 0.45 * R), "boundary node", (seen.nodes[seen.out - 1, 0], R)),
+        _note((3.0 * R, -0.8 * R), "nodes on the spool move with it", _tangent(seen.wound[seen.out + 6])),
+        _note((-0.3 * R, -0.45 * R), r"$\Delta\varphi$", _tangent(middle, 0.55)),
+        _note((seen.nodes[0, 0] + 0.0095, 0.0), "$X$"),
+        _note((0.0, 2.25 * R), "$Z$"),
+    ]
     rows = [
-        [str(k + 1), "released" if k < seen.out else "on the spool", f"{seen.wound[k]:.3f}",
+        [str(k + 1), _state(k, seen.out), f"{seen.wound[k]:.3f}",
          f"{1e3 * seen.nodes[k, 0]:.3f}", f"{1e3 * seen.nodes[k, 2]:.3f}"]
         for k in range(seen.out + SHOWN - 1)
     ]  # fmt: skip
     head = ["node", "state", "phi_i = phi - dphi (i - 1), rad", "x, mm", "z, mm"]
     note = f"Frame of the spool; the spool has turned by phi = {seen.phi:.3g} rad, dphi = {SEGMENT / R:g} rad.\n"
-    title = "Thread on the spool: nodes, node 1 at the tip (Tenenbaum 2014, figure III.1)"
+    title = "Model: nodes of the thread, node 1 at the tip (Tenenbaum 2014, figure III.1)"
     text = f"{note}\n{markdown(head, rows)}"
-    return _made("thread-figure-3-1", title, _side(seen), notes, text)
+    return _made("thread-figure-3-1", title, lines, notes, text)
+
+
+def _state(node: int, out: int) -> str:
+    """Group of a node by section III of the paper."""
+    if node >= out:
+        return "on the spool"
+    return "boundary" if node == out - 1 else "free"
 
 
 def figure_3_2(options: Options) -> Made:
-    """The frame of the spool, the departure point and the spin axis."""
-    seen = drawn()
-    far, low, high = seen.nodes[0, 0] + 0.008, -1.9 * R, 2.4 * R
-    lines = [
-        *_side(seen)[:4],
-        _between((-0.004, 0.0), (far, 0.0), color=0, width=0.9),
-        _between((0.0, -0.004), (0.0, high), color=0, width=0.9),
-        _between((-L0, low), (-L0, high), color=0, style="-.", width=0.9),
-        _between((-L0, -1.5 * R), (0.0, -1.5 * R), color=GREY, width=0.9, marker="|"),
-        _between((0.0, 0.0), _tangent(-0.9), color=GREY, width=0.9),
-    ]
-    notes = [
-        _note((far + 0.002, 0.0), "$X$"),
-        _note((0.0, high + 0.002), "$Z$"),
-        _note((-L0, high + 0.002), "spin axis, rate $W$"),
-        _note((-0.5 * L0, -1.5 * R + 0.0022), f"$L_0$ = {1e3 * L0:g} mm"),
-        _note((-1.9 * R, 1.0 * R), f"$r$ = {1e3 * R:g} mm", _tangent(-0.9, 0.6)),
-        _note((0.9 * R, 1.9 * R), "$Q = (0, 0, r)$", (0.0, R)),
-        _note((2.6 * R, 1.5 * R), r"$v = r\,\dot{\varphi}$"),
-        _note((2.6 * R, -1.0 * R), "$Y$: axis of the spool,\ninto the plane", (0.0, 0.0)),
-    ]
-    head = ["quantity", "value"]
-    rows = [["L0, mm", f"{1e3 * L0:g}"], ["r, mm", f"{1e3 * R:g}"], ["v, mm/s", f"{1e3 * R * SPOOL:g}"]]
-    title = "Frame of the spool with departure point and spin axis (Tenenbaum 2014, figure III.2)"
-    return _made("thread-figure-3-2", title, lines, notes, markdown(head, rows))
-
-
-def figure_3_3(options: Options) -> Made:
-    """The boundary node, the departure point in the place of its inner neighbour, and the rest length between them."""
+    """The boundary node, its neighbour on the spool off the true thread, and the departure point in its place."""
     seen = drawn()
     k = seen.out - 1
     rest = R * seen.wound[k]
@@ -171,13 +220,15 @@ def figure_3_3(options: Options) -> Made:
         _line(np.array([[node[0], inner[0]], [node[2], inner[2]]]), color=2, style="", marker="o"),
         _line(np.array([[inwards[0]], [inwards[2]]]), color=3, style="", marker="o"),
         _line(np.array([[0.0], [R]]), color=0, style="", marker="s"),
+        _between((node[0], node[2]), (inwards[0], inwards[2]), color=3, style="--", width=1.2),
         _between((0.0, R + 0.0009), (node[0], R + 0.0009), color=GREY, width=0.9, marker="|"),
         _between((node[0], R + 0.0009), (inner[0], R + 0.0009), color=GREY, width=0.9, marker="|"),
     ]
     notes = [
         _note((0.5 * node[0], R + 0.0014), f"$l_{{00}}$ = {1e3 * rest:.2f} mm"),
         _note((0.5 * (node[0] + inner[0]), R + 0.0014), f"$l_0$ = {1e3 * SEGMENT:g} mm"),
-        _note((node[0], R - 0.0014), f"boundary node\n$i$ = {k + 1}", (node[0], node[2])),
+        _note((0.0103, R - 0.0032), f"boundary node\n$i$ = {k + 1}", (node[0], node[2])),
+        _note((0.0032, R - 0.0048), "link of eqs. (3, 4),\nnot along the thread", tuple(0.5 * (node + inwards)[[0, 2]])),
         _note((inner[0], R - 0.0014), f"node {k}", (inner[0], inner[2])),
         _note((inwards[0] - 0.0022, inwards[2] + 0.0022), f"node {k + 2},\non the spool", (inwards[0], inwards[2])),
         _note((-0.0012, R - 0.0022), "$Q$, where the thread has\n$V_Q = (r\\dot{\\varphi}, 0, 0)$", (0.0, R)),
@@ -189,11 +240,11 @@ def figure_3_3(options: Options) -> Made:
         ["rest length l00 = r (phi - dphi (i - 1)), mm", f"{1e3 * rest:.4f}"],
         ["distance from Q in the run, mm", f"{1e3 * distance:.4f}"],
     ]
-    title = "Boundary node and departure point Q (Tenenbaum 2014, figure III.3)"
-    return _made("thread-figure-3-3", title, lines, notes, markdown(head, rows))
+    title = "Boundary node: link to the next node and departure point Q (Tenenbaum 2014, figure III.2)"
+    return _made("thread-figure-3-2", title, lines, notes, markdown(head, rows))
 
 
-def figure_3_4(options: Options) -> Made:
+def figure_4_1(options: Options) -> Made:
     """The spacecraft from above: two blades, their lag, and the rate of the body."""
     seen = drawn()
     blade = np.vstack([seen.nodes[: seen.out], [0.0, 0.0, R]])[:, :2].T + np.array([[L0], [0.0]])
@@ -201,11 +252,14 @@ def figure_3_4(options: Options) -> Made:
     steady = math.asin(2.0 * R * SPOOL / (L0 * 6.0))
     lines = [
         _line(_arc(0.7 * L0), color=GREY, width=1.2),
-        _between((-1.1 * reach, 0.0), (1.25 * reach, 0.0), color=0, width=0.8, style="-."),
-        _between((0.0, -0.9 * L0), (0.0, 1.1 * L0), color=0, width=0.8, style="-."),
+        *_arrow((-1.1 * reach, 0.0), (1.25 * reach, 0.0)),
+        *_arrow((0.0, -0.9 * L0), (0.0, 1.1 * L0)),
+        *_arrow((0.0, 0.0), _turned(1.15 * L0, -TURN), color=GREY),
+        *_arrow((0.0, 0.0), _turned(1.1 * L0, 0.5 * math.pi - TURN), color=GREY),
         _line(blade, color=1, width=2.0, marker="o"),
         _line(-blade, color=1, width=2.0, marker="o"),
-        _line(_arc(0.5 * L0, 0.2, 0.45 * math.pi), color=2, width=1.6),
+        _line(_arc(0.5 * L0, -TURN, 0.45 * math.pi), color=2, width=1.6),
+        *_arrow(_turned(0.5 * L0, 0.44 * math.pi), _turned(0.5 * L0, 0.46 * math.pi), color=2, width=1.6),
         _line(_arc(0.6 * (reach - L0), -lag, 0.0, (L0, 0.0)), color=2, width=1.6),
         _between((0.0, -1.05 * L0), (L0, -1.05 * L0), color=GREY, width=0.9, marker="|"),
     ]
@@ -214,14 +268,14 @@ def figure_3_4(options: Options) -> Made:
         lines.append(_line(box + np.array([[side * L0], [0.0]]), color=GREY, width=1.2))
     middle = (L0 + 0.6 * (reach - L0) * math.cos(0.5 * lag), -0.6 * (reach - L0) * math.sin(0.5 * lag))
     notes = [
-        _note((1.3 * reach, 0.0), "$X$"),
-        _note((0.0, 1.2 * L0), "$Y$"),
-        _note(
-            (0.32 * L0, 0.54 * L0), "$W$", (0.5 * L0 * math.cos(0.45 * math.pi), 0.5 * L0 * math.sin(0.45 * math.pi))
-        ),
+        _note((1.3 * reach, 0.0), "$X_1$"),
+        _note((0.0, 1.2 * L0), "$Y_1$"),
+        _note(_turned(1.25 * L0, -TURN), "$X$"),
+        _note(_turned(1.2 * L0, 0.5 * math.pi - TURN), "$Y$"),
+        _note((0.37 * L0, 0.13 * L0), "$W$"),
         _note((0.5 * L0, -0.95 * L0), "$L_0$"),
-        _note((1.05 * reach, 0.7 * L0), f"lag {math.degrees(lag):.1f}°", middle),
-        _note((0.25 * L0, -0.35 * L0), "body, $J$"),
+        _note((1.05 * reach, 0.7 * L0), r"lag $\Delta_i$", middle),
+        _note((-0.3 * L0, -0.35 * L0), "body, $J$"),
         _note((1.15 * L0, 0.9 * L0), "spool", (L0, 0.7 * R)),
         _note((1.25 * reach, -0.45 * L0), "tip, $m_k$", (float(blade[0, 0]), float(blade[1, 0]))),
     ]
@@ -230,5 +284,5 @@ def figure_3_4(options: Options) -> Made:
         ["lag of the tip in the run, deg", f"{math.degrees(lag):.2f}"],
         ["steady lag asin(2 v / (L0 W0)), deg", f"{math.degrees(steady):.2f}"],
     ]
-    title = "The spacecraft with two blades, seen along Z (Tenenbaum 2014, figure III.4)"
-    return _made("thread-figure-3-4", title, lines, notes, markdown(head, rows))
+    title = "Sail with two blades, seen along Z (Tenenbaum 2014, figure IV.1)"
+    return _made("thread-figure-4-1", title, lines, notes, markdown(head, rows))
