@@ -69,6 +69,19 @@ def test_entries_have_the_numbers_of_the_paper():
     assert papers.THREAD["thread-table-4-1"].kind == "table"
 
 
+@pytest.mark.slow
+def test_the_boundary_node_leaves_the_plane_by_eqs_3_4_and_stays_in_it_by_eqs_7_8(monkeypatch):
+    """Figures III.3 and III.4: the fewer nodes on a turn, the larger the oscillation along Z."""
+    monkeypatch.setattr(thread, "NODES_A_TURN", (6, 12))
+    shaken, straight = (cells(make(QUICK).text) for make in (thread.figure_3_3, thread.figure_3_4))
+    assert [row[0] for row in shaken] == ["6", "12"]
+    assert float(shaken[0][1]) > float(shaken[1][1]) > 1.0
+    assert all(float(tip) < 0.8 * float(out) for _, _, tip, out in shaken)
+    for _, off, tip, out in straight:
+        assert float(off) == 0.0
+        assert tip == out
+
+
 def test_figure_4_2_has_a_run_and_eq_18_for_each_damping_and_number_of_nodes(fourteen):
     made, _ = fourteen
     rates, gaps = (panel.lines for panel in made.figure.panels)

@@ -1,7 +1,7 @@
 """Figures II.1, III.1, III.2 and IV.1 of Tenenbaum (2014): schematics of the model, drawn from a run with few nodes.
 
-Each title says in our words what the caption says; the geometry is ours. Lengths are those of the run: a thread of 0.12 m
-in 24 segments, about 12 to a turn of the spool, with the paper's body, spool and rates.
+Each title says in our words what the caption says; the geometry is ours. Lengths are those of the run: a thread of
+0.12 m in 24 segments, about 12 to a turn of the spool, with the paper's body, spool and rates.
 """
 
 from __future__ import annotations
@@ -228,7 +228,9 @@ def figure_3_2(options: Options) -> Made:
         _note((0.5 * node[0], R + 0.0014), f"$l_{{00}}$ = {1e3 * rest:.2f} mm"),
         _note((0.5 * (node[0] + inner[0]), R + 0.0014), f"$l_0$ = {1e3 * SEGMENT:g} mm"),
         _note((0.0103, R - 0.0032), f"boundary node\n$i$ = {k + 1}", (node[0], node[2])),
-        _note((0.0032, R - 0.0048), "link of eqs. (3, 4),\nnot along the thread", tuple(0.5 * (node + inwards)[[0, 2]])),
+        _note(
+            (0.0032, R - 0.0048), "link of eqs. (3, 4),\nnot along the thread", tuple(0.5 * (node + inwards)[[0, 2]])
+        ),
         _note((inner[0], R - 0.0014), f"node {k}", (inner[0], inner[2])),
         _note((inwards[0] - 0.0022, inwards[2] + 0.0022), f"node {k + 2},\non the spool", (inwards[0], inwards[2])),
         _note((-0.0012, R - 0.0022), "$Q$, where the thread has\n$V_Q = (r\\dot{\\varphi}, 0, 0)$", (0.0, R)),
