@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.util
 import itertools
-import pathlib
 
 import numpy as np
 import pytest
 
 from book import Book
 from evolvent import parts
+from evolvent.papers import thread_continuum as continuum
 from helpers import END, R, V, fitted_order, heliogyro, run
-
-_spec = importlib.util.spec_from_file_location("continuum", pathlib.Path(__file__).with_name("continuum.py"))
-assert _spec is not None
-assert _spec.loader is not None
-continuum = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(continuum)
 
 NODES = np.array([20, 40, 80, 160])
 

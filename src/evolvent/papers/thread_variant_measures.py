@@ -6,6 +6,7 @@ the lag by 0.016 deg and the rates by 0.01 %.
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 from collections.abc import Mapping
@@ -23,18 +24,21 @@ LAG = 13.32
 LINKS = {"blade.segments": "inextensible", "solver.method": "dopri5", "output.every": "1 s"}
 
 
+@functools.cache
 def _deploy(nodes: int = 20, stiffness: float = 1e3, start: Start = "departure", **options: Any) -> Deployment:
     from evolvent.papers.thread_variants import Data, deploy
 
     return deploy(Data(nodes=nodes, stiffness=stiffness), start, **options)
 
 
-def _on_the_spool(per_turn: int, turns: float, start: Start = "spool node") -> tuple[Data, Deployment]:
-    """The film with so many nodes a turn, over the first turns of the spool."""
+def _on_the_spool(
+    per_turn: int, turns: float, start: Start = "spool node", rate: float = 6.0, change: float = 0.0
+) -> tuple[Data, Deployment]:
+    """The film with so many nodes a turn, over the first turns of the spool; its stiffness changed by a share."""
     from evolvent.papers.thread_variants import Data, deploy
 
     nodes = round(per_turn / Data(nodes=1).nodes_a_turn)
-    data = Data(nodes=nodes, stiffness=FILM * nodes / 5.0)
+    data = Data(nodes=nodes, stiffness=FILM * nodes / 5.0 * (1.0 + change), rate=rate)
     return data, deploy(data, start, until=turns * 2.0 * math.pi / data.spool_rate, samples=4)
 
 
@@ -53,44 +57,108 @@ def scheme() -> Mapping[str, float]:
         "rate": float(own.rate[-1]),
         "rate_engine": float(engine.body_rate.values[-1]),
         "lag": own.mean_lag(20.0, 60.0),
-        "lag_gap": float(np.abs(own.lag[20::20] - lag).max()),
+        "lag_gap": round(float(np.abs(own.lag[20::20] - lag).max()), 4),
         "gain": 100.0 * float(own.momentum[-1] / own.momentum[0] - 1.0),
     }
 
 
+def chord() -> Mapping[str, float]:
+    """Chord between two neighbours on the spool over the thread's length between them, 6 nodes a turn and 20 nodes."""
+    return {name: 2.0 * abs(math.sin(0.5 * a)) / a for name, a in (("six", math.pi / 3.0), ("twenty", 25.0))}
+
+
 def spool_node() -> Mapping[str, float]:
-    """Nodes on the spool as neighbours of the boundary node, 6 and 12 a turn, over two turns."""
-    found = {per: _on_the_spool(per, 2.0) for per in (6, 12)}
-    return {f"off_{per}": _off(*one) for per, one in found.items()} | {
-        f"swing_{per}": float(np.ptp(one.lag[one.t > 1.0])) for per, (_, one) in found.items()
+    """Figure III.3: mean distance from the plane, of r, of 8 runs without spin over 0.6 turns, 6 and 12 nodes a turn.
+
+    The motion is chaotic: the runs differ by a share of 1e-6 of the stiffness. Their mean is reproducible to 5 %.
+    """
+    return {
+        f"off_{per}": float(np.mean([_off(*_on_the_spool(per, 0.6, rate=0.0, change=1e-6 * k)) for k in range(1, 9)]))
+        for per in (6, 12)
     }
 
 
 def departure_point() -> Mapping[str, float]:
-    """The same with the departure point."""
-    data, found = _on_the_spool(6, 2.0, "departure")
-    return {"off": _off(data, found), "swing": float(np.ptp(found.lag[found.t > 1.0]))}
+    """Figure III.4: the same with the departure point; distance of the tip from where it belongs, of r."""
+    data, found = _on_the_spool(6, 1.2, "departure", rate=0.0)
+    gap = np.abs(found.positions[:, 0, 0] - data.speed * found.t).max()
+    return {"off": _off(data, found), "tip": round(float(gap) / data.radius, 6)}
 
 
-def nodes_64() -> Mapping[str, float]:
-    """64 nodes a turn, over two turns."""
-    found = {per: _on_the_spool(per, 2.0) for per in (24, 64)}
-    nodes = found[64][0].nodes
+def any_step() -> Mapping[str, float]:
+    """Step of 20 nodes on the spool, rad, and how far they leave the plane in which the thread leaves, of r."""
+    found = _deploy()
+    return {"step": 5.0 / (20.0 * 0.01), "off": found.off_plane / 0.01}
+
+
+def boundary() -> Mapping[str, float]:
+    """Rest length of (10) and distance from Q of the boundary node, m, and their largest difference, of l0."""
+    found = _deploy(stiffness=1e4)
+    out = np.isfinite(found.positions[:, :, 0]).sum(axis=1)
+    node = found.positions[np.arange(out.size), out - 1] - np.array([0.0, 0.0, 0.01])
+    rest, distance = 0.035 * found.t - 0.25 * (out - 1), np.linalg.norm(node, axis=1)
     return {
-        "nodes": float(nodes),
-        "off_24": _off(*found[24]),
-        "off_64": _off(*found[64]),
-        "work": (nodes / 20.0) ** 2,
+        "rest": float(rest[-8]),
+        "distance": float(distance[-8]),
+        "gap": float(np.abs(rest - distance).max()) / 0.25,
     }
 
 
+def at_departure() -> Mapping[str, float]:
+    """How often a node lies at Q exactly, and the body's rate at the end of that run, rad/s."""
+    found = _deploy()
+    from_q = np.linalg.norm(found.positions - np.array([0.0, 0.0, 0.01]), axis=2)
+    return {"times": float((from_q == 0.0).any(axis=1).sum()), "rate": float(found.rate[-1])}
+
+
+def node_n() -> Mapping[str, float]:
+    """Body's rate at the end where node n is released by (1) and where it stays on the spool, rad/s."""
+    return {"released": float(_deploy().rate[-1]), "held": float(_deploy(held=True).rate[-1])}
+
+
+def _boundary_stiffness(nodes: int) -> tuple[Deployment, Deployment]:
+    """60 s with a constant stiffness of the boundary segment, and with that of its length."""
+    return _deploy(nodes, until=60.0), _deploy(nodes, start="scaled", until=60.0)
+
+
+def boundary_across() -> Mapping[str, float]:
+    """What the stiffness of the boundary segment changes in the lag after 7 s, deg, and in the body's rate, rad/s."""
+    found = {}
+    for nodes in (20, 40):
+        constant, scaled = _boundary_stiffness(nodes)
+        lag = np.interp(constant.t, scaled.t, scaled.lag)
+        rate = np.interp(constant.t, scaled.t, scaled.rate)
+        found[f"lag_{nodes}"] = float(np.abs(constant.lag - lag)[constant.t > 7.0].max())
+        found[f"rate_{nodes}"] = float(np.abs(constant.rate - rate).max())
+    return found
+
+
+def boundary_along() -> Mapping[str, float]:
+    """Largest tension at the spool, mN, with both stiffnesses of the boundary segment; its change, percent."""
+    found: dict[str, float] = {}
+    for nodes in (20, 40):
+        constant, scaled = (1e3 * float(np.nanmax(one.pull)) for one in _boundary_stiffness(nodes))
+        found |= {f"constant_{nodes}": constant, f"scaled_{nodes}": scaled}
+        found[f"percent_{nodes}"] = 100.0 * abs(scaled / constant - 1.0)
+    return found
+
+
+def nodes_64() -> Mapping[str, float]:
+    """Nodes of the blade at 64 nodes a turn, and the work of a run beside 20 nodes."""
+    from evolvent.papers.thread_variants import Data
+
+    nodes = round(64 / Data(nodes=1).nodes_a_turn)
+    return {"nodes": float(nodes), "work": (nodes / 20.0) ** 2}
+
+
 def torque_as_printed() -> Mapping[str, float]:
-    """Rate of the body at the end with eq. (15) as printed."""
+    """Body's rate at the end with eq. (15) as printed, rad/s, and by (18); angular momentum over that at the start."""
     right, n20, n40 = _deploy(), _deploy(printed=True), _deploy(40, printed=True)
     return {
         "right": float(right.rate[-1]),
         "n20": float(n20.rate[-1]),
         "n40": float(n40.rate[-1]),
+        "formula": 6.0 * 0.004 / (0.004 + 2.0 / 3.0 * 0.000735 * 125.0 + 2.0 * 0.0005 * 25.0),
         "momentum": float(n20.momentum[-1] / n20.momentum[0]),
     }
 
@@ -110,27 +178,20 @@ def sazonov() -> Mapping[str, float]:
 
 
 def film_over_nodes() -> Mapping[str, float]:
-    """Stiffness of a segment of the film, of a width and thickness that make 500 N."""
+    """Stiffness of a segment of a film of 1e9 N/m2, 20 um and 26.25 mm, by the case, N/m."""
     from evolvent import cases
 
-    film = {"blade.young_modulus": "5 GPa", "blade.thickness": "5 um", "blade.width": "2 cm"}
+    film = {"blade.young_modulus": "1 GPa", "blade.thickness": "20 um", "blade.width": "26.25 mm"}
     loaded = {n: cases.load("heliogyro", film | {"blade.nodes": n}) for n in (20, 40, 80)}
     return {f"c{n}": case.blade.segment_stiffness for n, case in loaded.items()}
 
 
-def slip_of_units() -> Mapping[str, float]:
-    """What 1e7 N/m would be of a film, and the lag at the film's own stiffness."""
-    film, links = _deploy(stiffness=2e3), _deploy(stiffness=5e4)
-    return {
-        "product": 1e7 * 5.0 / 20.0,
-        "ratio": 1e7 / 2e3,
-        "lag": float(np.abs(film.lag[20::20] - links.lag[20::20]).max()),
-    }
-
-
 def paper_case() -> Mapping[str, float]:
-    """The case `heliogyro-paper`, whole."""
+    """The case `heliogyro-paper`, whole; stable steps at 1e7 N/m, 1e-6 s, and steps of links of fixed length."""
     import evolvent
+    from evolvent.papers.thread_runs import RIGID, STIFFNESS, stability_limit, tree
+
+    rigid = tree(RIGID)
 
     found = evolvent.run("heliogyro-paper", {"output.fine": False})
     inside = (found.time.values >= 20.0) & (found.time.values <= 60.0)
@@ -138,6 +199,10 @@ def paper_case() -> Mapping[str, float]:
         "rate": float(found.body_rate.values[-1]),
         "lag": float(np.degrees(found.tip_lag.values[inside, 0]).mean()),
         "steps": 1e-6 * json.loads(found.attrs["statistics"])["steps"],
+        "limit_20": 1e6 * stability_limit(20, STIFFNESS),
+        "limit_40": 1e6 * stability_limit(40, STIFFNESS),
+        "rigid_rate": float(rigid.body_rate.values[-1]),
+        "rigid": 1e-3 * json.loads(rigid.attrs["statistics"])["steps"],
     }
 
 
@@ -146,7 +211,8 @@ def spiral() -> Mapping[str, float]:
     import evolvent
 
     found = {h: evolvent.run("heliogyro", LINKS | {"spool.film_thickness": f"{h} um"}) for h in (0, 5, 20)}
-    return {f"t{h}": float(run.time.values[-1]) for h, run in found.items()}
+    times = {f"t{h}": float(run.time.values[-1]) for h, run in found.items()}
+    return times | {"percent": 100.0 * (times["t20"] / times["t0"] - 1.0)}
 
 
 def free_spool() -> Mapping[str, float]:

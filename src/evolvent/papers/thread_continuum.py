@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.integrate import solve_ivp
 
-from helpers import L0, RHO, TIP, W0, J, L, R, V
+from evolvent.papers.thread_variants import Data
 
 Array = np.ndarray
+_DATA = Data()
+J, W0, L0, R, V = _DATA.inertia, _DATA.rate, _DATA.offset, _DATA.radius, _DATA.speed
+RHO, L, TIP = _DATA.line_density, _DATA.length, _DATA.tip_mass
 
 
 class Continuum:
@@ -95,12 +97,21 @@ class Continuum:
         return np.concatenate([b, [rate, speed], result])
 
     def solve(self, t: Array, rtol: float = 1e-8) -> tuple[Array, Array, Array]:
-        """Tip lag (degrees), body rate (rad/s) and length out (m) at times t."""
+        """Tip lag (degrees), body rate (rad/s) and length out (m) at times t.
+
+        Raises
+        ------
+        RuntimeError
+            Where SciPy does not reach the last time.
+        """
+        from scipy.integrate import solve_ivp
+
         n = self.modes
         z = np.zeros(2 * n + 4)
         z[n + 1], z[n + 2], z[2 * n + 2], z[2 * n + 3] = self.start, W0, W0, V
         found = solve_ivp(self, (0.0, t[-1]), z, "DOP853", t, rtol=rtol, atol=1e-2 * rtol)
-        assert found.success, found.message
+        if not found.success:
+            raise RuntimeError(f"the continuum was not solved: {found.message}")
         lag = []
         for y in found.y.T:
             alpha = self.P[: self.xi.size] @ y[:n] - y[n]
