@@ -212,7 +212,7 @@ def start(folder, *words):
     )
 
 
-def wait_for(condition, seconds=60.0):
+def wait_for(condition, seconds=180.0):
     """Until a condition holds."""
     end = time.monotonic() + seconds
     while not condition():
