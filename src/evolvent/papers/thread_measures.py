@@ -67,6 +67,14 @@ def groups() -> Numbers:
     return {"least": float(boundary.min()), "most": float(boundary.max()), "nodes": float(released.shape[1])}
 
 
+def wound() -> Numbers:
+    """Turns of the thread on the spool at the start, and radius on which its nodes lie, least and largest, mm."""
+    x, _, z = tree(RIGID)["blade-1"].position.values[0].T
+    radius = 1e3 * np.hypot(x - 0.05, z)
+    turns = 5.0 / (2e-3 * math.pi * float(radius.mean()))
+    return {"turns": turns, "least": float(radius.min()), "most": float(radius.max())}
+
+
 def start() -> Numbers:
     """Position of node 2 at the start in the frame of the spool, and by (17), mm."""
     x, _, z = tree(RIGID)["blade-1"].position.values[0, 1]
@@ -87,10 +95,7 @@ def angle_at_release() -> Numbers:
 
 
 def masses() -> Numbers:
-    """Mass that a driven body's spool holds at 1e-3 of its rate, kg: by the tension at Q of a whole straight blade.
-
-    The tension at the spool is W^2 sum m_i (L0 + x_i); the masses are those of (6).
-    """
+    """Tension at Q of a whole straight blade at 6 rad/s, of a run and W^2 sum m_i (L0 + x_i) with (6), N; mass, g."""
     given = {"body.motion": "driven", "spool.start_length": 5.0, "spool.rate": 1e-9, "solver.duration": 1e-3}
     run = tree(RIGID | given | {"output.every": 1e-3})
     x = 5.0 - 0.25 * np.arange(20)
