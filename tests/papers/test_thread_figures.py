@@ -145,6 +145,14 @@ def test_figure_4_4_curves_are_equal_to_five_decimals():
     assert len({tuple(row[3:5]) for row in cells(made.text)}) == 1
 
 
+@pytest.mark.usefixtures("short")
+def test_soft_segments_change_the_lag_by_per_cents_and_the_stiffer_two_coincide():
+    rows = cells(thread.soft(QUICK).text)
+    assert [float(row[0]) for row in rows] == list(thread.SOFT)
+    assert float(rows[1][-1]) > 3.0 * float(rows[2][-1])
+    assert float(rows[2][-1]) < 1.0
+
+
 def test_the_figure_of_a_study_has_the_change_to_the_next_value():
     t, c, n = np.array([0.0, 1.0, 2.0]), np.array([1e2, 1e3, 1e4]), np.array([20, 40])
     lag = np.broadcast_to(1.0 / c[None, :, None, None] * np.array([1.0, 2.0])[:, None, None, None], (2, 3, 3, 2))

@@ -99,6 +99,7 @@ THREAD: dict[str, Entry] = {
             ("figure-4-2", "rate of the body: 14 runs and eq. (18) for each", 45, 10, "thread", "figure_4_2"),
             ("figure-4-3", "lag of the tip, n = 20 and 40, seven dampings", 45, 10, "thread", "figure_4_3"),
             ("figure-4-4", "lag of the tip, c = 1e7, 1e8 and 1e9 N/m", 60, 8, "thread", "figure_4_4"),
+            ("soft", "ours: lag of the tip, c = 1e2, 1e3 and 1e4 N/m, beside figure IV.4", 6, 6, "thread", "soft"),
         )
     },
     "thread-table-4-1": Entry(
