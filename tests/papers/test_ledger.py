@@ -26,9 +26,9 @@ def test_a_row_is_complete(one):
     assert one.where
     assert "{" not in one.text()
     assert bool(one.measure) == (one.measured is not None)
-    if not one.typed:
-        assert bool(one.undecided) != bool(one.holds)
-        assert one.measure or one.undecided
+    assert bool(one.undecided) != bool(one.holds)
+    assert one.measure or one.undecided
+    assert one.measured is None or one.measured.date
 
 
 @pytest.mark.parametrize("one", [one for one in ALL if one.holds], ids=lambda one: one.name)

@@ -89,7 +89,6 @@ class Claim:
     seconds: int = 1
     command: str = ""
     measured: Measurement | None = None
-    typed: str = ""
 
     @property
     def values(self) -> Mapping[str, float]:
@@ -103,8 +102,6 @@ class Claim:
 
     def verdict(self, values: Mapping[str, float] | None = None) -> Verdict:
         """Whether the claim holds, by the stored values or by `values`."""
-        if self.typed:
-            return self.typed  # type: ignore[return-value]
         if self.undecided:
             return "open"
         values = self.values if values is None else values
@@ -221,6 +218,7 @@ def counts(found: Iterable[Claim]) -> str:
     for what, group in groups.items():
         number = Counter(one.verdict() for one in group)
         parts = [f"{number[verdict]} {verdict}" for verdict in VERDICTS if number[verdict]]
+        what = what[:-1] if len(group) == 1 else what
         sentences.append(f"{len(group)} {what}" + (f": {', '.join(parts)}" if parts else ""))
     return "; ".join(sentences)
 
