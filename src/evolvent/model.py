@@ -184,9 +184,10 @@ RECORDS: dict[str, np.dtype] = {
     # start (body axes), drag1 of the end (inertial axes). Of layers: element and point below at the step's start and
     # end, how far off along the axis that was; `anchor` is what it moved by against what is below. n0, n1: normals of
     # layers at both ends of an energy-momentum step, rest: depth that a point keeps there (`kernels.layer_step`);
-    # sank: change of the gap over the step before, of `kernels.contact_step`'s filter
+    # sank: change of the gap over the step before, of `kernels.contact_step`'s filter; viscous: of
+    # `contact_laws.sliding_damper`
     "contact_points": _record(
-        "element iq iv carrier carrier1", "S reach",
+        "element iq iv carrier carrier1", "S reach viscous",
         "xi xi1 offset "
         "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
         "drag drag1 "
@@ -201,7 +202,7 @@ RECORDS: dict[str, np.dtype] = {
     "body_contacts": _record(
         "a b first law surface",
         "place_a axis_a place_b axis_b half_a half_b radius_a radius stiffness exponent damping friction "
-        "stick_stiffness stick_damping",
+        "stick_stiffness stick_damping viscous",
         "X Q gap stick damper drag gap1 stick1 damper1 drag1 slide "
         "distance0 distance u0 v0 w0 s0 t0 u1 v1 w1 s1 t1 n n1 t "
         "f rubbing c moment_a moment_b force d_gap d_rate along across by_normal energy power sank",

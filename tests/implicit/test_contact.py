@@ -155,6 +155,21 @@ def test_derivatives_of_the_normal_laws(law: int, gap: float, before: float, rat
     assert law == contact_laws.PAPER or value >= 0.0
 
 
+@given(gap=st.floats(-0.1, -1e-3), before=st.floats(-0.1, 0.1), rate=st.floats(-2.0, 2.0), exponent=exponents)
+def test_damper_of_points_that_slide(gap: float, before: float, rate: float, exponent: float) -> None:
+    """It takes energy, and acts where the step begins in contact, with the share of critical damping."""
+    assume(abs(before) > 1e-6 and (rate == 0.0 or abs(rate) > 1e-6))
+    zeta, mass = 0.1, 2.0
+    viscous = contact_laws.sliding_viscosity(zeta, mass)
+    value, d_rate = contact_laws.sliding_damper(before, gap, rate, K, exponent, viscous)
+    assert value * rate <= 0.0
+    assert (value == 0.0) == (before >= 0.0 or rate == 0.0)
+    assert contact_laws.sliding_damper(before, 0.0, rate, K, exponent, viscous) == (0.0, 0.0)
+    if before < 0.0:
+        critical = 2.0 * math.sqrt(mass * exponent * K * (-before) ** (exponent - 1.0))
+        assert (value, d_rate) == pytest.approx((-zeta * critical * rate, -zeta * critical), rel=1e-12)
+
+
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.5])
 @pytest.mark.parametrize("step", [0.0, 1e-15, 1e-9, 1e-4, 3e-3, 0.1999, 0.2001, 0.5, 1.0, -0.1999, -0.2001, -0.8])
 def test_conservative_law_is_smooth_at_nearby_ends(exponent: float, step: float) -> None:

@@ -109,8 +109,9 @@ def add_body_contacts(step, model):
             continue
         vx, vy, vz = _relative_velocity(row, bodies, at)
         rate = n[0] * vx + n[1] * vy + n[2] * vz
-        law = row.law if row.law != contact_laws.CONSERVATIVE else contact_laws.HUNT_CROSSLEY
-        force, d_gap, d_rate = contact_laws.normal_force(law, gap, rate, gap, row.stiffness, row.exponent, row.damping)
+        force, d_gap, d_rate = contact_laws.pushing_force(
+            row.law, gap, rate, row.gap, row.stiffness, row.exponent, row.damping, row.viscous
+        )
         row.force, row.d_gap, row.d_rate = force, d_gap, d_rate
         push(row, bodies, at, (force * n[0], force * n[1], force * n[2]))
         row.energy = contact_laws.contact_energy(gap, row.stiffness, row.exponent)

@@ -88,7 +88,7 @@ def add_body_contact_step(h, soft, chi, ratio, model):
         q1 = row.stick1
         q1[0] = q1[1] = q1[2] = 0.0
         d, e, g = axes_of(row, bodies)
-        lam, slope, filtered = _pressed(row, gap0, gap1, h, soft, chi, ratio * row.sank)
+        lam, slope, filtered = _pressed(row, row.viscous, gap0, gap1, h, soft, chi, ratio * row.sank)
         lost -= filtered * (gap0 - gap1)
         by_d, by_u, by_v, by_w = _shares(row)
         n, c = row.n, row.c

@@ -47,8 +47,6 @@ def add_contacts(y, step, model, F):
         surface = cylinders[k].surface
         stiffness, exponent, damping = cylinders[k].stiffness, cylinders[k].exponent, cylinders[k].damping
         mu = cylinders[k].friction
-        if law == contact_laws.CONSERVATIVE:
-            law = contact_laws.HUNT_CROSSLEY
         for i in range(6):
             G[i] = 0.0
         normal = energy = power = touching = 0.0
@@ -75,7 +73,9 @@ def add_contacts(y, step, model, F):
             dx, dy, dz = x - X[0], yy - X[1], z - X[2]
             bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
             rate = nx * (vx - V[0] - bx) + ny * (vy - V[1] - by) + nz * (vz - V[2] - bz)
-            force, d_gap, d_rate = contact_laws.normal_force(law, gap, rate, gap, stiffness, exponent, damping)
+            force, d_gap, d_rate = contact_laws.pushing_force(
+                law, gap, rate, contacts[i].gap, stiffness, exponent, damping, contacts[i].viscous
+            )
             contacts[i].force, contacts[i].distance = force, distance
             contacts[i].d_gap, contacts[i].d_rate = d_gap, d_rate
             n, f = contacts[i].n, contacts[i].f

@@ -176,6 +176,47 @@ def normal_force(law, gap, rate, gap_before, stiffness, exponent, damping):
 
 
 @inlined
+def sliding_damper(gap_before, gap, rate, stiffness, exponent, viscous):
+    """Force by which the normal motion of a point that can slide is damped, and its derivative by the rate.
+
+    Parameters
+    ----------
+    gap_before, gap, rate : float, m and m/s, at the beginning and the end of a step, and at its end
+    viscous : float, kg^(1/2), 2 zeta sqrt(m) of the share zeta of critical damping, and the point's mass m; or 0
+
+    Notes
+    -----
+    -c rate with c = viscous sqrt(-d f/d gap) by the depth at the step's beginning, where the point is in contact: a
+    first touch is no jump. Where the point parts, the whole force is clipped before that. Friction alone makes sliding unstable: it
+    couples the normal and the axial motion of the points by forces without a potential, and two modes of near
+    frequencies draw energy from the sliding (Hoffmann et al., J. Sound Vib. 253 (2002), minimal model of squeal).
+    """
+    if viscous == 0.0 or not (gap_before < 0.0 and gap < 0.0):
+        return 0.0, 0.0
+    c = viscous * math.sqrt(-elastic_force(gap_before, stiffness, exponent)[1])
+    return -c * rate, -c
+
+
+@inlined
+def pushing_force(law, gap, rate, gap_before, stiffness, exponent, damping, viscous):
+    """Normal force of a point at the end of a step that began at `gap_before`, as `normal_force` returns it.
+
+    Of CONSERVATIVE, which takes the mean over a step, that of HUNT_CROSSLEY; with `sliding_damper`.
+    """
+    law = HUNT_CROSSLEY if law == CONSERVATIVE else law
+    force, d_gap, d_rate = normal_force(law, gap, rate, gap, stiffness, exponent, damping)
+    drag, drag_rate = sliding_damper(gap_before, gap, rate, stiffness, exponent, viscous)
+    if law != PAPER and not force + drag > 0.0:
+        return 0.0, 0.0, 0.0
+    return force + drag, d_gap, d_rate + drag_rate
+
+
+def sliding_viscosity(share, mass):
+    """`viscous` of `sliding_damper`, kg^(1/2), by the share of critical damping and the mass of the point, kg."""
+    return 2.0 * share * math.sqrt(mass)
+
+
+@inlined
 def _mean_power(a, b, n):
     """Mean of max(s, 0)^n for s between a and b, and its derivative by b."""
     if (a <= 0.0 and b <= 0.0) or b == -math.inf:

@@ -71,11 +71,12 @@ def measure_gaps(y, end, model):
 
 
 @inlined
-def _pressed(cylinder, gap0, gap1, h, soft, chi, sank):
+def _pressed(cylinder, viscous, gap0, gap1, h, soft, chi, sank):
     """Normal force over a step, its derivative by the gap at the end, and the filter's part of it.
 
     Parameters
     ----------
+    viscous : float, kg^(1/2), of `contact_laws.sliding_damper`
     chi, sank : float, of the filter, and how far the point sank over the step before, of this step's length, m
     """
     stiffness, exponent = soft * cylinder.stiffness, cylinder.exponent
@@ -90,6 +91,11 @@ def _pressed(cylinder, gap0, gap1, h, soft, chi, sank):
         if not factor > 0.0:
             return 0.0, 0.0, 0.0
         elastic, slope = elastic * factor, slope * factor - elastic * cylinder.damping / h
+    if viscous != 0.0 and math.isfinite(gap0):
+        drag, d_rate = contact_laws.sliding_damper(gap0, gap1, (gap1 - gap0) / h, stiffness, exponent, viscous)
+        if elastic + drag <= 0.0:
+            return 0.0, 0.0, 0.0
+        elastic, slope = elastic + drag, slope + d_rate / h
     filtered = 0.0
     if is_filtered(cylinder, gap0):
         # the change of the depth, whose work is exact also where the point leaves
@@ -174,7 +180,9 @@ def add_contact_step(y0, y1, h, soft, chi, ratio, model, F):
             q1[0] = q1[1] = q1[2] = 0.0
             before = contact_laws.contact_energy(gap0, cylinders[k].stiffness, cylinders[k].exponent)
             stored = contact_laws.contact_energy(gap1, cylinders[k].stiffness, cylinders[k].exponent)
-            lam, slope, filtered = _pressed(cylinders[k], gap0, gap1, h, soft, chi, ratio * contacts[i].sank)
+            lam, slope, filtered = _pressed(
+                cylinders[k], contacts[i].viscous, gap0, gap1, h, soft, chi, ratio * contacts[i].sank
+            )
             lost -= filtered * (contacts[i].offset - contacts[i].distance)
             if lam == 0.0:
                 lost += before - stored

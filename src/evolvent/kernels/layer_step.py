@@ -212,7 +212,7 @@ def add_layer_step(y0, y1, h, soft, chi, ratio, model, k, F):
         lam = slope = stored = filtered = 0.0
         if stays:
             lam, slope, filtered = _pressed(
-                cylinders[k], gap0 + rest, gap1 + rest, h, soft, chi, ratio * contacts[i].sank
+                cylinders[k], 0.0, gap0 + rest, gap1 + rest, h, soft, chi, ratio * contacts[i].sank
             )
         if not stays or lam == 0.0:
             if stays:

@@ -227,9 +227,14 @@ class View:
         points, F = model.flexible.contact_points, np.zeros(int(model.info.nv))
         jit.load([rigid.kinematics, *families.functions(model)])
         force, gap = (np.zeros((self.t.size, points.size)) for _ in range(2))
+        damped = bool(np.any(points["viscous"] > 0.0))
         for k, y in enumerate(self.y):
             rigid.kinematics(self.t[k], y, model)
+            points["gap"] = math.inf
             contact.add_contacts(y, -1.0, model, F)
+            if damped:  # as if the state were the start of its step as well
+                points["gap"] = points["gap1"]
+                contact.add_contacts(y, -1.0, model, F)
             force[k], gap[k] = points["force"], points["gap1"]
         gap[gap == math.inf] = math.nan
         kept = self.solution.kept
