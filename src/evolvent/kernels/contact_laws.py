@@ -187,9 +187,9 @@ def sliding_damper(gap_before, gap, rate, stiffness, exponent, viscous):
     Notes
     -----
     -c rate with c = viscous sqrt(-d f/d gap) by the depth at the step's beginning, where the point is in contact: a
-    first touch is no jump. Where the point parts, the whole force is clipped before that. Friction alone makes sliding unstable: it
-    couples the normal and the axial motion of the points by forces without a potential, and two modes of near
-    frequencies draw energy from the sliding (Hoffmann et al., J. Sound Vib. 253 (2002), minimal model of squeal).
+    first touch is no jump. Where the point parts, the whole force is clipped before that. Friction alone makes
+    sliding unstable: it couples the normal and the axial motion of the points by forces without a potential, and two
+    modes of near frequencies draw energy from the sliding (Hoffmann et al., Mech. Res. Commun. 29 (2002), 197-205).
     """
     if viscous == 0.0 or not (gap_before < 0.0 and gap < 0.0):
         return 0.0, 0.0
