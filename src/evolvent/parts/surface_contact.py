@@ -15,7 +15,8 @@ from evolvent.parts.base import BeamNames, BodyName, unit
 from evolvent.parts.body_contact import Surface, add_body_contacts
 from evolvent.parts.contact import Contact
 
-#: Default of `sliding_damping`: at 0.1 cables slide round drums steadily at any mesh that was tried, at 0.05 at most.
+#: Default of `sliding_damping`. Vibration of cables that slide round drums, else undamped, grows at 3 1/s at most, where
+#: it grows at 480 to 930 1/s without.
 SLIDING_DAMPING = 0.1
 
 
@@ -122,7 +123,7 @@ class SurfaceContact(Contact):
 
     def viscosity(self, mass: float) -> float:
         """`contact_laws.sliding_damper`'s factor of a contact point with a mass in kg, 0 without friction."""
-        return contact_laws.sliding_viscosity(self.sliding_damping, mass) if self.friction > 0.0 else 0.0
+        return float(contact_laws.sliding_viscosity(self.sliding_damping, mass)) if self.friction > 0.0 else 0.0
 
 
 class SphereContact(SurfaceContact):
