@@ -15,8 +15,8 @@ from evolvent.parts.base import BeamNames, BodyName, unit
 from evolvent.parts.body_contact import Surface, add_body_contacts
 from evolvent.parts.contact import Contact
 
-#: Default of `sliding_damping`. Vibration of cables that slide round drums, else undamped, grows at 3 1/s at most, where
-#: it grows at 480 to 930 1/s without.
+#: Default of `sliding_damping`. Vibration of cables that slide round drums, else undamped, grows by 3 1/s at most
+#: with it, and by 480 to 930 1/s without.
 SLIDING_DAMPING = 0.1
 
 
