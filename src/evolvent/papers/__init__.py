@@ -128,12 +128,22 @@ RIB: dict[str, Entry] = {
     **{
         f"rib-{name}": Entry(kind="figure", paper=YI, title=title, seconds=seconds, function=f"rib_figures.{function}")
         for name, title, seconds, function in (
-            ("figure-6", "winding of a rib: shapes in time", (3, 2), "figure_6"),
+            ("figure-6", "winding of a rib: shapes in time (our torque and damping)", (3, 2), "figure_6"),
             ("figure-7", "winding of a rib: tip speed for three mass dampings", (12, 5), "figure_7"),
-            ("figure-8", "winding of a rib: contact points that touch the hub", (12, 5), "figure_8"),
+            (
+                "figure-8",
+                "winding of a rib: points that touch the hub (our torque and damping)",
+                (12, 5),
+                "figure_8",
+            ),
             ("figure-9", "winding of a rib: contact force for three mass dampings", (12, 5), "figure_9"),
-            ("root-damping", "winding of a rib: damping in the first element or hinge alone", (10, 5), "root_damping"),
-            ("points-at-rest", "wound rib at rest: gaps of the contact points", (3, 2), "points_at_rest"),
+            (
+                "root-damping",
+                "ours: damping in the first element or hinge alone",
+                (10, 5),
+                "root_damping",
+            ),
+            ("points-at-rest", "ours: wound rib at rest, gaps of the contact points", (3, 2), "points_at_rest"),
         )
     },
     "rib-table-1": Entry(

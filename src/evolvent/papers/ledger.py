@@ -14,7 +14,7 @@ import json
 import math
 import pathlib
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal, get_args
 
@@ -100,11 +100,17 @@ class Claim:
         """The command that shows the claim."""
         return self.command or f"evolvent claims {self.name}"
 
+    @property
+    def needed(self) -> set[str]:
+        """Names of the measured values that the comparisons use."""
+        known = {*expressions.FUNCTIONS, *expressions.CONSTANTS}
+        return {name for text in (*self.holds, *self.in_part) for name in expressions.names(text)} - known
+
     def verdict(self, values: Mapping[str, float] | None = None) -> Verdict:
-        """Whether the claim holds, by the stored values or by `values`."""
-        if self.undecided:
-            return "open"
+        """Whether the claim holds, by the stored values or by `values`; open where a value is missing."""
         values = self.values if values is None else values
+        if self.undecided or not self.needed <= values.keys():
+            return "open"
         for verdict, comparisons in (("holds", self.holds), ("in part", self.in_part)):
             if comparisons and all(expressions.is_true(text, values) for text in comparisons):
                 return verdict  # type: ignore[return-value]
@@ -112,7 +118,8 @@ class Claim:
 
     def text(self, values: Mapping[str, float] | None = None) -> str:
         """Our finding, with the stored values or with `values`."""
-        return self.ours.format(**(self.values if values is None else values))
+        found: dict[str, float] = defaultdict(lambda: math.nan, self.values if values is None else values)
+        return self.ours.format_map(found)
 
     def run(self) -> Measurement:
         """Measure the values again."""

@@ -18,9 +18,9 @@ Equations (Tenenbaum 2014, numbered as there; spool frame, which turns with the 
     (7,8) boundary node (the last one released): as (3, 4) with Q in the place of node i + 1,
     (9)   V_Q = (r phi', 0, 0)
     (10)  and the rest length l00 = r (phi - dphi (i - 1))
-    (11)  where |Q - X_i| is below a tiny length, e = (-1, 0, 0)
+    (11)  where |Q - X_i| is below 1e-10, e = (-1, 0, 0)
     (12)  at its release the velocity of a node is turned along the thread: V_i = |V_i| e_(i,i-1)  (blade.velocity_turn)
-    (13)  loads of the user's, f(x, v, t) per length, act on every released node
+    (13)  equations of all nodes: (2) wound, (3, 4) free, (7, 8) boundary; loads f(x, v, t) per length act as F_i in (5)
     (14)  inertial forces of the rotating frame on every released node:
           F_x = m (W' y + W^2 (x + L0) + 2 W y'), F_y = m (-W' (x + L0) + W^2 y - 2 W x')
     (15)  torque of two blades on the body: M = -2 L0 F_y
