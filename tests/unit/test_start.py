@@ -75,7 +75,7 @@ def test_all_steps_run_and_a_failure_names_its_tests_at_the_end(start: Any, monk
     calls.clear()
     assert start.test(["-k", "rotation"]) == 1
     assert [words for words in calls if words[0] == "pytest"] == [
-        ["pytest", "-q", "-rs", *start.in_parallel(), "-k", "rotation"]
+        ["pytest", "-q", "-rs", f"--junitxml={start.DURATIONS}", *start.in_parallel(), "-k", "rotation"]
     ]
 
 
