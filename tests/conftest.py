@@ -69,11 +69,9 @@ def _round_off(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(autouse=bool(os.environ.get("EVOLVENT_UNLOAD")))
 def _unload() -> None:
     """With $EVOLVENT_UNLOAD no compiled function is loaded at a test's start, as in a process of its own."""
-    from evolvent import jit
     from evolvent.flow import needs
 
-    jit.unload()
-    needs.forget()
+    needs.unload()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -352,7 +352,7 @@ def _unloaded() -> int:
 
 
 def unload() -> None:
-    """Take every address out of the table, as at the start of a process; tests find missing functions so."""
+    """Take every address out of the table, as at the start of a process."""
     ADDRESSES[:] = _unloaded()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evolvent import RunFailed, System, elements, jit, parts
+from evolvent import RunFailed, System, elements, parts
 from evolvent.flow import needs
 
 pytestmark = pytest.mark.slow
@@ -54,8 +54,7 @@ def test_spheres_collide(method: str) -> None:
 
 def test_an_explicit_method_loads_what_it_calls() -> None:
     """In a process that has run nothing else."""
-    jit.unload()
-    needs.forget()
+    needs.unload()
     assert spheres().simulate(until=UNTIL, every=0.1, method="dopri5", fine=False).status == "success"
 
 

@@ -132,8 +132,9 @@ def load_explicit(model: Model, *others: Any) -> None:
     _LOADED.add(model)
 
 
-def forget() -> None:
-    """Forget which models' functions are loaded; tests call it after `evolvent.jit.unload`."""
+def unload() -> None:
+    """Unload all functions, as at the start of a process; tests find functions that are missing here so."""
+    jit.unload()
     _LOADED.clear()
 
 

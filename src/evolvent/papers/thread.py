@@ -1,6 +1,6 @@
 """Figures III.3, III.4 and IV.2 to IV.4 and table IV.1 of Tenenbaum (2014): unwinding alone, and the heliogyro.
 
-The first panel of a figure is the paper's, in its colours; what is ours below it says so.
+Panels are those of the paper, in its colours, but for those whose titles begin with "ours".
 """
 
 from __future__ import annotations

@@ -119,7 +119,8 @@ def add_body_contacts(
         builder.add(
             "body_contacts", a=a.body, b=b.body, first=first, surface=b.kind, place_a=a.place, axis_a=unit(a.axis),
             half_a=a.half, place_b=b.place, axis_b=unit(b.axis), half_b=b.half, radius_a=a.radius,
-            radius=a.radius + b.radius, viscous=0.0, **part.law_fields(),
+            radius=a.radius + b.radius, viscous=part.viscosity(float(builder.rows["bodies"][a.body]["mass"])),
+            **part.law_fields(),
         )  # fmt: skip
     builder.names[name] = ("body_contacts", first)
 

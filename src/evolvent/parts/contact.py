@@ -85,6 +85,10 @@ class ContactLaw(Part):
         keys = ("stiffness", "exponent", "damping", "friction", "stick_stiffness", "stick_damping")
         return {"law": LAWS[self.law], **{key: getattr(self, key) for key in keys}}
 
+    def viscosity(self, mass: float) -> float:
+        """`viscous` of `contact_laws.sliding_damper`, kg^(1/2), of a contact point with a mass in kg; here 0."""
+        return 0.0
+
 
 class Contact(ContactLaw):
     """The law of a contact, and the contact points of a beam at which it acts.
@@ -102,11 +106,15 @@ class Contact(ContactLaw):
         row, found = builder.rows["beams"][beam], []
         k = flexible.NODE_VECTORS[row["kind"]]
         vectors = np.array([0, 1, k, k + 1])
+        masses = builder.pools["M12" if row["kind"] == flexible.CABLE else "M24"]
         for c in range(row["first_element"], row["first_element"] + row["elements"]):
             element = builder.rows["elements"][c]
+            M = masses[element["mass"]]
+            viscous = self.viscosity(float(M[0, 0] + 2.0 * M[0, k] + M[k, k]) / self.points)
             for i in range(1, self.points + 1):
                 shape = np.empty(8)
                 ancf.beam_shape(element["length"], i / self.points, 0.0, 0.0, shape)
                 at = {"iq": element["iq"] + 3 * vectors, "iv": element["iv"] + 3 * vectors}
-                found.append({"element": c, **at, "S": shape[[0, 1, 4, 5]], "reach": 1.5 * element["length"]})
+                reach = 1.5 * element["length"]
+                found.append({"element": c, **at, "S": shape[[0, 1, 4, 5]], "reach": reach, "viscous": viscous})
         return found

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
-from evolvent.kernels import contact_laws, flexible, surfaces
+from evolvent.kernels import contact_laws, surfaces
 from evolvent.parts.base import BeamNames, BodyName, unit
 from evolvent.parts.body_contact import Surface, add_body_contacts
 from evolvent.parts.contact import Contact
@@ -40,12 +40,7 @@ def add_surface(
     pose, first = builder.poses[body], len(builder.rows["contact_points"])
     place, along = pose.x + pose.R @ centre, pose.R @ axis
     for beam in part.beams:
-        row = builder.rows["beams"][builder.find(beam, "beams")]
-        k = flexible.NODE_VECTORS[row["kind"]]
-        masses = builder.pools["M12" if row["kind"] == flexible.CABLE else "M24"]
         for fields in part.contact_points(builder, builder.find(beam, "beams"))[part.skip :]:
-            M = masses[builder.rows["elements"][fields["element"]]["mass"]]
-            viscous = part.viscosity(float(M[0, 0] + 2.0 * M[0, k] + M[k, k]) / part.points)
             S, iq = fields["S"], fields["iq"]
             at = sum(S[j] * np.array(builder.q[iq[j] : iq[j] + 3]) for j in range(4)) - place
             u = float(at @ along)
@@ -58,7 +53,7 @@ def add_surface(
                 raise InputError(
                     f"{beam!r} starts inside the {called} {name!r}: a point of it is {-off:.3g} m below its surface"
                 )
-            builder.add("contact_points", viscous=viscous, **fields)
+            builder.add("contact_points", **fields)
     index = builder.add(
         "cylinders", body=body, first=first, last=len(builder.rows["contact_points"]), under=-1, surface=surface,
         centre=centre, axis=axis, radius=radius, half_length=half, **part.law_fields(),
@@ -83,15 +78,13 @@ def _add_to_rods(part: Any, builder: Builder, name: str, rods: list[str], surfac
     if part.law == "paper":
         raise InputError(f"{name}.law is 'paper', which rods do not support; use 'hunt-crossley' or 'conservative'")
     surface = surface._replace(body=builder.find(part.body, "bodies"))
-    pairs, first = [], len(builder.rows["body_contacts"])
+    pairs = []
     for rod in rods:
         elements = builder.rows["rods"][builder.names[rod][1]]["elements"]
         for i in range(1 + part.skip, elements + 1):
             at = builder.location(f"{rod}[{i}]")
             pairs.append((Surface(at.row, at.local, surfaces.CAPSULE), surface))
     add_body_contacts(part, builder, name, pairs)
-    for row, (node, _) in zip(builder.rows["body_contacts"][first:], pairs, strict=True):
-        row["viscous"] = part.viscosity(float(builder.rows["bodies"][node.body]["mass"]))
 
 
 class SurfaceContact(Contact):
@@ -122,7 +115,7 @@ class SurfaceContact(Contact):
     sliding_damping: units.Fraction = SLIDING_DAMPING
 
     def viscosity(self, mass: float) -> float:
-        """`contact_laws.sliding_damper`'s factor of a contact point with a mass in kg, 0 without friction."""
+        """`viscous` of `contact_laws.sliding_damper`, kg^(1/2), of a contact point; 0 without friction."""
         return float(contact_laws.sliding_viscosity(self.sliding_damping, mass)) if self.friction > 0.0 else 0.0
 
 
