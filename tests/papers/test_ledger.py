@@ -105,6 +105,20 @@ def test_measurements_are_kept_beside_others(call, tmp_path):
     assert kept["stand-axes"].date
 
 
+@pytest.mark.parametrize(
+    "content", ["[1,2", "[" * 100_000, "3", '{"stand-axes": 1}', '{"stand-axes": {"values": {"at": "x"}}}',
+                '{"stand-axes": {"values": {"at": "x"}, "date": "", "version": "", "seconds": 1}}'],
+    ids=range(6),
+)  # fmt: skip
+def test_other_files_are_refused(call, tmp_path, content):
+    file = tmp_path / "other.json"
+    file.write_text(content)
+    code, _, err = call("claims", "stand-axes", "-o", str(file))
+    assert code == 2
+    assert "exists and holds no measurements of claims" in err
+    assert file.read_text() == content
+
+
 def test_all_of_a_paper_are_measured(call, monkeypatch):
     monkeypatch.setattr(Claim, "run", lambda one: one.measured)
     code, out, _ = call("claims", "stand", "--all")

@@ -160,9 +160,12 @@ def read(path: str | pathlib.Path) -> dict[str, Measurement]:
     if not path.exists():
         return {}
     try:
-        return {name: Measurement(**one) for name, one in json.loads(path.read_text(encoding="utf-8")).items()}
-    except (OSError, ValueError, TypeError, AttributeError):
+        found = {name: Measurement(**one) for name, one in json.loads(path.read_text(encoding="utf-8")).items()}
+        if not all(isinstance(value, int | float) for one in found.values() for value in one.values.values()):
+            raise ValueError
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError):
         raise InputError(f"{str(path)!r} exists and holds no measurements of claims; give another file") from None
+    return found
 
 
 @functools.cache
