@@ -68,8 +68,8 @@ class Claim:
     in_part : tuple of str, the same for "in part", where it does not hold; where these are not true either it is
         refuted
     undecided : str, why the claim is open, in place of comparisons
-    tolerance : float, relative difference at which a new measurement no longer agrees with the stored values; or one
-        per key
+    tolerance : float, relative difference up to which a new measurement agrees with the stored values; or one per key
+    negligible : float, difference that always agrees: of round-off, or of adaptive steps
     seconds : int, CPU time of the measurement with compiled kernels; tests run those of at most `QUICK`
     command : str, a command that shows the claim; "" for `evolvent claims NAME`
     measured : values as measured last, None where nothing is measured
@@ -86,6 +86,7 @@ class Claim:
     in_part: tuple[str, ...] = ()
     undecided: str = ""
     tolerance: float | Mapping[str, float] = 0.01
+    negligible: float = 1e-9
     seconds: int = 1
     command: str = ""
     measured: Measurement | None = None
@@ -131,8 +132,9 @@ class Claim:
         return Measurement(found, datetime.datetime.now(tz=datetime.UTC).date().isoformat(), __version__, seconds)
 
     def allowed(self, key: str) -> float:
-        """Relative difference up to which a value agrees with the stored one."""
-        return self.tolerance if isinstance(self.tolerance, int | float) else self.tolerance.get(key, 0.01)
+        """Difference up to which a value agrees with the stored one."""
+        share = self.tolerance if isinstance(self.tolerance, int | float) else self.tolerance.get(key, 0.01)
+        return max(share * abs(self.values[key]), self.negligible)
 
     def differences(self, values: Mapping[str, float]) -> list[str]:
         """What of a new measurement does not agree with the stored one, a sentence each."""
@@ -141,7 +143,7 @@ class Claim:
         found = [
             f"{key} is {values[key]:.6g}, stored is {stored:.6g} (allowed {self.allowed(key):g})"
             for key, stored in self.values.items()
-            if not math.isclose(values[key], stored, rel_tol=self.allowed(key))
+            if not abs(values[key] - stored) <= self.allowed(key)
         ]
         if self.verdict(values) != self.verdict():
             found.append(f"the verdict is {self.verdict(values)!r}, stored is {self.verdict()!r}")

@@ -107,11 +107,11 @@ def independent_heights() -> Values:
 
 
 def stiffness_centre() -> Values:
-    """Distance, mm, of the stiffness centre from the springs' middle: equal ones, at least 1e-6; one 1 % stiffer."""
+    """Distance, mm, of the stiffness centre from the springs' middle: equal ones; one 1 % stiffer."""
     points, found = _over().stand.points, {}
     for name, more in (("equal", 0.0), ("stiffer", 0.01)):
         k = np.array([1.0 + more, 1.0, 1.0, 1.0])
-        found[name] = max(1e3 * float(np.linalg.norm(k @ points / k.sum())), 1e-6)
+        found[name] = 1e3 * float(np.linalg.norm(k @ points / k.sum()))
     return found
 
 
@@ -157,7 +157,7 @@ def release() -> Values:
     lever = start.rotation @ (setup.stand.points[0] - setup.body.centre)
     left = left + np.concatenate([load, np.cross(lever, load)])
     speed = float(np.linalg.norm(start.velocity) + np.linalg.norm(start.rate))
-    return {"left": max(float(np.linalg.norm(left) / np.linalg.norm(load)), 1e-9), "speed": max(speed, 1e-9)}
+    return {"left": float(np.linalg.norm(left) / np.linalg.norm(load)), "speed": speed}
 
 
 def map_time() -> Values:
@@ -203,8 +203,8 @@ def quadrants() -> Values:
 def no_pitch() -> Values:
     """Where one load does not set all modes in motion.
 
-    The x offset, m, at which the axis of pitch passes through the loaded spring; pitch's energy there, of the middle's,
-    at least 1e-9; and the share of the map, %, in which every mode has more than 1 % of the middle's energy.
+    The x offset, m, at which the axis of pitch passes through the loaded spring; pitch's energy there, of the middle's;
+    and the share of the map, %, in which every mode has more than 1 % of the middle's energy.
     """
     from scipy.optimize import brentq
 
@@ -212,7 +212,7 @@ def no_pitch() -> Values:
     reach, top = over.case.stand.half_length, float(over.energies(0.0, 0.0).max())
     at = float(brentq(lambda x: over.modes(x, 0.0).axes()[0][1, 0] - reach, 0.5, 1.19, xtol=1e-9))
     least = over.least_energies(over.x[:, None], over.z[None, :])[0]
-    left = max(float(over.energies(at, 0.0)[1]) / top, 1e-9)
+    left = float(over.energies(at, 0.0)[1]) / top
     return {"at": at, "left": left, "share": 100.0 * float(np.mean(least > 0.01 * top))}
 
 

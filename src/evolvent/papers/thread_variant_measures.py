@@ -24,11 +24,17 @@ LAG = 13.32
 LINKS = {"blade.segments": "inextensible", "solver.method": "dopri5", "output.every": "1 s"}
 
 
+def _data(nodes: int = 20, stiffness: float = 1e3) -> Data:
+    from evolvent.papers.thread_variants import Data
+
+    return Data(nodes=nodes, stiffness=stiffness)
+
+
 @functools.cache
 def _deploy(nodes: int = 20, stiffness: float = 1e3, start: Start = "departure", **options: Any) -> Deployment:
-    from evolvent.papers.thread_variants import Data, deploy
+    from evolvent.papers.thread_variants import deploy
 
-    return deploy(Data(nodes=nodes, stiffness=stiffness), start, **options)
+    return deploy(_data(nodes, stiffness), start, **options)
 
 
 def _on_the_spool(
@@ -57,14 +63,42 @@ def scheme() -> Mapping[str, float]:
         "rate": float(own.rate[-1]),
         "rate_engine": float(engine.body_rate.values[-1]),
         "lag": own.mean_lag(20.0, 60.0),
-        "lag_gap": round(float(np.abs(own.lag[20::20] - lag).max()), 4),
+        "lag_gap": float(np.abs(own.lag[20::20] - lag).max()),
         "gain": 100.0 * float(own.momentum[-1] / own.momentum[0] - 1.0),
     }
 
 
 def chord() -> Mapping[str, float]:
-    """Chord between two neighbours on the spool over the thread's length between them, 6 nodes a turn and 20 nodes."""
-    return {name: 2.0 * abs(math.sin(0.5 * a)) / a for name, a in (("six", math.pi / 3.0), ("twenty", 25.0))}
+    """Least distance from the spool's axis of the line from the boundary node to the next one, mean over a run, of r.
+
+    Of the film with 6 nodes a turn over its first turns, and of 20 nodes; `departure` is that of the line to Q.
+    """
+    six, twenty = _on_the_spool(6, 1.2, "departure", rate=0.0), (_data(20), _deploy())
+    found = {name: _to_the_spool(*run) for name, run in (("six", six), ("twenty", twenty))}
+    return {name: line for name, (line, _) in found.items()} | {"departure": found["six"][1]}
+
+
+def _to_the_spool(data: Data, found: Deployment) -> tuple[float, float]:
+    """Mean least distance from the spool's axis, of r, of lines from the boundary node: to the next node, and to Q."""
+    lines = []
+    for t, x in zip(found.t[1:], found.positions[1:, :, ::2], strict=True):
+        out = int(np.isfinite(x[:, 0]).sum())
+        if out == data.nodes:
+            break
+        angle = data.spool_rate * t - data.segment / data.radius * out
+        lines.append([
+            _least_distance(x[out - 1], data.radius * np.array(end))
+            for end in ((math.sin(angle), math.cos(angle)), (0.0, 1.0))
+        ])  # fmt: skip
+    spool, to_q = np.mean(lines, axis=0) / data.radius
+    return float(spool), float(to_q)
+
+
+def _least_distance(a: np.ndarray, b: np.ndarray) -> float:
+    """Least distance from the origin of the points of the line from a to b."""
+    along = b - a
+    share = np.clip(-(a @ along) / max(float(along @ along), 1e-300), 0.0, 1.0)
+    return float(np.linalg.norm(a + share * along))
 
 
 def spool_node() -> Mapping[str, float]:
@@ -82,7 +116,7 @@ def departure_point() -> Mapping[str, float]:
     """Figure III.4: the same with the departure point; distance of the tip from where it belongs, of r."""
     data, found = _on_the_spool(6, 1.2, "departure", rate=0.0)
     gap = np.abs(found.positions[:, 0, 0] - data.speed * found.t).max()
-    return {"off": _off(data, found), "tip": round(float(gap) / data.radius, 6)}
+    return {"off": _off(data, found), "tip": float(gap) / data.radius}
 
 
 def any_step() -> Mapping[str, float]:
@@ -144,11 +178,15 @@ def boundary_along() -> Mapping[str, float]:
 
 
 def nodes_64() -> Mapping[str, float]:
-    """Nodes of the blade at 64 nodes a turn, and the work of a run beside 20 nodes."""
+    """Nodes of the blade at 64 nodes a turn, mean distance from the plane of 4 runs of `spool_node`, of r, and work.
+
+    The work is that of the film's nodes and stable step, beside 20 nodes.
+    """
     from evolvent.papers.thread_variants import Data
 
     nodes = round(64 / Data(nodes=1).nodes_a_turn)
-    return {"nodes": float(nodes), "work": (nodes / 20.0) ** 2}
+    off = [_off(*_on_the_spool(64, 0.6, rate=0.0, change=1e-6 * k)) for k in range(1, 5)]
+    return {"nodes": float(nodes), "off": float(np.mean(off)), "work": (nodes / 20.0) ** 2}
 
 
 def torque_as_printed() -> Mapping[str, float]:
