@@ -22,7 +22,7 @@ Array = np.ndarray
 GROUND = -1
 
 
-@pytest.fixture(autouse=True, scope="module")
+@pytest.fixture(autouse=True)
 def loaded() -> None:
     jit.load((*sparse.functions(), *sparse_lu.functions()))
 

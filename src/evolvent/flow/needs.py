@@ -10,7 +10,20 @@ import numpy as np
 
 from evolvent import families, jit
 from evolvent.flow import events, explicit_flexible, implicit, impulse, inventory, projection, rhs, sampling
-from evolvent.kernels import constraint_rows, contact, flexible, hinge, loads, passing, rigid, sparse, sparse_lu, thread
+from evolvent.kernels import (
+    constraint_rows,
+    contact,
+    drive,
+    flexible,
+    hinge,
+    loads,
+    passing,
+    profile,
+    rigid,
+    sparse,
+    sparse_lu,
+    thread,
+)
 from evolvent.model import Model
 
 
@@ -44,6 +57,8 @@ def preparation(model: Model) -> Iterator[Any]:
     yield from (impulse.prepare, rigid.kinematics)
     if model.threads.size:
         yield from (thread.reels, thread.carry_wound)
+    if np.any(model.threads["drive"] == drive.FREE):
+        yield profile.profile  # of the motor
     if model.rows.size:
         yield constraint_rows.build_rows
     if model.links.size:
