@@ -64,6 +64,7 @@ def show_saved(page):
     page.click(part("tab-runs"))
     page.locator(".ev-link", has_text="saved.nc").click()
     page.wait_for_selector(part("result"))
+    page.wait_for_timeout(400)  # what was shown before may still be there
     page.wait_for_function(f"{VIEWER} && {VIEWER}.motions[0].frames > 1")
 
 
@@ -101,15 +102,12 @@ def test_a_result_opens_at_its_first_frame_and_plays_on_the_space_bar(page):
     assert page.evaluate(f"{VIEWER}.now") == page.evaluate(f"{VIEWER}.begin")
     assert not page.evaluate(f"{VIEWER}.playing")
     page.keyboard.press(" ")
-    page.wait_for_timeout(800)
-    assert page.evaluate(f"{VIEWER}.playing")
-    assert page.evaluate(f"{VIEWER}.now") > 0.0
+    page.wait_for_function(f"{VIEWER}?.playing && {VIEWER}.now > 0.0")
     page.keyboard.press(" ")
     page.locator(part("figure-1")).click()
     page.wait_for_timeout(300)
     page.keyboard.press(" ")  # also after a click on a tab of the charts
-    page.wait_for_timeout(300)
-    assert page.evaluate(f"{VIEWER}.playing")
+    page.wait_for_function(f"{VIEWER}?.playing")
 
 
 def test_views_are_named_by_what_they_show(page, shots):
