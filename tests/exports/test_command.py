@@ -29,6 +29,15 @@ def test_a_failed_run_is_written_and_told(call, files):
     assert out.splitlines()[-1].startswith("label on the files: FAILED: the energy balance is off")
 
 
+def test_the_ending_of_the_output_names_a_format(call, files):
+    code, out, err = call("export", files["rib"], "-o", "a.mat")
+    assert (code, err) == (0, "")
+    assert out.splitlines()[0] == "mat: a.mat"
+    code, _, err = call("export", files["rib"], "-o", "a.csv")
+    assert code == 2, "tables fill a folder"
+    assert "--to is not given" in err
+
+
 BAD = {
     "no format": (["export", "RUN"], "--to is not given; known: csv, gif, html, mat, mp4, vtk"),
     "unknown format": (["export", "RUN", "--to", "vtl"], "--to is 'vtl'; did you mean 'vtk'?"),

@@ -21,7 +21,8 @@ _AXES = ("inertial", "body")
 
 @click.command()
 @click.argument("path", metavar="RUN.NC")
-@click.option("--to", "kind", multiple=True, callback=once, metavar="|".join(ENDINGS), help="Format (required).")
+@click.option("--to", "kind", multiple=True, callback=once, metavar="|".join(ENDINGS),
+              help="Format.  [default: that of OUT, where it ends in .mat, .gif, .mp4 or .html]")  # fmt: skip
 @click.option(
     "-o", "--output", multiple=True, callback=once, metavar="OUT", help="File or folder.  [default: next to the run]"
 )
@@ -48,6 +49,8 @@ def export(
     mat   struct for MATLAB and Octave
     gif, mp4, html   animation
     """  # noqa: D301  (click wants the \b)
+    if kind is None and output is not None:
+        kind = next((name for name, ending in ENDINGS.items() if output.endswith(ending) and ending[0] == "."), None)
     if kind not in ENDINGS:
         given = "--to is not given" if kind is None else f"--to is {kind!r}"
         raise InputError(f"{given}; {nearest(kind or '', ENDINGS)}")
