@@ -66,14 +66,6 @@ def _round_off(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Builder, "build", off)
 
 
-@pytest.fixture(autouse=bool(os.environ.get("EVOLVENT_UNLOAD")))
-def _unload() -> None:
-    """With $EVOLVENT_UNLOAD no compiled function is loaded at a test's start, as in a process of its own."""
-    from evolvent.flow import needs
-
-    needs.unload()
-
-
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Name failed tests in the file $EVOLVENT_FAILED_TESTS; `start.py test` shows them at its end."""
     path = os.environ.get("EVOLVENT_FAILED_TESTS")

@@ -12,7 +12,6 @@ from evolvent import model as mdl
 from evolvent import parts
 from evolvent.builder import Assembly
 from evolvent.flow import implicit as equations
-from evolvent.flow.needs import load_explicit, load_implicit
 from evolvent.flow.observations import Observations, observe
 from evolvent.flow.powers import N_POWERS
 from evolvent.flow.rhs import rhs
@@ -147,7 +146,6 @@ def heliogyro(
 def derivative(assembly: Assembly, s: Array | None = None) -> Callable[[float, Array], Array]:
     """The right-hand side as SciPy wants it."""
     switches = assembly.s.copy() if s is None else s
-    load_explicit(assembly.model)
 
     def f(t: float, y: Array) -> Array:
         dy = np.empty_like(y)
@@ -230,7 +228,6 @@ def tangent_columns(
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     a, la, powers = rng.standard_normal(n_v), np.zeros(0), np.zeros(N_POWERS)
     matrix, r = matrix_of(model), np.zeros(n_v)
-    load_implicit(model)
 
     def residual(d: Array) -> Array:
         moved = y.copy()

@@ -12,9 +12,9 @@ from evolvent import laws
 from evolvent import model as mdl
 from evolvent.elements.dense import product
 from evolvent.errors import InputError, nearest
+from evolvent.flow import needs
 from evolvent.flow.implicit import add_weight
 from evolvent.flow.impulse import prepare
-from evolvent.flow.needs import load_preparation, load_weight
 from evolvent.kernels import (
     ancf,
     constraint_rows,
@@ -364,7 +364,7 @@ class Builder:
             **families,
         )
         if np.any(self.gravity):
-            load_weight(model)
+            needs.load(model, add_weight)
             add_weight(self.gravity, n_q, model, model.flexible.G)
         assembly = Assembly(
             model, y, s, dict(self.names), dict(self.laws), list(self.joint_parts), dict(self.specs),
@@ -565,7 +565,7 @@ def _check_constraints(assembly: Assembly) -> None:
         return
     by_index = {index: name for name, (family, index) in assembly.names.items() if family == "links"}
     guides = {index: name for name, (family, index) in assembly.names.items() if family == "guides"}
-    load_preparation(model)
+    needs.load(model, prepare)
     prepare(0.0, y, s, model)
     for k in range(model.guides.size):
         rate = constraint_rows.guide_geometry(model.guides, model.bodies, k)[1]

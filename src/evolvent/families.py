@@ -1,8 +1,7 @@
-"""The families of parts: which solver supports which, and which compiled functions each needs.
+"""The families of parts, and which solver supports which.
 
 One row a family. A solver asks the table by `check`: it runs a model only where every record of it belongs to families
-that it supports, so that a family which the table does not name is refused, never left out in silence. `functions`
-lists what the families of a model need to be compiled.
+that it supports, so that a family which the table does not name is refused, never left out in silence.
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
 `rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `gear`, `hinge`,
@@ -22,29 +21,14 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.errors import InputError
 from evolvent.kernels import (
-    attitude,
-    beam_loads,
-    body_contact,
-    contact,
     contact_laws,
     coordinate,
-    custom,
     fields,
-    flexible,
-    gear,
-    hinge,
     joint,
-    layers,
     loads,
     node_loads,
-    profile,
     rigid,
-    rod,
-    sides,
-    springs,
-    thermal,
     thread,
-    travel,
 )
 from evolvent.kernels.drive import FREE
 from evolvent.model import Model
@@ -81,8 +65,6 @@ class Family:
     solvers : frozenset of str, those that support it
     advice : str, what to use instead
     which : function of the records to a mask of those that belong to the family; None for all
-    forces, tangents : functions of the family that all solvers call, and those that implicit and static ones also call;
-        only what is called by its address (`evolvent.jit.indirect`), the rest is compiled into its callers
     """
 
     name: str
@@ -90,8 +72,6 @@ class Family:
     solvers: frozenset[str]
     advice: str = ""
     which: Callable[[Array], Array] | None = None
-    forces: tuple[Any, ...] = ()
-    tangents: tuple[Any, ...] = ()
 
     def mask(self, model: Model) -> Array:
         """Which records of the model belong to the family: (n,) bool."""
@@ -114,40 +94,7 @@ def _is(field: str, value: Any) -> Callable[[Array], Array]:
 _NOT_EXPLICIT, _NOT_ENERGY = EVERY - {EXPLICIT}, EVERY - {ENERGY}
 _IN_TIME = frozenset({EXPLICIT, IMPLICIT})
 _MOTIONS = frozenset({EXPLICIT, IMPLICIT, ENERGY})
-_MATRIX = (sides.side_columns, sides.add_product, sides.add_turning)
-_LOAD_TANGENT = (loads.add_load_tangent, *_MATRIX)
-_ON_BODIES = (sides.side_columns, sides.add_relative, sides.add_relative_body)
-_JOINT_TANGENT = (joint.add_held_joint, *_MATRIX)
-_JOINT = (joint.joint_geometry, joint.add_joint_force, joint._cord_geometry)
-_GEAR = (gear.gear_geometry, gear.add_gear_force)
-_BEAM = (flexible.add_elements, flexible.beam_energies, flexible.beam_momenta)
 _EXPLICIT = frozenset({EXPLICIT})
-_ACTUATORS = (attitude.actuator_forces, attitude.command, attitude.find_error, profile.profile)
-_ACTUATOR_TANGENTS = (attitude.add_actuator_tangents, attitude.add_controller_tangent)
-_THREAD = (thread.longest_step, thread.reels, thread.carry_wound, thread.carry_power, thread.thread_inventory)
-_THREAD_TANGENT = (
-    thread.add_thread_residual,
-    thread.add_thread_tangent,
-    thread.add_segment_tangent,
-    thread.add_end_tangent,
-    thread.add_thread_energies,
-    thread.add_node_load_tangents,
-    *_MATRIX,
-)
-_BODY_CONTACT = (
-    body_contact.add_body_contact_tangents,
-    body_contact.end_body_contacts,
-    body_contact.add_pair,
-    sides.side_columns,
-    sides.add_turning,
-)
-_HINGE_TANGENT = (
-    hinge.add_hinge_tangents, hinge._add_turns, coordinate.end_coordinate_step, travel.add_travel_tangent, *_MATRIX,
-    *_ON_BODIES,
-)  # fmt: skip
-_FIELD = (fields.add_field_forces, fields.add_beam_fields)
-_FIELD_TANGENT = (fields.add_field_tangents, fields._add_body_point, *_MATRIX)
-_CONTACT = (contact.add_contact_tangents, contact.end_contact_step, *_ON_BODIES)
 
 FAMILIES = (
     Family(
@@ -155,237 +102,153 @@ FAMILIES = (
     ),
     Family(
         "a body driven along a line", "bodies", EVERY,
-        which=lambda found: (found["motion"] == rigid.DRIVEN) & (found["path"] != 0), forces=(rigid.move_along,),
+        which=lambda found: (found["motion"] == rigid.DRIVEN) & (found["path"] != 0),
     ),
     Family("a body that spins about an axis", "bodies", EVERY, which=_is("motion", rigid.SPIN)),
     Family("a free body", "bodies", EVERY, which=_is("motion", rigid.FREE)),
     Family("a point mass", "points", EVERY, which=lambda found: found["mass"] > 0.0),
     Family("a beam's node at a spring's end", "points", EVERY, which=_is("mass", 0.0)),
-    Family(
-        "a spring", "springs", EVERY,
-        forces=(springs.spring_forces, springs.springs_energy), tangents=(springs.spring_tangents, *_MATRIX),
-    ),
+    Family("a spring", "springs", EVERY),
     # implicit solvers take them as joints, which the parts write as well
     Family("a link", "links", EVERY),
     Family("a guide", "guides", EVERY),
     Family(
         "a thread with segments of springs", "threads", _IN_TIME, "use a Beam",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] == 0),
-        forces=(thread.spring_thread, *_THREAD), tangents=_THREAD_TANGENT,
     ),
     Family(
         "a thread that goes slack", "threads", _IN_TIME, "use a Spring with its own law",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] != 0),
-        forces=(thread.spring_thread, *_THREAD), tangents=_THREAD_TANGENT,
     ),
     Family(
         "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
         "use segments 'springs', or dopri5; for equilibrium and modes a Beam",
         which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] != FREE),
-        forces=_THREAD,
     ),
     Family(
         "a thread on a free spool", "threads", _IN_TIME,
         "use a drive that prescribes the spool's angle; for equilibrium and modes a Beam",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] == FREE),
-        forces=(thread.spring_thread, profile.profile, *_THREAD),
-        tangents=(thread.add_spool_tangent, thread.until_release, thread.has_release, *_THREAD_TANGENT),
     ),
     Family(
         "a thread with segments of fixed length on a free spool", "threads", _EXPLICIT,
         "use segments 'springs', or rk4, heun or dopri5; for equilibrium and modes a Beam",
         which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] == FREE),
-        forces=(profile.profile, *_THREAD),
     ),
     Family(
         "a load on a thread", "loads", _IN_TIME,
         which=lambda found: (found["kind"] < loads.AT_MARKER) & (found["kind"] != loads.NODE),
     ),
-    Family(
-        "a force on a node of a thread", "loads", _IN_TIME, which=_is("kind", loads.NODE), forces=(profile.profile,)
-    ),
+    Family("a force on a node of a thread", "loads", _IN_TIME, which=_is("kind", loads.NODE)),
     Family(
         "a force or torque", "loads", EVERY,
         which=lambda found: _at_markers(found) & ~_has_profile(found, loads.PROFILE) & (found["law"] == 0),
-        tangents=_LOAD_TANGENT,
     ),
     Family(
         "a force or torque by a profile", "loads", EVERY,
         which=lambda found: _at_markers(found) & _has_profile(found, loads.PROFILE) & (found["law"] == 0),
-        forces=(profile.profile,), tangents=_LOAD_TANGENT,
     ),
-    Family(
-        "radiation pressure on a panel", "loads", EVERY, which=_is("kind", loads.PANEL), tangents=_LOAD_TANGENT
-    ),
-    Family(
-        "a force or torque by a law", "loads", EVERY,
-        which=lambda found: _at_markers(found) & (found["law"] != 0), tangents=_LOAD_TANGENT,
-    ),
-    Family(
-        "an orbital frame", "fields", EVERY, which=_is("kind", fields.ORBIT),
-        forces=_FIELD, tangents=_FIELD_TANGENT,
-    ),
-    Family(
-        "an acceleration field", "fields", EVERY,
-        which=_is("kind", fields.LAW), forces=_FIELD, tangents=_FIELD_TANGENT,
-    ),
-    Family(
-        "a reaction wheel", "wheels", _MOTIONS, "leave it out: the body's inertia has that of the wheel at rest",
-        forces=_ACTUATORS, tangents=_ACTUATOR_TANGENTS,
-    ),
-    Family(
-        "a thruster", "thrusters", _MOTIONS, "use a Force", forces=_ACTUATORS, tangents=_ACTUATOR_TANGENTS,
-    ),
-    Family(
-        "an attitude controller", "controllers", _MOTIONS, "leave it out, or use simulate", forces=_ACTUATORS,
-        tangents=_ACTUATOR_TANGENTS,
-    ),
+    Family("radiation pressure on a panel", "loads", EVERY, which=_is("kind", loads.PANEL)),
+    Family("a force or torque by a law", "loads", EVERY, which=lambda found: _at_markers(found) & (found["law"] != 0)),
+    Family("an orbital frame", "fields", EVERY, which=_is("kind", fields.ORBIT)),
+    Family("an acceleration field", "fields", EVERY, which=_is("kind", fields.LAW)),
+    Family("a reaction wheel", "wheels", _MOTIONS, "leave it out: the body's inertia has that of the wheel at rest"),
+    Family("a thruster", "thrusters", _MOTIONS, "use a Force"),
+    Family("an attitude controller", "controllers", _MOTIONS, "leave it out, or use simulate"),
     Family(
         "an event that stops a run", "events", _EXPLICIT, "use rk4, heun or dopri5",
         which=lambda found: found["stops"] != 0,
     ),
     Family("an event", "events", frozenset({EXPLICIT, IMPLICIT, ENERGY}), "use simulate", which=_is("stops", 0)),
-    Family(
-        "a beam", "beams", EVERY, which=_is("paper", 0), forces=_BEAM, tangents=(flexible.add_element_tangents,)
-    ),
+    Family("a beam", "beams", EVERY, which=_is("paper", 0)),
     Family(
         "a beam with the paper's damping", "beams", _NOT_ENERGY, "use `damping` 'objective', or generalized-alpha",
-        which=_is("paper", 1), forces=_BEAM, tangents=(flexible.add_element_tangents,),
+        which=_is("paper", 1),
     ),
-    Family(
-        "a load on a beam", "beam_loads", EVERY,
-        which=lambda found: ~_has_profile(found, 0) & ~follows(found),
-        forces=(beam_loads.add_beam_loads,), tangents=(beam_loads.add_field_tangent,),
-    ),
+    Family("a load on a beam", "beam_loads", EVERY, which=lambda found: ~_has_profile(found, 0) & ~follows(found)),
     Family(
         "a load on a beam by a profile", "beam_loads", EVERY,
         which=lambda found: _has_profile(found, 0) & ~follows(found),
-        forces=(beam_loads.add_beam_loads, profile.profile), tangents=(beam_loads.add_field_tangent,),
     ),
     Family(
         "a moment or follower force on a beam", "beam_loads", EVERY,
         which=lambda found: follows(found) & (found["law"] == 0),
-        forces=(beam_loads.add_beam_loads, profile.profile, node_loads.add_following_load),
-        tangents=(node_loads.add_following_tangent,),
     ),
-    Family(
-        "a load on a beam by a law", "beam_loads", EVERY, which=lambda found: found["law"] != 0,
-        forces=(beam_loads.add_beam_loads, node_loads.add_following_load),
-        tangents=(node_loads.add_following_tangent,),
-    ),
-    Family(
-        "a thermal load on a beam", "thermal_loads", EVERY, which=lambda found: found["beam"] >= 0,
-        forces=(thermal.add_thermal_loads, profile.profile), tangents=(thermal.add_thermal_tangents,),
-    ),
-    Family(
-        "a thermal load on a rod", "thermal_loads", EVERY, which=lambda found: found["rod"] >= 0,
-        forces=(thermal.add_thermal_loads, thermal.heat_rods, profile.profile),
-        tangents=(thermal.add_thermal_tangents,),
-    ),
-    Family(
-        "a joint by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & ~_is_gear(found),
-        forces=_JOINT, tangents=_JOINT_TANGENT,
-    ),
-    Family(
-        "a gear by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & _is_gear(found),
-        forces=(*_JOINT, *_GEAR), tangents=(*_JOINT_TANGENT, gear.add_gear),
-    ),
+    Family("a load on a beam by a law", "beam_loads", EVERY, which=lambda found: found["law"] != 0),
+    Family("a thermal load on a beam", "thermal_loads", EVERY, which=lambda found: found["beam"] >= 0),
+    Family("a thermal load on a rod", "thermal_loads", EVERY, which=lambda found: found["rod"] >= 0),
+    Family("a joint by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & ~_is_gear(found)),
+    Family("a gear by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & _is_gear(found)),
     Family(
         "a gear that is a constraint", "joints", _NOT_EXPLICIT,
         "give it a `stiffness` above 0, which makes it a penalty, or use energy-momentum or generalized-alpha",
-        which=lambda found: (found["stiffness"] == 0.0) & _is_gear(found), forces=(*_JOINT, *_GEAR),
-        tangents=(*_JOINT_TANGENT, gear.add_gear),
+        which=lambda found: (found["stiffness"] == 0.0) & _is_gear(found),
     ),
     Family(
         "a joint driven along a path", "joints", _NOT_EXPLICIT, "use energy-momentum or generalized-alpha",
-        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found), forces=_JOINT, tangents=_JOINT_TANGENT,
+        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found),
     ),
     Family(
         "a joint that is a constraint", "joints", _NOT_EXPLICIT,
         "give it a `stiffness` above 0, which makes it a penalty, or use energy-momentum or generalized-alpha",
-        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found), forces=_JOINT,
-        tangents=_JOINT_TANGENT,
+        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found),
     ),
     Family(
         "a hinge", "hinges", EVERY,
         which=lambda found: _is_angle(found) & ~np.isfinite(found["latch"]) & (found["friction"] == 0.0),
-        forces=(hinge.add_hinges,), tangents=_HINGE_TANGENT,
     ),
     Family(
         "a hinge with a latch", "hinges", EVERY,
         which=lambda found: _is_angle(found) & np.isfinite(found["latch"]) & (found["friction"] == 0.0),
-        forces=(hinge.add_hinges,), tangents=_HINGE_TANGENT,
     ),
     Family(
         "a spring along an axis", "hinges", EVERY,
-        which=lambda found: ~_is_angle(found) & (found["friction"] == 0.0), forces=(hinge.add_hinges,),
-        tangents=_HINGE_TANGENT,
+        which=lambda found: ~_is_angle(found) & (found["friction"] == 0.0),
     ),
     Family(
         "a joint coordinate with friction", "hinges", _NOT_EXPLICIT,
         "leave out `friction`, or use energy-momentum or generalized-alpha",
-        which=lambda found: found["friction"] > 0.0, forces=(hinge.add_hinges,), tangents=_HINGE_TANGENT,
+        which=lambda found: found["friction"] > 0.0,
     ),
-    Family(
-        "a motor", "motors", EVERY, forces=(coordinate.add_motors, profile.profile),
-        tangents=(coordinate.measure_motor_slopes,),
-    ),
-    Family(
-        "a synchronization", "synchronizations", EVERY, forces=(coordinate.add_synchronizations,),
-        tangents=(hinge.add_synchronization_tangents, hinge._add_outer, *_MATRIX),
-    ),
-    Family(
-        "a custom force", "custom_forces", EVERY,
-        forces=(custom.add_custom_forces, custom.custom_energies),
-        tangents=(custom.add_custom_tangents, custom._add_point_block, *_MATRIX),
-    ),
-    Family(
-        "a rod", "rods", EVERY, forces=(rod.add_rod_forces, rod.add_rod_energies),
-        tangents=(rod.add_rod_tangents, rod.add_mass_damping_tangents),
-    ),
+    Family("a motor", "motors", EVERY),
+    Family("a synchronization", "synchronizations", EVERY),
+    Family("a custom force", "custom_forces", EVERY),
+    Family("a rod", "rods", EVERY),
     Family(
         "a contact without friction", "cylinders", EVERY,
         which=lambda found: (
             (found["friction"] == 0.0) & (found["under"] < 0) & (found["law"] == contact_laws.HUNT_CROSSLEY)
         ),
-        forces=(contact.add_contacts,), tangents=_CONTACT,
     ),
     Family(
         "a contact with friction", "cylinders", _NOT_EXPLICIT,
         "leave out `friction`, or use energy-momentum or generalized-alpha",
-        which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0), forces=(contact.add_contacts,),
-        tangents=_CONTACT,
+        which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0),
     ),
     Family(
         "a contact with the law conservative", "cylinders", EVERY - {IMPLICIT},
         "use energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
-        forces=(contact.add_contacts,), tangents=_CONTACT,
     ),
     Family(
         "a contact with the paper's law", "cylinders", _NOT_ENERGY, "use `law` 'hunt-crossley', or generalized-alpha",
-        which=_is("law", contact_laws.PAPER), forces=(contact.add_contacts,), tangents=_CONTACT,
+        which=_is("law", contact_laws.PAPER),
     ),
     Family(
         "a layer on other turns", "cylinders", _NOT_EXPLICIT, "use energy-momentum or generalized-alpha",
         which=lambda found: found["under"] >= 0,
-        forces=(contact.add_contacts, layers.add_layers, layers.end_layer_step, layers.nearest),
-        tangents=(*_CONTACT, layers.add_layer_tangents),
     ),
     Family(
         "a contact between bodies without friction", "body_contacts", EVERY,
         which=lambda found: (found["friction"] == 0.0) & (found["law"] == contact_laws.HUNT_CROSSLEY),
-        forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
     ),
     Family(
         "a contact between bodies with friction", "body_contacts", _NOT_EXPLICIT,
         "leave out `friction`, or use energy-momentum or generalized-alpha",
         which=lambda found: found["friction"] > 0.0,
-        forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
     ),
     Family(
         "a contact between bodies with the law conservative", "body_contacts", EVERY - {IMPLICIT},
         "use energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
-        forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
     ),
 )  # fmt: skip
 
@@ -533,12 +396,3 @@ def _refusal(assembly: Any, name: str, index: int, family: Family | None) -> tup
     if name == "joints" and part is not None and "stiffness" not in type(part).model_fields:  # such as a Point with at
         advice = "; use energy-momentum or generalized-alpha"
     return who, what, advice
-
-
-def functions(model: Model, *, tangents: bool = False) -> Iterator[Any]:
-    """Compiled functions that the families of a model need."""
-    for family in FAMILIES:
-        if records(model, family.records).size and np.any(family.mask(model)):
-            yield from family.forces
-            if tangents:
-                yield from family.tangents

@@ -7,6 +7,7 @@ that is kept. ``NUMBA_DISABLE_JIT=1`` runs everything as plain Python (coverage,
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import functools
 import importlib
 import inspect
@@ -20,6 +21,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+from llvmlite import ir
 from numba import config, f8, i8, njit, types
 from numba.core import cgutils
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
@@ -124,9 +126,8 @@ class Kernel(Linked):
         return types.Dispatcher(inside)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
-        _unloaded()
         with compiling:
-            return self.dispatcher(*arguments)
+            return _call(self.dispatcher, arguments)
 
     @functools.cached_property
     def dispatcher(self) -> Any:
@@ -177,17 +178,65 @@ def entry(*kinds: Any) -> Callable[[Any], Any]:
 #: Functions of one module that may be called by address.
 _SLOTS = 64
 _MODULES = [module_name(path) for path in sources()]
-#: Address of every function made by `indirect`, once it is loaded; a struct that such functions take refers to it.
-ADDRESSES = np.zeros(_SLOTS * len(_MODULES), dtype=np.int64)
+#: Index 0: address of `_load_now`. The others: of the functions made by `indirect`, 0 until they are loaded. A struct
+#: that such functions take refers to this table.
+ADDRESSES = np.zeros(1 + _SLOTS * len(_MODULES), dtype=np.int64)
 _counts: dict[str, int] = {}
 _BY_SLOT: dict[int, Any] = {}
+#: Functions that were loaded because compiled code called them.
+loaded_late: list[Any] = []
+#: Why one of them could not be loaded, until that is raised.
+_refused: list[BaseException] = []
+
+
+@ctypes.CFUNCTYPE(None, ctypes.c_int64)
+def _load_now(slot: int) -> None:
+    """Load a function that compiled code calls, which is not loaded; where the address stays 0, that code raises."""
+    try:
+        loaded_late.append(_BY_SLOT[slot])
+        _BY_SLOT[slot].load()
+    except BaseException as error:  # noqa: BLE001  (no exception passes through compiled code)
+        _refused.append(error)
+
+
+ADDRESSES[0] = ctypes.cast(_load_now, ctypes.c_void_p).value or 0
+
+
+def _call(compiled: Any, arguments: tuple[Any, ...]) -> Any:
+    """What a compiled function returns; where one that it called could not be loaded, the reason is raised."""
+    try:
+        return compiled(*arguments)
+    except RuntimeError:
+        if not _refused:
+            raise
+    raise _refused.pop()
+
+
+def _address(context: Any, builder: Any, kind: Any, holder: Any, slot: Any) -> Any:
+    """Code for the address of a function from the table of a struct; a function that is not loaded is, first."""
+    table = load_attribute(context, builder, kind, holder, "addresses")
+    place = builder.gep(table.data, [slot])
+    known = builder.load(place)
+    before = builder.block
+    with builder.if_then(builder.icmp_unsigned("==", known, known.type(0)), likely=False):
+        kind_of_load = ir.FunctionType(ir.VoidType(), [known.type])
+        builder.call(builder.inttoptr(builder.load(table.data), kind_of_load.as_pointer()), [slot])
+        loaded = builder.load(place)
+        with cgutils.if_unlikely(builder, builder.icmp_unsigned("==", loaded, known.type(0))):
+            context.call_conv.return_user_exc(builder, RuntimeError, ("a function could not be loaded",))
+        after = builder.block
+    found = builder.phi(known.type)
+    found.add_incoming(known, before)
+    found.add_incoming(loaded, after)
+    return found
 
 
 class Indirect(Linked):
     """A function with its own signature that compiled code calls by its address.
 
-    It is compiled once, whoever calls it, and only where it is loaded: a caller may name functions that a model never
-    needs. The address is taken from the table `addresses` of the first struct among the arguments.
+    It is compiled once, whoever calls it, and only where it is called: a caller may name functions that a model never
+    needs. The address is taken from the table `addresses` of the first struct among the arguments. What a model needs
+    is better loaded beforehand (`load`), in two processes and with its progress reported.
 
     Attributes
     ----------
@@ -200,8 +249,9 @@ class Indirect(Linked):
         self.is_followed, self.options = is_followed(function.__module__), f"{signature} disjoint={disjoint}"
         functools.update_wrapper(self, function)
         module = function.__module__
-        place = _MODULES.index(module) * _SLOTS if module in _MODULES else 0
-        number = _counts[module] = _counts.get(module, -1) + 1
+        place = 1 + (_MODULES.index(module) * _SLOTS if module in _MODULES else 0)
+        counted = module if module in _MODULES else ""
+        number = _counts[counted] = _counts.get(counted, -1) + 1
         if number >= _SLOTS:
             raise RuntimeError(f"{module} has more than {_SLOTS} functions that are called by address")
         self.slot = place + number
@@ -234,9 +284,7 @@ class Indirect(Linked):
 
         def codegen(context: Any, builder: Any, _: Any, values: Any) -> Any:
             called = context.call_conv.get_function_type(signature.return_type, signature.args).as_pointer()
-            table = load_attribute(context, builder, kind, values[holder], "addresses")
-            place = builder.gep(table.data, [cgutils.intp_t(slot)])
-            address = builder.load(place)
+            address = _address(context, builder, kind, values[holder], cgutils.intp_t(slot))
             pointer = builder.inttoptr(address, called)
             status, result = context.call_conv.call_function(
                 builder, pointer, signature.return_type, signature.args, values
@@ -257,9 +305,8 @@ class Indirect(Linked):
 
     @property
     def is_loaded(self) -> bool:
-        """Whether it can be called."""
-        unloaded = _unloaded()  # which fills the table when it is first called
-        return bool(ADDRESSES[self.slot] != unloaded)
+        """Whether its address is in the table."""
+        return bool(ADDRESSES[self.slot])
 
     def load(self) -> None:
         """Compile it, or load it from the cache folder, and enter its address."""
@@ -272,7 +319,7 @@ class Indirect(Linked):
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         self.load()
-        return self.dispatcher(*arguments)
+        return _call(self.dispatcher, arguments)
 
 
 def _matrix_view(values: Any, at: int, rows: int, columns: int) -> Any:
@@ -336,24 +383,10 @@ def _local_vector(typingctx):  # type: ignore[no-untyped-def]
 local_vector = _plain_vector if config.DISABLE_JIT else _local_vector
 
 
-@entry()
-@kernel
-def _fail() -> None:
-    raise RuntimeError("a compiled function was called that was not loaded for this model")
-
-
-@functools.cache
-def _unloaded() -> int:
-    """Address of a function that says what is wrong, in the place of all that are not loaded."""
-    _fail.load()
-    address = pointer_of(_fail.dispatcher, types.void())
-    ADDRESSES[ADDRESSES == 0] = address
-    return address
-
-
 def unload() -> None:
     """Take every address out of the table, as at the start of a process."""
-    ADDRESSES[:] = _unloaded()
+    ADDRESSES[1:] = 0
+    loaded_late.clear()
 
 
 def indirect(signature: Any, *, disjoint: bool = False) -> Callable[[Callable], Any]:
@@ -509,6 +542,26 @@ def _make_lookup(signature: Any) -> Any:
     return law_at
 
 
+def _make_lookup_by_slot(signature: Any) -> Any:
+    """A compiled function (struct with the table `addresses`, index in it) -> callable of `signature`."""
+    if config.DISABLE_JIT:
+        return lambda _, slot: PLAIN[slot]
+
+    @intrinsic
+    def function_at(typing_context, holder, slot):  # type: ignore[no-untyped-def]
+        function_type = types.FunctionType(signature)
+
+        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            struct = cgutils.create_struct_proxy(function_type)(context, builder)
+            address = _address(context, builder, sig.args[0], args[0], args[1])
+            struct.c_addr = struct.jit_addr = builder.inttoptr(address, context.get_value_type(types.voidptr))
+            return struct._getvalue()
+
+        return function_type(holder, types.int64), codegen
+
+    return function_at
+
+
 _A, _M = f8[::1], f8[:, ::1]
 #: Signatures of the package's own functions that a model calls by address, so that only those in use are compiled.
 FUNCTIONS = {
@@ -523,7 +576,6 @@ def slot(function: Any) -> int:
     if config.DISABLE_JIT:
         if function not in PLAIN:
             PLAIN.append(function)
-        ADDRESSES[:] = np.arange(ADDRESSES.size)
         return PLAIN.index(function)
     return int(function.slot)
 
@@ -533,9 +585,9 @@ def at_slots(slots: np.ndarray) -> list[Any]:
     return [] if config.DISABLE_JIT else [_BY_SLOT[int(k)] for k in np.unique(slots)]
 
 
-element_force_at = _make_lookup(FUNCTIONS["element_force"])
-element_tangent_at = _make_lookup(FUNCTIONS["element_tangent"])
-element_energy_at = _make_lookup(FUNCTIONS["element_energy"])
+element_force_at = _make_lookup_by_slot(FUNCTIONS["element_force"])
+element_tangent_at = _make_lookup_by_slot(FUNCTIONS["element_tangent"])
+element_energy_at = _make_lookup_by_slot(FUNCTIONS["element_energy"])
 force_law_at = _make_lookup(LAWS["force"])
 spring_law_at = _make_lookup(LAWS["spring"])
 drive_law_at = _make_lookup(LAWS["drive"])

@@ -11,7 +11,7 @@ import numpy as np
 from evolvent import cases
 from evolvent.builder import Assembly
 from evolvent.errors import EvolventError, InputError, RunFailed, naming_keys, nearest
-from evolvent.flow.needs import load_explicit
+from evolvent.flow import needs
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import rigid
 from evolvent.motion import quaternions
@@ -469,7 +469,7 @@ class Stepper:
         self._now, self._observed = None, {}
         if self.method != IMPLICIT:
             model, dy = self.assembly.model, np.zeros_like(self._y)
-            load_explicit(model)
+            needs.load(model, rhs)
             rhs(self.time, self._y, self._s, model, dy)
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evolvent import System, elements, jit, parts
+from evolvent import System, elements, parts
 from evolvent.flow import energy_momentum as flow
 from evolvent.kernels import sparse_lu
-from evolvent.solvers.energy_momentum import needed, plan, workspace
+from evolvent.solvers.energy_momentum import plan, workspace
 
 Array = np.ndarray
 N = 6
@@ -41,7 +41,6 @@ def test_tangent_of_contacts(law: str, exponent: float, friction: float, depth: 
     """Points that stay in contact and points that arrive, damped; frictionless, slipping and sticking."""
     of = plan(laid(law, exponent, friction, depth).assemble(), samples=[0.0, 1.0], step=0.02)
     model, work = of.assembly.model, workspace(of)
-    jit.load(needed(model))
     step, rng = work.step, np.random.default_rng(1)
     step.step.h = 0.02
     flow.measure(0, model, step)

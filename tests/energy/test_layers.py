@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import System, cases, elements, jit, parts
+from evolvent import System, cases, elements, parts
 from evolvent.builder import Assembly
 from evolvent.flow import energy_momentum as flow
 from evolvent.kernels import layer_step, sparse
@@ -76,7 +76,6 @@ def test_friction_between_turns_takes_energy_and_keeps_momenta(step: float) -> N
 def stepped(assembly: Assembly, h: float, rng: np.random.Generator) -> tuple[Any, Any, Array]:
     """Model and workspace of a step that has begun, and increments of its unknowns."""
     plan = energy_momentum.plan(assembly, samples=[0.0, 1.0], step=h)
-    jit.load(energy_momentum.needed(plan.assembly.model))
     model, step = plan.assembly.model, energy_momentum.workspace(plan).step
     step.step.t, step.step.h, step.step.ratio = 0.0, h, 0.0
     flow.measure(0, model, step)

@@ -16,7 +16,6 @@ from evolvent import families as table
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.flow import implicit, inventory
-from evolvent.flow.needs import load_explicit, load_implicit
 from evolvent.solvers import solve
 from evolvent.solvers.implicit import solve_implicit
 from families.case import CASES, Array
@@ -38,13 +37,11 @@ def numbers(name: str) -> dict[str, list[float]]:
     assembly, found = case.system().assemble(), {}
     y, model, samples = disturbed(assembly), assembly.model, np.array([0.0, 3.0 * case.step])
     if table.EXPLICIT in row.solvers:
-        load_explicit(model)
         sums = np.zeros(mdl.N_INVENTORY)
         inventory.inventory(0.0, y, assembly.s, model, sums)
         found["rates"], found["sums"] = derivative(assembly)(0.0, y).tolist(), sums.tolist()
         found["explicit"] = solve(assembly, samples=samples, step=case.step, method="rk4").y[-1].tolist()
     if table.IMPLICIT in row.solvers:
-        load_implicit(model)
         model.flexible.switches[:] = assembly.s
         n_v, n_j, energies = int(model.info.nv), model.flexible.joints.size, np.zeros(5)
         equations = Equations(assembly, 0.0, y, 0.1 * np.cos(np.arange(n_v)), 0.0, 0.0)

@@ -17,9 +17,10 @@ import pytest
 from numba import config
 
 import evolvent
-from evolvent import InputError, families
+from evolvent import InputError, families, jit
 from evolvent import model as mdl
 from evolvent.families import ENERGY, EXPLICIT, FAMILIES, IMPLICIT, MODES, SOLVERS, STATIC, Family
+from evolvent.flow import needs
 from evolvent.solvers import solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
@@ -64,6 +65,10 @@ def solved(case: Case, variant: str) -> Any:
     return modes(assembly, time=case.time, rotating=case.rotating, damped=case.damped, count=count)
 
 
+#: Small functions that are called before a run.
+BEFORE = {"move_along", "gear_geometry"}
+
+
 @functools.cache
 def reference(family: str) -> Array:
     """Motion of a case by Dormand-Prince at a tight tolerance."""
@@ -106,6 +111,7 @@ def check_poles(case: Case) -> None:
 @pytest.mark.parametrize(("row", "variant"), CELLS)
 def test_cell(row: Family, variant: str, monkeypatch: pytest.MonkeyPatch) -> None:
     case, solver = CASES[row.name](), VARIANTS[variant][0]
+    needs.unload()
     if solver in row.solvers:
         if solver == STATIC:
             check_equilibrium(case)
@@ -113,6 +119,8 @@ def test_cell(row: Family, variant: str, monkeypatch: pytest.MonkeyPatch) -> Non
             check_poles(case)
         else:
             check_motion(row, case, variant)
+        late = {function.__name__ for function in jit.loaded_late}
+        assert late <= BEFORE, "loaded in the midst of a run"
         return
     with pytest.raises(InputError, match=f"{SOLVERS[solver]} do(es)? not support"):
         solved(case, variant)
@@ -123,6 +131,16 @@ def test_cell(row: Family, variant: str, monkeypatch: pytest.MonkeyPatch) -> Non
         solved(case, variant)
     for words in (repr(case.part), row.name, SOLVERS[solver], row.advice):
         assert words in str(refused.value)
+
+
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")
+def test_functions_that_a_model_may_lack_exist() -> None:
+    names = {f"{function.__module__}.{function.__name__}" for function in jit.functions()}
+    names |= {function.__module__ for function in jit.functions()}
+    model = CASES["a free body"]().system().assemble().model
+    assert {
+        name for name in needs.absent(model) if not {f"evolvent.{name}", f"evolvent.kernels.{name}"} & names
+    } == set()
 
 
 def test_every_row_has_a_case() -> None:

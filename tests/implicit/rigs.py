@@ -9,7 +9,6 @@ import numpy as np
 from evolvent import elements
 from evolvent.builder import Assembly
 from evolvent.flow import implicit, powers
-from evolvent.flow.needs import load_implicit
 from evolvent.kernels import contact, sparse
 from evolvent.solvers import Solution, alpha_state
 from evolvent.solvers.implicit import solve_implicit
@@ -44,7 +43,6 @@ class Equations(NamedTuple):
         y = self.y.copy()
         y[n_q : n_q + n_v] += self.c_rate * dq
         alpha_state.displace(self.y, dq, model, y)
-        load_implicit(model)
         implicit.residual(self.t, y, self.a + self.c_mass * dq, la, self.step, 1.0, model, r, power)
         return r
 

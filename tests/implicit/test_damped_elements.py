@@ -9,7 +9,6 @@ from evolvent import System, parts
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.flow import implicit, powers
-from evolvent.flow.needs import load_implicit
 from evolvent.solvers.linear_motion import matrices
 from evolvent.solvers.static_work import Work
 from helpers import accounts, derivative
@@ -71,7 +70,6 @@ def test_power_of_a_chosen_element(formulation: str, rng: np.random.Generator) -
     equations = disturbed(assembly, rng)
     expected = ALPHA * twice_kinetic(rates_of(assembly, equations.y), 2)
     model, n_q, n_v = assembly.model, int(assembly.model.info.nq), int(assembly.model.info.nv)
-    load_implicit(model)
     power, r = np.zeros(powers.N_POWERS), np.zeros(4 * n_v)
     implicit.residual(0.0, equations.y, np.zeros(n_v), np.zeros(0), 0.0, 1.0, model, r, power)
     assert power[powers.MASS_DAMPING] == pytest.approx(expected, rel=1e-10)

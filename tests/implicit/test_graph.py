@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.sparse.linalg import splu
 
-from evolvent import jit
 from evolvent.kernels import sparse, sparse_lu
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import ordering
@@ -20,11 +19,6 @@ from evolvent.solvers.static_work import sparse_of
 
 Array = np.ndarray
 GROUND = -1
-
-
-@pytest.fixture(autouse=True)
-def loaded() -> None:
-    jit.load((*sparse.functions(), *sparse_lu.functions()))
 
 
 def fill(matrix: SparseBlocks, A: Array) -> None:

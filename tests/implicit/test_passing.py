@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from evolvent import RunFailed, System, elements, parts
-from evolvent.flow import needs
 
 pytestmark = pytest.mark.slow
 
@@ -50,12 +49,6 @@ def test_spheres_collide(method: str) -> None:
     run = spheres().simulate(until=UNTIL, every=0.1, method=method, fine=False)
     assert abs(run["thrown"].velocity.values[-1, 0]) < 0.05 * SPEED
     assert run["struck"].velocity.values[-1, 0] == pytest.approx(SPEED, rel=0.02)
-
-
-def test_an_explicit_method_loads_what_it_calls() -> None:
-    """In a process that has run nothing else."""
-    needs.unload()
-    assert spheres().simulate(until=UNTIL, every=0.1, method="dopri5", fine=False).status == "success"
 
 
 @pytest.mark.parametrize("method", ADAPTIVE[:2])

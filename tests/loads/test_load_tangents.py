@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import System, elements, jit, parts
+from evolvent import System, elements, parts
 from evolvent.builder import Assembly
 from evolvent.flow import energy_momentum as flow
 from evolvent.parts.base import unit
@@ -169,7 +169,6 @@ def test_tangent_of_a_load(name: str, method: str, rng: np.random.Generator) -> 
 def step_columns(assembly: Assembly, dq: Array) -> tuple[Array, Array]:
     """As `columns`, of a step of energy-momentum with the increments dq; residuals are doubled."""
     plan = energy_momentum.plan(assembly, samples=[0.0, 1.0], step=0.01)
-    jit.load(energy_momentum.needed(plan.assembly.model))
     model, work = plan.assembly.model, energy_momentum.workspace(plan).step
     work.step.t, work.step.h, work.step.ratio = 0.0, 0.01, 0.0
     flow.measure(0, model, work)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evolvent import System, jit, parts
+from evolvent import System, parts
 from evolvent.builder import Assembly
 from evolvent.elements import General, Material, Rectangle, Taper, rods
 from evolvent.flow import energy_momentum as flow
-from evolvent.flow import implicit, needs
+from evolvent.flow import implicit
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import rod
 from evolvent.kernels.rigid import kinematics
@@ -28,7 +28,6 @@ def disturbed(seed: int = 1, size: float = 0.15, **keys: float) -> tuple[Assembl
     common = {"length": 1.0, "section": STRIP, "material": RUBBER, "elements": 3, "curvature": (0.3, 0.2, -0.4)}
     system.add(parts.Rod(**common, **keys), "rod")
     assembly = system.assemble()
-    needs.load_implicit(assembly.model)
     y, rng = assembly.y.copy(), np.random.default_rng(seed)
     n_q = int(assembly.model.info.nq)
     y[:n_q] += size * rng.standard_normal(n_q)
@@ -111,7 +110,6 @@ def test_tangent_of_the_energy_momentum_step() -> None:
     )  # fmt: skip
     plan = energy_momentum.plan(system.assemble(), samples=[0.0, 1.0], step=0.02)
     model, step = plan.assembly.model, energy_momentum.workspace(plan).step
-    jit.load(energy_momentum.needed(model))
     step.step.h, step.step.ratio = 0.02, 1.0
     flow.measure(0, model, step)
     rng = np.random.default_rng(0)

@@ -18,9 +18,12 @@ import numpy as np
 import pytest
 from numba import config
 
+import evolvent
 from evolvent import codecache, jit, laws, parts
 from evolvent.codecache import folder as cachefolder
 from evolvent.errors import InputError
+from evolvent.flow import needs
+from evolvent.flow.impulse import prepare
 from evolvent.solvers import solve
 from evolvent.system import System
 
@@ -91,8 +94,7 @@ import json
 from evolvent import jit
 from evolvent.kernels import flexible
 jit.load([flexible.add_gravity])
-address = int(jit.ADDRESSES[flexible.add_gravity.slot])
-print(json.dumps({"loaded": address not in (0, jit._unloaded())}))
+print(json.dumps({"loaded": int(jit.ADDRESSES[flexible.add_gravity.slot]) != 0}))
 """
 
 
@@ -100,6 +102,50 @@ print(json.dumps({"loaded": address not in (0, jit._unloaded())}))
 def test_the_first_function_of_a_process_is_loaded(tmp_path):
     (tmp_path / "first.py").write_text(FIRST)
     assert python(str(tmp_path / "first.py"))["loaded"]
+
+
+def motion(case: str) -> np.ndarray:
+    """End of a short run of a built-in case, with no function loaded at its start."""
+    needs.unload()
+    run = evolvent.load(case).simulate(until=0.2, every=0.1)
+    return np.concatenate([run[name][key].values[-1].ravel() for name in sorted(run.children) for key in
+                           ("position", "rate", "angle") if key in run[name]])  # fmt: skip
+
+
+@compiled_only
+@pytest.mark.parametrize("case", ["hanging-chain", "boom-slew", "heliogyro"])
+def test_a_function_that_is_not_loaded_is_loaded_as_it_is_called(case, monkeypatch):
+    """Also in the middle of a compiled loop: the motion is the same."""
+    expected = motion(case)
+    assert expected.size
+    monkeypatch.setattr(needs, "needed", lambda model, roots, without: roots)
+    np.testing.assert_array_equal(motion(case), expected)
+    assert len(jit.loaded_late) > 5
+
+
+@compiled_only
+@pytest.mark.parametrize("case", ["hanging-chain", "boom-slew", "solar-array", "heliogyro", "wrapped-rib"])
+def test_what_a_run_calls_is_loaded_before_it_begins(case):
+    motion(case)
+    assert [function.__name__ for function in jit.loaded_late] == []
+
+
+@compiled_only
+@pytest.mark.parametrize("error", [OSError, KeyboardInterrupt])
+def test_a_function_that_cannot_be_loaded_ends_the_run(error, monkeypatch):
+    def refuse(function):
+        raise error
+
+    assembly = evolvent.load("hanging-chain").assemble()
+    model, load = assembly.model, jit.Indirect.load
+    needs.unload()
+    with monkeypatch.context() as patch:
+        patch.setattr(needs, "load", lambda model, *roots: None)
+        inner = next(one for one in needs.needed(model, (prepare,), needs.absent(model)) if one is not prepare)
+        patch.setattr(type(inner), "load", lambda function: load(function) if function is prepare else refuse(function))
+        with pytest.raises(error):
+            prepare(0.0, assembly.y, assembly.s, model)
+    assert motion("hanging-chain").size
 
 
 # ------------------------------------------------------------------------------------------------ laws
@@ -416,7 +462,7 @@ def test_every_function_called_by_address_has_a_place_of_its_own():
     named = [function for function in found if function.__module__.startswith("evolvent.")]
     assert {function.__module__ for function in named} <= set(jit._MODULES)
     for function in named:
-        assert function.slot // jit._SLOTS == jit._MODULES.index(function.__module__)
+        assert (function.slot - 1) // jit._SLOTS == jit._MODULES.index(function.__module__)
 
 
 # ---------------------------------------------------------------------------------------------- indices

@@ -11,9 +11,9 @@ from evolvent.codecache.folder import (
     module_name,
     sources,
 )
-from evolvent.codecache.snapshots import Linked, snapshot
+from evolvent.codecache.snapshots import Linked, names_in, snapshot
 
 __all__ = [
     "BASELINE", "COMPILED", "Cache", "LawCache", "Linked", "compiling", "folder_name", "is_followed", "is_warm",
-    "mark_warm", "module_name", "snapshot", "sources", "without_path",
+    "mark_warm", "module_name", "names_in", "snapshot", "sources", "without_path",
 ]  # fmt: skip

@@ -123,7 +123,7 @@ class _Walk:
         self._code(code, depth)
         self.value(function.__defaults__, depth + 1)
         self.value(function.__kwdefaults__, depth + 1)
-        names = _names(code)
+        names = names_in(code)
         for name, cell, given in zip(code.co_freevars, cells, function.__closure__ or (), strict=True):
             self._feed(name)
             try:
@@ -291,12 +291,12 @@ class _Walk:
         return _is_library(str(value.__module__)) and (owner is None or isinstance(owner, ModuleType))
 
 
-def _names(code: CodeType) -> frozenset[str]:
+def names_in(code: CodeType) -> frozenset[str]:
     """Names that a function may read: of globals, and of attributes, also those asked for by getattr."""
     found = {*code.co_names}
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
-            found |= _names(constant)
+            found |= names_in(constant)
         elif isinstance(constant, str) and constant.isidentifier():
             found.add(constant)
     return frozenset(found)

@@ -1,29 +1,19 @@
-"""Which compiled functions a model needs: those of the families that it has."""
+"""Which compiled functions a model needs: what a function calls, but the kernels of what the model does not have."""
 
 from __future__ import annotations
 
+import functools
 import weakref
 from collections.abc import Iterator
+from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numba import config
 
 from evolvent import families, jit
-from evolvent.flow import events, explicit_flexible, implicit, impulse, inventory, projection, rhs, sampling
-from evolvent.kernels import (
-    constraint_rows,
-    contact,
-    drive,
-    flexible,
-    hinge,
-    loads,
-    passing,
-    profile,
-    rigid,
-    sparse,
-    sparse_lu,
-    thread,
-)
+from evolvent.codecache import Linked, names_in
+from evolvent.kernels import coordinate, drive, flexible, joint, passing, thread
 from evolvent.model import Model
 
 
@@ -36,123 +26,150 @@ def is_flexible(model: Model) -> bool:
     )  # fmt: skip
 
 
-def forces(model: Model) -> Iterator[Any]:
-    """Functions of the families that explicit and implicit methods need alike."""
-    f = model.flexible
-    yield rigid.kinematics
-    yield from families.functions(model)
-    if model.loads.size:
-        yield loads.concentrated_loads
-    if model.threads.size and (model.loads.size or model.fields.size or np.any(model.info.gravity)):
-        yield thread.node_loads
-    if model.threads.size and model.fields.size:
-        yield thread.wound_fields
-    if passing.can_pass(model):
-        yield passing.passing
-    yield from (*jit.at_slots(f.elements["force"]), *jit.at_slots(f.elements["energy"]))
+def absent(model: Model) -> frozenset[str]:
+    """Modules, and functions of other modules, for what a model does not have; without `evolvent.` and `kernels.`.
+
+    A name that is missing here costs compilation; one that is wrong has a function loaded when it is called.
+    """
+    f, threads, joints, ties = model.flexible, model.threads, model.flexible.joints, model.flexible.synchronizations
+    penalties = model.info.penalties
+    has = {
+        "attitude": model.wheels.size or model.thrusters.size or model.controllers.size,
+        "beam_loads": f.beam_loads.size,
+        "node_loads": f.beam_loads.size and np.any(families.follows(f.beam_loads)),
+        "body_contact": f.body_contacts.size,
+        "body_contact_step": f.body_contacts.size,
+        "constraint_rows": model.rows.size,
+        "constraint_rows.link_geometry": model.links.size,
+        "contact": f.cylinders.size,
+        "contact_step": f.cylinders.size,
+        "layers": np.any(f.cylinders["under"] >= 0),
+        "layer_step": np.any(f.cylinders["under"] >= 0),
+        "coordinate": f.hinges.size,
+        "coordinate.add_motors": f.motors.size,
+        "coordinate.measure_motor_slopes": f.motors.size,
+        "coordinate.add_synchronizations": ties.size,
+        "cord_step": np.any(joints["kind"] == joint.CORD),
+        "joint._cord_geometry": np.any(joints["kind"] == joint.CORD),
+        "custom": f.custom_forces.size,
+        "fields": model.fields.size,
+        "flexible": f.elements.size,
+        "flow.energy_momentum.add_elements": f.elements.size,
+        "flow.energy_momentum.add_element_tangents": f.elements.size,
+        "flow.energy_momentum.add_springs": model.springs.size,
+        "gear": f.gear_coordinates.size,
+        "hinge": f.hinges.size,
+        "hinge.add_synchronization_tangents": ties.size,
+        "hinge._add_outer": ties.size,
+        "hinge_step": f.hinges.size,
+        "joint": joints.size,
+        "loads": model.loads.size,
+        "passing": passing.can_pass(model),
+        "rigid.move_along": np.any(model.bodies["path"] != 0),
+        "rod": f.rods.size,
+        "rod_step": f.rods.size,
+        "springs": model.springs.size,
+        "thermal": f.thermal_loads.size,
+        "thermal.heat_rods": np.any(f.thermal_loads["rod"] >= 0),
+        "thread.chain": np.any(threads["kind"] == thread.INEXTENSIBLE),
+        "thread.end": np.any(threads["end"] >= 0),
+        "thread.energy": threads.size,
+        "thread.fields": threads.size and model.fields.size,
+        "thread.free": np.any(threads["drive"] == drive.FREE),
+        "thread.implicit": threads.size,
+        "thread.loads": threads.size and (model.loads.size or model.fields.size or np.any(model.info.gravity)),
+        "thread.springs": threads.size,
+        "thread.springs.spring_thread": np.any(threads["kind"] == thread.SPRINGS),
+        "thread.wound": threads.size,
+        "travel": np.any(f.hinges["kind"] != coordinate.ANGLE),
+        "flow.events": model.info.ne,
+        "flow.events.release_nodes": threads.size,
+        "flow.events.start_links": np.any(threads["kind"] == thread.INEXTENSIBLE),
+        "flow.events.capture_node": threads.size,
+        "flow.events.separate": threads.size,
+        "flow.explicit_flexible": is_flexible(model),
+        "flow.explicit_flexible.release_by": penalties or f.motors.size,
+        "flow.explicit_flexible.release_penalties": penalties,
+        "flow.impulse": model.rows.size or threads.size,
+        "flow.projection.project_links": model.links.size or model.guides.size,
+        "solvers.alpha_start.thread_accelerations": threads.size,
+        "solvers.alpha_samples.keep_lengths_at_spools": threads.size,
+    }
+    return frozenset(name for name, found in has.items() if not found)
 
 
-def preparation(model: Model) -> Iterator[Any]:
-    """Functions that place a model's parts: kinematics, masses and constraint rows (`impulse.prepare`)."""
-    yield from (impulse.prepare, rigid.kinematics)
-    if model.threads.size:
-        yield from (thread.reels, thread.carry_wound)
-    if np.any(model.threads["drive"] == drive.FREE):
-        yield profile.profile  # of the motor
-    if model.rows.size:
-        yield constraint_rows.build_rows
-    if model.links.size:
-        yield constraint_rows.link_geometry
-    if has_chains(model):
-        yield thread.chain_matrix
+#: Functions that call others by indices in records of elements, with the field of these.
+_BY_RECORD = {
+    flexible.add_elements: "force",
+    flexible.add_element_tangents: "tangent",
+    flexible.beam_energies: "energy",
+}
 
 
-def has_chains(model: Model) -> bool:
-    """Whether a model has threads of fixed segments."""
-    return bool(np.any(model.threads["kind"] == thread.INEXTENSIBLE))
+@functools.cache
+def _called(function: Any) -> tuple[Any, ...]:
+    """Functions called by their address in a compiled function and in what is compiled into it."""
+    found: dict[Any, None] = {}
+    seen, waiting = {function}, [function]
+    while waiting:
+        for other in _linked(waiting.pop().py_func):
+            if isinstance(other, jit.Indirect):
+                found[other] = None
+            elif other not in seen:
+                waiting.append(other)
+            seen.add(other)
+    return tuple(found)
 
 
-def explicit(model: Model) -> Iterator[Any]:
-    """Functions that explicit methods call."""
-    yield from (rhs.rhs, inventory.inventory)
-    yield from forces(model)
-    if model.threads.size:  # whose motion is read off afterwards
-        yield sampling.fill_observations
-    if model.rows.size:
-        yield from preparation(model)
-        yield from (constraint_rows.row_velocity_terms, constraint_rows.solve_rows, impulse.impulse)
-    if has_chains(model):
-        yield from (thread.chain_rhs, thread.chain_solve, thread.chain_rates, thread.chain_points)
-        yield from (thread.kick_chain, events.start_links)
-    if is_flexible(model):
-        yield from (explicit_flexible.add_flexible_forces, flexible.beam_rates)
-        yield from (explicit_flexible.add_flexible_inventory, explicit_flexible.release_penalties)
-    if model.flexible.hinges.size:
-        yield from (hinge.note_turns, hinge.latch_values)
-    if projection.is_corrected(model):
-        yield projection.project
-    if model.links.size or model.guides.size:
-        yield projection.project_links
-    yield from changes(model)
+def _linked(function: Any) -> Iterator[Any]:
+    """Compiled functions that a Python function names."""
+    names = names_in(function.__code__)
+    for name in names:
+        value = function.__globals__.get(name)
+        if isinstance(value, Linked):
+            yield value
+        elif isinstance(value, ModuleType):
+            yield from (other for at in names if isinstance(other := getattr(value, at, None), Linked))
 
 
-def changes(model: Model) -> Iterator[Any]:
-    """Functions that events call."""
-    if model.info.ne:
-        yield from (events.event_values, events.apply_event)
-    if model.info.ne and (model.info.penalties or model.flexible.motors.size):
-        yield explicit_flexible.release_by
-    if model.threads.size:
-        yield from preparation(model)
-        yield from (impulse.impulse, events.release_nodes, events.capture_node, events.separate)
+@functools.cache
+def _reached(roots: tuple[Any, ...], absent: frozenset[str]) -> tuple[Any, ...]:
+    """Functions that some functions call, but those that are absent, themselves first."""
+    found: dict[Any, None] = dict.fromkeys(roots)
+    waiting = list(roots)
+    while waiting:
+        for other in _called(waiting.pop()):
+            module = other.py_func.__module__.removeprefix("evolvent.").removeprefix("kernels.")
+            if other not in found and absent.isdisjoint((module, f"{module}.{other.py_func.__name__}")):
+                found[other] = None
+                waiting.append(other)
+    return tuple(found)
 
 
-def balance(model: Model) -> Iterator[Any]:
-    """Functions of the implicit equations and their linear solver."""
-    f = model.flexible
-    yield from (implicit.residual, implicit.tangent, implicit.energies)
-    yield from forces(model)
-    yield from (*sparse.functions(), *sparse_lu.functions())
-    yield from families.functions(model, tangents=True)
-    yield from jit.at_slots(f.elements["tangent"])
+def needed(model: Model, roots: tuple[Any, ...], without: frozenset[str]) -> list[Any]:
+    """Functions that `roots` call on a model that lacks what `absent` names, `roots` among them."""
+    found = _reached(roots, without)
+    by_record = [field for caller, field in _BY_RECORD.items() if caller in found]
+    return [*found, *(one for field in by_record for one in jit.at_slots(model.flexible.elements[field]))]
 
 
-def implicit_steps(model: Model) -> Iterator[Any]:
-    """Functions that implicit steps call beside `balance`."""
-    yield from balance(model)
-    yield from (implicit.keep_momentum, implicit.momenta, implicit.add_rigid_motion)
-    if model.flexible.cylinders.size:
-        yield contact.count_touching
-    if model.threads.size:
-        yield from explicit(model)  # an event needs the state's sums, impulses and rates
+#: What a model does not have, and what was loaded for it.
+_LOADED: weakref.WeakKeyDictionary[Model, tuple[frozenset[str], set[Any]]] = weakref.WeakKeyDictionary()
 
 
-def load_preparation(model: Model) -> None:
-    """Load the functions that place a model's parts."""
-    jit.load(preparation(model))
-
-
-def load_weight(model: Model) -> None:
-    """Load `implicit.add_weight` and what it calls."""
-    jit.load([implicit.add_weight, *([flexible.add_gravity] if model.flexible.elements.size else [])])
-
-
-#: Models whose functions for explicit methods are loaded; to list them takes as long as a hundred small steps.
-_LOADED: weakref.WeakSet[Model] = weakref.WeakSet()
-
-
-def load_explicit(model: Model, *others: Any) -> None:
-    """Load the functions that explicit methods call, and other ones with them."""
-    jit.load(others if model in _LOADED else (*explicit(model), *others))
-    _LOADED.add(model)
+def load(model: Model, *roots: Any) -> None:
+    """Load functions, and all that they call on a model, before they are called; what is in no cache is compiled."""
+    if config.DISABLE_JIT:
+        return
+    if model not in _LOADED:
+        _LOADED[model] = absent(model), set()
+    without, loaded = _LOADED[model]
+    if roots not in loaded:
+        jit.load(needed(model, roots, without))
+        loaded.add(roots)
 
 
 def unload() -> None:
-    """Unload all functions, as at the start of a process; tests find functions that are missing here so."""
+    """Unload all functions, as at the start of a process."""
     jit.unload()
     _LOADED.clear()
-
-
-def load_implicit(model: Model) -> None:
-    """Load the implicit equations and what implicit steps call beside them."""
-    jit.load(implicit_steps(model))

@@ -6,12 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent import jit
 from evolvent.flow import needs
 from evolvent.flow.implicit import momenta
 from evolvent.flow.inventory import inventory
 from evolvent.flow.sampling import fill_observations
-from evolvent.kernels import flexible, rigid
+from evolvent.kernels import rigid
 from evolvent.model import N_INVENTORY, Model
 
 
@@ -67,7 +66,7 @@ def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observ
     t, y, s : (nt,), (nt, ny), (nt, ns), as in `evolvent.solvers.Solution`
     """
     out = empty_observations(model, t.size)
-    needs.load_explicit(model, fill_observations)
+    needs.load(model, fill_observations)
     fill_observations(t, np.ascontiguousarray(y), np.ascontiguousarray(s), model, *out)
     return out
 
@@ -80,7 +79,7 @@ def sums_of(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> np.nda
     t, y, s : (nt,), (nt, ny), (nt, ns), as in `evolvent.solvers.Solution`
     """
     out = np.empty((t.size, N_INVENTORY))
-    needs.load_explicit(model)
+    needs.load(model, inventory)
     y, s = np.ascontiguousarray(y), np.ascontiguousarray(s)
     for k in range(t.size):
         inventory(t[k], y[k], s[k], model, out[k])
@@ -95,7 +94,6 @@ def momenta_of(model: Model, t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, 
     t, y : (nt,), (nt, ny), as in `evolvent.solvers.Solution`
     """
     out = np.empty((t.size, 6))
-    jit.load([rigid.kinematics, momenta, *([flexible.beam_momenta] if model.flexible.elements.size else [])])
     y = np.ascontiguousarray(y)
     for k in range(t.size):
         rigid.kinematics(t[k], y[k], model)

@@ -44,7 +44,8 @@ def rhs(t, y, s, model, dy):
         attitude.actuator_rates(y, model, dy)
         dy[model.info.nq + model.info.nv + DRIVE] += motors
     if is_flexible:
-        flexible.beam_rates(y, model, dy)
+        if model.flexible.beams.size > 0:
+            flexible.beam_rates(y, model, dy)
         dy[model.info.nq + model.info.nv + DRIVE] += coordinate.motor_power(model)
 
 

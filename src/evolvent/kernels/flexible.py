@@ -63,7 +63,7 @@ def add_elements(y, a, model, F):
     by_mass = by_stiffness = 0.0
     for k in range(elements.size):
         iq, iv, beam, mass, form = elements[k].iq, elements[k].iv, elements[k].beam, elements[k].mass, elements[k].form
-        alpha, at, force = elements[k].alpha, iv - n_q, element_force_at(model.addresses[elements[k].force])
+        alpha, at, force = elements[k].alpha, iv - n_q, element_force_at(model, elements[k].force)
         n = 12 if beams[beam].kind == CABLE else 24
         e, u, f, x = y[iq : iq + n], y[iv : iv + n], F[at : at + n], flexible.e[0, :n]
         for i in range(n):
@@ -100,7 +100,7 @@ def add_element_tangents(y, c_mass, c_rate, model, matrix):
     beams, elements, work = flexible.beams, flexible.elements, flexible.work
     for k in range(elements.size):
         iq, iv, beam, mass, form = elements[k].iq, elements[k].iv, elements[k].beam, elements[k].mass, elements[k].form
-        beta, at, tangent = elements[k].beta, iv - n_q, element_tangent_at(model.addresses[elements[k].tangent])
+        beta, at, tangent = elements[k].beta, iv - n_q, element_tangent_at(model, elements[k].tangent)
         factor = c_mass + c_rate * elements[k].alpha
         n = 12 if beams[beam].kind == CABLE else 24
         e, u = y[iq : iq + n], y[iv : iv + n]
@@ -126,7 +126,7 @@ def beam_energies(y, first, last, model, out):
             elements[k].form,
             elements[k].bending,
         )
-        energy = element_energy_at(model.addresses[elements[k].energy])
+        energy = element_energy_at(model, elements[k].energy)
         if beams[elements[k].beam].kind == CABLE:
             e, u = y[iq : iq + 12], y[iv : iv + 12]
             out[0] += ancf.kinetic_energy(flexible.M12[mass], u)

@@ -8,8 +8,6 @@ Inner unknowns z stand for a low-rank product outside the blocks: A x + B z = f 
 (A + B C^T) x = f, and the solution leaves them out.
 """
 
-from typing import Any
-
 import numpy as np
 from numba import types, void
 
@@ -87,11 +85,6 @@ _I = types.int64
 
 
 # ---------------------------------------------------------------------------------------------- assembly
-
-
-def functions() -> list[Any]:
-    """Functions of this module that are called by address."""
-    return [clear, first_entry, add_entry, add_block]
 
 
 @indirect(void(SPARSE))

@@ -1,7 +1,6 @@
 """What a `SparseBlocks` matrix has beside its blocks: deferred pivots and inner unknowns, and their dense corner."""
 
 import math
-from typing import Any
 
 from numba import types, void
 
@@ -25,11 +24,6 @@ from evolvent.kernels.sparse import (
 )
 
 _I = types.int64
-
-
-def functions() -> list[Any]:
-    """Functions of this module that are called by address."""
-    return [loose_row, defer, eliminate_beside, factor_corner, solve_corner]
 
 
 @indirect(_I(SPARSE, _I, _I))

@@ -1,11 +1,8 @@
 """LU of a `SparseBlocks` matrix in place, and solutions with the factors."""
 
-from typing import Any
-
 from numba import types, void
 
 from evolvent.jit import VECTOR, indirect, inlined, kernel, matrix_view
-from evolvent.kernels import sparse_corner
 from evolvent.kernels.sparse import (
     AT,
     BLOCK,
@@ -27,11 +24,6 @@ from evolvent.kernels.sparse import (
 from evolvent.kernels.sparse_corner import defer, eliminate_beside, factor_corner, loose_row, solve_corner
 
 _I = types.int64
-
-
-def functions() -> list[Any]:
-    """Functions of this module, and of what it calls, that are called by address."""
-    return [factor, solve, _eliminate, _substitute, _subtract, *sparse_corner.functions()]
 
 
 @indirect(types.int64(SPARSE))

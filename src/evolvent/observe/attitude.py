@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import jit
-from evolvent.flow import needs
 from evolvent.kernels import attitude, rigid
 from evolvent.observe.variables import Observed, dot, norm, turned
 from evolvent.observe.view import View
@@ -18,7 +16,6 @@ Array = np.ndarray
 def _evaluated(view: View, family: str, name: str, *fields: str) -> dict[str, Array]:
     """Fields of a part's record that the forces leave behind, at every sample."""
     model, index = view.model, view.index(name)
-    jit.load(needs.forces(model))
     kept = []
     for k, t in enumerate(view.t):
         rigid.kinematics(float(t), view.y[k], model)

@@ -7,11 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import jit
 from evolvent.kernels import coordinate
 from evolvent.kernels import hinge as kernels
 from evolvent.kernels.drive import drive
-from evolvent.kernels.profile import profile
 from evolvent.kernels.sides import ON_COORDINATES
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE
 from evolvent.observe.variables import Observed, cross, dot, turned
@@ -178,7 +176,6 @@ def observe_motor(view: View, name: str) -> Observed:
 
 def _torques(view: View, index: int, x: Array, rate: Array) -> Array:
     """Torques of a motor at the samples (nt,), by its compiled law."""
-    jit.load([coordinate.add_motors, profile])
     model = view.model.copy()
     motors, hinges = model.flexible.motors, model.flexible.hinges
     hinge, found = int(motors["hinge"][index]), np.zeros(view.t.size)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent import jit
+from evolvent.flow import needs
 from evolvent.flow.inventory import inventory
-from evolvent.flow.needs import load_explicit
 from evolvent.kernels import fields, rigid, thread
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.model import N_INVENTORY, Model, zeros
@@ -22,9 +21,7 @@ def observe_field(view: View, name: str) -> Observed:
     scale = np.zeros(model.fields.size)
     scale[view.index(name)] = 1.0
     model.fields["scale"], model.info.gravity[:] = scale, 0.0
-    if model.threads.size:
-        load_explicit(model)
-    jit.load([rigid.kinematics, fields.add_field_forces, fields.add_beam_fields])
+    needs.load(model, rigid.kinematics, fields.add_field_forces, fields.add_beam_fields)
     force, power = np.zeros((view.t.size, 3)), np.zeros(view.t.size)
     for k, (t, y, s) in enumerate(zip(view.t.tolist(), view.y, view.s, strict=True)):
         power[k] = _sums(t, y, s, model, force[k])

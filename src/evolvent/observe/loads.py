@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import families, jit
+from evolvent import families
 from evolvent.flow.inventory import inventory
-from evolvent.flow.needs import load_explicit
 from evolvent.kernels import beam_loads, flexible
 from evolvent.kernels import loads as kernels
 from evolvent.kernels.profile import profile
@@ -89,7 +88,6 @@ def observe_thread_load(view: View, index: int) -> Observed:
     """Resultant on the released thread, and the work on all copies that the thread stands for."""
     found, model = Observed(), view.model.copy()
     thread = model.threads[int(model.loads["target"][index])]
-    load_explicit(model, load_resultant)
     sums, values, power = np.empty(N_INVENTORY), np.empty((view.t.size, 6)), np.empty(view.t.size)
     for k, (t, y, s) in enumerate(zip(view.t.tolist(), view.y, view.s, strict=True)):
         inventory(t, y, s, model, sums)  # it places the nodes
@@ -121,7 +119,6 @@ def strength_at(view: View, t: Array, start: float, end: float, ramp: float, at:
     s = np.clip((t - start) / ramp, 0.0, 1.0) if ramp > 0.0 else np.ones(t.size)
     found = s * s * (3.0 - 2.0 * s)
     if at >= 0:
-        jit.load([profile])
         found = found * np.array([profile(time, at, view.model) for time in t.tolist()])
     return np.where((t >= start) & (t < end), found, 0.0)
 
@@ -205,7 +202,6 @@ def spread_rate(view: View, row: Any, nodes: Array) -> Array:
     arms = nodes.copy()
     arms[:, :, 0] -= c
     turning = cross(z, arms).reshape(view.t.size, size)
-    jit.load([flexible.beam_momenta])
     inertia, out = np.empty(view.t.size), np.empty(6)
     for k, y in enumerate(view.y.copy()):
         y[at : at + size], out[:] = turning[k], 0.0

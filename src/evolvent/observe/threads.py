@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.flow.needs import load_explicit
 from evolvent.flow.rhs import rhs
 from evolvent.kernels.drive import FREE
 from evolvent.observe.variables import Observed, cross, norm, turned, turned_back
@@ -203,7 +202,6 @@ def _leading(pose: Pose, row: np.record) -> Array:
 def _spool_torques(view: View, index: int) -> tuple[Array, Array]:
     """Torques of motor and friction on a free spool, N m: (nt,) each."""
     model, found = view.model, np.zeros((2, view.t.size))
-    load_explicit(model, rhs)
     dy = np.zeros(view.y.shape[1])
     for k, t in enumerate(view.t):
         s = np.ascontiguousarray(view.s[k])

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import families, jit
 from evolvent.kernels import contact, flexible, rigid, sides, springs
 from evolvent.kernels.drive import drive
 from evolvent.kernels.flexible import NODE_VECTORS
@@ -202,10 +201,9 @@ class View:
 
     def beam_sums(self, index: int) -> BeamSums:
         """Energies and momenta of a beam, as the solvers count them."""
-        row, elements = self.model.flexible.beams[index], self.model.flexible.elements
+        row = self.model.flexible.beams[index]
         first = int(row["first_element"])
         last = first + int(row["elements"])
-        jit.load([flexible.beam_energies, flexible.beam_momenta, *jit.at_slots(elements["energy"][first:last])])
         out = np.zeros((self.t.size, 9))
         for y, values in zip(self.y, out, strict=True):
             flexible.beam_energies(y, first, last, self.model, values[:3])
@@ -225,7 +223,6 @@ class View:
         """
         model = self.model.copy()
         points, F = model.flexible.contact_points, np.zeros(int(model.info.nv))
-        jit.load([rigid.kinematics, *families.functions(model)])
         force, gap = (np.zeros((self.t.size, points.size)) for _ in range(2))
         damped = bool(np.any(points["viscous"] > 0.0))
         for k, y in enumerate(self.y):

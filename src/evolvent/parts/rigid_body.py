@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import AfterValidator
 from pydantic_core import PydanticCustomError
 
-from evolvent import jit, units
+from evolvent import units
 from evolvent.builder import Builder, Pose
 from evolvent.elements.dense import dot, product
 from evolvent.errors import InputError
@@ -149,7 +149,6 @@ class RigidBody(Part):
         if jumps:
             raise InputError(f"{name}.drive.steps has a step of zero duration, at which the rate jumps; give it a "
                              f"duration above 0 s")  # fmt: skip
-        jit.load([rigid.move_along])
         direction = np.array([1.0, 0.0, 0.0]) if self.direction is None else unit(self.direction)
         fields = {"path": 1 + row.kind, "path_first": row.first, "path_last": row.last, "path_law": row.law}
         value, rate, _ = self.drive.at(builder, row, 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from numba import types, void
 
@@ -14,16 +13,14 @@ from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.passing import note_places, passing
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers.alpha import iterate, solve_step
+from evolvent.solvers.alpha import solve_step
 from evolvent.solvers.alpha_energy import add_step_to_balance, fill_energies, has_gained, note_drives
 from evolvent.solvers.alpha_samples import (
-    fill_forces,
-    keep_lengths_at_spools,
     keep_sample,
     keep_samples,
     next_start,
 )
-from evolvent.solvers.alpha_start import accelerations_at, start_accelerations, thread_accelerations
+from evolvent.solvers.alpha_start import start_accelerations
 from evolvent.solvers.alpha_state import (
     AT_RESTART,
     AT_STOP,
@@ -32,8 +29,6 @@ from evolvent.solvers.alpha_state import (
     GAINED,
     NO_CONVERGENCE,
     WORKSPACE,
-    displace,
-    factor_at,
 )
 from evolvent.solvers.balance import begin_extremes, energy_of, potential_of
 from evolvent.solvers.step_error import beside_tolerance, fastest_rate, note_step
@@ -44,18 +39,6 @@ _I = types.int64
 LARGEST_TURN = 0.5
 #: Part of a fixed step down to which it is divided where a thread goes slack or taut, or bodies may pass each other.
 SMALLEST_PART = 1e-4
-
-
-def functions(model: Any) -> list[Any]:
-    """Functions of the time loop that a model needs."""
-    found = [
-        advance, begin, start_accelerations, accelerations_at, factor_at, displace, solve_step, iterate,
-        add_step_to_balance, has_gained, note_drives, fill_energies, restart, restore_start,
-        fill_forces, keep_sample, keep_samples, next_start,
-    ]  # fmt: skip
-    if model.threads.size:
-        found += [thread_accelerations, keep_lengths_at_spools]
-    return found
 
 
 @indirect(_I(MODEL, SPARSE, WORKSPACE))

@@ -478,7 +478,7 @@ def _load(
     options: tuple[Any, ...] = (tableau.A, tableau.b, tableau.c)
     if steps is ex.adaptive:
         options += (ex.DOPRI5_ERROR, ex.DOPRI5_DENSE, rtol, atol)
-    needs.load_explicit(model, ex.start_up, ex.fire, steps)
+    needs.load(model, ex.start_up, ex.fire, steps)
 
     def advance(work: ex.ExplicitWorkspace, budget: int) -> int:
         return int(steps(*options, model, work, budget))

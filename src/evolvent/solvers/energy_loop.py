@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import types, void
@@ -158,11 +157,6 @@ class EnergyLoop(Struct):
 
 
 ENERGY_LOOP = EnergyLoop._numba_type_
-
-
-def functions() -> list[Any]:
-    """Functions of the time loop."""
-    return [advance, begin, solve_step, iterate, search, fill_energies, keep_samples, accept]
 
 
 @inlined

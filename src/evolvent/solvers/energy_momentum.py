@@ -9,26 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import families, jit
+from evolvent import families
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
-from evolvent.flow.implicit import momenta
+from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import (
     body_contact_step,
     contact_step,
-    coordinate,
-    cord_step,
-    gear,
-    hinge,
-    hinge_step,
     joint,
-    layer_step,
     rigid,
     rod,
-    rod_step,
     sides,
     springs,
 )
@@ -162,35 +155,6 @@ def is_held(model: Any, t: float = -math.inf) -> bool:
     return any(bool(np.any(one)) for one in fixed)
 
 
-def needed(model: Any) -> list[Any]:
-    """Functions that the method calls."""
-    found = [flow.measure, flow.move, flow.residual, flow.tangent, *energy_loop.functions(), *needs.balance(model)]
-    found.append(momenta)
-    if model.flexible.elements.size:
-        found += [flow.add_elements, flow.add_element_tangents]
-    if model.flexible.rods.size:
-        found += [rod_step.measure_rods, rod_step.add_stressed_elements, rod_step.add_rod_step_tangents]
-    if model.springs.size:
-        found.append(flow.add_springs)
-    if np.any(model.flexible.joints["kind"] == joint.CORD):
-        found.append(cord_step.add_cord_step)
-    if model.flexible.gear_coordinates.size:
-        found.append(gear.secant_gear)
-    if model.flexible.hinges.size:
-        found += [hinge_step.measure_hinges, hinge_step.add_hinge_step, hinge_step.hinge_energy]
-        found += [hinge.note_turns, coordinate.end_coordinate_step]
-    if model.flexible.cylinders.size:
-        found += [contact_step.measure_gaps, contact_step.add_contact_step, contact_step.add_contact_step_tangents]
-        found.append(contact_step.end_contacts)
-    if model.flexible.body_contacts.size:
-        found += [body_contact_step.measure_body_gaps, body_contact_step.add_body_contact_step]
-        found += [body_contact_step.add_body_contact_step_tangents, body_contact_step.end_body_contact_step]
-    if np.any(model.flexible.cylinders["under"] >= 0):
-        found += [layer_step.gap_below, layer_step.measure_layer, layer_step.add_layer_step]
-        found += [layer_step.add_layer_step_tangents]
-    return found
-
-
 def workspace(of: Plan) -> energy_loop.EnergyLoop:
     """The loop's workspace at the start of a run."""
     assembly, model, times = of.assembly, of.assembly.model, of.times
@@ -273,7 +237,8 @@ class Run(implicit.Run):
     def _loaded(self) -> Any:
         """The loop's workspace, when the functions that the run calls are loaded."""
         self._hold_joints()
-        jit.load(needed(self.model))
+        for_rank = (residual, tangent) if self.model.flexible.joints.size else ()
+        needs.load(self.model, energy_loop.begin, energy_loop.advance, *for_rank)
         self.has_layers = bool(np.any(self.model.flexible.cylinders["under"] >= 0))
         return workspace(self.plan)
 

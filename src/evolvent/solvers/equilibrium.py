@@ -12,7 +12,6 @@ the start left unbalanced, r0.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import types, void
@@ -100,11 +99,6 @@ def _twice(spin, x, y, z):
     """W x (W x r)."""
     ux, uy, uz = cross(spin[0], spin[1], spin[2], x, y, z)
     return cross(spin[0], spin[1], spin[2], ux, uy, uz)
-
-
-def functions() -> list[Any]:
-    """Functions that a search for equilibria calls beside the equations."""
-    return [balance, relax, follow, probe, accept, unbalance, turning, add_turning_tangent, _factor, _move, displace]
 
 
 @indirect(void(REAL, VECTOR, VECTOR, MODEL, VECTOR))

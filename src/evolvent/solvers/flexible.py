@@ -10,7 +10,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from evolvent import model as mdl
 from evolvent.builder import Assembly
-from evolvent.flow.needs import load_explicit
+from evolvent.flow import needs
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact, hinge, rigid
 from evolvent.kernels.flexible import NODE_VECTORS, beam_rates
@@ -88,7 +88,7 @@ def _largest(product: Callable[[np.ndarray], np.ndarray], n: int) -> tuple[float
 def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
     """Accelerations of the start displaced by (a, b), changes of coordinates and rates by velocity."""
     model = assembly.model
-    load_explicit(model)
+    needs.load(model, rhs)
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     y, dy, s = assembly.y.copy(), np.zeros_like(assembly.y), assembly.s.copy()
     place = np.full(n_v, -1)

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import jit
 from evolvent.elements import rods
 from evolvent.elements.forms import products
 from evolvent.elements.thermal import STRETCHES
@@ -33,7 +32,6 @@ class Heated(NamedTuple):
 def amplitudes(model: Model, index: int, t: Array, factor: Array | float = 1.0) -> Array:
     """Amplitudes of a thermal load at the times t: (nt, 6)."""
     load = model.flexible.thermal_loads[index]
-    jit.load([profile])
     T, y, z = (
         np.array([profile(float(time), at, model) if at >= 0 else 0.0 for time in t]) * factor
         for at in (int(load[key]) for key in ("temperature", "gradient_y", "gradient_z"))

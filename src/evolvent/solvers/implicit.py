@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from evolvent import codecache, families, jit
+from evolvent import codecache, families
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.flow import needs
@@ -214,7 +214,7 @@ class Run:
         self.model.flexible.switches[:] = of.assembly.s
         self._hold_joints()
         self.releases = Releases(self.model) if self.model.threads.size else None
-        jit.load((*needs.implicit_steps(self.model), *alpha_loop.functions(self.model)))
+        needs.load(self.model, alpha_loop.begin, alpha_loop.advance, alpha_loop.restart)
         return workspace(of.assembly, of.times, of.weight, of.options.copy())
 
     def _hold_joints(self) -> None:

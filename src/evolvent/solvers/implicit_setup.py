@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.families import owner
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import gear, joint, rigid
+from evolvent.kernels import joint, rigid
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.drive import FREE
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
@@ -173,10 +172,6 @@ def check_start(assembly: Assembly, t: float) -> None:
     """Refuse joints that the start does not meet, by name: positions or velocities that contradict them."""
     model, y = assembly.model, assembly.y.copy()
     joints = model.flexible.joints
-    if np.any(joints["kind"] == joint.CORD):
-        jit.load([joint._cord_geometry])
-    if np.any(joints["kind"] == joint.GEAR):
-        jit.load([gear.gear_geometry])
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     length = max(1.0, float(np.abs(y[:n_q]).max(initial=0.0)))
     speed = max(1.0, float(np.abs(y[n_q : n_q + n_v]).max(initial=0.0)))

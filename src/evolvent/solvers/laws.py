@@ -13,8 +13,8 @@ from evolvent import laws
 from evolvent.builder import Assembly
 from evolvent.errors import EvolventError, InputError
 from evolvent.families import owner
+from evolvent.flow import needs
 from evolvent.flow.impulse import prepare
-from evolvent.flow.needs import load_preparation
 from evolvent.kernels import coordinate, custom, drive, hinge, loads, springs
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.rigid import FREE
@@ -50,7 +50,7 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
                 _try(assembly, use, time, (time,))
             continue
         if not placed:
-            load_preparation(assembly.model)
+            needs.load(assembly.model, prepare)
             prepare(start, y, s, assembly.model)
             placed = True
         for arguments in _arguments(assembly, use, (start, y, s), everywhere=False):

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse as sparse
 
-from evolvent import jit
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.families import bodies_of
@@ -294,7 +293,6 @@ class Modes:
         n_q, n_v = int(model.info.nq), int(model.info.nv)
         rest = np.ascontiguousarray(self.equilibrium.y[-1])
         y = np.tile(rest, (frames, 1))
-        jit.load((displace,))
         for j in range(frames):
             displace(rest, np.ascontiguousarray(scale * d[j]), model, y[j])
         y[:, n_q : n_q + n_v] += scale * rate

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.flow import needs
@@ -86,7 +85,7 @@ class Releases:
         self.model = model
         self.times: list[float] = []
         self.kinds: list[int] = []
-        jit.load(needs.explicit(model))
+        needs.load(model, event_values, apply_event)
         self._values = np.zeros(int(model.info.ne))
 
     def fire(self, t: float, y: np.ndarray) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.builder import Assembly
-from evolvent.flow.needs import load_explicit
+from evolvent.flow import needs
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import body_contact, constraint_rows, hinge, joint
 from evolvent.kernels.flexible import beam_energies
@@ -141,7 +141,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     found = empty(model, t.size)
     found.balance[:] = balances(model, y, sums)
-    load_explicit(model)
+    needs.load(model, rhs)
     dy, own, scratch = np.zeros_like(assembly.y), np.zeros(3), np.zeros(n_v)
     rows, columns, signs = _same_constraints(assembly)
     for k in range(t.size):

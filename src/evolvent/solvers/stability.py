@@ -9,8 +9,8 @@ import numpy as np
 
 from evolvent.builder import Assembly
 from evolvent.families import owner
+from evolvent.flow import needs
 from evolvent.flow.impulse import prepare
-from evolvent.flow.needs import is_flexible, load_preparation
 from evolvent.kernels import attitude, body_contact, points, rigid, springs, thread
 from evolvent.solvers.explicit import Method
 
@@ -36,7 +36,7 @@ def fastest_mode(assembly: Assembly) -> Mode:
     M_a^-1 K_aa. A uniform chain reaches this bound, 4 c / m. Damping is bounded in the same way.
     """
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
-    load_preparation(model)
+    needs.load(model, prepare)
     prepare(0.0, y, s, model)
     body = np.zeros((2, model.bodies.size, 6, 6))
     point = np.zeros((2, model.points.size, 3, 3))
@@ -53,7 +53,7 @@ def fastest_mode(assembly: Assembly) -> Mode:
     for i in (int(k) for k in np.flatnonzero(model.bodies["motion"] != rigid.DRIVEN)):
         best.append(_largest(rigid.body_bound(model.bodies, i, body[:, i]), owner(assembly, "bodies", i)))
     largest = 0.0
-    if is_flexible(model):
+    if needs.is_flexible(model):
         from evolvent.solvers.flexible import fastest_flexible_mode  # SciPy's sparse matrices take a moment to load
 
         square, own, place, largest = fastest_flexible_mode(assembly)

@@ -10,7 +10,6 @@ import scipy.linalg
 import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 
-from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
@@ -154,7 +153,7 @@ class Work:
             **moves,
         )
         model.flexible.switches[:] = assembly.s
-        jit.load((*needs.balance(model), *eq.functions()))
+        needs.load(model, eq.balance, eq.relax, eq.follow, eq.probe, eq.accept)
         # friction is that of displacements from here on
         b = self.balance
         residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
