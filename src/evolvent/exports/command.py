@@ -50,7 +50,7 @@ def export(
     gif, mp4, html   animation
     """  # noqa: D301  (click wants the \b)
     if kind is None and output is not None:
-        kind = next((name for name, ending in ENDINGS.items() if output.endswith(ending) and ending[0] == "."), None)
+        kind = next((name for name in ENDINGS if name not in _FOLDERS and output.endswith(ENDINGS[name])), None)
     if kind not in ENDINGS:
         given = "--to is not given" if kind is None else f"--to is {kind!r}"
         raise InputError(f"{given}; {nearest(kind or '', ENDINGS)}")

@@ -233,11 +233,11 @@ def deployment() -> Values:
     }
 
 
-def elastica() -> Values:
-    """Distance of a long tail's line from the axis over R, and the rate of its angular momentum over 2 EI/R.
+def long_tail() -> tuple[list[float], list[float], float]:
+    """Distances of a deployed tail's line from the axis over R, means of 1/r of its tip, and a rate, of 160 elements.
 
-    The line is that of the piece farthest from the axis. Its means over four intervals, over the means of 1/r of the
-    tip, lie on a straight line whose value at 0 is the limit of a long tail; `near` and `far` are the first and last.
+    The line is that of the piece farthest from the axis. Means are those of 1000 to 2000, 4000, 6000 and 8000 s; the
+    rate is that of the angular momentum from 4000 s on, over 2 EI/R.
     """
     import evolvent
     from evolvent import cases
@@ -253,12 +253,13 @@ def elastica() -> Values:
     over = [float(np.mean(1.0 / run.tip_radius.values[some, 0])) for some in inside]
     late = t > 4e3
     rate = np.polyfit(t[late], np.abs(run.angular_momentum.values[late, 2]), 1)[0]
-    return {
-        "near": means[0],
-        "far": means[-1],
-        "distance": float(np.polyfit(over, means, 1)[1]),
-        "rate": float(rate * strip.radius / (2.0 * strip.bending_stiffness)),
-    }
+    return means, over, float(rate * strip.radius / (2.0 * strip.bending_stiffness))
+
+
+def elastica() -> Values:
+    """Distance of a tail's line from the axis over R, first, last and of the limit of a long tail; rate over 2 EI/R."""
+    means, over, rate = long_tail()
+    return {"near": means[0], "far": means[-1], "distance": float(np.polyfit(over, means, 1)[1]), "rate": rate}
 
 
 def hinge() -> Values:
