@@ -208,7 +208,7 @@ def build_wheel(python: pathlib.Path, folder: pathlib.Path, kernels: pathlib.Pat
     """Compile what is not in the cache, and build the wheel with it."""
     shutil.rmtree(kernels, ignore_errors=True)
     say("compiling all functions that are not in the cache; all of them take a minute or two on two cores ...")
-    if code := call([str(python), "-m", "evolvent.precompile", str(kernels)]):
+    if code := call([str(python), "-m", "evolvent.compiled.precompile", str(kernels)]):
         return code
     os.environ["EVOLVENT_KERNELS"] = str(kernels)
     pip = [str(python), "-m", "pip", "wheel", "-q", "--disable-pip-version-check", "--no-deps", "--no-build-isolation"]

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.identification import (
     Modes,
     cramer_rao,

@@ -24,11 +24,11 @@ from typing import Any
 import numpy as np
 
 from evolvent import parts, spring_law
-from evolvent.builder import Assembly
-from evolvent.flow.observations import observe
+from evolvent.analysis.system import System
+from evolvent.assembly.builder import Assembly
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.drive import choose_step
-from evolvent.system import System
+from evolvent.solvers.observations import observe
 
 # The deployment of Tenenbaum (2014): see README.md of the project.
 LENGTH, RADIUS, SPOOL_RATE, OFFSET = 5.0, 0.01, 3.5, 0.05

@@ -20,7 +20,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import batch, cases
+from evolvent import cases
+from evolvent.solvers import batch
 from evolvent.systems.inertia_stand.structure import build, setup_of
 
 STEP, DURATION = 1e-3, 10.0

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import studies
+from evolvent.design import studies
 
 GOAL = 1.7
 #: Load of the machine, processes, below which it is quiet.

@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 
 import evolvent
-from evolvent import animation
-from evolvent.motion import Motion
+from evolvent.results.motion import Motion
+from evolvent.view import animation
 
 #: Largest median of a frame of 200 nodes, ms.
 WANTED = 5.0

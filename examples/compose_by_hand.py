@@ -12,8 +12,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from evolvent import System, force_law, parts
-from evolvent.flow.observations import observe
 from evolvent.solvers import solve
+from evolvent.solvers.observations import observe
 
 
 @force_law

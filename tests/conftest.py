@@ -17,7 +17,7 @@ import pytest
 from hypothesis import settings
 
 from book import Book
-from evolvent import cli
+from evolvent.commands import cli
 
 settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("seeded")
@@ -53,7 +53,7 @@ def book(request: pytest.FixtureRequest) -> Book:
 @pytest.fixture(autouse=bool(os.environ.get("EVOLVENT_ROUND_OFF")))
 def _round_off(monkeypatch: pytest.MonkeyPatch) -> None:
     """With $EVOLVENT_ROUND_OFF=SEED the start states of all models are off by round-off, as on another processor."""
-    from evolvent.builder import Assembly, Builder
+    from evolvent.assembly.builder import Assembly, Builder
 
     build = Builder.build
 
@@ -80,6 +80,6 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     on_worker = hasattr(session.config, "workerinput")
     if not several or on_worker or session.config.option.collectonly:
         return
-    from evolvent import precompile
+    from evolvent.compiled import precompile
 
     precompile.load_all()

@@ -10,16 +10,16 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent import parts
-from evolvent.builder import Assembly
+from evolvent.analysis.system import System
+from evolvent.assembly.builder import Assembly
 from evolvent.flow import implicit as equations
-from evolvent.flow.observations import Observations, observe
 from evolvent.flow.powers import N_POWERS
 from evolvent.flow.rhs import rhs
 from evolvent.kernels.sparse import OUTSIDE
 from evolvent.solvers import Solution, alpha_state, solve
 from evolvent.solvers.implicit import matrix_of
+from evolvent.solvers.observations import Observations, observe
 from evolvent.solvers.static_work import sparse_of
-from evolvent.system import System
 
 Array = np.ndarray
 

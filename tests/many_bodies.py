@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.motion import Forces, Frame, Line, Marks, Motion, from_rotation_vectors, product, turned
-from evolvent.solids import Solid
+from evolvent.results.motion import Forces, Frame, Line, Marks, Motion, from_rotation_vectors, product, turned
+from evolvent.results.solids import Solid
 
 
 def many_bodies(count: int = 121, *, drift: float = 0.0) -> Motion:

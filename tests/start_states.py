@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from evolvent import System, cases, elements, parts
-from evolvent.builder import Assembly
-from evolvent.pointer import Struct
+from evolvent.assembly.builder import Assembly
+from evolvent.compiled.pointer import Struct
 
 #: Of the built-in cases those with beams, threads, coils and rods. The stand starts from an equilibrium (LAPACK).
 CASES = ("boom-slew", "spinning-tether", "two-booms", "solar-array", "wrapped-rib-deploy", "yo-yo-despin")

@@ -15,7 +15,7 @@ from PIL import Image
 
 import evolvent
 from evolvent import cases
-from evolvent.errors import RunFailed
+from evolvent.base.errors import RunFailed
 from evolvent.exports.pictures import pictures
 from evolvent.exports.request import animation_of
 from evolvent.results import unfinished

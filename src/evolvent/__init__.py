@@ -6,10 +6,14 @@ import importlib
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from evolvent.errors import EvolventError, InputError, RunFailed
+from evolvent.base.errors import EvolventError, InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent import parts
+    from evolvent.analysis.stepping import Stepper
+    from evolvent.analysis.system import System
+    from evolvent.compiled.laws import drive_law, element_law, event_law, force_law, motor_law, spring_law
+    from evolvent.design.studies import sweep
     from evolvent.elements.inertia import SectionInertia
     from evolvent.elements.sections import (
         ALUMINIUM,
@@ -26,11 +30,7 @@ if TYPE_CHECKING:
         Taper,
         Tube,
     )
-    from evolvent.laws import drive_law, element_law, event_law, force_law, motor_law, spring_law
     from evolvent.results import open, save  # noqa: A004  (evolvent.open is the public name)
-    from evolvent.stepping import Stepper
-    from evolvent.studies import sweep
-    from evolvent.system import System
 
 __version__ = "0.2.0"
 
@@ -89,17 +89,17 @@ _LAZY = {
         "evolvent.elements.sections",
     ),
     "SectionInertia": "evolvent.elements.inertia",
-    "Stepper": "evolvent.stepping",
-    "System": "evolvent.system",
-    "element_law": "evolvent.laws",
-    "event_law": "evolvent.laws",
-    "drive_law": "evolvent.laws",
-    "force_law": "evolvent.laws",
-    "motor_law": "evolvent.laws",
+    "Stepper": "evolvent.analysis.stepping",
+    "System": "evolvent.analysis.system",
+    "element_law": "evolvent.compiled.laws",
+    "event_law": "evolvent.compiled.laws",
+    "drive_law": "evolvent.compiled.laws",
+    "force_law": "evolvent.compiled.laws",
+    "motor_law": "evolvent.compiled.laws",
     "open": "evolvent.results",
     "save": "evolvent.results",
-    "spring_law": "evolvent.laws",
-    "sweep": "evolvent.studies",
+    "spring_law": "evolvent.compiled.laws",
+    "sweep": "evolvent.design.studies",
 }
 
 
@@ -108,7 +108,7 @@ def __getattr__(name: str) -> Any:
         return importlib.import_module("evolvent.parts")
     if name in _LAZY:
         if name == "open":  # of whose runs `run.ev` is an attribute
-            importlib.import_module("evolvent.accessor")
+            importlib.import_module("evolvent.analysis.accessor")
         return getattr(importlib.import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'evolvent' has no attribute {name!r}")
 
@@ -188,7 +188,7 @@ def run(
     >>> float(run.body_rate[-1])  # doctest: +SKIP
     """
     from evolvent import cases
-    from evolvent.progress import on_stderr
+    from evolvent.base.progress import on_stderr
 
     if progress is not None and not callable(progress):
         raise InputError(f"progress is {progress!r}; it must be a function of the time reached")

@@ -1,5 +1,5 @@
 """``python -m evolvent``."""
 
-from evolvent.cli import main
+from evolvent.commands.cli import main
 
 main()

@@ -17,14 +17,18 @@ from docutils import nodes
 from pydantic_core import PydanticUndefined
 from sphinx.util.docutils import SphinxDirective
 
-from evolvent import cases, cli, families, studies, units
-from evolvent.errors import InputError, nearest
+from evolvent import cases
+from evolvent.assembly import families
+from evolvent.base import units
+from evolvent.base.errors import InputError, nearest
+from evolvent.base.schema import OneOf, Section, descriptions, marks
+from evolvent.commands import cli
+from evolvent.design import studies
 from evolvent.papers import ledger
 from evolvent.parts import registry
 from evolvent.parts.base import Part, Reference
 from evolvent.parts.expression import Law
 from evolvent.parts.profile import Profile
-from evolvent.schema import OneOf, Section, descriptions, marks
 
 
 class Commands(SphinxDirective):

@@ -11,7 +11,7 @@ from scipy.special import j1
 
 from book import Book
 from evolvent import parts
-from evolvent.system import System
+from evolvent.analysis.system import System
 from helpers import (
     L0,
     RHO,

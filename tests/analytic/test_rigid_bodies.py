@@ -10,8 +10,8 @@ import evolvent
 from book import Book
 from evolvent import model as mdl
 from evolvent import parts
+from evolvent.analysis.system import System
 from evolvent.parts.base import unit
-from evolvent.system import System
 from helpers import fitted_order, rotation, run
 
 G = 9.81

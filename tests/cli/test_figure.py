@@ -8,10 +8,10 @@ from PIL import Image
 
 import evolvent
 from evolvent import papers, results
-from evolvent.errors import InputError
-from evolvent.figures import Figure, Line, Panel
+from evolvent.base.errors import InputError
 from evolvent.papers import rib, winding
 from evolvent.papers.winding import ALPHA, ENERGY, Model, Trial
+from evolvent.results.figures import Figure, Line, Panel
 
 
 def test_list_names_every_entry(call):

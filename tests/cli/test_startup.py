@@ -7,13 +7,13 @@ import sys
 import numpy as np
 import pytest
 
-from evolvent import startup, units
-from evolvent.figures import spline
+from evolvent.base import startup, units
+from evolvent.results.figures import spline
 
 #: Runs the command line, then prints what was loaded.
 PROGRAM = """
 import sys
-from evolvent import cli
+from evolvent.commands import cli
 sys.argv[0] = "evolvent"
 try:
     cli.main()

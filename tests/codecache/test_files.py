@@ -8,8 +8,8 @@ import pickle
 import pytest
 from numba import config
 
-from evolvent import jit
-from evolvent.codecache import files, folder
+from evolvent.compiled import jit
+from evolvent.compiled.codecache import files, folder
 
 pytestmark = [
     pytest.mark.slow,

@@ -10,8 +10,8 @@ import tempfile
 
 import pytest
 
-from evolvent.codecache import files, folder
-from evolvent.codecache.folder import VARIABLE
+from evolvent.compiled.codecache import files, folder
+from evolvent.compiled.codecache.folder import VARIABLE
 
 posix_only = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="the rights of others are not in the mode of a file")
 root_only = pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root gives files away")

@@ -17,9 +17,9 @@ import pytest
 from numba import config, njit
 
 import evolvent
-from evolvent import jit, laws
-from evolvent.codecache import folder, snapshot
-from evolvent.codecache.snapshots import Snapshot
+from evolvent.compiled import jit, laws
+from evolvent.compiled.codecache import folder, snapshot
+from evolvent.compiled.codecache.snapshots import Snapshot
 
 compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")
 P = np.zeros(1)
@@ -183,7 +183,7 @@ def test_a_law_that_is_defined_again_has_the_new_value(name):
 HELPERS = """
 import numpy as np
 from numba import njit
-from evolvent import jit
+from evolvent.compiled import jit
 
 K = 10.0
 TABLE = np.array([1.0, 2.0])
@@ -292,7 +292,7 @@ def test_a_kernel_of_another_package_has_the_value_of_its_global(tmp_path):
 @compiled_only
 @pytest.mark.slow
 def test_only_the_last_laws_of_a_name_are_kept(tmp_path, monkeypatch):
-    from evolvent.codecache import compiled
+    from evolvent.compiled.codecache import compiled
 
     monkeypatch.setattr(compiled, "_MOST_LAWS", 2)
     for k in (1.0, 2.0, 3.0):

@@ -12,9 +12,9 @@ from scipy.integrate import solve_ivp
 import evolvent
 from book import Book
 from evolvent import parts
-from evolvent.builder import Assembly
+from evolvent.analysis.system import System
+from evolvent.assembly.builder import Assembly
 from evolvent.solvers import drive, solve
-from evolvent.system import System
 from helpers import derivative, fitted_order, heliogyro, run
 
 ORDERS = {"heun": 2, "rk4": 4, "dopri5": 5}

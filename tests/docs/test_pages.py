@@ -14,7 +14,9 @@ import tomllib
 import click
 import pytest
 
-from evolvent import cases, cli, studies
+from evolvent import cases
+from evolvent.commands import cli
+from evolvent.design import studies
 
 ROOT = pathlib.Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 from elements import helpers
 from elements.helpers import WORK, difference, points, rotation_by, skew, turn
+from evolvent.base.errors import InputError
 from evolvent.elements import (
     Form,
     Material,
@@ -21,7 +22,6 @@ from evolvent.elements import (
     cable_stretch_parts,
     straight_cable,
 )
-from evolvent.errors import InputError
 from evolvent.kernels import cable
 
 LENGTH, B_TIME = 1.3, 0.4

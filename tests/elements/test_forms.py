@@ -10,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from elements.helpers import difference, energy, force, gradients, green, points, shape_gradients, tangent
+from evolvent.base.errors import InputError
 from evolvent.elements import (
     FORMULATIONS,
     PARTS,
@@ -26,7 +27,6 @@ from evolvent.elements import (
     straight_beam,
     straight_cable,
 )
-from evolvent.errors import InputError
 from evolvent.kernels import ancf, cable
 
 LENGTH = 1.3

@@ -10,12 +10,12 @@ import pytest
 from book import Book
 from evolvent import InputError, elements, parts
 from evolvent import model as mdl
-from evolvent.builder import Assembly
+from evolvent.analysis.system import System
+from evolvent.assembly.builder import Assembly
 from evolvent.solvers import solve
 from evolvent.solvers.drive import choose_step
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.stability import fastest_mode
-from evolvent.system import System
 from helpers import fitted_order, run
 
 LENGTH = 2.0

@@ -12,10 +12,11 @@ import pytest
 import xarray as xr
 from scipy.io import loadmat
 
-from evolvent import cases, variables
-from evolvent.errors import InputError
+from evolvent import cases
+from evolvent.base.errors import InputError
 from evolvent.exports import matlab, moving, page, table, vtk
 from evolvent.exports.request import LARGE, Request
+from evolvent.results import variables
 from many_bodies import many_bodies
 
 SYSTEMS = ("heliogyro", "stand", "rib")

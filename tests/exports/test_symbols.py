@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import evolvent as ev
-from evolvent import animation, parts, show
+from evolvent import parts
 from evolvent.exports import vtk
 from evolvent.exports.pictures import pictures
 from evolvent.exports.request import Request
-from evolvent.motion import turned
+from evolvent.results.motion import turned
+from evolvent.view import animation, show
 
 
 @pytest.fixture(scope="module")

@@ -12,9 +12,9 @@ import families.coordinates
 import families.loads
 import families.lumped
 import families.rods  # noqa: F401  (all enter their cases)
-from evolvent import families as table
 from evolvent import model as mdl
-from evolvent.builder import Assembly
+from evolvent.assembly import families as table
+from evolvent.assembly.builder import Assembly
 from evolvent.flow import implicit, inventory
 from evolvent.solvers import solve
 from evolvent.solvers.implicit import solve_implicit

@@ -17,10 +17,11 @@ import pytest
 from numba import config
 
 import evolvent
-from evolvent import InputError, families, jit
+from evolvent import InputError
 from evolvent import model as mdl
-from evolvent.families import ENERGY, EXPLICIT, FAMILIES, IMPLICIT, MODES, SOLVERS, STATIC, Family
-from evolvent.flow import needs
+from evolvent.assembly import families, needs
+from evolvent.assembly.families import ENERGY, EXPLICIT, FAMILIES, IMPLICIT, MODES, SOLVERS, STATIC, Family
+from evolvent.compiled import jit
 from evolvent.solvers import solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit

@@ -10,9 +10,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from evolvent import InputError, System, parts
-from evolvent.builder import Assembly
-from evolvent.observe import observe
+from evolvent.assembly.builder import Assembly
 from evolvent.parts.base import unit
+from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.modes import modes

@@ -8,8 +8,9 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from evolvent import InputError, System, element_law, parts, units
-from evolvent.observe import observe
+from evolvent import InputError, System, element_law, parts
+from evolvent.base import units
+from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.modes import modes

@@ -12,8 +12,8 @@ import pytest
 import evolvent
 from book import Book
 from evolvent import InputError, System, parts
-from evolvent.observe import observe
 from evolvent.parts.base import unit
+from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit

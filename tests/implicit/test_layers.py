@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, System, elements, parts
-from evolvent.builder import Assembly
+from evolvent.assembly.builder import Assembly
 from evolvent.flow import implicit
 from evolvent.kernels import sparse
 from evolvent.kernels.rotations import rotation_from_quaternion
@@ -193,7 +193,7 @@ def test_refusals(fields: dict[str, Any], words: str) -> None:
 
 
 def test_explicit_methods_refuse_layers() -> None:
-    from evolvent import families
+    from evolvent.assembly import families
 
     with pytest.raises(InputError, match="'layer-0' is a layer on other turns"):
         families.check(wound(0.0015), families.EXPLICIT)

@@ -11,7 +11,7 @@ import pytest
 
 import evolvent
 from evolvent import InputError, System, parts
-from evolvent.observe import observe
+from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit

@@ -6,8 +6,8 @@ import numpy as np
 
 import evolvent as ev
 from evolvent import parts
+from evolvent.analysis.system import System
 from evolvent.solvers.static import solve_static
-from evolvent.system import System
 
 
 def test_a_spring_at_the_tip_of_a_cantilever() -> None:

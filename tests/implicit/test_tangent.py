@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts
-from evolvent.builder import Assembly
+from evolvent.assembly.builder import Assembly
 from evolvent.parts.base import unit
 from implicit.rigs import RUBBER, SQUARE, Equations, start_step
 
@@ -93,7 +93,7 @@ JOINTS: dict[str, list[parts.Joint]] = {
 
 def together(system: System, joint: parts.Joint) -> parts.Joint:
     """The joint as it is where its places coincide: `b` on a body is put where `a` stands."""
-    from evolvent.builder import Builder
+    from evolvent.assembly.builder import Builder
     from evolvent.parts.joint import point_side
 
     if joint.type == "distance":
@@ -162,7 +162,7 @@ def mixed(system: System) -> None:
 
 def attach(system: System, body: str, **fields: object) -> None:
     """Joints of all kinds from a body to beams, and from beam to beam."""
-    from evolvent.builder import Builder
+    from evolvent.assembly.builder import Builder
 
     builder = Builder(np.zeros(3))
     for name, part in system._parts.items():
@@ -234,7 +234,7 @@ def pressed(
     if body == "ground":
         centre = (0.0, 0.0, 0.0)
     else:
-        from evolvent.builder import Builder
+        from evolvent.assembly.builder import Builder
 
         builder = Builder(np.zeros(3))
         for name, part in system._parts.items():

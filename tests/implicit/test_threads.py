@@ -10,11 +10,11 @@ import pytest
 import evolvent
 from book import Book
 from evolvent import InputError, parts
-from evolvent.builder import Assembly
-from evolvent.flow.observations import observe
+from evolvent.analysis.system import System
+from evolvent.assembly.builder import Assembly
 from evolvent.solvers.drive import choose_step
 from evolvent.solvers.implicit import solve_implicit
-from evolvent.system import System
+from evolvent.solvers.observations import observe
 from helpers import END, L0, RHO, TIP, L, R, Run, fitted_order, heliogyro, run, tangent_error
 
 #: N/m; RK4 would need steps below 6 us.

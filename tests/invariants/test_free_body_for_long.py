@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from evolvent import parts
+from evolvent.analysis.system import System
 from evolvent.solvers import solve
-from evolvent.system import System
 
 
 @pytest.mark.parametrize("rate", [(0.01, 1.0, 0.01), (0.7, -0.4, 0.5)])

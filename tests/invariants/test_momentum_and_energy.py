@@ -11,9 +11,9 @@ import pytest
 from book import Book
 from evolvent import model as mdl
 from evolvent import parts
-from evolvent.builder import Assembly
+from evolvent.analysis.system import System
+from evolvent.assembly.builder import Assembly
 from evolvent.solvers import solve
-from evolvent.system import System
 from helpers import END, L0, RHO, SPOOL, TIP, W0, J, L, R, Run, V, heliogyro, run
 
 TIMES = np.linspace(0.0, END, 501)

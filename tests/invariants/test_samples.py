@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts
-from evolvent.builder import Assembly
+from evolvent.assembly.builder import Assembly
 from evolvent.elements import Material, Rectangle
-from evolvent.observe.beams import observe_beam
-from evolvent.observe.view import View
+from evolvent.results.observe.beams import observe_beam
+from evolvent.results.observe.view import View
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from evolvent import parts
-from evolvent.builder import Assembly
+from evolvent.analysis.system import System
+from evolvent.assembly.builder import Assembly
 from evolvent.parts.base import unit
-from evolvent.system import System
 from helpers import L0, RHO, SPOOL, TIP, W0, J, L, R, heliogyro, rotation, run
 
 OPTIONS = {"rtol": 1e-10, "atol": 1e-12}

@@ -43,7 +43,7 @@ def wires(**changes: object) -> dict[str, object]:
 @NEEDED
 def test_eleven_recordings_give_the_platform(tmp_path: pathlib.Path) -> None:
     """The published 0.23479(35) kg m2, scatter over the eleven; nothing is set by hand but the rig."""
-    code = "import sys; from evolvent.massprops import identify; identify()"
+    code = "import sys; from evolvent.commands.massprops import identify; identify()"
     page = tmp_path / "certificate.html"
     done = subprocess.run(
         [sys.executable, "-c", code, *map(str, RECORDINGS), "--stand", str(TRIFILAR), "-o", str(page)],

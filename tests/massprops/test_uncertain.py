@@ -7,7 +7,7 @@ import math
 import pytest
 from pydantic_core import PydanticCustomError
 
-from evolvent import units
+from evolvent.base import units
 from evolvent.massprops.rounding import rounded, shown
 from evolvent.massprops.uncertain import Measured, Uncertain
 

@@ -114,8 +114,8 @@ def test_sensors_of_a_description_name_variables_of_a_run(run: pathlib.Path) -> 
 
 
 def test_units_of_results_are_read(run: pathlib.Path) -> None:
+    from evolvent.base.units import parse
     from evolvent.massprops.signals.formats import _plain_unit
-    from evolvent.units import parse
 
     for unit, plain in {"kg m2 s-1": "kg*m^2/s", "rad s-1": "rad/s", "m s-2": "m/s^2", "s-1": "1/s", "N": "N"}.items():
         assert _plain_unit(unit) == plain

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evolvent import System, drawing, elements, parts
+from evolvent import System, elements, parts
+from evolvent.view import drawing
 from observe.seeing import Seen, at_rest, close
 
 LENGTHS = np.array([1.0, 3.0, 2.0, 2.0]) / 8.0

@@ -233,7 +233,7 @@ def test_a_released_joint(method: str) -> None:
 
 def test_points_fixed_to_a_body_need_a_method_with_constraints() -> None:
     """Explicit methods have no such constraint: chosen by itself is one that has, and asked for they are refused."""
-    from evolvent.errors import InputError
+    from evolvent.base.errors import InputError
 
     system = System()
     system.add(parts.RigidBody(mass=1.0, inertia=1.0, angular_velocity=(0.0, 0.0, 1.0)), "hub")

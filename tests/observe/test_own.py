@@ -10,7 +10,7 @@ import pytest
 
 import evolvent as ev
 from evolvent import parts
-from evolvent.observe import Observed, of_family
+from evolvent.results.observe import Observed, of_family
 from observe.seeing import close, run
 
 

@@ -16,8 +16,8 @@ import families.loads
 import families.lumped
 import families.rods  # noqa: F401  (all enter their cases)
 from evolvent import analysis
-from evolvent import families as table
-from evolvent.errors import InputError
+from evolvent.assembly import families as table
+from evolvent.base.errors import InputError
 from families.case import CASES
 from observe.seeing import Seen, close
 
@@ -78,7 +78,8 @@ def test_parts_add_up(family: str, method: str, tmp_path: pathlib.Path) -> None:
 
 def test_momenta_of_an_implicit_run_load_nothing_of_explicit_methods() -> None:
     """The whole tree of a beam on a joint."""
-    from evolvent.flow import inventory, needs, rhs
+    from evolvent.assembly import needs
+    from evolvent.flow import inventory, rhs
 
     needs.unload()
     found = seen("a joint that is a constraint", "generalized-alpha")

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import evolvent
 from evolvent import System, analysis, parts
-from evolvent.observe.threads import curvature
+from evolvent.results.observe.threads import curvature
 from observe.seeing import Array, Seen, close, derivative, matrices, run
 
 #: Cases of the heliogyro, and the motion of its body.

@@ -5,7 +5,8 @@ import shlex
 
 import pytest
 
-from evolvent import cases, papers, studies
+from evolvent import cases, papers
+from evolvent.design import studies
 from evolvent.papers import ledger
 from evolvent.papers.ledger import Claim
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from evolvent import papers, plots
+from evolvent import papers
 from evolvent.papers import Options, rib_figures, rib_runs
 from evolvent.papers.rib_schematics import straddling_distances
+from evolvent.view import plots
 
 QUICK = Options(quick=True)
 

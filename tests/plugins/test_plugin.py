@@ -17,7 +17,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import evolvent
-from evolvent import InputError, cases, parts, plugins, studies
+from evolvent import InputError, cases, parts
+from evolvent.base import plugins
+from evolvent.design import studies
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "plugin"
 

@@ -9,9 +9,9 @@ import pytest
 
 from book import Book
 from evolvent import System, parts
-from evolvent.builder import Assembly
-from evolvent.flow.observations import observe
+from evolvent.assembly.builder import Assembly
 from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.observations import observe
 from helpers import Run, fitted_order, flying_apart, run, tangent_columns
 
 G, RADIUS = 9.81, 0.05

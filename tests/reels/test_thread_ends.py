@@ -9,10 +9,10 @@ import pytest
 
 from book import Book
 from evolvent import InputError, System, parts
-from evolvent.builder import Assembly
-from evolvent.flow.observations import observe
+from evolvent.assembly.builder import Assembly
 from evolvent.solvers import solve
 from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.observations import observe
 from helpers import Run, flying_apart, run, tangent_error
 
 W = np.array((0.02, 0.1, 0.3))

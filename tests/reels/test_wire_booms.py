@@ -16,8 +16,9 @@ from scipy.integrate import solve_ivp
 
 import evolvent
 from book import Book
-from evolvent import calibration, cases
-from evolvent.errors import InputError
+from evolvent import cases
+from evolvent.base.errors import InputError
+from evolvent.design import calibration
 from evolvent.systems.wire_booms import SYSTEM, Case, closed_form, deployed, log, pendulum_rates
 from evolvent.systems.wire_booms.structure import angular_momenta, inertia, lengths_at, timeline
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from evolvent import event_law, parts
-from evolvent.errors import InputError
+from evolvent.analysis.system import System
+from evolvent.base.errors import InputError
 from evolvent.solvers import solve
-from evolvent.system import System
 
 
 @event_law
@@ -85,7 +85,7 @@ def test_tension_is_gone_after_separation() -> None:
     assembly = hub(drive, lets_go=True).assemble()
     found = solve(assembly, samples=[0.0, 3.0], method="dopri5")
     assert found.s[-1, 1] == 1
-    from evolvent.flow.observations import observe
+    from evolvent.solvers.observations import observe
 
     tension = observe(assembly.model, found.t, found.y, found.s).tension
     assert tension[0, -1] > 0.0

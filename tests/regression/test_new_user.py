@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts
+from evolvent.base.errors import InputError
 from evolvent.elements import Circle, Material
-from evolvent.errors import InputError
 
 METAL = Material(young_modulus=70e9, poisson_ratio=0.3, density=2700.0)
 

@@ -9,8 +9,8 @@ import pytest
 
 import evolvent
 from evolvent import System, parts
-from evolvent.builder import Assembly
-from evolvent.errors import InputError
+from evolvent.assembly.builder import Assembly
+from evolvent.base.errors import InputError
 from evolvent.solvers import solve
 from helpers import END, RHO, L, heliogyro
 

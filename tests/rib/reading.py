@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from evolvent import cases, show
+from evolvent import cases
+from evolvent.view import show
 
 
 def case_of(run):

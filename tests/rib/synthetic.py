@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from evolvent import cases, closed_forms
-from evolvent.observe.contact import mean_rate
 from evolvent.results import attributes, variable
-from evolvent.tree import CAUSES
+from evolvent.results.observe.contact import mean_rate
+from evolvent.results.tree import CAUSES
 
 WIND = {"phase": "wind", "drive": {"kind": "torque", "torque": 0.2}}
 HOLD = {"phase": "hold", "drive": {"kind": "torque", "torque": 0.2}, "hold": {"time": 60}}

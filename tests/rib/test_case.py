@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from evolvent import cases, schema
+from evolvent import cases
+from evolvent.base import schema
+from evolvent.base.errors import InputError
 from evolvent.elements import cable_stretch_form
-from evolvent.errors import InputError
 from evolvent.kernels.ancf import WORK
 from evolvent.kernels.cable import cable_stretch_energy
 from evolvent.systems.wrapped_rib import SYSTEM

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import cases, results, variables
-from evolvent.errors import RunFailed
+from evolvent import cases, results
+from evolvent.base.errors import RunFailed
+from evolvent.results import variables
 from evolvent.systems import wrapped_rib as system
 from rib.reading import balance, work
 

@@ -10,6 +10,7 @@ import pytest
 
 import evolvent
 from evolvent import System, cases, closed_forms, parts, results
+from evolvent.base.errors import InputError
 from evolvent.elements import (
     Material,
     Rectangle,
@@ -20,7 +21,6 @@ from evolvent.elements import (
     helix,
     helix_stiffness_ratio,
 )
-from evolvent.errors import InputError
 from evolvent.systems.wrapped_rib import structure
 from evolvent.systems.wrapped_rib.case_checks import warnings
 from evolvent.systems.wrapped_rib.initial_state import initial_state

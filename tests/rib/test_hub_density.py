@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolvent import cases
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.systems.wrapped_rib import SYSTEM
 
 RADIUS, HEIGHT, DENSITY = 0.6, 3.0, 10.0

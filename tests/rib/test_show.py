@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from evolvent import animation, plots, results
-from evolvent.motion import product, turned
-from evolvent.observe.contact import mean_rate
-from evolvent.studies import draw
+from evolvent import results
+from evolvent.design.studies import draw
+from evolvent.results.motion import product, turned
+from evolvent.results.observe.contact import mean_rate
 from evolvent.systems import wrapped_rib as system
+from evolvent.view import animation, plots
 from rib.synthetic import DEPLOY, HOLD, WIND, synthetic
 
 RUNS = {"wind": WIND, "hold": HOLD, "deploy": DEPLOY}

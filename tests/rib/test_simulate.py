@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import cases, closed_forms, plots, results
-from evolvent.errors import InputError, RunFailed
+from evolvent import cases, closed_forms, results
+from evolvent.base.errors import InputError, RunFailed
 from evolvent.papers import rib_measures
 from evolvent.systems import wrapped_rib as system
 from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
 from evolvent.systems.wrapped_rib.initial_state import initial_state
 from evolvent.systems.wrapped_rib.show import comparable_string, curvature_of, tension_of
+from evolvent.view import plots
 from rib.reading import balance, case_of, elastic, over_ribs, stored, work
 
 FREE = {"hub.motion": "free", "hub.mass": 20, "hub.inertia": 5}

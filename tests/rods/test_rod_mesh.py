@@ -11,8 +11,8 @@ import yaml
 import evolvent
 from book import Book
 from evolvent import InputError, System, parts
+from evolvent.assembly.families import owner
 from evolvent.elements import Rectangle, SectionInertia
-from evolvent.families import owner
 from evolvent.solvers.energy_momentum import solve_energy
 from rods.building import ORIGIN, RUBBER, STRIP, cantilever
 

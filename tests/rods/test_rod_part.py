@@ -10,8 +10,8 @@ import yaml
 
 import evolvent
 from evolvent import InputError, RunFailed, System, analysis, parts
-from evolvent.drawing import motion_of
 from evolvent.elements import Material, Rectangle, rods
+from evolvent.view.drawing import motion_of
 from rods.building import RUBBER, STRIP, cantilever
 
 KEYS: dict[str, Any] = {"length": 1.0, "section": STRIP, "material": RUBBER, "elements": 4}

@@ -7,7 +7,8 @@ import shutil
 
 import pytest
 
-from evolvent import cases, results, studies
+from evolvent import cases, results
+from evolvent.design import studies
 
 #: A case of few samples, and a study of two of it.
 CASE = "heliogyro"

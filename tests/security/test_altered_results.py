@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from evolvent import results
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 
 pytestmark = pytest.mark.slow
 

@@ -10,9 +10,9 @@ import pytest
 
 import evolvent as ev
 from evolvent import analysis, parts
+from evolvent.analysis.system import System
 from evolvent.solvers import Solution
 from evolvent.solvers.implicit import solve_implicit
-from evolvent.system import System
 
 
 def beam(speed: float) -> System:

@@ -14,7 +14,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from evolvent import InputError, results, studies
+from evolvent import InputError, results
+from evolvent.design import studies
 
 resource = pytest.importorskip("resource", reason="limits of files are those of POSIX")
 
@@ -23,7 +24,7 @@ import resource, sys
 sys.dont_write_bytecode = True
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 sys.argv = ["evolvent", "run", "heliogyro", "-o", "run.nc", "--no-figures", "--quiet"]
-from evolvent import cli
+from evolvent.commands import cli
 cli.main()
 """
 

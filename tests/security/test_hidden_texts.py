@@ -8,12 +8,13 @@ from typing import Any
 
 import pytest
 
-from evolvent import cases, pages
-from evolvent.errors import EvolventError, InputError, visible
+from evolvent import cases
+from evolvent.analysis.system import System
+from evolvent.base.errors import EvolventError, InputError, visible
 from evolvent.exports import table
 from evolvent.exports.fmu import description
 from evolvent.massprops import signals
-from evolvent.system import System
+from evolvent.view import pages
 
 HIDDEN = ("\x00", "\x07", "\x1b[2J", "\u202e", "\u2066", "\x9b", "\ufffe")
 

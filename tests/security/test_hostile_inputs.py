@@ -22,12 +22,15 @@ import pytest
 import scipy.io
 import yaml
 
-from evolvent import cases, expressions, parts, references, results, studies, units
-from evolvent.calibration import data as calibration_data
-from evolvent.errors import InputError
+from evolvent import cases, parts, results
+from evolvent.analysis.system import System
+from evolvent.assembly import expressions, references
+from evolvent.base import units
+from evolvent.base.errors import InputError
+from evolvent.design import studies
+from evolvent.design.calibration import data as calibration_data
+from evolvent.design.studies import store
 from evolvent.massprops import description, signals, uncertain
-from evolvent.studies import store
-from evolvent.system import System
 from security import mutations
 
 #: Mutations in all, and the first seed.

@@ -16,7 +16,9 @@ import numpy as np
 import pytest
 import scipy.io
 
-from evolvent import InputError, results, safe_open, studies
+from evolvent import InputError, results
+from evolvent.base import safe_open
+from evolvent.design import studies
 from evolvent.massprops import signals
 
 SECRET = b"0123456789abcdef" * 64

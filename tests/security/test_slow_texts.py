@@ -8,12 +8,14 @@ from typing import Any
 
 import pytest
 
-from evolvent import cases, expressions, units
-from evolvent.errors import InputError
+from evolvent import cases
+from evolvent.assembly import expressions
+from evolvent.base import units
+from evolvent.base.errors import InputError
+from evolvent.base.schema import Section
 from evolvent.massprops import signals
 from evolvent.massprops.signals.recording import distinct
 from evolvent.parts.base import PointReferences, Reference
-from evolvent.schema import Section
 from security import mutations
 
 #: Processor time of one text, s; the readers that this guards against took from 19 s to hours.

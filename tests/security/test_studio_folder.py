@@ -18,10 +18,11 @@ import types
 
 import pytest
 
-from evolvent import cases, studies
-from evolvent.errors import EvolventError, InputError
+from evolvent import cases
+from evolvent.base.errors import EvolventError, InputError
+from evolvent.commands.studio import studio as command
+from evolvent.design import studies
 from evolvent.studio import jobs as queue
-from evolvent.studio.command import studio as command
 from evolvent.studio.folder import Folder
 from evolvent.studio.jobs import Jobs
 from evolvent.studio.state import Studio

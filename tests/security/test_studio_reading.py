@@ -9,7 +9,7 @@ import time
 import pytest
 
 from evolvent import cases
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.studio import folder as folders
 from evolvent.studio import preview, reading
 from evolvent.studio.folder import Folder

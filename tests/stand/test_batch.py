@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from evolvent import InputError, batch, parts
-from evolvent.solvers import solve
-from evolvent.system import System
+from evolvent import InputError, parts
+from evolvent.analysis.system import System
+from evolvent.solvers import batch, solve
 
 METHODS = ("modified-euler", "rk4", "dop853")
 

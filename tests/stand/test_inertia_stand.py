@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import cases, variables
-from evolvent.batch import cases as batch_cases
+from evolvent import cases
+from evolvent.results import variables
+from evolvent.solvers.batch import cases as batch_cases
 from evolvent.systems.inertia_stand import SYSTEM, identify
 
 QUICK = {"sensors.duration": "4 s", "identification.order": 3}
@@ -420,7 +421,8 @@ def test_a_step_above_the_limit_never_succeeds(method, monkeypatch):
 
 
 def test_figures_motion_and_numbers_come_from_a_saved_run(tmp_path):
-    from evolvent import plots, results
+    from evolvent import results
+    from evolvent.view import plots
 
     path = tmp_path / "run.nc"
     results.save(run(**QUICK), path)

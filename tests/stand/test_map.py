@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from evolvent import cases, studies
-from evolvent.studies import draw, read
+from evolvent import cases
+from evolvent.design import studies
+from evolvent.design.studies import draw, read
 from evolvent.systems.inertia_stand import SYSTEM
 
 

@@ -9,11 +9,11 @@ from numpy.testing import assert_allclose
 from evolvent import InputError, System, parts
 from evolvent import model as mdl
 from evolvent.elements import General, Material, Rectangle
-from evolvent.flow.observations import sums_of
 from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.parts.base import unit
 from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.modes import modes
+from evolvent.solvers.observations import sums_of
 from evolvent.solvers.positions import linearized_points, rigid_motions
 from helpers import rotation
 from static.composing import STEEL, beam

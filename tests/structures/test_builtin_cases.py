@@ -16,9 +16,10 @@ from scipy.optimize import brentq, least_squares
 
 import evolvent as ev
 from book import Book
-from evolvent import cases, plots, show
-from evolvent.fine_samples import MARK
-from evolvent.references import OF_THE_RUN
+from evolvent import cases
+from evolvent.assembly.references import OF_THE_RUN
+from evolvent.results.fine_samples import MARK
+from evolvent.view import plots, show
 
 NAMES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
 

@@ -12,9 +12,11 @@ import pytest
 import xarray as xr
 
 import evolvent as ev
-from evolvent import cases, parts, show, studies
-from evolvent.errors import InputError
-from evolvent.studies import draw
+from evolvent import cases, parts
+from evolvent.base.errors import InputError
+from evolvent.design import studies
+from evolvent.design.studies import draw
+from evolvent.view import show
 
 FALL = {
     "gravity": [0, 0, "-9.81 m/s^2"],

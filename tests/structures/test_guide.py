@@ -88,7 +88,7 @@ def test_the_page_names_every_profile_and_all_built_in_cases() -> None:
 
 
 def test_every_function_of_expressions_is_named() -> None:
-    from evolvent.expressions import FUNCTIONS
+    from evolvent.assembly.expressions import FUNCTIONS
 
     for word in FUNCTIONS:
         assert re.search(rf"\b{word}\b", PAGE), word

@@ -8,10 +8,11 @@ import warnings
 
 import pytest
 
-from evolvent import cases, studies
-from evolvent.errors import InputError
-from evolvent.progress import Stage, shown_by
-from evolvent.studies import draw
+from evolvent import cases
+from evolvent.base.errors import InputError
+from evolvent.base.progress import Stage, shown_by
+from evolvent.design import studies
+from evolvent.design.studies import draw
 
 CASE = {
     "parts": {"tip 1": {"kind": "point", "mass": "1 kg", "position": [0, 0, 0], "velocity": [0, 0, 1]}},

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from evolvent.errors import EvolventError, InputError, RunFailed
-from evolvent.studies import record
+from evolvent.base.errors import EvolventError, InputError, RunFailed
+from evolvent.design.studies import record
 
 ATTRS = {
     "title": "t",

@@ -12,10 +12,11 @@ import yaml
 from click.testing import CliRunner
 
 import evolvent
-from evolvent import results, studies
-from evolvent.errors import InputError
-from evolvent.studies import draw
-from evolvent.studies.command import sweep as command
+from evolvent import results
+from evolvent.base.errors import InputError
+from evolvent.commands.sweep import sweep as command
+from evolvent.design import studies
+from evolvent.design.studies import draw
 from evolvent.systems import wrapped_rib
 
 SMALL = {"rib.elements": 8, "rib.length": 3, "output.every": "0.1 s"}

@@ -8,9 +8,10 @@ import math
 import numpy as np
 import pytest
 
-from evolvent import InputError, cases, studies
-from evolvent.studies import draw, record
-from evolvent.studies.axes import annotation
+from evolvent import InputError, cases
+from evolvent.design import studies
+from evolvent.design.studies import draw, record
+from evolvent.design.studies.axes import annotation
 from evolvent.systems.structure import StructureCase
 
 #: A mass on a spring, and another that falls.

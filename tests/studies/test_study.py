@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import yaml
 
-from evolvent import cases, studies
-from evolvent.errors import InputError
+from evolvent import cases
+from evolvent.base.errors import InputError
+from evolvent.design import studies
 
 
 def dump(study):

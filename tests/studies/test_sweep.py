@@ -17,13 +17,13 @@ from click.testing import CliRunner
 from distributed.scheduler import KilledWorker
 
 import evolvent
-from evolvent import studies
-from evolvent.errors import InputError
-from evolvent.studies import draw, record, runner, store
-from evolvent.studies.command import sweep as command
+from evolvent.base.errors import InputError
+from evolvent.commands.sweep import sweep as command
+from evolvent.design import studies
+from evolvent.design.studies import draw, record, runner, store
 from evolvent.systems import heliogyro
 
-MAIN = "from evolvent.studies.command import sweep; sweep()"
+MAIN = "from evolvent.commands.sweep import sweep; sweep()"
 
 
 def dump(study):
@@ -425,7 +425,7 @@ def test_figures(study, reference, tmp_path, monkeypatch):
 
 
 def test_a_long_sweep_is_forecast(study, monkeypatch):
-    from evolvent.studies import runner
+    from evolvent.design.studies import runner
 
     monkeypatch.setattr(runner, "_MANY", 1)
     monkeypatch.setattr(runner, "_TASK", 0.0)

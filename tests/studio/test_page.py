@@ -13,9 +13,10 @@ import pytest
 import xarray as xr
 
 import evolvent
-from evolvent import cases, results, studies
+from evolvent import cases, results
+from evolvent.design import studies
+from evolvent.design.studies import draw
 from evolvent.massprops.inertia import Body, Stand, linear_model
-from evolvent.studies import draw
 from studio.serving import LONG, SHORT, WAIT, choose, part, serving
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "stand.yaml"

@@ -13,10 +13,12 @@ import time
 import numpy as np
 import pytest
 
-from evolvent import cases, results, schema, studies
-from evolvent.errors import InputError
-from evolvent.figures import Figure, Line, Panel
+from evolvent import cases, results
+from evolvent.base import schema
+from evolvent.base.errors import InputError
+from evolvent.design import studies
 from evolvent.massprops import description
+from evolvent.results.figures import Figure, Line, Panel
 from evolvent.studio import charts, form, gate, reading
 from evolvent.studio.folder import Folder
 from evolvent.studio.jobs import Jobs

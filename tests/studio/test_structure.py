@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import cases, results, schema, show, variables
-from evolvent.errors import InputError
+from evolvent import cases, results
+from evolvent.base import schema
+from evolvent.base.errors import InputError
 from evolvent.parts.registry import kinds
+from evolvent.results import variables
 from evolvent.studio import charts, form, parts, preview
 from evolvent.studio.folder import Folder
 from evolvent.studio.state import NEW, Draft, Studio, View, view_of
+from evolvent.view import show
 
 STRUCTURES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
 HUB = {"kind": "rigid-body", "mass": "20 kg", "inertia": [1.2, 1.2, "2 kg m^2"], "points": {"left": [0.2, 0, "0 m"]}}

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from evolvent import cases, studies
-from evolvent.errors import InputError
+from evolvent import cases
+from evolvent.base.errors import InputError
+from evolvent.design import studies
 from evolvent.studio import estimate, studycharts, studydraft
 from evolvent.studio.folder import Folder
 from evolvent.studio.studydraft import StudyDraft

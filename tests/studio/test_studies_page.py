@@ -7,7 +7,8 @@ import re
 
 import pytest
 
-from evolvent import cases, studies
+from evolvent import cases
+from evolvent.design import studies
 from studio.serving import SHORT, WAIT, choose, part
 
 #: A phone.

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from evolvent import animation
+from evolvent.view import animation
 from many_bodies import many_bodies
 
 VIEWER = "document.getElementById('viewer').viewer"

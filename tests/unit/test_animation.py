@@ -11,10 +11,10 @@ import shutil
 import numpy as np
 import pytest
 
-from evolvent import animation
 from evolvent.exports import pictures as films
 from evolvent.exports.faces import Camera
-from evolvent.motion import Line, Motion
+from evolvent.results.motion import Line, Motion
+from evolvent.view import animation
 from many_bodies import many_bodies
 
 TYPES = {"i1": np.int8, "i2": np.dtype("<i2"), "f4": np.dtype("<f4"), "f8": np.dtype("<f8")}

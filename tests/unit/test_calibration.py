@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import calibration, cases
-from evolvent.calibration import data, report
-from evolvent.errors import InputError
+from evolvent import cases
+from evolvent.base.errors import InputError
+from evolvent.design import calibration
+from evolvent.design.calibration import data, report
 from evolvent.systems.wire_booms import closed_form, log
 from evolvent.systems.wire_booms.structure import timeline
 

@@ -4,8 +4,9 @@ import json
 
 import pytest
 
-from evolvent import cases, schema
-from evolvent.errors import InputError
+from evolvent import cases
+from evolvent.base import schema
+from evolvent.base.errors import InputError
 from evolvent.systems.heliogyro import Case
 
 PAPER = {

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, System, drive_law, parts
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
 from evolvent.parts import law
 from evolvent.parts.base import Part
 from evolvent.solvers import solve

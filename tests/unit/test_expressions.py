@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 
 from evolvent import InputError
-from evolvent.expressions import FUNCTIONS, LENGTH, check_grammar, compile_expression, is_true, sign, where
+from evolvent.assembly.expressions import FUNCTIONS, LENGTH, check_grammar, compile_expression, is_true, sign, where
 from evolvent.kernels import expression as kernels
 
 VARIABLES = ("x", "v", "t")

@@ -9,10 +9,11 @@ import pytest
 from matplotlib.text import Text
 
 import evolvent
-from evolvent import cases, papers, plots
-from evolvent.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, plain, y_limits
+from evolvent import cases, papers
 from evolvent.massprops import mode_figures
 from evolvent.massprops.identification import identify
+from evolvent.results.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, plain, y_limits
+from evolvent.view import plots
 
 #: Built-in cases and keys that make their runs short.
 SHORT = {

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import System, parts, plots, show
-from evolvent.errors import InputError
-from evolvent.figures import Figure, Line, Map, Panel
+from evolvent import System, parts
+from evolvent.base.errors import InputError
 from evolvent.massprops import mode_figures
 from evolvent.massprops.identification import identify
+from evolvent.results.figures import Figure, Line, Map, Panel
+from evolvent.view import plots, show
 
 
 def test_the_peak_of_a_spectrum_is_the_amplitude():

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import System, cases, fine_samples, parts, results
-from evolvent.fine_samples import MARK, Times
-from evolvent.studies import record
+from evolvent import System, cases, parts, results
+from evolvent.design.studies import record
+from evolvent.results import fine_samples
+from evolvent.results.fine_samples import MARK, Times
 
 OFF = {"simulate.fine": False}
 

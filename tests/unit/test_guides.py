@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, parts
+from evolvent.analysis.system import System
 from evolvent.solvers import solve
-from evolvent.system import System
 
 INERTIA = (0.3, 0.5, 0.4)
 

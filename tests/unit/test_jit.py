@@ -19,13 +19,14 @@ import pytest
 from numba import config
 
 import evolvent
-from evolvent import codecache, jit, laws, parts
-from evolvent.codecache import folder as cachefolder
-from evolvent.errors import InputError
-from evolvent.flow import needs
+from evolvent import parts
+from evolvent.analysis.system import System
+from evolvent.assembly import needs
+from evolvent.base.errors import InputError
+from evolvent.compiled import codecache, jit, laws
+from evolvent.compiled.codecache import folder as cachefolder
 from evolvent.flow.impulse import prepare
 from evolvent.solvers import solve
-from evolvent.system import System
 
 pytestmark = pytest.mark.slow
 compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")
@@ -91,7 +92,7 @@ def test_kernels_are_refused_where_the_cache_folder_does_not_follow_them():
 
 FIRST = """
 import json
-from evolvent import jit
+from evolvent.compiled import jit
 from evolvent.kernels import flexible
 jit.load([flexible.add_gravity])
 print(json.dumps({"loaded": int(jit.ADDRESSES[flexible.add_gravity.slot]) != 0}))
@@ -333,10 +334,11 @@ EDITED = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
-from evolvent import jit, parts
+from evolvent.compiled import jit
+from evolvent import parts
 from evolvent.flow.rhs import rhs
 from evolvent.solvers import explicit, solve
-from evolvent.system import System
+from evolvent.analysis.system import System
 from my_law import pull
 
 system = System()
@@ -385,9 +387,9 @@ TINY = """
 import json
 import numpy as np
 from evolvent import event_law, drive_law, force_law, parts, spring_law
-from evolvent.flow.observations import observe
+from evolvent.solvers.observations import observe
 from evolvent.solvers import solve
-from evolvent.system import System
+from evolvent.analysis.system import System
 
 
 @spring_law

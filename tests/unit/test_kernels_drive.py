@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from evolvent import laws, parts
-from evolvent.builder import Builder
+from evolvent import parts
+from evolvent.assembly.builder import Builder
+from evolvent.compiled import laws
 from evolvent.kernels import drive as kernels
 
 H = 1e-4

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from evolvent import model as mdl
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
 from evolvent.kernels import rigid
 
 INERTIA = np.array([[0.5, 0.02, -0.01], [0.02, 0.7, 0.03], [-0.01, 0.03, 0.9]])

@@ -9,7 +9,7 @@ import pytest
 
 import evolvent
 from evolvent import InputError, RunFailed, Stepper, System, parts, spring_law
-from evolvent.errors import in_keys, naming_keys
+from evolvent.base.errors import in_keys, naming_keys
 from evolvent.solvers import solve
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.modes import modes

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from evolvent.motion import (
+from evolvent.results.motion import (
     Forces,
     Frame,
     Line,

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from evolvent import netcdf, results
+from evolvent import results
+from evolvent.base import netcdf
 
 VERSION = tuple(int(n) for n in importlib.metadata.version("h5netcdf").split(".")[:2])
 

@@ -8,8 +8,8 @@ import re
 import numpy as np
 import pytest
 
-from evolvent import animation, pages
-from evolvent.motion import Line, Motion
+from evolvent.results.motion import Line, Motion
+from evolvent.view import animation, pages
 
 HOSTILE = (
     """</title></script><script>alert(1)</script>"' onload=alert(2) <img src=x onerror=alert(3)> & {{ 7 * 7 }} @DATA@"""

@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from evolvent import laws, parts
-from evolvent.errors import InputError
-from evolvent.system import System
+from evolvent import parts
+from evolvent.analysis.system import System
+from evolvent.base.errors import InputError
+from evolvent.compiled import laws
 
 nan, inf = math.nan, math.inf
 

@@ -10,7 +10,8 @@ import time
 import pytest
 
 import evolvent
-from evolvent import console, parts, progress
+from evolvent import parts
+from evolvent.base import console, progress
 
 
 def test_stages_reach_the_listener_and_nobody_else():

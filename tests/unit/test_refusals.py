@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import InputError, RunFailed, System, analysis, cases, force_law, laws, parts, spring_law, variables
-from evolvent.errors import counted
+from evolvent import InputError, RunFailed, System, analysis, cases, force_law, parts, spring_law
+from evolvent.base.errors import counted
+from evolvent.compiled import laws
+from evolvent.results import variables
 from evolvent.solvers import rod_messages
 from rods.building import RUBBER, STRIP
 

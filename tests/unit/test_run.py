@@ -10,7 +10,8 @@ import pytest
 import xarray as xr
 
 import evolvent
-from evolvent import cases, results, variables
+from evolvent import cases, results
+from evolvent.results import variables
 
 heliogyro = cases.system("heliogyro")
 QUICK = {"blade.segments": "inextensible", "solver.method": "dopri5", "solver.duration": "9 s", "blade.nodes": 40}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from evolvent.solids import Solid
+from evolvent.results.solids import Solid
 
 # area of a regular polygon over that of its circle
 ROUND = np.sin(2.0 * np.pi / 48) / (2.0 * np.pi / 48)

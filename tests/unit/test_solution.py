@@ -9,14 +9,14 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from evolvent import elements, parts, spring_law
-from evolvent.builder import Assembly
-from evolvent.errors import InputError
+from evolvent.analysis.system import System
+from evolvent.assembly.builder import Assembly
+from evolvent.base.errors import InputError
 from evolvent.solvers import balance as eb
 from evolvent.solvers import drive, implicit, solve
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
-from evolvent.system import System
 
 SAMPLES = np.linspace(0.0, 0.5, 11)
 

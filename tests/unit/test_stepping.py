@@ -10,7 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import evolvent
-from evolvent import InputError, RunFailed, Stepper, System, cases, elements, parts, variables
+from evolvent import InputError, RunFailed, Stepper, System, cases, elements, parts
+from evolvent.results import variables
 from evolvent.solvers.implicit import solve_implicit
 
 

@@ -9,9 +9,9 @@ import pytest
 from scipy.optimize import minimize
 
 from evolvent import InputError, System, elements, parts
-from evolvent.drawing import motion_of
 from evolvent.kernels import surfaces
 from evolvent.parts.registry import read_parts
+from evolvent.view.drawing import motion_of
 
 Array = np.ndarray
 

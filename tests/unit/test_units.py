@@ -6,7 +6,7 @@ import pint
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from evolvent import units
+from evolvent.base import units
 
 
 class Thing(BaseModel):

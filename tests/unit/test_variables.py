@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from evolvent import InputError, variables
-from evolvent.references import FROM_TIP, OF_THE_RUN, check_name
+from evolvent import InputError
+from evolvent.assembly.references import FROM_TIP, OF_THE_RUN, check_name
+from evolvent.results import variables
 
 TIME, NODES = 3, 4
 

@@ -17,8 +17,8 @@ import zipfile
 import pytest
 from numba import config
 
-from evolvent import codecache, jit
-from evolvent.codecache import folder as cachefolder
+from evolvent.compiled import codecache, jit
+from evolvent.compiled.codecache import folder as cachefolder
 
 pytestmark = [
     pytest.mark.slow,
@@ -31,7 +31,7 @@ ROOT = pathlib.Path(__file__).parents[2]
 COMMANDS = """
 import json, sys
 from numba.core import event
-from evolvent import cli
+from evolvent.commands import cli
 import evolvent
 
 class Compiled(event.Listener):
@@ -59,7 +59,7 @@ import numpy as np
 from llvmlite import binding
 from numba.core.registry import cpu_target
 import evolvent
-from evolvent.laws import law_address
+from evolvent.compiled.laws import law_address
 
 before = cpu_target.target_context.codegen()
 run = evolvent.run("heliogyro", {"solver.duration": "1 s"})

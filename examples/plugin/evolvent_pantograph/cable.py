@@ -10,7 +10,8 @@ import numpy as np
 from pydantic import field_validator
 from pydantic_core import PydanticCustomError
 
-from evolvent import element_law, parts, units
+from evolvent import element_law, parts
+from evolvent.base import units
 
 
 @element_law

@@ -19,10 +19,11 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from evolvent import InputError, System, parts, units
-from evolvent.definition import SystemDefinition
-from evolvent.observe import View
-from evolvent.schema import Section
+from evolvent import InputError, System, parts
+from evolvent.analysis.definition import SystemDefinition
+from evolvent.base import units
+from evolvent.base.schema import Section
+from evolvent.results.observe import View
 from evolvent.systems.structure import Simulate
 
 

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, legendre, norm, product
 from evolvent.elements.sections import CrossSection, Material, Properties, Rectangle
-from evolvent.errors import InputError
 
 Array = NDArray[np.float64]
 Rule = list[tuple[float, float]]

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import units
+from evolvent.base import units
+from evolvent.base.errors import InputError
+from evolvent.base.schema import Section
 from evolvent.elements.forms import Array, gauss
 from evolvent.elements.sections import CrossSection, Material
-from evolvent.errors import InputError
-from evolvent.schema import Section
 
 #: What a polar moment may be beyond its limits by rounding.
 ROUNDED = 1e-6

@@ -8,9 +8,9 @@ from typing import Annotated, Any, NamedTuple, Self
 from pydantic import BeforeValidator, GetJsonSchemaHandler, model_validator
 from pydantic_core import PydanticCustomError
 
-from evolvent import units
-from evolvent.errors import nearest
-from evolvent.schema import OneOf, Section
+from evolvent.base import units
+from evolvent.base.errors import nearest
+from evolvent.base.schema import OneOf, Section
 
 
 class Material(Section):

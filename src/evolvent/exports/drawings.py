@@ -6,12 +6,12 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from evolvent import animation, plots
 from evolvent.results import unfinished
+from evolvent.view import animation, plots
 
 if TYPE_CHECKING:
-    from evolvent.figures import Figure
-    from evolvent.motion import Motion
+    from evolvent.results.figures import Figure
+    from evolvent.results.motion import Motion
 
 
 def write(
@@ -25,7 +25,7 @@ def write(
     figures : sequence of Figure
     motion : Motion, None for no animation
     folder : str
-    kind : str, format of the figures, one of `evolvent.plots.FORMATS`
+    kind : str, format of the figures, one of `evolvent.view.plots.FORMATS`
 
     Raises
     ------

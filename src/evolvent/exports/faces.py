@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.motion import Forces, Frame, Line, Motion, turned
-from evolvent.solids import Mesh
-from evolvent.views import OBLIQUE
+from evolvent.results.motion import Forces, Frame, Line, Motion, turned
+from evolvent.results.solids import Mesh
+from evolvent.view.views import OBLIQUE
 
 Array = np.ndarray
 

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import variables
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
-from evolvent.results import writing
+from evolvent.results import variables, writing
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from evolvent import progress
-from evolvent.animation import default_speed
-from evolvent.errors import InputError
+from evolvent.base import progress
+from evolvent.base.errors import InputError
 from evolvent.exports.pictures import pictures
 from evolvent.exports.request import Request, animation_of, shown_size, size_of
 from evolvent.results import unfinished, writing
+from evolvent.view.animation import default_speed
 
 if TYPE_CHECKING:
-    from evolvent.motion import Motion
+    from evolvent.results.motion import Motion
 
 
 class _Kind(NamedTuple):

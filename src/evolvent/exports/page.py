@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from evolvent import animation
 from evolvent.exports.request import Request, animation_of, shown_size, size_of
 from evolvent.results import write_file
+from evolvent.view import animation
 
 if TYPE_CHECKING:
     pass

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.animation import grid_step
 from evolvent.exports.faces import Camera, Drawer, Faces, arrows, join
-from evolvent.motion import Motion, ValueRange, name_and_unit, quantity
-from evolvent.plots import text_width
+from evolvent.results.motion import Motion, ValueRange, name_and_unit, quantity
+from evolvent.view.animation import grid_step
+from evolvent.view.plots import text_width
 
 
 def pictures(

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import animation, cases, pages, plots
+from evolvent import cases
 from evolvent.exports.pictures import pictures
 from evolvent.exports.request import counted
 from evolvent.results import WELL, made_with, statistics_of, unfinished, write_file
+from evolvent.view import animation, pages, plots
 
 if TYPE_CHECKING:
-    from evolvent.figures import Figure
+    from evolvent.results.figures import Figure
 
 #: Largest figure that is kept as lines; a larger one is kept as points, bytes.
 _LARGEST_SVG = 250_000

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from evolvent import animation, cases
-from evolvent.errors import InputError
+from evolvent import cases
+from evolvent.base.errors import InputError
 from evolvent.results import regular_samples
+from evolvent.view import animation
 
 if TYPE_CHECKING:
-    from evolvent.motion import Motion
+    from evolvent.results.motion import Motion
 
 #: Size above which a file is written only if that is asked for, bytes.
 LARGE = 200_000_000

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases, variables
-from evolvent.errors import visible
+from evolvent import cases
+from evolvent.base.errors import visible
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
-from evolvent.results import make_folder, unfinished, writing
+from evolvent.results import make_folder, unfinished, variables, writing
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.figures import Number
-    from evolvent.motion import Motion
+    from evolvent.results.figures import Number
+    from evolvent.results.motion import Motion
 
 #: Columns of one variable above which it has its own table.
 WIDE = 12

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import progress
-from evolvent.errors import InputError
+from evolvent.base import progress
+from evolvent.base.errors import InputError
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
-from evolvent.motion import turned
 from evolvent.results import make_folder, unfinished, writing
+from evolvent.results.motion import turned
 
 if TYPE_CHECKING:
-    from evolvent.motion import Motion
+    from evolvent.results.motion import Motion
 
 #: Samples that are written unless more are asked for.
 MOST = 300

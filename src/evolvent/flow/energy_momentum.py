@@ -35,8 +35,9 @@ import math
 import numpy as np
 from numba import types, void
 
+from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, N_POWERS, SPRINGS, STIFFNESS_DAMPING
-from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import (
     attitude,
     beam_loads,
@@ -66,7 +67,6 @@ from evolvent.kernels import (
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
-from evolvent.pointer import Struct, array, record
 
 _I = types.int64
 #: Of a step: its start and length (s), chi of strains and of velocities, r, and the share of the contacts' stiffness.

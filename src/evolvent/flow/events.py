@@ -3,11 +3,11 @@
 import numpy as np
 from numba import types, void
 
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, event_law_at, indirect, inlined
 from evolvent.flow.explicit_flexible import release_by
 from evolvent.flow.impulse import impulse, prepare, strike
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
-from evolvent.jit import INTEGERS, REAL, VECTOR, event_law_at, indirect, inlined
 from evolvent.kernels import constraint_rows, coordinate, hinge, rigid, thread
 from evolvent.kernels.rotations import cross
 from evolvent.model import (

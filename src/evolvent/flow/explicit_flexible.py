@@ -5,7 +5,7 @@ A constraint must be a penalty here (`stiffness` above 0), and contact cannot st
 
 from numba import types, void
 
-from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import (
     beam_loads,
     body_contact,

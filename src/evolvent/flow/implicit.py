@@ -8,6 +8,7 @@ import math
 
 from numba import types, void
 
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.flow.powers import (
     COUPLED_ENERGY,
     DRIVEN,
@@ -19,7 +20,6 @@ from evolvent.flow.powers import (
     SPRINGS,
     STIFFNESS_DAMPING,
 )
-from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import (
     attitude,
     beam_loads,

@@ -2,7 +2,7 @@
 
 from numba import void
 
-from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, kernel
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, kernel
 from evolvent.kernels import constraint_rows, points, rigid, thread
 from evolvent.model import MODEL
 

@@ -2,8 +2,8 @@
 
 from numba import void
 
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
 from evolvent.flow.explicit_flexible import add_flexible_inventory, has_flexible
-from evolvent.jit import INTEGERS, REAL, VECTOR, indirect
 from evolvent.kernels import attitude, points, rigid, springs, thread
 from evolvent.model import ELASTIC, H_BODY, KINETIC, MODEL, P_ALL
 

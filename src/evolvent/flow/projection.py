@@ -3,9 +3,9 @@
 import numpy as np
 from numba import types, void
 
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, kernel
 from evolvent.flow.explicit_flexible import release_penalties
 from evolvent.flow.impulse import impulse, prepare
-from evolvent.jit import INTEGERS, REAL, VECTOR, entry, indirect, kernel
 from evolvent.kernels import constraint_rows, rigid, thread
 from evolvent.kernels.linalg import banded_ldl_solve
 from evolvent.model import MODEL

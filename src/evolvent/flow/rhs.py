@@ -4,8 +4,8 @@ import math
 
 from numba import void
 
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.flow.explicit_flexible import add_flexible_forces, has_flexible
-from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import (
     attitude,
     constraint_rows,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from numba import types, void
 
+from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
-from evolvent.jit import MATRIX, REAL, VECTOR, indirect
 from evolvent.kernels import thread
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL

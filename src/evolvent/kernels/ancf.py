@@ -22,7 +22,7 @@ With g the products, i <= j, row by row (28, or 6), and J = dg/dv:
   w = (1 + b c/2) v + b v'/2.
 """
 
-from evolvent.jit import REAL, VECTOR, entry, inlined, kernel, matrix_view
+from evolvent.compiled.jit import REAL, VECTOR, entry, inlined, kernel, matrix_view
 
 #: Vectors and products of the beam.
 N, PRODUCTS = 7, 28

@@ -23,7 +23,7 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined, spring_law_at
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, spring_law_at
 from evolvent.kernels.drive import drive
 from evolvent.kernels.profile import profile
 from evolvent.kernels.rigid import FREE, add_wrench, point_kinematics

@@ -2,7 +2,7 @@
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.node_loads import FIELD, LINE, MOMENT, POINT, add_following_load, follows
 from evolvent.kernels.profile import profile, window

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import MATRIX, REAL, indirect, inlined
+from evolvent.compiled.jit import MATRIX, REAL, indirect, inlined
 from evolvent.kernels import contact_laws, rigid, surfaces
 from evolvent.kernels.contact import DEPTH
 from evolvent.kernels.rotations import cross, turn, turn_back

@@ -21,7 +21,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, indirect, inlined
+from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.kernels import contact_laws, surfaces
 from evolvent.kernels.body_contact import add_pair, axes_of, clear, curvature, measure, position_of, push
 from evolvent.kernels.contact_step import _pressed, _rub, is_filtered

@@ -21,7 +21,7 @@ direction q/|q| defined near the straight shape; it belongs to an element bent b
 
 import math
 
-from evolvent.jit import inlined
+from evolvent.compiled.jit import inlined
 from evolvent.kernels.ancf import (
     damped_force_of,
     damped_tangent_of,

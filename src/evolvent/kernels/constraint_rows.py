@@ -8,7 +8,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels import thread as chain
 from evolvent.kernels.cord import drum_cord
 from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import contact_laws, layers, rigid, surfaces
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import add_relative, add_relative_body, body_columns

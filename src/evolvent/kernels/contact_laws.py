@@ -9,7 +9,7 @@ velocity v are
 
 import math
 
-from evolvent.jit import inlined
+from evolvent.compiled.jit import inlined
 
 #: Normal laws: of the paper; Hunt-Crossley; elastic work equal to the change of energy over a step.
 PAPER, HUNT_CROSSLEY, CONSERVATIVE = 0, 1, 2

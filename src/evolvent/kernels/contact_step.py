@@ -19,7 +19,7 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import contact_laws, rigid, surfaces
 from evolvent.kernels.contact import add_share, add_sum
 from evolvent.kernels.rotations import cross, turn, turn_back

@@ -11,7 +11,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined, motor_law_at
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined, motor_law_at
 from evolvent.kernels.drive import drive
 from evolvent.kernels.profile import profile
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL

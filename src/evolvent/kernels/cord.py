@@ -2,7 +2,7 @@
 
 import math
 
-from evolvent.jit import inlined
+from evolvent.compiled.jit import inlined
 from evolvent.kernels.rotations import cross
 
 

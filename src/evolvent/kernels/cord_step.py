@@ -8,7 +8,7 @@ is the tension times the change of the length exactly, and both momenta are kept
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect
+from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sides import ON_BODY, pull, side_vector
 from evolvent.model import MODEL

@@ -7,7 +7,7 @@ and other forces, (m,) each, then derivatives of the forces, (m, m).
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import MATRIX, REAL, VECTOR, element_law_at, indirect, inlined, kernel, matrix_view
+from evolvent.compiled.jit import MATRIX, REAL, VECTOR, element_law_at, indirect, inlined, kernel, matrix_view
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sides import ON_BODY, add_turning, pull, side_columns, side_vector

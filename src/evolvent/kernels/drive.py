@@ -2,7 +2,7 @@
 
 from numba import types
 
-from evolvent.jit import REAL, VECTOR, drive_law_at, entry, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, drive_law_at, entry, inlined, kernel
 
 RAMPS, TABLE, LAW, FREE = 0, 1, 2, 3
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from numba import void
 
-from evolvent.jit import MATRIX, REAL, VECTOR, indirect
+from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect
 from evolvent.kernels import ancf, cable
 
 _FORCE = REAL(VECTOR, VECTOR, REAL, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)

@@ -8,7 +8,7 @@ which dissipates what it does not resolve, and damping, b H dg/h.
 
 import math
 
-from evolvent.jit import inlined, matrix_view
+from evolvent.compiled.jit import inlined, matrix_view
 from evolvent.kernels.ancf import add_force, multiply, nodal_vectors, products, write_tangent
 from evolvent.kernels.cable import _add_stress, _curvature, _derivative, _dot, add_stretch_tangent, fill_first_position
 

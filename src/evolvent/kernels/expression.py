@@ -1,4 +1,4 @@
-"""Stack machine for expressions: the instructions of `evolvent.expressions`, held among a model's parameters.
+"""Stack machine for expressions: the instructions of `evolvent.assembly.expressions`, held among a model's parameters.
 
 A program is ``p[at]`` numbers long, from ``p[at + 1]``. The top of the stack is held apart, in a register.
 """
@@ -7,7 +7,7 @@ import math
 
 from numba import config
 
-from evolvent.jit import REAL, VECTOR, entry, inlined, kernel, local_vector
+from evolvent.compiled.jit import REAL, VECTOR, entry, inlined, kernel, local_vector
 
 # instructions; CONSTANT, VARIABLE and INTEGER_POWER are followed by their operand
 CONSTANT, VARIABLE, INTEGER_POWER, WHERE = 0, 1, 2, 3

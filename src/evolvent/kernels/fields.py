@@ -8,7 +8,7 @@ Coriolis force does no work.
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, force_law_at, indirect, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, force_law_at, indirect, inlined, kernel
 from evolvent.kernels.flexible import CABLE
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import cross, turn, turn_back

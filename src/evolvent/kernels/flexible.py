@@ -8,7 +8,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import (
+from evolvent.compiled.jit import (
     REAL,
     VECTOR,
     element_energy_at,

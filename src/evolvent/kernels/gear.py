@@ -9,7 +9,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, indirect, inlined
+from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sparse import SPARSE, first_entry

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import INTEGERS, MATRIX, REAL, VECTOR, entry, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.coordinate import (
     TRAVEL,

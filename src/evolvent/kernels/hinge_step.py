@@ -11,7 +11,7 @@ import math
 
 from numba import void
 
-from evolvent.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.coordinate import TRAVEL, bristle_energy, friction_force, synchronization_energy
 from evolvent.kernels.hinge import _hinge_geometry, _second_side, add_applied, continuous_angle, hinge_law
 from evolvent.kernels.rotations import cross, turn

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.kernels import rigid
 from evolvent.kernels.cord import drum_cord
 from evolvent.kernels.drive import drive

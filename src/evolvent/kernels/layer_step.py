@@ -19,7 +19,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined, matrix_view
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, matrix_view
 from evolvent.kernels import contact_laws
 from evolvent.kernels.contact_step import _pressed
 from evolvent.kernels.flexible import NODE_VECTORS

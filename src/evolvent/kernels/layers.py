@@ -11,7 +11,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import contact_laws
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.rotations import cross, turn

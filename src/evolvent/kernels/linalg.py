@@ -2,7 +2,7 @@
 
 import math
 
-from evolvent.jit import inlined, kernel
+from evolvent.compiled.jit import inlined, kernel
 
 
 @kernel

@@ -4,7 +4,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, force_law_at, indirect, inlined
+from evolvent.compiled.jit import REAL, VECTOR, force_law_at, indirect, inlined
 from evolvent.kernels.node_loads import law_gradient
 from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rigid import DRIVEN, FREE

@@ -10,7 +10,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, force_law_at, indirect, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, force_law_at, indirect, inlined, kernel
 from evolvent.kernels.flexible import CABLE
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, add_block

@@ -9,7 +9,7 @@ methods with fixed steps, for within a stable one nothing comes as deep as it si
 
 import math
 
-from evolvent.jit import CUBE, MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import CUBE, MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import contact_laws, surfaces
 from evolvent.kernels.rotations import turn, turn_back
 from evolvent.model import MODEL

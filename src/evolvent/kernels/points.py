@@ -3,7 +3,7 @@
 A point without mass is a beam's node: it has that one's coordinates, and what acts on it acts on the beam.
 """
 
-from evolvent.jit import inlined
+from evolvent.compiled.jit import inlined
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import add_entry
 

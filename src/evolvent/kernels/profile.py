@@ -7,7 +7,7 @@ import math
 
 from numba import types
 
-from evolvent.jit import REAL, indirect, inlined, local_vector
+from evolvent.compiled.jit import REAL, indirect, inlined, local_vector
 from evolvent.kernels.expression import evaluate
 from evolvent.model import MODEL
 

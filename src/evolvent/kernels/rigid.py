@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels.drive import drive
 from evolvent.kernels.linalg import cholesky, cholesky_solve
 from evolvent.kernels.points import add_angular_momentum

@@ -24,7 +24,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel, matrix_view
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel, matrix_view
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL

@@ -1,6 +1,6 @@
 """Nodes of rods in states between the ends of a step."""
 
-from evolvent.jit import inlined, kernel, matrix_view
+from evolvent.compiled.jit import inlined, kernel, matrix_view
 from evolvent.kernels.rod import _Q
 from evolvent.kernels.rotations import rotation_from_quaternion, turn, turn_back
 

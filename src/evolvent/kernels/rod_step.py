@@ -8,7 +8,7 @@ As of `kernels.element_step` the step adds chi/2 C (dE - ratio dE_p) and the dam
 
 from numba import types, void
 
-from evolvent.jit import CUBE, MATRIX, REAL, VECTOR, indirect, inlined, matrix_view
+from evolvent.compiled.jit import CUBE, MATRIX, REAL, VECTOR, indirect, inlined, matrix_view
 from evolvent.kernels.rod import (
     _A,
     _B,

@@ -2,7 +2,7 @@
 
 import math
 
-from evolvent.jit import MATRIX, REAL, VECTOR, entry, inlined
+from evolvent.compiled.jit import MATRIX, REAL, VECTOR, entry, inlined
 
 
 @entry(VECTOR, REAL, MATRIX, MATRIX)

@@ -6,7 +6,7 @@ inertia S about n, its rate phi' relative to the body and the torque Q on it abo
     S (phi'' + n . w') = Q,     (J - S n n^T) w' + w x J w = T - Q n - w x (S phi' n).
 """
 
-from evolvent.jit import inlined
+from evolvent.compiled.jit import inlined
 from evolvent.kernels.rigid import FREE, SPIN
 from evolvent.kernels.rotations import cross, turn
 

@@ -7,7 +7,7 @@ of 24-coordinate elements. Its columns J : (3, n) are du over the side's unknown
 
 from numba import types, void
 
-from evolvent.jit import MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, first_entry

@@ -11,8 +11,8 @@ Inner unknowns z stand for a low-rank product outside the blocks: A x + B z = f 
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import ADDRESSES, MATRIX, REAL, indirect, inlined
-from evolvent.pointer import Struct, array, shared
+from evolvent.compiled.jit import ADDRESSES, MATRIX, REAL, indirect, inlined
+from evolvent.compiled.pointer import Struct, array, shared
 
 #: What `factor` returns where the matrix is singular beyond repair, or not finite.
 SINGULAR = -1

@@ -4,7 +4,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import VECTOR, indirect, inlined, matrix_view
+from evolvent.compiled.jit import VECTOR, indirect, inlined, matrix_view
 from evolvent.kernels.sparse import (
     AT,
     BLOCK,

@@ -2,7 +2,7 @@
 
 from numba import types, void
 
-from evolvent.jit import VECTOR, indirect, inlined, kernel, matrix_view
+from evolvent.compiled.jit import VECTOR, indirect, inlined, kernel, matrix_view
 from evolvent.kernels.sparse import (
     AT,
     BLOCK,

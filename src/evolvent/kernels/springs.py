@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel, spring_law_at
+from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined, kernel, spring_law_at
 from evolvent.kernels.rigid import DRIVEN, add_wrench, point_kinematics
 from evolvent.kernels.sides import ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE

@@ -11,7 +11,7 @@ and the gap is the distance less the radius. `closest_positions` does this for t
 
 import math
 
-from evolvent.jit import REAL, entry, inlined
+from evolvent.compiled.jit import REAL, entry, inlined
 from evolvent.kernels import contact_laws
 
 CYLINDER, CAPSULE, PLANE = 0, 1, 2

@@ -9,7 +9,7 @@ import math
 
 from numba import void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import ancf, cable, flexible
 from evolvent.kernels.profile import profile
 from evolvent.kernels.sparse import SPARSE

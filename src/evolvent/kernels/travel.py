@@ -6,7 +6,7 @@ to bodies x is quadratic: along the mean shape its force does the work f dx exac
 
 from numba import types, void
 
-from evolvent.jit import REAL, indirect, inlined
+from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import ON_BODY, add_product, add_turning, pull, side_columns, turn_axis

@@ -1,4 +1,4 @@
-"""`evolvent identify`: recordings of a vibrating body and a description of its stand in, a certificate out.
+"""What `evolvent identify` runs: recordings of a vibrating body and a description of its stand in, a certificate out.
 
 >>> from evolvent.massprops import vibration, mass_properties
 >>> measured = mass_properties("knock.csv", "stand.yaml")  # doctest: +SKIP
@@ -12,18 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from evolvent.massprops.certificate import write
-    from evolvent.massprops.command import identify
     from evolvent.massprops.description import json_schema, load
     from evolvent.massprops.estimates import Evaluation, MassProperties
     from evolvent.massprops.measurement import mass_properties, vibration
 
-__all__ = ["Evaluation", "MassProperties", "identify", "json_schema", "load", "mass_properties", "vibration", "write"]
+__all__ = ["Evaluation", "MassProperties", "json_schema", "load", "mass_properties", "vibration", "write"]
 
 #: Where each name stands; loaded when first asked for, so that the command line starts quickly.
 _LAZY = {
     "Evaluation": "estimates",
     "MassProperties": "estimates",
-    "identify": "command",
     "json_schema": "description",
     "load": "description",
     "vibration": "measurement",

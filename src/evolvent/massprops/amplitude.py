@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent import units
-from evolvent.errors import InputError
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.massprops.identification import identify
 from evolvent.massprops.inertia.problem import mac, matching
 from evolvent.massprops.inertia.stand import Setup

@@ -10,11 +10,12 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
-from evolvent import cases, safe_open, schema, units
-from evolvent.errors import InputError, nearest
+from evolvent import cases
+from evolvent.base import safe_open, schema, units
+from evolvent.base.errors import InputError, nearest
+from evolvent.base.schema import Section
 from evolvent.massprops import uncertain
 from evolvent.massprops.uncertain import Uncertain
-from evolvent.schema import Section
 
 DIRECTIONS = {"x": (1.0, 0.0, 0.0), "vertical": (0.0, 1.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 #: Names of a body's mass properties: here, and in `evolvent.massprops.inertia`.

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import scipy.stats
 
-from evolvent import progress
-from evolvent.errors import InputError
+from evolvent.base import progress
+from evolvent.base.errors import InputError
 from evolvent.massprops import modal, pendulum, springs
 from evolvent.massprops import signals as files
 from evolvent.massprops.description import (

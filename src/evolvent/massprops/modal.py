@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.description import Signalling
 from evolvent.massprops.identification import Modes, identify
 from evolvent.massprops.identification.orders import WHITE, whiteness

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from evolvent import show
-from evolvent.figures import Figure, Line, Panel, stacked
 from evolvent.massprops.identification import Modes
+from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent.view import show
 
 Array = np.ndarray
 #: Most sensors that are drawn.

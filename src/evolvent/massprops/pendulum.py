@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.description import Bifilar, CompoundPendulum, OnPivot, Pendulum, Trifilar
 from evolvent.massprops.estimates import Evaluation, Output, Share
 from evolvent.massprops.inertia import pendulums

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import pages
-from evolvent.figures import WIDTH, axis_label
 from evolvent.massprops.estimates import Evaluation, MassProperties
 from evolvent.massprops.identification.signals import power
 from evolvent.massprops.modal import Modal
-from evolvent.plots import PALETTE, STYLE
+from evolvent.results.figures import WIDTH, axis_label
+from evolvent.view import pages
+from evolvent.view.plots import PALETTE, STYLE
 
 _BLUE, _RED, _GREEN = PALETTE[1], PALETTE[2], PALETTE[3]
 #: Most shares that a bar shows.

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import units
-from evolvent.errors import InputError, nearest
+from evolvent.base import units
+from evolvent.base.errors import InputError, nearest
 from evolvent.massprops import description as schema
 from evolvent.massprops.identification.signals import check_rate, check_times
 from evolvent.massprops.signals import Signals

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops import amplitude, mode_selection
 from evolvent.massprops.description import DIRECTIONS, PROPERTIES, OnSprings
 from evolvent.massprops.estimates import Evaluation, Output

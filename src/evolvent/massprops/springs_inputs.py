@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.description import DIRECTIONS, PROPERTIES, OnSprings
 from evolvent.massprops.inertia import Body, Stand
 from evolvent.massprops.inertia.stand import inertia_defect

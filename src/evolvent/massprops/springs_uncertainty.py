@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import progress
-from evolvent.errors import InputError
+from evolvent.base import progress
+from evolvent.base.errors import InputError
 from evolvent.massprops import amplitude
 from evolvent.massprops.estimates import Share
 from evolvent.massprops.inertia.problem import Problem, assign

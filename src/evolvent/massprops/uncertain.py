@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
-from evolvent import units
+from evolvent.base import units
 
 _BETWEEN = re.compile(r"\+-|\+/-|±")
 _UNKNOWN = re.compile(r"unknown(?:\s+near\s+(?P<near>.+))?", re.DOTALL)

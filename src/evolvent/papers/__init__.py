@@ -11,10 +11,10 @@ import importlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
-from evolvent.errors import InputError, nearest
+from evolvent.base.errors import InputError, nearest
 
 if TYPE_CHECKING:
-    from evolvent.figures import Figure
+    from evolvent.results.figures import Figure
 
 TENENBAUM = "Tenenbaum (2014)"
 YI = "Yi, Yuan, Dong & Li (2017)"

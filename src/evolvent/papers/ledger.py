@@ -18,8 +18,9 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal, get_args
 
-from evolvent import __version__, expressions, papers, results
-from evolvent.errors import InputError, nearest
+from evolvent import __version__, papers, results
+from evolvent.assembly import expressions
+from evolvent.base.errors import InputError, nearest
 
 Verdict = Literal["holds", "in part", "refuted", "open"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)

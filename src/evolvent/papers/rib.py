@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.figures import Figure, Line, Panel
 from evolvent.papers import Made, Options
 from evolvent.papers.rib_chain import LINKS, Chain
 from evolvent.papers.winding import (
@@ -31,6 +30,7 @@ from evolvent.papers.winding import (
     run_all,
     written,
 )
+from evolvent.results.figures import Figure, Line, Panel
 
 #: What the paper sets for this comparison.
 FREE: Mapping[str, Any] = {"damping.alpha": 0.0}

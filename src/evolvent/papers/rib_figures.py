@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from evolvent import closed_forms
-from evolvent.drawing import smooth
 from evolvent.elements import axis_shape
-from evolvent.figures import Figure, Line, Panel, plain
 from evolvent.papers import Made, Options
 from evolvent.papers.rib_runs import ALPHAS, Run, of_the_paper, runs
 from evolvent.papers.winding import markdown
+from evolvent.results.figures import Figure, Line, Panel, plain
 from evolvent.systems.wrapped_rib.show import comparable_string
+from evolvent.view.drawing import smooth
 
 Array = np.ndarray
 #: Time before and after the whip that is drawn in detail, s, and about the paper's root damping.

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import analysis, cases
-from evolvent.drawing import smooth
-from evolvent.fine_samples import Times
-from evolvent.observe import View
+from evolvent.results.fine_samples import Times
+from evolvent.results.observe import View
 from evolvent.systems.wrapped_rib.derived import FOLLOWED, wrap_angle
+from evolvent.view.drawing import smooth
 
 if TYPE_CHECKING:
-    from evolvent.builder import Assembly
+    from evolvent.assembly.builder import Assembly
     from evolvent.solvers.solution import Solution
 
 Array = np.ndarray

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from evolvent.elements import axis_shape, nodal
-from evolvent.figures import Figure, Line, Note, Panel
 from evolvent.papers import Made, Options
 from evolvent.papers.winding import markdown
+from evolvent.results.figures import Figure, Line, Note, Panel
 
 Array = np.ndarray
 #: Directions of x, y and z on the sheet, of bodies in space.

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent import cases
-from evolvent.figures import Figure, Line, Note, Panel
 from evolvent.massprops.inertia import Body, NormalModes, Stand, vertical_model
 from evolvent.papers import Made, Options
 from evolvent.papers.winding import markdown
+from evolvent.results.figures import Figure, Line, Note, Panel
 from evolvent.systems.inertia_stand import chart
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class Grid(NamedTuple):
 
 def grid() -> Grid:
     """The grid of the built-in map."""
-    from evolvent.studies.study import read
+    from evolvent.design.studies.study import read
 
     study = read(STUDY)
     x, z = (np.array(axis.values, dtype=float) for axis in study.axes)

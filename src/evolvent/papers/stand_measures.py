@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import batch, cases
+from evolvent import cases
 from evolvent.massprops import inertia
 from evolvent.massprops.inertia import Body, Stand, from_three_frequencies, linear_model, vertical_model
 from evolvent.papers import stand
 from evolvent.papers.stand import Grid
+from evolvent.solvers import batch
 
 Values = Mapping[str, float]
 #: Offset, m, at which sensitivities are taken.

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent import cases
-from evolvent.figures import Figure, Line, Note, Panel
 from evolvent.massprops.inertia import NormalModes, Stand
 from evolvent.papers import Made, Options
 from evolvent.papers.winding import markdown
+from evolvent.results.figures import Figure, Line, Note, Panel
 
 #: Offset of the centre of mass in the drawing, m: the middle of the paper's box.
 OFFSET = {"body.offset_x": 0.4, "body.offset_z": 0.17392}

@@ -1,6 +1,6 @@
 """The ten steps of Belyakov (2002), written down in NumPy from the text, right and with its slips as printed.
 
-It shares no code with `evolvent.batch`, whose modified Euler it checks.
+It shares no code with `evolvent.solvers.batch`, whose modified Euler it checks.
 """
 
 from __future__ import annotations

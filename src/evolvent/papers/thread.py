@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.figures import Figure, Line, Panel
 from evolvent.papers import Made, Options
 from evolvent.papers.thread_runs import (
     QUICK_STIFFNESS,
@@ -32,6 +31,7 @@ from evolvent.papers.thread_runs import (
 from evolvent.papers.thread_variants import Data, Start, deploy
 from evolvent.papers.thread_variants import Deployment as Variant
 from evolvent.papers.winding import markdown
+from evolvent.results.figures import Figure, Line, Panel
 
 #: The paper's data.
 PAPER = Data()

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.figures import Figure, Line, Note, Panel
 from evolvent.papers import Made, Options
 from evolvent.papers.thread_runs import RIGID, tree
 from evolvent.papers.winding import markdown
+from evolvent.results.figures import Figure, Line, Note, Panel
 
 Array = np.ndarray
 #: Radius of the spool, its rate, its distance from the spin axis, length of a segment (m, rad/s).

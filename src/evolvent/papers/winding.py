@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 
 from evolvent import analysis, cases
-from evolvent.observe import View
+from evolvent.results.observe import View
 from evolvent.solvers.drive import choose_step
 
 if TYPE_CHECKING:
-    from evolvent.builder import Assembly
+    from evolvent.assembly.builder import Assembly
     from evolvent.solvers.solution import Solution
 
 Array = np.ndarray

@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
-from evolvent.errors import InputError, counted, nearest
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError, counted, nearest
 from evolvent.kernels import attitude as kernels
 from evolvent.kernels import drive as drives
 from evolvent.kernels import rigid

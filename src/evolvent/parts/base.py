@@ -10,12 +10,12 @@ import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.assembly.references import check_name, split_reference
+from evolvent.base import units
+from evolvent.base.errors import InputError
+from evolvent.base.schema import Section, marks
 from evolvent.elements.dense import norm
-from evolvent.errors import InputError
-from evolvent.references import check_name, split_reference
-from evolvent.schema import Section, marks
 
 __all__ = ["Arrays", "Part", "PointReference", "Reference", "check_name", "split_reference", "unit"]
 
@@ -35,13 +35,13 @@ class Part(Section):
 
         Parameters
         ----------
-        view : evolvent.observe.View, of the finished run
+        view : evolvent.results.observe.View, of the finished run
         name : str, of the part
 
         Returns
         -------
-        evolvent.observe.Observed or None
-            `evolvent.observe.of_family` gives those of the family, to which more can be added.
+        evolvent.results.observe.Observed or None
+            `evolvent.results.observe.of_family` gives those of the family, to which more can be added.
         """
         return None
 

@@ -10,17 +10,19 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from evolvent import elements, jit, units
-from evolvent.builder import Builder
+from evolvent import elements
+from evolvent.assembly.builder import Builder
+from evolvent.assembly.references import Location
+from evolvent.base import units
+from evolvent.base.errors import InputError
+from evolvent.compiled import jit
 from evolvent.elements.dense import dot, inverse, norm, product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, CrossSection, MaterialOrName
-from evolvent.errors import InputError
 from evolvent.kernels import element_calls
 from evolvent.kernels import flexible as kernels
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, node_arc
-from evolvent.references import Location
 
 CABLES = ("cable", "cable_stretch")
 #: Gauss's two points of an element.

@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm
-from evolvent.errors import InputError
 from evolvent.kernels import beam_loads as kernels
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.parts.base import BeamName, Part, PointReference

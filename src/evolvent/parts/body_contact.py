@@ -7,9 +7,9 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
-from evolvent.errors import InputError, counted
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError, counted
 from evolvent.kernels import surfaces
 from evolvent.parts.base import PointReference, unit
 from evolvent.parts.contact import ContactLaw

@@ -10,8 +10,8 @@ import numpy as np
 from pydantic import field_serializer, model_validator
 from pydantic_core import PydanticCustomError
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
 from evolvent.kernels import ancf, contact_laws, flexible
 from evolvent.parts.base import Part
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
 from evolvent.kernels import surfaces
 from evolvent.parts.surface_contact import SurfaceContact, add_surface
 

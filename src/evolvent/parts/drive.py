@@ -11,9 +11,11 @@ from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 from typing_extensions import TypeVar
 
-from evolvent import laws, units
-from evolvent.builder import Builder
-from evolvent.errors import InputError, counted, nearest
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError, counted, nearest
+from evolvent.base.schema import Section
+from evolvent.compiled import laws
 from evolvent.kernels import drive as kernels
 from evolvent.parts.expression import (
     Constants,
@@ -25,7 +27,6 @@ from evolvent.parts.expression import (
     write_law,
 )
 from evolvent.parts.profile import TorqueProfile, kind_hint, write_profile
-from evolvent.schema import Section
 
 #: Coordinate and its rate: rad and rad/s of a spool or a body, m and m/s along a line.
 A = TypeVar("A", default=units.Angle)

@@ -9,9 +9,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
-from evolvent import expressions
-from evolvent.builder import Builder
-from evolvent.errors import InputError, nearest
+from evolvent.assembly import expressions
+from evolvent.assembly.builder import Builder
+from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import rigid
 from evolvent.parts.base import Part, split_reference
 from evolvent.parts.beam import node_of

@@ -11,9 +11,9 @@ from typing import Annotated, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
-from evolvent import expressions
-from evolvent.builder import Builder
-from evolvent.errors import InputError
+from evolvent.assembly import expressions
+from evolvent.assembly.builder import Builder
+from evolvent.base.errors import InputError
 from evolvent.kernels import expression as kernels
 
 #: Variables of the expressions of each kind of law.

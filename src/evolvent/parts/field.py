@@ -7,9 +7,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
-from evolvent.errors import InputError
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.kernels import drive
 from evolvent.kernels import fields as kernels
 from evolvent.parts.base import Part, unit

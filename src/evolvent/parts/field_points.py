@@ -8,11 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from evolvent import elements
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import modes
 from evolvent.elements.forms import gauss
 from evolvent.elements.sections import CrossSection, Material
-from evolvent.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.parts.beam import CABLES, Beam
 

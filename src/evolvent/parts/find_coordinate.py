@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from evolvent.builder import Builder
-from evolvent.errors import InputError
+from evolvent.assembly.builder import Builder
+from evolvent.base.errors import InputError
 from evolvent.parts.joint import Joint
 from evolvent.parts.joint_coordinate import CoordinateSpring, nearest_joint
 from evolvent.parts.rotational_spring import RotationalSpring

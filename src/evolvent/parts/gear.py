@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import product
-from evolvent.errors import InputError
 from evolvent.kernels import gear as kernels
 from evolvent.kernels import joint, rigid, sides
 from evolvent.parts.base import Part, Reference, unit

@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, product
-from evolvent.errors import InputError
 from evolvent.kernels import constraint_rows, joint, rigid
 from evolvent.parts.base import BodyName, Part, unit
 from evolvent.parts.joint import add_row, direction_side, point_side

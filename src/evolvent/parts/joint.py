@@ -7,10 +7,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
-from evolvent.errors import InputError
 from evolvent.kernels import coordinate, rigid, sides
 from evolvent.kernels import joint as kernels
 from evolvent.parts.base import BodyName, Part, PointReference, unit

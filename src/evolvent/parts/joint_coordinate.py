@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from evolvent.builder import Builder
-from evolvent.errors import InputError, nearest
+from evolvent.assembly.builder import Builder
+from evolvent.assembly.references import Location, split_reference
+from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import coordinate
 from evolvent.parts.base import Part, unit
 from evolvent.parts.joint import Joint
-from evolvent.references import Location, split_reference
 
 #: Deflection at which friction slips by default, rad and m.
 PRESLIDING = {coordinate.ANGLE: 1e-4, coordinate.TRAVEL: 1e-5}

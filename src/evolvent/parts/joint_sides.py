@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.assembly.references import Location
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
-from evolvent.errors import InputError
 from evolvent.kernels import flexible, sides
 from evolvent.kernels import joint as kernels
-from evolvent.references import Location
 
 Array = np.ndarray
 

@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm, product
-from evolvent.errors import InputError
 from evolvent.kernels import joint, springs
 from evolvent.parts.base import Part, PointReference, unit
 from evolvent.parts.joint import add_row, point_side

@@ -8,10 +8,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.assembly.references import split_reference
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm
-from evolvent.errors import InputError
 from evolvent.kernels import beam_loads, springs
 from evolvent.kernels import loads as kernels
 from evolvent.kernels.flexible import CABLE
@@ -21,7 +22,6 @@ from evolvent.parts.beam_load import add_beam_load, refuse_beside_law
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, refuse_without_law, write_law
 from evolvent.parts.load_window import FRAMES, Frame, window
 from evolvent.parts.profile import ForceProfile, TorqueProfile, write_profile
-from evolvent.references import split_reference
 
 
 def _add(builder: Builder, name: str, kind: int, target: int, **fields: int) -> None:

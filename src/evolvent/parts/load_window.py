@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, Literal
 
-from evolvent.builder import Builder
-from evolvent.errors import InputError
+from evolvent.assembly.builder import Builder
+from evolvent.base.errors import InputError
 
 FRAMES = {"inertial": 0.0, "body": 1.0}
 Frame = Literal["inertial", "body"]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from evolvent.base.errors import InputError, counted
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import CrossSection, Material
-from evolvent.errors import InputError, counted
 
 
 def element_lengths(length: float, elements: int, grading: float | tuple[float, ...]) -> np.ndarray:

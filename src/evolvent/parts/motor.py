@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any, Literal
 
-from evolvent import units
-from evolvent.builder import Builder
-from evolvent.errors import InputError
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.kernels import coordinate
 from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.checks import check_units

@@ -11,12 +11,13 @@ import numpy as np
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
-from evolvent import expressions, units
-from evolvent.builder import Builder
-from evolvent.errors import InputError, nearest
+from evolvent.assembly import expressions
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError, nearest
+from evolvent.base.schema import Section
 from evolvent.kernels import profile as kernels
 from evolvent.parts.expression import Constants, TimeExpression, refuse_unused
-from evolvent.schema import Section
 
 V = TypeVar("V")
 

@@ -6,9 +6,9 @@ from typing import Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
-from evolvent.errors import InputError
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.parts.base import BodyName, Part, unit
 from evolvent.parts.checks import check_rotor
 from evolvent.parts.drive import FreeSpool

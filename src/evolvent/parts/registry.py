@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
 
-from evolvent import plugins
-from evolvent.errors import InputError, nearest
+from evolvent.assembly.references import check_name
+from evolvent.base import plugins
+from evolvent.base.errors import InputError, nearest
+from evolvent.base.schema import error_priority, sentence, shown
 from evolvent.parts.base import Part
-from evolvent.references import check_name
-from evolvent.schema import error_priority, sentence, shown
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

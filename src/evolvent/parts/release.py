@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any
 
-from evolvent.builder import Builder
-from evolvent.errors import InputError, nearest
+from evolvent.assembly.builder import Builder
+from evolvent.base.errors import InputError, nearest
 from evolvent.kernels.hinge import REACHED
 from evolvent.parts.base import Reference
 

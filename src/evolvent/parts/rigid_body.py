@@ -8,10 +8,11 @@ import numpy as np
 from pydantic import AfterValidator
 from pydantic_core import PydanticCustomError
 
-from evolvent import units
-from evolvent.builder import Builder, Pose
+from evolvent.assembly.builder import Builder, Pose
+from evolvent.assembly.references import Location, is_name, split_reference
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, product
-from evolvent.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
 from evolvent.parts.base import Part, PointReference, unit
@@ -19,7 +20,6 @@ from evolvent.parts.beam import node_rate
 from evolvent.parts.drive import FreeSpool, LineDrive, RampDrive
 from evolvent.parts.joint import Joint
 from evolvent.parts.shapes import AnyShape
-from evolvent.references import Location, is_name, split_reference
 
 MOTIONS = {"driven": rigid.DRIVEN, "spin": rigid.SPIN, "free": rigid.FREE}
 

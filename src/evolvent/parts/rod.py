@@ -7,13 +7,13 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder, Pose
+from evolvent.assembly.builder import Builder, Pose
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.elements import OWN_INERTIA, rods
 from evolvent.elements.dense import norm, product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, MaterialOrName
-from evolvent.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.beam import _across

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
 from evolvent.kernels import loads as kernels
 from evolvent.kernels import springs
 from evolvent.parts.expression import write_law

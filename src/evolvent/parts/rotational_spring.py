@@ -8,15 +8,15 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pydantic import model_validator
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.assembly.references import Location
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
-from evolvent.errors import InputError
 from evolvent.kernels import coordinate, flexible
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
 from evolvent.parts.base import BodyName, JointName, PointReference, unit
 from evolvent.parts.joint_coordinate import CoordinateSpring, Ends
-from evolvent.references import Location
 
 #: What the angle at the start may be off the one that `zero` gives, rad.
 _LEAST_OFF = 1e-6

@@ -7,10 +7,10 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError, counted
 from evolvent.elements.dense import dot, product
-from evolvent.errors import InputError, counted
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.parts.base import BeamName, BodyName, unit
 from evolvent.parts.contact import Contact

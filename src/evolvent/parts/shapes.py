@@ -7,9 +7,9 @@ from typing import Annotated
 
 import numpy as np
 
-from evolvent import units
+from evolvent.base import units
+from evolvent.base.schema import OneOf, Section
 from evolvent.parts.base import unit
-from evolvent.schema import OneOf, Section
 
 _SIDE = units.Quantity(what="a length", unit="m", example="0.5 m", above=0.0)
 

@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm
-from evolvent.errors import InputError
 from evolvent.kernels import springs
 from evolvent.parts.base import Part, PointReference, unit
 from evolvent.parts.law import Constants, Parameters, SpringLaw, refuse_without_law, write_law

@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
-from evolvent.errors import InputError
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.kernels import contact_laws, surfaces
 from evolvent.parts.base import BeamNames, BodyName, unit
 from evolvent.parts.body_contact import Surface, add_body_contacts

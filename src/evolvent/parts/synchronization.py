@@ -5,9 +5,9 @@ from __future__ import annotations
 import itertools
 from typing import Literal
 
-from evolvent import units
-from evolvent.builder import Builder
-from evolvent.errors import InputError
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.parts.base import CoordinateNames, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.find_coordinate import find_coordinate

@@ -9,11 +9,11 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BeforeValidator
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import legendre, product
 from evolvent.elements.thermal import thermal_form
-from evolvent.errors import InputError
 from evolvent.parts.base import BeamName, Part
 from evolvent.parts.profile import GradientProfile, TemperatureProfile, write_profile
 

@@ -7,16 +7,16 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.assembly.references import Location
+from evolvent.base import units
+from evolvent.base.errors import InputError, nearest
 from evolvent.elements.dense import norm, product
-from evolvent.errors import InputError, nearest
 from evolvent.kernels import rigid, springs
 from evolvent.kernels import thread as kernels
 from evolvent.parts.base import Part, PointReference, ReelName, unit
 from evolvent.parts.drive import RampDrive
 from evolvent.parts.reel import Reel
-from evolvent.references import Location
 
 #: Of a thread whose end is fixed, at the start.
 LARGEST_STRAIN = 0.1

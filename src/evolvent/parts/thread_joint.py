@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.assembly.references import split_reference
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm, product
-from evolvent.errors import InputError
 from evolvent.kernels import springs
 from evolvent.parts.thread import Thread
-from evolvent.references import split_reference
 
 #: Types of joints that hold no rotation of a thread's end, which has none.
 FREE_TO_TURN = ("spherical", "distance", "point-on-line", "in-plane")

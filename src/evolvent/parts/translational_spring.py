@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from evolvent import units
-from evolvent.builder import Builder
+from evolvent.assembly.builder import Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import product
-from evolvent.errors import InputError
 from evolvent.kernels import coordinate
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
 from evolvent.parts.base import BodyName, JointName, PointReference

@@ -20,8 +20,8 @@ import math
 
 from numba import types
 
+from evolvent.compiled.jit import REAL, indirect
 from evolvent.flow.implicit import residual
-from evolvent.jit import REAL, indirect
 from evolvent.kernels import body_contact, contact, coordinate, sparse_lu
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE

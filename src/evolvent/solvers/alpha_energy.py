@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from numba import types, void
 
+from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies
-from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import attitude, body_contact, contact, coordinate, joint
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import WORKSPACE

@@ -6,8 +6,8 @@ import math
 
 from numba import types, void
 
+from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.implicit import keep_momentum, residual
-from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import attitude, body_contact, contact, coordinate, hinge, rigid, thread, user_events
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.passing import note_places, passing

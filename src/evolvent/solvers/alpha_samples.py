@@ -6,7 +6,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import body_contact, contact, rigid
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.thread import is_end, paid_out, spool

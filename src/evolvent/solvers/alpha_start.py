@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from numba import types, void
 
+from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.flow.implicit import residual
-from evolvent.jit import REAL, VECTOR, indirect
 from evolvent.kernels import joint, rigid, sparse_lu
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.rotations import cross

@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numba import types, void
 
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
+from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow.implicit import tangent
-from evolvent.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.pointer import Struct, array, record
 from evolvent.solvers.balance import BALANCE, EXTREMES
 
 # status codes of the loop

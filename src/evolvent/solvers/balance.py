@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.jit import inlined
+from evolvent.compiled.jit import inlined
 
 #: Energies now. elastic: of elements, springs, threads and contacts, of which bending (of beams) and contact; coupled:
 #: of hinges and penalties.

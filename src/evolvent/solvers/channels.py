@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.builder import Assembly
-from evolvent.errors import InputError, nearest
+from evolvent.assembly.builder import Assembly
+from evolvent.base.errors import InputError, nearest
 from evolvent.solvers.positions import LinearizedPoint, find_moving
 
 Array = np.ndarray

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from evolvent.compiled.jit import inlined
 from evolvent.flow.implicit import momenta
-from evolvent.jit import inlined
 from evolvent.kernels import rigid, rod_samples
 from evolvent.kernels.flexible import NODE_VECTORS
 

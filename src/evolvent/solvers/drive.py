@@ -10,16 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import codecache, families
 from evolvent import model as mdl
-from evolvent.builder import Assembly
-from evolvent.errors import InputError, nearest
-from evolvent.flow import needs
-from evolvent.flow.observations import sums_of
+from evolvent.assembly import families, needs
+from evolvent.assembly.builder import Assembly
+from evolvent.base.errors import InputError, nearest
+from evolvent.compiled import codecache
+from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import thread
 from evolvent.parts.checks import positive
-from evolvent.pointer import zeros_record
 from evolvent.solvers import balance as eb
 from evolvent.solvers import explicit as ex
 from evolvent.solvers.implicit_setup import strain_round_off
@@ -32,6 +31,7 @@ from evolvent.solvers.laws import (
     try_laws,
     what_may_jump,
 )
+from evolvent.solvers.observations import sums_of
 from evolvent.solvers.pace import Pace, Stall
 from evolvent.solvers.releases import reason_of_outrun
 from evolvent.solvers.sampled import balances

@@ -7,10 +7,11 @@ import math
 import numpy as np
 from numba import types, void
 
+from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.compiled.pointer import Struct, array, record, struct
 from evolvent.flow.energy_momentum import EnergyStep, measure, residual, tangent
 from evolvent.flow.implicit import energies
 from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, SPRINGS, STIFFNESS_DAMPING
-from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import (
     attitude,
     body_contact,
@@ -29,7 +30,6 @@ from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.passing import passing
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.pointer import Struct, array, record, struct
 from evolvent.solvers.balance import (
     BALANCE,
     EXTREMES,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.builder import Assembly
-from evolvent.families import owner
+from evolvent.assembly.builder import Assembly
+from evolvent.assembly.families import owner
 from evolvent.kernels import flexible, rigid
 from evolvent.solvers import energy_loop
 from evolvent.solvers.balance import moved

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import families
-from evolvent.builder import Assembly
-from evolvent.errors import InputError
+from evolvent.assembly import families, needs
+from evolvent.assembly.builder import Assembly
+from evolvent.base.errors import InputError
+from evolvent.compiled.pointer import zeros_record
 from evolvent.flow import energy_momentum as flow
-from evolvent.flow import needs
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import (
@@ -27,7 +27,6 @@ from evolvent.kernels import (
 )
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.parts.checks import number, positive
-from evolvent.pointer import zeros_record
 from evolvent.solvers import energy_loop, implicit
 from evolvent.solvers.alpha_state import SHORT
 from evolvent.solvers.balance import BALANCE, GAINED

@@ -16,15 +16,15 @@ import math
 import numpy as np
 from numba import types, void
 
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
+from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow.implicit import energies, residual, tangent
 from evolvent.flow.powers import COUPLED_ENERGY
-from evolvent.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import body_contact, contact, coordinate, hinge, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
 from evolvent.model import MODEL
-from evolvent.pointer import Struct, array, record
 from evolvent.solvers.alpha_state import displace
 
 # status codes

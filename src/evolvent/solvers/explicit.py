@@ -17,15 +17,15 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
+from evolvent.compiled.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
+from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow.events import DUE, apply_event, event_values, is_release
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
-from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels import hinge, rigid, thread
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.passing import note_places, passing
 from evolvent.model import MODEL
-from evolvent.pointer import Struct, array, record
 from evolvent.solvers.dense import cubic
 
 # status codes of a loop

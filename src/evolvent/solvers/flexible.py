@@ -9,8 +9,8 @@ import scipy.sparse as sparse
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from evolvent import model as mdl
-from evolvent.builder import Assembly
-from evolvent.flow import needs
+from evolvent.assembly import needs
+from evolvent.assembly.builder import Assembly
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact, hinge, rigid
 from evolvent.kernels.flexible import NODE_VECTORS, beam_rates

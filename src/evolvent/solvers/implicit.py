@@ -10,10 +10,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from evolvent import codecache, families
-from evolvent.builder import Assembly
-from evolvent.errors import InputError
-from evolvent.flow import needs
+from evolvent.assembly import families, needs
+from evolvent.assembly.builder import Assembly
+from evolvent.base.errors import InputError
+from evolvent.compiled import codecache
 from evolvent.kernels import rigid
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive

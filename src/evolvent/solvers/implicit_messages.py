@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from evolvent.builder import Assembly
-from evolvent.families import owner
+from evolvent.assembly.builder import Assembly
+from evolvent.assembly.families import owner
 from evolvent.kernels import contact_laws
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import alpha_state, ordering

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.builder import Assembly
-from evolvent.errors import InputError
-from evolvent.families import owner
+from evolvent.assembly.builder import Assembly
+from evolvent.assembly.families import owner
+from evolvent.base.errors import InputError
+from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import joint, rigid
 from evolvent.kernels.beam_loads import FIELD
@@ -15,7 +16,6 @@ from evolvent.kernels.drive import FREE
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.kernels.sparse import SparseBlocks
-from evolvent.pointer import zeros_record
 from evolvent.solvers import alpha_state, graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
 from evolvent.solvers.releases import release_times

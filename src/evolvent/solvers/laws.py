@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import laws
-from evolvent.builder import Assembly
-from evolvent.errors import EvolventError, InputError
-from evolvent.families import owner
-from evolvent.flow import needs
+from evolvent.assembly import needs
+from evolvent.assembly.builder import Assembly
+from evolvent.assembly.families import owner
+from evolvent.base.errors import EvolventError, InputError
+from evolvent.compiled import laws
 from evolvent.flow.impulse import prepare
 from evolvent.kernels import coordinate, custom, drive, hinge, loads, springs
 from evolvent.kernels.flexible import NODE_VECTORS

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from evolvent.jit import inlined
+from evolvent.compiled.jit import inlined
 from evolvent.kernels import sparse_lu
 
 

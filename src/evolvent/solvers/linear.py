@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from evolvent.builder import Assembly
-from evolvent.errors import InputError, nearest
+from evolvent.assembly.builder import Assembly
+from evolvent.base.errors import InputError, nearest
 from evolvent.solvers import reduction
 from evolvent.solvers.channels import INPUTS, OUTPUTS, Channel, Quantity, channels
 from evolvent.solvers.modes import Where, at_equilibrium

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sparse
 
-from evolvent import families
-from evolvent.families import bodies_of
+from evolvent.assembly import families
+from evolvent.assembly.families import bodies_of
 from evolvent.kernels import fields, joint, loads, rigid, sides, springs
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.solvers import equilibrium as eq

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse as sparse
 
-from evolvent.builder import Assembly
-from evolvent.errors import InputError
-from evolvent.families import bodies_of
+from evolvent.assembly.builder import Assembly
+from evolvent.assembly.families import bodies_of
+from evolvent.assembly.references import split_reference
+from evolvent.base.errors import InputError
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.parts.checks import positive, vector
-from evolvent.references import split_reference
 from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.eigenproblem import constrained
 from evolvent.solvers.implicit_setup import sizes

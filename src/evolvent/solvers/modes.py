@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 
-from evolvent import families
-from evolvent.builder import Assembly
-from evolvent.errors import EvolventError, InputError, RunFailed
+from evolvent.assembly import families
+from evolvent.assembly.builder import Assembly
+from evolvent.base.errors import EvolventError, InputError, RunFailed
 from evolvent.solvers.eigenproblem import Problem, along_axes
 from evolvent.solvers.laws import law_failure
 from evolvent.solvers.linear_motion import has_symmetric_stiffness, matrices

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.builder import Assembly
-from evolvent.errors import InputError
+from evolvent.assembly.builder import Assembly
+from evolvent.base.errors import InputError
 from evolvent.kernels.drive import FREE, drive_angles
 from evolvent.model import Model
 

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.builder import Assembly
-from evolvent.errors import InputError, nearest
-from evolvent.families import bodies_of, rod_arms
+from evolvent.assembly.builder import Assembly
+from evolvent.assembly.families import bodies_of, rod_arms
+from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import rigid
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion

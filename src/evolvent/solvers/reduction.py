@@ -9,7 +9,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sparse
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.solvers.eigenproblem import Problem, constrained
 
 Array = np.ndarray

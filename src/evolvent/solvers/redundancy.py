@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.builder import Assembly
-from evolvent.errors import InputError
-from evolvent.families import owner
+from evolvent.assembly.builder import Assembly
+from evolvent.assembly.families import owner
+from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import joint, sides, sparse_lu

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.builder import Assembly
+from evolvent.assembly.builder import Assembly
+from evolvent.assembly.families import bodies_of, owner
 from evolvent.elements import rods
-from evolvent.families import bodies_of, owner
 from evolvent.kernels.rotations import rotation_from_quaternion
 
 #: Angle between the ends of an element, degrees, from which messages name it: that of an element at the start, at most.

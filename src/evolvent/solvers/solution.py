@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.flow.needs import is_flexible
-from evolvent.flow.observations import Observations, momenta_of, observe, sums_of
+from evolvent.assembly.needs import is_flexible
 from evolvent.solvers import balance as eb
 from evolvent.solvers.heating import less_free_strain
+from evolvent.solvers.observations import Observations, momenta_of, observe, sums_of
 from evolvent.solvers.sampled import Momentum, Sampled, angular_momentum, balances, empty, evaluate, momentum_of
 
 if TYPE_CHECKING:
-    from evolvent.builder import Assembly
+    from evolvent.assembly.builder import Assembly
 
 Array = np.ndarray
 

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.builder import Assembly
-from evolvent.families import owner
-from evolvent.flow import needs
+from evolvent.assembly import needs
+from evolvent.assembly.builder import Assembly
+from evolvent.assembly.families import owner
 from evolvent.flow.impulse import prepare
 from evolvent.kernels import attitude, body_contact, points, rigid, springs, thread
 from evolvent.solvers.explicit import Method

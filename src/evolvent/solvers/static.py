@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import codecache, families
-from evolvent.builder import Assembly
-from evolvent.errors import InputError
+from evolvent.assembly import families
+from evolvent.assembly.builder import Assembly
+from evolvent.base.errors import InputError
+from evolvent.compiled import codecache
 from evolvent.parts.checks import number, positive
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.solution import Solution

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.families import bodies_of
+from evolvent.assembly.families import bodies_of
 from evolvent.kernels import loads, springs
 from evolvent.kernels.body_contact import contact_values
 from evolvent.kernels.contact import friction_values

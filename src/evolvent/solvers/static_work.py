@@ -11,16 +11,16 @@ import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 
 from evolvent import model as mdl
-from evolvent.builder import Assembly
-from evolvent.errors import InputError
-from evolvent.families import bodies_of
-from evolvent.flow import needs
+from evolvent.assembly import needs
+from evolvent.assembly.builder import Assembly
+from evolvent.assembly.families import bodies_of
+from evolvent.base.errors import InputError
+from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import body_contact, contact, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
-from evolvent.pointer import zeros_record
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers import ordering, redundancy
 from evolvent.solvers.implicit_setup import clear_history, matrix_of, sizes

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from evolvent.jit import inlined
+from evolvent.compiled.jit import inlined
 
 #: Share of the error of rates that Newton's method may leave in every step, for what it leaves has one sign for long.
 LEFT_SHARE = 1e-5

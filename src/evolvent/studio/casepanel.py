@@ -11,8 +11,8 @@ from typing import Any
 from nicegui import events, ui
 
 from evolvent import cases
-from evolvent.errors import EvolventError, InputError
-from evolvent.schema import Section
+from evolvent.base.errors import EvolventError, InputError
+from evolvent.base.schema import Section
 from evolvent.studio import parts
 from evolvent.studio.context import Context
 from evolvent.studio.elements import upload

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from evolvent import cases
-from evolvent.errors import EvolventError
+from evolvent.base.errors import EvolventError
 from evolvent.studio.form import text_of
 
 #: Text of a key that only the first case has, and of a section that only the second one has.

@@ -9,7 +9,7 @@ from typing import Any
 
 from nicegui import ui
 
-from evolvent.errors import EvolventError
+from evolvent.base.errors import EvolventError
 from evolvent.studio.state import Studio, View
 
 

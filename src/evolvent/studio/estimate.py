@@ -23,7 +23,7 @@ def main() -> int:
         os.environ.setdefault(name, "1")
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # whatever else prints does not come between
-    from evolvent.errors import EvolventError
+    from evolvent.base.errors import EvolventError
 
     try:
         found = estimated(sys.stdin.read())
@@ -46,10 +46,11 @@ def estimated(text: str) -> dict[str, Any]:
     EvolventError
         If the study cannot be read or its cases cannot be computed.
     """
-    from evolvent import cases, studies
-    from evolvent.errors import InputError
-    from evolvent.studies import record, tasks
-    from evolvent.studies.study import corners
+    from evolvent import cases
+    from evolvent.base.errors import InputError
+    from evolvent.design import studies
+    from evolvent.design.studies import record, tasks
+    from evolvent.design.studies.study import corners
 
     study = studies.read(cases.parse_yaml(text, "the study"))
     reasons = []

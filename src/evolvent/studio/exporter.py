@@ -23,8 +23,8 @@ KINDS = {
 
 def main(kind: str, run: str, target: str) -> int:
     """Write the download `kind` of the results file `run` to `target`."""
-    from evolvent import progress
-    from evolvent.errors import EvolventError
+    from evolvent.base import progress
+    from evolvent.base.errors import EvolventError
 
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # whatever else prints does not come between
@@ -52,7 +52,8 @@ def _end_with_stdin() -> None:
 
 
 def _write(kind: str, path: str, target: str) -> None:
-    from evolvent import progress, results
+    from evolvent import results
+    from evolvent.base import progress
     from evolvent.exports.request import Request
 
     progress.report("reading the results")
@@ -75,9 +76,11 @@ def _write(kind: str, path: str, target: str) -> None:
 
 def _fill(kind: str, run: Any, folder: str) -> None:
     """Write the files of a download into a folder."""
-    from evolvent import animation, cases, progress
+    from evolvent import cases
+    from evolvent.base import progress
     from evolvent.exports import drawings, table, vtk
     from evolvent.exports.request import Request
+    from evolvent.view import animation
 
     if kind == "figures":
         drawings.write(run, cases.presenter(run).figures(run), animation.of_run(run), folder)
@@ -87,7 +90,7 @@ def _fill(kind: str, run: Any, folder: str) -> None:
 
 
 def _pack(folder: str, target: str) -> None:
-    from evolvent import progress
+    from evolvent.base import progress
 
     root = pathlib.Path(folder)
     files = sorted(path for path in root.rglob("*") if path.is_file())

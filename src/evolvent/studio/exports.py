@@ -14,7 +14,7 @@ import sys
 import tempfile
 import threading
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.studio.exporter import KINDS
 
 #: Downloads whose files are kept until the studio ends; those before are removed.

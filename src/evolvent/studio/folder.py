@@ -21,8 +21,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO, NamedTuple
 
 from evolvent import cases
-from evolvent.errors import InputError
-from evolvent.studies import store
+from evolvent.base.errors import InputError
+from evolvent.design.studies import store
 from evolvent.studio import reading
 
 #: Folder inside the working folder that holds the queue, its runs, and what was dropped on the page.

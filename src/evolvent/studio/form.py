@@ -15,10 +15,10 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from evolvent import cases
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
+from evolvent.base.schema import OneOf, Section, descriptions
+from evolvent.base.units import OneOrMore, Quantity, Whole
 from evolvent.parts.base import Reference
-from evolvent.schema import OneOf, Section, descriptions
-from evolvent.units import OneOrMore, Quantity, Whole
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

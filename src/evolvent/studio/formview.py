@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from evolvent.schema import Section
+from evolvent.base.schema import Section
 from evolvent.studio import form
 from evolvent.studio.form import Field, Group
 

@@ -13,9 +13,9 @@ import urllib.parse
 from collections.abc import Awaitable, Callable, Iterator, MutableMapping
 from typing import Any
 
-from evolvent import pages
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.studio.folder import LARGEST_SIGNALS
+from evolvent.view import pages
 
 #: Cookie that holds the token once it was given; the port follows, for cookies are those of all ports of a host.
 COOKIE = "evolvent-studio"

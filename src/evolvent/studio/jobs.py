@@ -26,7 +26,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, Field, ValidationError
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.studio import signing
 from evolvent.studio.folder import LARGEST_RECORDING, OWN, Folder
 from evolvent.studio.worker import CASE, CERTIFICATE, MODES, RUN, STUDY, parsed

@@ -14,10 +14,10 @@ import numpy as np
 import yaml
 from nicegui import events, ui
 
-from evolvent import units
-from evolvent.errors import EvolventError, InputError
-from evolvent.figures import Figure, Line, Panel
+from evolvent.base import units
+from evolvent.base.errors import EvolventError, InputError
 from evolvent.massprops import description, signals
+from evolvent.results.figures import Figure, Line, Panel
 from evolvent.studio import charts, form
 from evolvent.studio.context import Context
 from evolvent.studio.elements import ChartElement, upload

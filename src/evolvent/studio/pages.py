@@ -13,7 +13,7 @@ import stat
 from collections.abc import Mapping
 from typing import Any
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.studio.folder import OWN, Folder
 from evolvent.studio.signing import Signer
 

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from evolvent import cases
-from evolvent.errors import InputError
+from evolvent.assembly.references import check_name
+from evolvent.base.errors import InputError
+from evolvent.base.schema import Section, by_name, marks
 from evolvent.parts.base import Part, Reference
 from evolvent.parts.registry import kinds, not_known
-from evolvent.references import check_name
-from evolvent.schema import Section, by_name, marks
 
 #: Parts of a case as they were typed: name -> keys and values.
 Parts = dict[str, Any]

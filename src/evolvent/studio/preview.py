@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from evolvent import cases
-from evolvent.errors import EvolventError, InputError
+from evolvent.base import progress
+from evolvent.base.errors import EvolventError, InputError
 
 
 def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda text: None) -> bytes:
@@ -23,17 +24,18 @@ def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda te
     InputError
         If the case cannot be used, its parts cannot be assembled, or there is nothing to draw.
     """
-    from evolvent import analysis, animation, jit
-    from evolvent.drawing import motion_of
-    from evolvent.tree import tree_of
+    from evolvent import analysis
+    from evolvent.results.tree import tree_of
+    from evolvent.view import animation
+    from evolvent.view.drawing import motion_of
 
     case = cases.load(content)
 
-    def compiling(state: jit.Progress) -> None:
+    def compiling(state: progress.Compilation) -> None:
         note(f"compiling for this machine, once: {state.done} of {state.needed} functions")
 
     try:
-        with jit.reporting(compiling):
+        with progress.compilation_shown_by(compiling):
             assembly = cases.system(case.system).build(case).assemble()
             # the method says nothing about the start, and is not chosen: that may fail while a case is being written
             solution = analysis.at_start(assembly, "auto")

@@ -21,7 +21,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from evolvent.errors import EvolventError, InputError
+from evolvent.base.errors import EvolventError, InputError
 
 #: Processor time of a task, s: a text, the start of a case; between its notes, and the time on the clock for each.
 TEXT, START, CLOCK = 3.0, 20.0, 5.0

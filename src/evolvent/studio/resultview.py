@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from evolvent import cases, show, variables
-from evolvent.errors import EvolventError
+from evolvent import cases
+from evolvent.base.errors import EvolventError
+from evolvent.results import variables
 from evolvent.studio import charts, exports, exportview
 from evolvent.studio.changes import flat, full, written
 from evolvent.studio.context import Context
@@ -18,9 +19,10 @@ from evolvent.studio.elements import ChartElement, MotionElement
 from evolvent.studio.form import text_of
 from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, draw_job
 from evolvent.studio.state import Loaded
+from evolvent.view import show
 
 if TYPE_CHECKING:
-    from evolvent.figures import Figure
+    from evolvent.results.figures import Figure
 
 #: Downloads that are there at once, and those that are written first: kind -> what it is called.
 _FILES = {"run": "Results (NetCDF)", "case": "Case (YAML)"}

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, Response
 
-from evolvent.animation import VIEWER
-from evolvent.errors import EvolventError
+from evolvent.base.errors import EvolventError
 from evolvent.studio.state import Studio, plain
 from evolvent.studio.worker import CERTIFICATE, MODES
+from evolvent.view.animation import VIEWER
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -6,7 +6,7 @@ import shutil
 
 from nicegui import ui
 
-from evolvent.errors import EvolventError
+from evolvent.base.errors import EvolventError
 from evolvent.studio.context import Context
 from evolvent.studio.jobs import COMPUTED, Job
 from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text

@@ -9,8 +9,8 @@ import socket
 
 from nicegui import app, background_tasks, ui
 
-from evolvent.console import echo
-from evolvent.errors import InputError
+from evolvent.base.console import echo
+from evolvent.base.errors import InputError
 from evolvent.studio import page, routes
 from evolvent.studio.folder import Folder
 from evolvent.studio.gate import Gate

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from nicegui import ui
 
-from evolvent.errors import EvolventError
+from evolvent.base.errors import EvolventError
 from evolvent.studio.context import Context
 from evolvent.studio.elements import MotionElement
 from evolvent.studio.state import Draft

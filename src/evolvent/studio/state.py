@@ -13,8 +13,9 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from evolvent import cases, families
-from evolvent.errors import EvolventError, InputError
+from evolvent import cases
+from evolvent.assembly import families
+from evolvent.base.errors import EvolventError, InputError
 from evolvent.studio import pages, reading, signing, studydraft
 from evolvent.studio.changes import changes
 from evolvent.studio.exports import Export, Exports
@@ -24,7 +25,7 @@ from evolvent.studio.studydraft import StudyDraft
 from evolvent.studio.worker import MODE
 
 if TYPE_CHECKING:
-    from evolvent.figures import Figure, Number
+    from evolvent.results.figures import Figure, Number
 
 #: Runs that are kept in memory.
 _KEPT = 8
@@ -187,7 +188,7 @@ class Studio:
 
     def study_sources(self) -> dict[str, str]:
         """Studies that can be run."""
-        from evolvent import studies
+        from evolvent.design import studies
 
         found = {"new:study": "new study"} | {f"case:{name}": name for name in studies.built_in()}
         every = self.folder.yaml().items()
@@ -395,7 +396,7 @@ def _loaded(path: pathlib.Path, stamp: int) -> tuple[Any, Any, Any]:
 
 @functools.lru_cache(maxsize=_KEPT)
 def _motion(path: pathlib.Path, stamp: int) -> bytes | None:
-    from evolvent import animation, show
+    from evolvent.view import animation, show
 
     run = _loaded(path, stamp)[0]
     motion = show.motion(run) if run.sizes.get("time", 1) == 1 else animation.of_run(run)

@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from evolvent import cases
-from evolvent.errors import EvolventError, InputError
+from evolvent.base.errors import EvolventError, InputError
 from evolvent.studio import form, parts, reading
 from evolvent.studio.folder import Folder
 
@@ -69,7 +69,7 @@ def opened(folder: Folder, source: str) -> StudyDraft:
     InputError
         If it cannot be read, or is no study.
     """
-    from evolvent import studies
+    from evolvent.design import studies
 
     kind, _, name = source.partition(":")
     if kind == "new":
@@ -293,8 +293,9 @@ def responses(folder: Folder, draft: StudyDraft) -> list[str]:
     InputError
         One sentence that names the key, its value and what is allowed.
     """
-    from evolvent import studies, variables
-    from evolvent.studies.study import corners
+    from evolvent.design import studies
+    from evolvent.design.studies.study import corners
+    from evolvent.results import variables
 
     study = studies.read(study_with_case(folder, draft))
     module, run = cases.system(study.system), None

@@ -14,7 +14,7 @@ from typing import Any
 from nicegui import ui
 
 from evolvent import cases
-from evolvent.errors import EvolventError, InputError
+from evolvent.base.errors import EvolventError, InputError
 from evolvent.studio import form, reading, studydraft
 from evolvent.studio.context import Context
 from evolvent.studio.jobview import duration
@@ -414,8 +414,8 @@ class StudyPanel:
 
     def _asked_study(self) -> Any:
         """The checked study, in a thread: it reads every case."""
-        from evolvent import studies
-        from evolvent.studies import runner
+        from evolvent.design import studies
+        from evolvent.design.studies import runner
 
         runner.check_installed()
         with self.studio.computing:

@@ -13,7 +13,7 @@ import numpy as np
 from nicegui import ui
 
 from evolvent import cases
-from evolvent.errors import EvolventError
+from evolvent.base.errors import EvolventError
 from evolvent.studio import studycharts
 from evolvent.studio.charts import Chart
 from evolvent.studio.context import Context
@@ -23,7 +23,7 @@ from evolvent.studio.jobview import draw_job
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.studies import Study
+    from evolvent.design.studies import Study
 
 #: Failed cases that are listed, at most.
 _LISTED = 200
@@ -78,7 +78,7 @@ class StudyView:
 
 def _opened(path: pathlib.Path) -> tuple[xr.Dataset, Study]:
     """The results of a study, and the study; both take a moment."""
-    from evolvent import studies
+    from evolvent.design import studies
 
     found = studies.open(path)
     return found, studies.read(cases.parse_yaml(found.attrs["study"], "the study"))
@@ -86,8 +86,8 @@ def _opened(path: pathlib.Path) -> tuple[xr.Dataset, Study]:
 
 def _pictures(study: xr.Dataset) -> dict[str, bytes]:
     """What the system of a study draws of it, as PNG."""
-    from evolvent import plots
-    from evolvent.studies import draw
+    from evolvent.design.studies import draw
+    from evolvent.view import plots
 
     return {name: plots.content(figure, "png") for name, figure in draw.of_system(study).items()}
 

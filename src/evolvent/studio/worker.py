@@ -26,7 +26,7 @@ def main(folder: str) -> int:
     """Compute the job in `folder`."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
-    from evolvent.errors import EvolventError
+    from evolvent.base.errors import EvolventError
 
     job = json.loads(sys.stdin.readline())
     report = _Report(at_once=job["kind"] in AT_ONCE)
@@ -52,7 +52,7 @@ def parsed(text: str, name: str) -> dict[str, Any]:
         If it is no mapping.
     """
     from evolvent import cases
-    from evolvent.errors import InputError
+    from evolvent.base.errors import InputError
 
     content = cases.parse_yaml(text, name)
     if not isinstance(content, dict):
@@ -91,11 +91,11 @@ class _Report:
             self._stop.set()
 
     def compiling(self, state: Any) -> None:
-        """Report how many functions are compiled, of `evolvent.jit.Progress`."""
+        """Report how many functions are compiled, of `evolvent.base.progress.Compilation`."""
         self.send(note=f"compiling for this machine, once: {state.done} of {state.needed} functions")
 
     def stage(self, stage: Any) -> None:
-        """Report a stage, of `evolvent.progress.Stage`."""
+        """Report a stage, of `evolvent.base.progress.Stage`."""
         counted = f": {stage.done:.0f} of {stage.total:.0f}" if stage.total > 1.0 else ""
         self.send(note=f"{stage.what}{counted}")
 
@@ -116,13 +116,14 @@ def _case(job: dict[str, Any]) -> tuple[Any, str]:
 
 
 def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent import cases, jit, results
+    from evolvent import cases, results
+    from evolvent.base import progress
 
     case, text = _case(job)
     plan = cases.system(case.system).plan(case)
     report.reached(0.0, plan.duration)
 
-    with jit.reporting(report.compiling):
+    with progress.compilation_shown_by(report.compiling):
         found = plan.run(lambda reached: report.reached(reached, plan.duration))
     found.attrs["case"] = text
     results.save(found, place / RUN)
@@ -130,11 +131,12 @@ def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 
 
 def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent import cases, jit, results
+    from evolvent import cases, results
+    from evolvent.base import progress
 
     case, text = _case(job)
     report.reached(0.0, 1.0)
-    with jit.reporting(report.compiling):
+    with progress.compilation_shown_by(report.compiling):
         found = cases.system(case.system).equilibrium(case, lambda factor: report.reached(min(factor, 1.0), 1.0))
     found.attrs["case"] = text
     results.save(found, place / RUN)
@@ -142,11 +144,13 @@ def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> N
 
 
 def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent import animation, cases, jit
+    from evolvent import cases
+    from evolvent.base import progress
+    from evolvent.view import animation
 
     case = _case(job)[0]
     report.reached(0.0, 1.0)
-    with jit.reporting(report.compiling):
+    with progress.compilation_shown_by(report.compiling):
         found = cases.system(case.system).modes(case)
     count = len(found.pole)
     for k in range(count):
@@ -159,7 +163,7 @@ def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 
 
 def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent import studies
+    from evolvent.design import studies
 
     found = studies.sweep(
         parsed(job["case"], CASE),
@@ -176,7 +180,7 @@ def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 def _identify(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     import numpy as np
 
-    from evolvent import progress
+    from evolvent.base import progress
     from evolvent.massprops import certificate, description
     from evolvent.massprops.measurement import mass_properties
     from evolvent.massprops.rounding import rounded

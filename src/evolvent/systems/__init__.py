@@ -1,8 +1,9 @@
 """Systems: what can be run by name. Each is one module or package of this folder, and its built-in cases as YAML.
 
 A module ``inertia_stand`` (a name with ``_`` first is no system) is the system ``inertia-stand``; its ``SYSTEM`` is an
-`evolvent.definition.SystemDefinition`, which says what a system provides. `evolvent.cases.system` imports it when a
-case asks for it, and nothing outside knows more than the definition. Packages outside add systems by entry points.
+`evolvent.analysis.definition.SystemDefinition`, which says what a system provides. `evolvent.cases.system` imports it
+when a case asks for it, and nothing outside knows more than the definition. Packages outside add systems by entry
+points.
 
 In a folder, ``case`` holds what a user writes, ``structure`` the parts of its system, ``settings`` or ``simulate``
 how it

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from evolvent import units
-from evolvent.definition import SystemDefinition
+from evolvent.analysis.definition import SystemDefinition
+from evolvent.base import units
+from evolvent.base.schema import Section
 from evolvent.parts.registry import PartsByName
-from evolvent.schema import Section
 
 if TYPE_CHECKING:
-    from evolvent.system import System
+    from evolvent.analysis.system import System
 
 
 class Simulate(Section):
@@ -75,7 +75,7 @@ class Structure(SystemDefinition):
 
     def build(self, case: StructureCase, *, laws: Mapping[str, Any] | None = None) -> System:
         """The parts of a case."""
-        from evolvent.system import System
+        from evolvent.analysis.system import System
 
         system = System(gravity=case.gravity, title=case.title)
         for name, part in case.parts.items():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.identification import (
     Modes,
     automatic,

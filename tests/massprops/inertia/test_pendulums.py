@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.inertia import (
     bifilar,
     compound,

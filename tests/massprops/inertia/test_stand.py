@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.inertia import Body, Stand, energy, equilibrium, linear_model, vertical_model, wrench
 from evolvent.massprops.inertia.statics import rotation_matrix
 

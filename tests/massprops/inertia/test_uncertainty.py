@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.inertia import (
     Body,
     Stand,

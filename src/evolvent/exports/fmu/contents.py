@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import __version__, cases, schema, units
-from evolvent.errors import InputError
-from evolvent.stepping import ResultAddress, Stepper
+from evolvent import __version__, cases
+from evolvent.analysis.stepping import ResultAddress, Stepper
+from evolvent.base import schema, units
+from evolvent.base.errors import InputError
 
 #: Results that are outputs unless others are named: of bodies, and of point masses.
 OF_BODIES, OF_POINTS = ("position", "attitude", "velocity", "rate"), ("position", "velocity")

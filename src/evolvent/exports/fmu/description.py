@@ -6,8 +6,9 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 
-from evolvent import __version__, units
-from evolvent.errors import visible
+from evolvent import __version__
+from evolvent.base import units
+from evolvent.base.errors import visible
 from evolvent.exports.fmu.contents import Contents, Variable
 
 _SI = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "radian": "rad"}

@@ -21,8 +21,9 @@ import traceback
 from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
-from evolvent import __version__, cases, startup
-from evolvent.errors import EvolventError, InputError
+from evolvent import __version__, cases
+from evolvent.base import startup
+from evolvent.base.errors import EvolventError, InputError
 
 OK, ERROR = 0, 3
 #: Difference between the importer's time and the model's that is rounding: of the step, and of the time.
@@ -137,7 +138,7 @@ class Instance:
     def stepper(self) -> Any:
         """The model, made when it is first needed."""
         if self._stepper is None:
-            from evolvent.stepping import Stepper
+            from evolvent.analysis.stepping import Stepper
 
             changed = {
                 v["name"]: self._values[k]
@@ -154,7 +155,7 @@ class Instance:
             return self._values[reference]
         if variable["causality"] == "independent":
             return self._start if self._stepper is None else float(self._stepper.time)
-        from evolvent.stepping import ResultAddress
+        from evolvent.analysis.stepping import ResultAddress
 
         return float(self.stepper().value(ResultAddress(*variable["address"])))
 

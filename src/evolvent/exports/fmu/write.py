@@ -15,7 +15,7 @@ import sysconfig
 import tempfile
 import zipfile
 
-from evolvent.errors import EvolventError, InputError
+from evolvent.base.errors import EvolventError, InputError
 from evolvent.exports.fmu.contents import Contents
 from evolvent.exports.fmu.description import build_description, model_description
 

@@ -8,7 +8,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import centripetal
 from evolvent.kernels.rotations import cross

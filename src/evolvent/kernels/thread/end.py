@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels.rigid import DRIVEN, add_mass, add_wrench, centripetal
 from evolvent.kernels.sides import ON_BODY as SIDE_ON_BODY
 from evolvent.kernels.sides import ON_COORDINATES, add_product, add_turning, side_columns

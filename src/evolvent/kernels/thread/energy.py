@@ -4,7 +4,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import INTEGERS, VECTOR, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import cross, turn

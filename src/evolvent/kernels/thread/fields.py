@@ -1,6 +1,6 @@
 """Fields on wound thread, and on what moves with the end of a thread on a body."""
 
-from evolvent.jit import INTEGERS, REAL, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, indirect, inlined
 from evolvent.kernels.fields import acceleration
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import cross

@@ -9,7 +9,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import FREE, SPIN
 from evolvent.kernels.rotor import acceleration_about, add_reaction

@@ -4,7 +4,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.fields import acceleration, gradient
 from evolvent.kernels.loads import AT_MARKER, FRAME, LAW, NODE, RADIATION, node_share, thread_load
 from evolvent.kernels.node_loads import law_gradient

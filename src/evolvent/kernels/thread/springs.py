@@ -4,7 +4,7 @@ import math
 
 from numba import types
 
-from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.thread.end import TINY, is_end, pull_end

@@ -4,7 +4,7 @@ import math
 
 from numba import void
 
-from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined, kernel
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.drive import drive
 from evolvent.kernels.rigid import add_ring, add_wrench, point_kinematics

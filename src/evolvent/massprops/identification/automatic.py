@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.errors import InputError, nearest
+from evolvent.base.errors import InputError, nearest
 from evolvent.massprops.identification.linear_prediction import prony, tls_prony
 from evolvent.massprops.identification.modes import Modes
 from evolvent.massprops.identification.orders import search

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.identification.modes import Modes, make_modes
 from evolvent.massprops.identification.signals import (
     Array,

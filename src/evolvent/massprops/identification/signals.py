@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.errors import InputError, nearest
+from evolvent.base.errors import InputError, nearest
 
 Array = np.ndarray
 

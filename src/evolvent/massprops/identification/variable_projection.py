@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.identification.bounds import Factor, covariance, slope_factors
 from evolvent.massprops.identification.modes import Modes, make_modes, sort
 from evolvent.massprops.identification.shared_noise import components, correlation, mixing, pair, refuse_copies, unmixed

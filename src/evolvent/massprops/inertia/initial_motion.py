@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.inertia.stand import Body, Stand, array
 from evolvent.massprops.inertia.statics import equilibrium, rotation_matrix
 from evolvent.massprops.inertia.vibration import NormalModes

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.inertia.linear_equations import refuse_mass, six_mode_properties, vertical_properties
 from evolvent.massprops.inertia.problem import BODY_NAMES, MOMENTS, Problem, assign, undetermined, value_of
 from evolvent.massprops.inertia.stand import Body, Stand, inertia_defect

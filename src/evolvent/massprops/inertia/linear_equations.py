@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.inertia.problem import BODY_NAMES, MOMENTS, Problem, assign, scale_of, value_of
 from evolvent.massprops.inertia.stand import Setup
 from evolvent.massprops.inertia.statics import Pose, Y, equilibrium_pose, gradient, skew, spring_state, turning

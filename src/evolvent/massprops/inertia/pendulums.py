@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.inertia.stand import G0
 from evolvent.massprops.inertia.uncertainty import Budget, propagate
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.errors import InputError, nearest
+from evolvent.base.errors import InputError, nearest
 from evolvent.massprops.identification import Modes
 from evolvent.massprops.inertia.stand import Body, Setup, Stand, array, setup
 from evolvent.massprops.inertia.vibration import LinearModel, NormalModes, level, linearise, spring_energies

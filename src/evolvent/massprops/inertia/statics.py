@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.inertia.stand import Body, Setup, Stand, array, setup
 
 Y, Z = np.eye(3)[1:]

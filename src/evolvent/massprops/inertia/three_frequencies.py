@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.inertia.problem import assign, mac
 from evolvent.massprops.inertia.stand import Body, Stand, array, setup
 from evolvent.massprops.inertia.uncertainty import Candidate

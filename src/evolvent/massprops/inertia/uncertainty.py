@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.inertia.problem import BODY_NAMES, MOMENTS, Problem, check_names, value_of
 
 

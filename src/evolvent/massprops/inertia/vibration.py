@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import facing
-from evolvent.errors import InputError
 from evolvent.massprops.inertia.stand import Body, Setup, Stand, array, setup
 from evolvent.massprops.inertia.statics import (
     LEVEL,

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import safe_open
-from evolvent.errors import EvolventError, InputError, visible
+from evolvent.base import safe_open
+from evolvent.base.errors import EvolventError, InputError, visible
 from evolvent.massprops.signals.recording import Signals, Words, distinct
 from evolvent.massprops.signals.text import read_text
 
@@ -274,7 +274,8 @@ def _arrays(found: Mapping[str, Any], units: Mapping[str, str], name: str) -> Co
 
 
 def _run(name: str, wanted: Iterable[str]) -> Content:
-    from evolvent import results, variables
+    from evolvent import results
+    from evolvent.results import variables
 
     run = results.regular(results.open(name))
     columns = {"time": np.asarray(run["time"].values, dtype=float)}
@@ -305,7 +306,7 @@ def _run(name: str, wanted: Iterable[str]) -> Content:
 
 def _example(run: Any) -> str:
     """A variable of a run that a sensor might read."""
-    from evolvent import variables
+    from evolvent.results import variables
 
     dims = {name: variables.get(run, name).dims for name in variables.names(run)}
     known = [name for name, own in dims.items() if own in (("time",), ("time", "axis"))]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.errors import InputError, nearest
+from evolvent.base.errors import InputError, nearest
 
 
 def distinct(names: Iterable[str]) -> list[str]:

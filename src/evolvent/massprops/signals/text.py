@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.massprops.signals.recording import Words, distinct
 
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--")

@@ -1,5 +1,5 @@
 // The motion of one run, or of several over one another: evolvent's viewer in the page of the studio. All frames come
-// once, as one binary block (evolvent.animation.pack); nothing is asked of the server while it plays.
+// once, as one binary block (evolvent.view.animation.pack); nothing is asked of the server while it plays.
 const load = async (url) => {
   const { unpack } = await import("/studio/viewer/motion.js"), answer = await fetch(url);
   if (!answer.ok) throw new Error(await answer.text());

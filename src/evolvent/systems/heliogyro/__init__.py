@@ -54,9 +54,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from evolvent.builder import Assembly
-from evolvent.definition import SystemDefinition
-from evolvent.errors import InputError
+from evolvent.analysis.definition import SystemDefinition
+from evolvent.assembly.builder import Assembly
+from evolvent.base.errors import InputError
 from evolvent.systems.heliogyro import derived as fields
 from evolvent.systems.heliogyro import show
 from evolvent.systems.heliogyro.case import Case

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from evolvent import units
-from evolvent.errors import InputError
-from evolvent.schema import Section
+from evolvent.base import units
+from evolvent.base.errors import InputError
+from evolvent.base.schema import Section
 
 
 class Body(Section):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent.figures import Figure, Line, Panel
+from evolvent.results.figures import Figure, Line, Panel
 
 if TYPE_CHECKING:
     import xarray as xr

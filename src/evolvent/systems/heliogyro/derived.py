@@ -19,10 +19,10 @@ LARGEST_DEFECT = 1e-5
 def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
     """Rate and angle of the body beside both formulas, what blades reach, and parts of the angular momentum."""
     from evolvent import model as mdl
-    from evolvent.observe import View
-    from evolvent.observe.lumped import observe_body
-    from evolvent.observe.threads import observe_thread
-    from evolvent.observe.variables import unwrapped
+    from evolvent.results.observe import View
+    from evolvent.results.observe.lumped import observe_body
+    from evolvent.results.observe.threads import observe_thread
+    from evolvent.results.observe.variables import unwrapped
 
     view, N, time, H = View(solution), case.body.blades, ("time",), "kg m2 s-1"
     names = [name for name in (f"blade-{k + 1}" for k in range(N)) if name in solution.assembly.names]

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases, results, show
-from evolvent.figures import Figure, Line, Number, Panel, spline, stacked
+from evolvent import cases, results
+from evolvent.results.figures import Figure, Line, Number, Panel, spline, stacked
 from evolvent.systems.heliogyro.case import Case
+from evolvent.view import show
 
 if TYPE_CHECKING:
-    from evolvent.motion import Motion
+    from evolvent.results.motion import Motion
 
 Array = np.ndarray
 _WINDOWS = (0.05, 0.14, 0.42, 0.7, 1.0)  # of the duration: the paper's 7, 20, 60, 100, 142 s

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.base.errors import InputError
 from evolvent.systems.heliogyro.case import Case
 
 if TYPE_CHECKING:
-    from evolvent.system import System
+    from evolvent.analysis.system import System
 
 
 def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
@@ -27,7 +27,7 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
     Where all blades move alike one thread, "blade-1", stands for all of them.
     """
     from evolvent import parts
-    from evolvent.system import System
+    from evolvent.analysis.system import System
 
     laws = laws or {}
     body, blade, spool = case.body, case.blade, case.spool

@@ -23,9 +23,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from evolvent import batch
-from evolvent.batched import BatchedDefinition
-from evolvent.errors import InputError
+from evolvent.analysis.batched import BatchedDefinition
+from evolvent.base.errors import InputError
+from evolvent.solvers import batch
 from evolvent.systems.inertia_stand import show
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.chart import study_figures
@@ -33,7 +33,7 @@ from evolvent.systems.inertia_stand.derived import findings
 from evolvent.systems.inertia_stand.structure import build, setup_of
 
 if TYPE_CHECKING:
-    from evolvent.builder import Assembly
+    from evolvent.assembly.builder import Assembly
 
 
 class InertiaStand(BatchedDefinition):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.figures import Figure, Line, Map, Panel, stacked
+from evolvent.results.figures import Figure, Line, Map, Panel, stacked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +23,7 @@ LEAST = 0.3
 
 
 def study_figures(dataset: xr.Dataset) -> dict[str, Figure]:
-    """Figures of a grid over both offsets, as `evolvent.studies.open` reads it; none for other studies."""
+    """Figures of a grid over both offsets, as `evolvent.design.studies.open` reads it; none for other studies."""
     if any(key not in dataset.dims for key in KEYS):
         return {}
     ordered, over = dataset.transpose(*KEYS, ...), set(KEYS)

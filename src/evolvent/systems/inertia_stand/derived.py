@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent import batch
 from evolvent.massprops.identification import recorded
 from evolvent.massprops.inertia import NormalModes, energy, partial_frequencies
 from evolvent.massprops.inertia.problem import MOMENTS
-from evolvent.motion import quaternions
-from evolvent.observe import View
-from evolvent.observe.view import Pose
+from evolvent.results.motion import quaternions
+from evolvent.results.observe import View
+from evolvent.results.observe.view import Pose
+from evolvent.solvers import batch
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.identify import distinct, identified
 from evolvent.systems.inertia_stand.structure import Setup, least_energies, setup_of
 
 if TYPE_CHECKING:
-    from evolvent.definition import Variables
+    from evolvent.analysis.definition import Variables
     from evolvent.solvers.solution import Solution
 
 #: Change of length of a spring, of its natural one, above which there is a warning.

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from evolvent import batch
-from evolvent.errors import InputError, in_keys
+from evolvent.base.errors import InputError, in_keys
 from evolvent.massprops.identification import Modes, frequencies_in, identify, mode_variables
 from evolvent.massprops.inertia import Inertia, from_modes, inertia_variables, mode_energies, partners
+from evolvent.solvers import batch
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.structure import Setup
 
 if TYPE_CHECKING:
-    from evolvent.definition import Variables
+    from evolvent.analysis.definition import Variables
 
 #: Relative difference of two frequencies below which they count as one.
 COINCIDING = 1e-6

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases, show
-from evolvent.figures import Figure, Line, Number, Panel
+from evolvent import cases
 from evolvent.massprops import mode_figures
+from evolvent.results.figures import Figure, Line, Number, Panel
 from evolvent.systems.inertia_stand.case import Case
+from evolvent.view import show
 
 if TYPE_CHECKING:
-    from evolvent.motion import Motion
+    from evolvent.results.motion import Motion
 
 #: Largest displacement in pictures, of the stand's half length; the true one would not be seen.
 SHOWN = 0.12
@@ -159,8 +160,8 @@ def _motion(run: Any) -> Figure:
 
 def motion(run: Any) -> Motion:
     """Springs from ground to body, their forces on it, and the body as a box that reaches to them; y up."""
-    from evolvent.motion import Forces, Marks
-    from evolvent.solids import Solid
+    from evolvent.results.motion import Forces, Marks
+    from evolvent.results.solids import Solid
 
     case, found = case_of(run), show.motion(run)
     assert found is not None

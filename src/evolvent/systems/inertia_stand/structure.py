@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent.massprops.inertia import Body, NormalModes, Pose, Stand, Start, displaced, linear_model, released, struck
-from evolvent.motion import quaternions
+from evolvent.results.motion import quaternions
 from evolvent.systems.inertia_stand.case import Case
 
 if TYPE_CHECKING:
-    from evolvent.system import System
+    from evolvent.analysis.system import System
 
 
 class Setup(NamedTuple):
@@ -77,7 +77,7 @@ def least_energies(case: Case, stand: Stand, modes: NormalModes) -> np.ndarray:
 def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
     """The parts "body", "spring-1" and so on and, of a guided body, "guide-x", "guide-z" and "guide-yaw"."""
     from evolvent import parts
-    from evolvent.system import System
+    from evolvent.analysis.system import System
 
     setup = setup_of(case)
     stand, start, R = setup.stand, setup.start, setup.start.rotation

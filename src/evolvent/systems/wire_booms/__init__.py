@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from evolvent.definition import SystemDefinition
+from evolvent.analysis.definition import SystemDefinition
 from evolvent.systems.wire_booms import log, show
 from evolvent.systems.wire_booms.case import Case
 from evolvent.systems.wire_booms.structure import (
@@ -38,7 +38,7 @@ from evolvent.systems.wire_booms.structure import (
 )
 
 if TYPE_CHECKING:
-    from evolvent.modal import ModalResults
+    from evolvent.analysis.modal import ModalResults
     from evolvent.solvers.solution import Solution
 
 
@@ -67,8 +67,8 @@ class WireBooms(SystemDefinition):
 
     def derived(self, case: Any, solution: Solution) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
         """Spin rate of the run and of straight wires, and lengths of the booms."""
-        from evolvent.observe import View
-        from evolvent.observe.lumped import observe_body
+        from evolvent.results.observe import View
+        from evolvent.results.observe.lumped import observe_body
 
         rate = observe_body(View(solution), "spacecraft").variables["rate"].values[:, 2]
         found = closed_form(case, solution.t)

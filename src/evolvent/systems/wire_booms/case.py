@@ -6,9 +6,9 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
-from evolvent import units
-from evolvent.errors import InputError
-from evolvent.schema import Section
+from evolvent.base import units
+from evolvent.base.errors import InputError
+from evolvent.base.schema import Section
 
 PAIRS = ("1-2", "3-4")
 Pair = Literal["1-2", "3-4"]

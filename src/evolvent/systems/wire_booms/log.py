@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.errors import InputError
-from evolvent.measurements import Measurements, Series
+from evolvent.base.errors import InputError
+from evolvent.results.measurements import Measurements, Series
 from evolvent.systems.wire_booms.case import PAIRS
 from evolvent.systems.wire_booms.structure import timeline
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import show
-from evolvent.figures import Figure, Line, Number, Panel
+from evolvent.results.figures import Figure, Line, Number, Panel
+from evolvent.view import show
 
 RPM = 60.0 / (2.0 * np.pi)
 

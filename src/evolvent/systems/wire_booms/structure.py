@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.systems.wire_booms.case import PAIRS, Case
 
 if TYPE_CHECKING:
-    from evolvent.system import System
+    from evolvent.analysis.system import System
 
 Array = np.ndarray
 #: Directions of the booms, body axes; a pair is opposite.
@@ -136,7 +136,7 @@ def _area(s: Array) -> Array:
 def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
     """The parts "spacecraft", "reel-1" to "reel-4", "wire-1" to "wire-4" "thrusters-1" and so on."""
     from evolvent import parts
-    from evolvent.system import System
+    from evolvent.analysis.system import System
 
     system, body, wire, radius = System(title=case.title), case.body, case.wire, case.reel_radius
     line, momenta = timeline(case), angular_momenta(case)
@@ -203,8 +203,8 @@ ELEMENTS, AREA, SECOND_MOMENT = 12, 1e-6, 1e-16
 def deployed(case: Case) -> tuple[System, float]:
     """The spacecraft with the booms at their final lengths, as cables on hinges, and its spin rate, rad/s."""
     from evolvent import parts
+    from evolvent.analysis.system import System
     from evolvent.elements.sections import General, Material
-    from evolvent.system import System
 
     end = np.array([timeline(case).end])
     lengths, spin = lengths_at(case, end)[0], float(straight_rate(case, end)[0])

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.definition import SystemDefinition
+from evolvent.analysis.definition import SystemDefinition
 from evolvent.systems.wrapped_rib import derived as fields
 from evolvent.systems.wrapped_rib import structure
 from evolvent.systems.wrapped_rib.case import ALPHA, IMPLICIT, Case
@@ -28,9 +28,9 @@ from evolvent.systems.wrapped_rib.initial_state import Start, check_follows, ini
 from evolvent.systems.wrapped_rib.show import estimating_string, figures, motion, numbers
 
 if TYPE_CHECKING:
+    from evolvent.analysis.system import System
     from evolvent.cases import Plan
     from evolvent.solvers.solution import Solution
-    from evolvent.system import System
 
 #: Interval, of the time in which a string would be wound, in which the tip's largest speed is sought between samples,
 #: and the times in it.

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from evolvent import closed_forms, units
-from evolvent.errors import InputError, nearest
-from evolvent.schema import Section
+from evolvent import closed_forms
+from evolvent.base import units
+from evolvent.base.errors import InputError, nearest
+from evolvent.base.schema import Section
 
 if TYPE_CHECKING:
     from evolvent.elements import CrossSection, Material

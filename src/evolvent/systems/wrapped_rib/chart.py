@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent import cases
-from evolvent.errors import InputError
-from evolvent.figures import Figure, Line, Panel
+from evolvent.base.errors import InputError
+from evolvent.results.figures import Figure, Line, Panel
 from evolvent.systems.wrapped_rib.show import comparable_string
 
 if TYPE_CHECKING:

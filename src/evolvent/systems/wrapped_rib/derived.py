@@ -22,10 +22,10 @@ FOLLOWED = 8
 
 def derived(case: Case, begin: Start, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
     """Wound angle and radius of the tips, their largest speeds, angle and torque of the hub, and the end state."""
-    from evolvent.drawing import smooth
-    from evolvent.observe import View
-    from evolvent.observe.lumped import attitude
-    from evolvent.observe.variables import turned_back, unwrapped
+    from evolvent.results.observe import View
+    from evolvent.results.observe.lumped import attitude
+    from evolvent.results.observe.variables import turned_back, unwrapped
+    from evolvent.view.drawing import smooth
 
     view, count, length = View.of(solution), case.rib.count, case.rib.element_length
     ribs = [view.nodes(view.index(f"rib-{k + 1}")) for k in range(count)]
@@ -75,8 +75,8 @@ def wrap_angle(path: Array, radius: float) -> Array:
 def warning(case: Case, begin: Start, solution: Solution) -> str:
     """Warnings about a case and its run, sentences joined by semicolons."""
     from evolvent import analysis
-    from evolvent.observe import View
-    from evolvent.observe.beams import element_means
+    from evolvent.results.observe import View
+    from evolvent.results.observe.beams import element_means
 
     view, t = View.of(solution), solution.t
     found = [begin.warning, *case_checks.warnings(case)]

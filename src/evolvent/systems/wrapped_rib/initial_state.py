@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import product
-from evolvent.errors import InputError
-from evolvent.motion import rotation_matrices
+from evolvent.results.motion import rotation_matrices
 from evolvent.systems.wrapped_rib.case import Case
 
 Array = np.ndarray

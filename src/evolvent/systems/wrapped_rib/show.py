@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases, closed_forms, show, variables
-from evolvent.figures import Figure, Line, Number, Panel, stacked
-from evolvent.results import regular
+from evolvent import cases, closed_forms
+from evolvent.results import regular, variables
+from evolvent.results.figures import Figure, Line, Number, Panel, stacked
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
 from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
+from evolvent.view import show
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.motion import Motion
+    from evolvent.results.motion import Motion
 
 Array = np.ndarray
 #: Share of a run, at its end, over which the contact force is averaged.
@@ -187,7 +188,7 @@ def curvature_of(run: xr.DataTree, case: Case, rib: int = 1) -> tuple[Array, Arr
     of it; means where elements meet.
     """
     from evolvent.elements import axis_shape
-    from evolvent.motion import rotation_matrices
+    from evolvent.results.motion import rotation_matrices
 
     length, per = case.rib.element_length, case.output.points
     x, s = _of(run, f"rib-{rib}.position"), _of(run, f"rib-{rib}.slope")
@@ -252,7 +253,7 @@ def _moments(root: xr.Dataset) -> list[int]:
 
 def _shape_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
     """Shapes round the hub at several times (Yi, figure 6): the whole, and what is near the hub."""
-    from evolvent.drawing import smooth
+    from evolvent.view.drawing import smooth
 
     time, R, moments = root.time.values, case.hub.radius, _moments(root)
     around, hub = np.linspace(0.0, 2.0 * np.pi, 181), _of(run, "hub.position")[moments]
@@ -350,7 +351,7 @@ def _along_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
 
 def motion(run: xr.DataTree) -> Motion | None:
     """Ribs, coloured by the force along them or, in phase deploy, by curvature first; contact forces and the hub."""
-    from evolvent.drawing import motion_of
+    from evolvent.view.drawing import motion_of
 
     case = _case(run)
     found = motion_of(run, title=f"{PHASES[case.phase]} of the rib")

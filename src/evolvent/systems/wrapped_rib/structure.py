@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import product
-from evolvent.errors import InputError
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
 from evolvent.systems.wrapped_rib.initial_state import Start
 
 if TYPE_CHECKING:
+    from evolvent.analysis.system import System
     from evolvent.parts import RampDrive
-    from evolvent.system import System
 
 #: Smallest angle over which a hub or a carried tip reaches its rate, rad.
 LEAST_RAMP = 0.1
@@ -31,7 +31,7 @@ def build(case: Case, begin: Start) -> System:
         If a part is refused, or the drive's ramp is too long.
     """
     from evolvent import parts
-    from evolvent.system import System
+    from evolvent.analysis.system import System
 
     system, rib, drive, hub, axis = System(), case.rib, case.drive, case.hub, tuple(begin.rotation[:, 2])
     _add_hub(system, case, begin)

@@ -1,0 +1,514 @@
+"""Analyses of a system: the method is chosen from its parts, the run becomes a tree of named results."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent.assembly import families
+from evolvent.assembly.builder import Assembly
+from evolvent.assembly.references import split_reference
+from evolvent.base import units
+from evolvent.base.errors import InputError, nearest
+from evolvent.kernels import coordinate, joint, rigid, sides, thread
+from evolvent.parts.field import AccelerationField
+from evolvent.parts.load import Force, LawLoad
+from evolvent.parts.thread import Thread
+from evolvent.results.fine_samples import Times
+from evolvent.solvers import balance, drive, energy_momentum, implicit, payout
+from evolvent.solvers.laws import refusing_laws, states_energy
+from evolvent.solvers.solution import first_latch
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from evolvent.solvers.solution import Solution
+
+#: Methods that `simulate` takes by name.
+METHODS = (*drive.METHODS, implicit.NAME, energy_momentum.NAME)
+#: Solver of `evolvent.assembly.families` by the name of an implicit method.
+_IMPLICIT = {implicit.NAME: families.IMPLICIT, energy_momentum.NAME: families.ENERGY}
+#: Samples of a run where no interval is given.
+SAMPLES = 400
+#: Default tolerances of implicit methods, and spectral radius: vibrations that the steps resolve keep their energy.
+TOLERANCES, SPECTRAL_RADIUS = {implicit.NAME: 1e-6, energy_momentum.NAME: 1e-7}, 0.9
+#: Largest number of values of the state that a run may keep.
+MOST_VALUES = 200_000_000
+#: Largest number of steps of a given length: at a microsecond each they take a quarter of an hour.
+MOST_STEPS = 1e9
+#: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release, and
+#: segments of fixed length do not.
+PUSH_OF_SPRINGS, PUSH_OF_FIXED_LENGTHS = 0.05, 1e-6
+_TIME = units.Quantity(what="a time", unit="s", example="20 s", above=0.0)
+
+
+def seconds(name: str, value: Any) -> float:
+    """A time above zero, of a number or a text with a unit.
+
+    Raises
+    ------
+    InputError
+    """
+    from pydantic_core import PydanticCustomError
+
+    try:
+        return float(_TIME.read(value))
+    except PydanticCustomError as error:
+        raise InputError(f"{name} is {value!r}; {error.message()}") from None
+
+
+def sample_times(until: Any, every: Any = None, *, values: int = 1) -> np.ndarray:
+    """Times from 0 to `until`, `every` so many seconds (the last interval may be shorter).
+
+    Raises
+    ------
+    InputError
+        If a time is not above zero, or a run would keep more than `MOST_VALUES` numbers.
+    """
+    end = seconds("until", until)
+    step = end / SAMPLES if every is None else seconds("every", every)
+    count = end / step
+    if count * values > MOST_VALUES:
+        raise InputError(f"every is {step:g} s; that makes {count:.3g} samples over {end:g} s, too many")
+    samples = step * np.arange(int(count + 1e-9) + 1)
+    if samples.size == 1 or end - samples[-1] > 1e-6 * step:
+        return np.append(samples, end)
+    samples[-1] = end
+    return samples
+
+
+def without(
+    solution: Solution, root: dict[str, Any], kept: np.ndarray
+) -> tuple[Solution, dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]]:
+    """A solution and variables of its root at the samples that are `kept`: (nt,) bool."""
+    if kept.all():
+        return solution, root
+    chosen = {
+        name: (dims, values[kept] if dims[:1] == ("time",) else values, *texts)
+        for name, (dims, values, *texts) in root.items()
+    }
+    return solution.chosen(kept), chosen
+
+
+def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
+    """The method of a simulation, and why it is taken.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    method : "auto", or one of `METHODS`
+
+    Raises
+    ------
+    InputError
+        If no such method is known, or it does not support a part: the sentence names one that does.
+    """
+    if method != "auto":
+        if method not in METHODS:
+            raise InputError(f"method is {method!r}; {nearest(str(method), [*METHODS, 'auto'])}")
+        families.check(assembly, _IMPLICIT.get(method, families.EXPLICIT))
+        return method, "as asked for"
+    refused = {}
+    for solver in (families.EXPLICIT, families.IMPLICIT, families.ENERGY):
+        try:
+            families.check(assembly, solver)
+        except InputError as error:
+            refused[solver] = str(error)
+    model = assembly.model
+    if len(refused) == 3:
+        raise InputError(f"no method supports this system: {refused[families.EXPLICIT]}; {refused[families.IMPLICIT]}")
+    if (model.flexible.beams.size or model.flexible.rods.size) and families.ENERGY not in refused:
+        what = "beams" if model.flexible.beams.size else "rods"
+        return energy_momentum.NAME, f"{what}: steps of any length gain no energy"
+    if model.flexible.body_contacts.size and families.ENERGY not in refused:
+        return energy_momentum.NAME, "contact: steps of any length gain no energy"
+    if families.EXPLICIT in refused and families.ENERGY not in refused and has_loops(model):
+        return energy_momentum.NAME, "loops of joints, which may pass positions where they depend on one another"
+    if families.EXPLICIT in refused and families.IMPLICIT not in refused:
+        return implicit.NAME, refused[families.EXPLICIT].partition("; ")[0]
+    if families.EXPLICIT in refused:
+        return energy_momentum.NAME, refused[families.IMPLICIT].partition("; ")[0]
+    if families.IMPLICIT in refused:
+        method = "dopri5" if np.all(model.threads["kind"] == thread.INEXTENSIBLE) else "rk4"
+        return method, refused[families.IMPLICIT].partition("; ")[0]
+    if model.flexible.beams.size or model.info.penalties:
+        return implicit.NAME, "beams and penalties are stiff"
+    if np.any(model.threads["kind"] == thread.SPRINGS):
+        return implicit.NAME, "threads of springs are stiff"
+    return "dopri5", "bodies, points and springs: adaptive steps of fifth order"
+
+
+def has_loops(model: Any) -> bool:
+    """Whether joints close a loop of three parts or more, what does not move being one part."""
+    joints, bodies = model.flexible.joints, model.bodies
+    edges = set()
+    for row in joints[~np.isin(joints["kind"], (joint.ANGLE, joint.GEAR))]:
+        ends = set()
+        for side in range(joint.side_count(row["kind"])):
+            on, index = int(row["on"][side]), int(row["index"][side])
+            if on in (sides.ON_COORDINATES, sides.ON_NODE):
+                ends.add(f"coordinates {int(row['iv'][side])}")
+            elif on == sides.ON_BODY and bodies["motion"][index] != rigid.DRIVEN:
+                ends.add(f"body {index}")
+        edges.add(tuple(sorted(ends)) if len(ends) == 2 else ("", *ends))
+    group: dict[str, str] = {}
+
+    def root(name: str) -> str:
+        while group.setdefault(name, name) != name:
+            name = group[name]
+        return name
+
+    for a, b in (edge for edge in sorted(edges) if len(edge) == 2):
+        first, second = root(a), root(b)
+        if first == second:
+            return True
+        group[first] = second
+    return False
+
+
+def plan(
+    assembly: Assembly,
+    samples: np.ndarray,
+    *,
+    method: str = "auto",
+    step: float | None = None,
+    tolerance: float | None = None,
+    spectral_radius: float | None = None,
+    absolute_tolerance: float | None = None,
+) -> tuple[Any, str]:
+    """A prepared run, and why its method is taken.
+
+    Parameters
+    ----------
+    method, step, tolerance, spectral_radius : as of `evolvent.System.simulate`
+    absolute_tolerance : float, of dopri5; a hundredth of `tolerance` if left out
+
+    Raises
+    ------
+    InputError
+        As of `choose_method` and of the solvers; also for an option that the method does not have.
+    """
+    method, why = choose_method(assembly, method)
+    if absolute_tolerance is not None and (method != "dopri5" or tolerance is None):
+        raise InputError(
+            f"absolute_tolerance is {absolute_tolerance!r}, but the method is {method}; only dopri5 has one, "
+            f"in addition to `tolerance`"
+        )
+    if method in _IMPLICIT:
+        options: dict[str, Any] = {"step": step}
+        options["tolerance"] = TOLERANCES[method] if tolerance is None else tolerance
+        options["spectral_radius"] = SPECTRAL_RADIUS if spectral_radius is None else spectral_radius
+        solver = implicit.plan if method == implicit.NAME else energy_momentum.plan
+        return solver(assembly, samples=samples, **options), why
+    if spectral_radius is not None:
+        raise InputError(
+            f"spectral_radius is {spectral_radius!r}, but the method is {method}; only "
+            f"{implicit.NAME} and {energy_momentum.NAME} have one"
+        )
+    options = {"method": method}
+    if method == "dopri5":
+        if step is not None:
+            raise InputError(f"step is {step!r} s, but the method is dopri5, which chooses its steps; give `tolerance`")
+        if tolerance is not None:
+            absolute = 1e-2 * tolerance if absolute_tolerance is None else absolute_tolerance
+            options |= {"rtol": tolerance, "atol": absolute}
+    else:
+        if tolerance is not None:
+            raise InputError(
+                f"tolerance is {tolerance!r}, but the method is {method}, which has fixed steps; give `step`"
+            )
+        options["step"] = step
+    return drive.plan(assembly, samples=samples, **options), why
+
+
+def check_run(assembly: Assembly, samples: np.ndarray, step: float | None = None) -> None:
+    """Refuse what is known before anything is compiled: too many steps, drives that pay out more than their thread.
+
+    Raises
+    ------
+    InputError
+    """
+    duration = float(samples[-1] - samples[0])
+    if step is not None and 0.0 < MOST_STEPS * step < duration:
+        raise InputError(
+            f"step is {step:.3g} s; that makes {duration / step:.2g} steps over {duration:.6g} s, more than "
+            f"{MOST_STEPS:.0e}; use a longer `step`, or shorten `until`"
+        )
+    with refusing_laws(assembly):
+        payout.check(assembly, float(samples[-1]))
+
+
+def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:
+    """A solution with one sample, the start, before anything is solved; what a solver finds is NaN.
+
+    Parameters
+    ----------
+    method : one of `METHODS`
+    t : float, s
+    """
+    from evolvent.solvers.sampled import empty
+    from evolvent.solvers.solution import Solution
+
+    nothing = Solution(
+        assembly=assembly,
+        method=method,
+        t=np.zeros(0),
+        y=np.zeros((0, assembly.y.size)),
+        s=np.zeros((0, assembly.s.size), dtype=assembly.s.dtype),
+        status="success",
+        message="success",
+        statistics={},
+        event_times=np.zeros(0),
+        event_kinds=np.zeros(0, dtype=int),
+        wall_time=0.0,
+        compile_time=0.0,
+        kept=empty(assembly.model, 0),
+    )
+    return nothing.or_start(t)
+
+
+def check_energy_gain(solution: Solution) -> Solution:
+    """The solution, failed where its energy balance gains too much by the rule of `evolvent.solvers.balance`.
+
+    Implicit methods count a gain while they run; this is the balance of the whole run. Explicit methods judge it
+    themselves.
+    """
+    if solution.kept is None or not solution.success or not solution.t.size or not solution.closure.fails:
+        return solution
+    found = solution.closure
+    message = (
+        f"the run has gained {found.gained:.3g} J without work, {percent(found.gained, found)} J that were moved"
+        f"{states_energy(solution.assembly)}; use a smaller `tolerance` or `step`"
+    )
+    return dataclasses.replace(solution, status="failed", message=message)
+
+
+def percent(defect: float, found: balance.Closure) -> str:
+    """A defect (J) beside the energy moved (J), in words: '4.2 % of the 0.31'."""
+    return f"{100.0 * defect / max(found.moved, 1e-300):.2g} % of the {found.moved:.3g}"
+
+
+def unresolved(solution: Solution) -> str:
+    """A sentence on a run that moved no energy but round-off, and a defect beside it; '' of others."""
+    if solution.kept is None or solution.path is not None or not solution.t.size:
+        return ""
+    found = solution.closure
+    if not (0.0 < found.moved < found.round_off and found.defect > balance.WARNED * found.moved):
+        return ""
+    return (
+        f"the energy moved in the run, {found.moved:.2g} J, is round-off compared with the energies of its "
+        f"elements and weights; the energy balance is not checked"
+    )
+
+
+def unclosed(solution: Solution) -> str:
+    """A sentence where the energy balance is off by a part of the energy moved that is to be reported; '' of others."""
+    if solution.path is not None or not solution.t.size or not solution.closure.warns:
+        return ""
+    found, hint = solution.closure, states_energy(solution.assembly)
+    if found.damps and not hint and found.lost > found.gained:
+        return (
+            f"numerical damping has removed {found.lost:.3g} J, {percent(found.lost, found)} J that were moved; "
+            f"use a smaller `tolerance` or `step`, or a higher `spectral_radius`"
+        )
+    what = "gained" if found.gained > found.lost else "lost"
+    return (
+        f"the energy balance has {what} {found.defect:.3g} J, {percent(found.defect, found)} J that were moved: the "
+        f"steps do not resolve the motion{hint}; use a smaller `tolerance` or `step`"
+    )
+
+
+def warning_of(solution: Solution) -> str:
+    """Sentences on energy that the method has taken, on threads that push and on unloaded tip masses; '' of others."""
+    found = (
+        unresolved(solution) or unclosed(solution),
+        slack_threads(solution),
+        unloaded_tips(solution.assembly),
+    )
+    return "; ".join(text for text in found if text)
+
+
+def unloaded_tips(assembly: Assembly) -> str:
+    """A sentence on threads with a tip mass whose only load by a law is per length; '' where there is none."""
+    threads = {name: part for name, part in assembly.parts.items() if isinstance(part, Thread) and part.tip_mass > 0.0}
+    if any(isinstance(part, AccelerationField) for part in assembly.parts.values()):
+        return ""
+    places = [part.at for part in assembly.parts.values() if isinstance(part, Force) and isinstance(part.at, str)]
+    at_tips = {thread for thread, node in map(split_reference, places) if node in ("tip", 0)}
+    for name, part in assembly.parts.items():
+        if isinstance(part, LawLoad) and part.thread in threads and part.thread not in at_tips:
+            return (
+                f"{name!r} acts per length of {part.thread!r}, not on its tip mass of "
+                f"{threads[part.thread].tip_mass:g} kg; for a load on the tip mass add a Force "
+                f"at '{part.thread}.tip', or an AccelerationField"
+            )
+    return ""
+
+
+def slack_threads(solution: Solution, share: float | None = None) -> str:
+    """A sentence on threads whose segments push by more than a share of their largest tension; '' where none does.
+
+    By default the share is `PUSH_OF_SPRINGS` or, of inextensible segments, `PUSH_OF_FIXED_LENGTHS`.
+    """
+    model, found = solution.assembly.model, []
+    names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "threads"}
+    if not names or not solution.t.size:
+        return ""
+    for index, row in enumerate(model.threads):
+        first = int(row["node"])
+        tension = solution.observations.tension[:, first : first + int(row["n"])]  # zero of wound nodes
+        least = tension.min(axis=1)
+        allowed = PUSH_OF_SPRINGS if row["kind"] == thread.SPRINGS else PUSH_OF_FIXED_LENGTHS
+        allowed = allowed if share is None else share
+        count = int(np.sum(least < -allowed * max(float(tension.max()), 0.0) - 1e-9))
+        if count:
+            found.append((float(least.min()), names[index], count, float(solution.t[np.argmin(least)])))
+    if not found:
+        return ""
+    worst, name, count, time = min(found)
+    others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    return (
+        f"{name!r}{others} pushes where a thread would go slack: tension below zero in {count} of {solution.t.size} "
+        f"samples, at worst {worst:.3g} N at t = {time:.6g} s"
+    )
+
+
+def tree(
+    solution: Solution,
+    *,
+    case: str,
+    why: str,
+    system: str = "structure",
+    title: str = "",
+    root: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]] | None = None,
+    warning: str | None = None,
+) -> xr.DataTree:
+    """A solution as a labelled tree.
+
+    Parameters
+    ----------
+    case : str, as YAML
+    why : str, why the method was taken
+    system : str, its name
+    title : str, what it is; after the system's name if left out
+    root : more variables of the root: name -> (dimensions, values, units, long name)
+    warning : str, what the table and the pages warn of, '' for nothing; None: that of `warning_of`
+    """
+    from evolvent.analysis import accessor  # noqa: F401  (it registers run.ev)
+    from evolvent.results.tree import tree_of
+
+    attrs = _attributes(solution, case=case, system=system)
+    attrs["method_reason"] = why
+    if title:
+        attrs["title"] = title
+    warning = warning_of(solution) if warning is None else warning
+    if warning:
+        attrs["warning"] = warning
+    latches = latches_of(solution)
+    if latches:
+        attrs["latches"] = latches
+    return tree_of(solution, attrs, root)
+
+
+def latches_of(solution: Solution) -> str:
+    """Sentences on the latches that have locked in a run, in order of time; '' where none has."""
+    first, hinges = first_latch(solution.assembly.model), solution.assembly.model.flexible.hinges
+    names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "hinges"}
+    found = []
+    for time, kind in sorted(zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True)):
+        if kind - first in names:
+            row = hinges[kind - first]
+            unit = "rad/s" if row["kind"] == coordinate.ANGLE else "m/s"
+            found.append(f"{names[kind - first]!r} at t = {time:.6g} s, at {abs(row['caught']):.4g} {unit}")
+    return "; ".join(found)
+
+
+def _attributes(solution: Solution, *, case: str, system: str) -> dict[str, Any]:
+    from evolvent import results
+
+    solution = check_energy_gain(solution)
+    laws = {str(k): getattr(law, "__name__", str(k)) for k, law in solution.assembly.laws.items()}
+    return results.attributes(
+        system=system,
+        case=case,
+        method=solution.method,
+        solution=solution,
+        laws=dict.fromkeys(sorted(set(laws.values())), ""),
+    )
+
+
+def observed(
+    solution: Solution,
+    names: Iterable[str],
+    *,
+    system: str = "structure",
+    root: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]] | None = None,
+) -> xr.Dataset:
+    """Some variables of a solution, named as in `evolvent.results.variables.flat`; other parts are not observed.
+
+    Parameters
+    ----------
+    names : full names of variables; those that are not there are left out
+    system, root : as of `tree`
+    """
+    import xarray as xr
+
+    from evolvent.results.observe import observe
+    from evolvent.results.observe.variables import AXES
+    from evolvent.results.tree import root_of
+    from evolvent.results.variables import SHARED, owner
+
+    wanted = list(names)
+    times = {"time": xr.Variable(("time",), solution.t, {"units": "s", "long_name": "time"})}
+    data: dict[str, Any] = {}
+    for name, seen in observe(solution, [owner(name) for name in wanted]).items():
+        for key, v in seen.variables.items():
+            full = f"{name}.{key}"
+            if any(
+                one == full or one.startswith((f"{full}.", f"{name}[", f"{name}.root.", f"{name}.tip."))
+                for one in wanted
+            ):
+                dims = tuple(d if d in SHARED else f"{name}.{d}" for d in v.dims)
+                data[full] = xr.Variable(dims, v.values, {"units": v.units, "long_name": v.long_name})
+                for place, c in seen.coordinates.items():
+                    if f"{name}.{place}" in dims:
+                        own_attrs = {"units": c.units, "long_name": c.long_name}
+                        data[f"{name}.{place}"] = xr.Variable((f"{name}.{place}",), c.values, own_attrs)
+    if all(owner(name) in solution.assembly.parts for name in wanted):
+        found = xr.Dataset(data, times | ({"axis": list(AXES)} if any("axis" in v.dims for v in data.values()) else {}))
+    else:
+        found = root_of(solution, root or {}).assign(data)
+    found.attrs = _attributes(solution, case="", system=system)
+    return found
+
+
+def simulate(
+    assembly: Assembly,
+    *,
+    case: str,
+    until: float,
+    every: float | None = None,
+    fine: bool = True,
+    title: str = "",
+    progress: Callable[[float], None] | None = None,
+    **settings: Any,
+) -> xr.DataTree:
+    """Run an assembled system; returns the tree, whatever its status.
+
+    Parameters
+    ----------
+    case : str, as YAML
+    until, every : float, s
+    fine : bool, whether finer samples are kept where the motion is fast
+    title : str, as of `tree`
+    settings : method and options of `plan`
+    """
+    samples = sample_times(until, every, values=assembly.y.size)
+    check_run(assembly, samples, settings.get("step"))
+    times = Times.of(samples, fine=fine, values=assembly.y.size)
+    prepared, why = plan(assembly, times.all, **settings)
+    solution, _ = times.chosen(prepared.run(progress).or_start(float(samples[0])))
+    return tree(solution, case=case, why=why, title=title, root=times.mark(solution.t))

@@ -1,0 +1,358 @@
+"""SystemDefinition: what a system provides, so that command line, files, sweeps, studio and documentation serve it.
+
+A definition is a class with a few members; the others have defaults that are derived from the parts. One from outside
+the package is named by an entry point of the group ``evolvent.systems``::
+
+    [project.entry-points."evolvent.systems"]
+    pantograph = "pantograph:Pantograph"
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from evolvent.base.errors import InputError, RunFailed, in_keys, naming_keys, nearest
+from evolvent.base.schema import Section
+from evolvent.cases import Plan
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from evolvent.analysis.modal import ModalResults
+    from evolvent.analysis.system import System
+    from evolvent.assembly.builder import Assembly
+    from evolvent.results.figures import Figure, Number
+    from evolvent.results.measurements import Measurements
+    from evolvent.results.motion import Motion
+    from evolvent.solvers.solution import Solution
+
+    #: Variables of the root: name -> (dimensions, values, units, long name).
+    Variables = dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
+
+
+class SystemDefinition:
+    """A system that can be run by name: a short form of a case, from which parts follow.
+
+    A subclass has `Case` and `build`, and overrides of the others what its field asks for.
+
+    Attributes
+    ----------
+    Case : type of `evolvent.base.schema.Section`, the keys of its cases; its key ``system`` holds the system's name
+    cases : mapping, name -> YAML text of the built-in cases (of a system outside the package)
+    seed_key : str, key that a study gives each case its own seed by; '' for none
+    start_key : str, key of a case that takes the run from whose end it starts; '' for none
+    laws : names of the laws in Python that `build` takes
+    data_files : mapping, name of a file with measured data that the system brings along -> its path
+    keys : mapping, argument of `System.simulate` -> key of the case that gives it, for messages
+    run_batch : function of a list of cases to their runs, for sweeps; None where cases run one by one
+    """
+
+    Case: ClassVar[type[Section]]
+    cases: ClassVar[Mapping[str, str]] = {}
+    seed_key: ClassVar[str] = ""
+    start_key: ClassVar[str] = ""
+    laws: ClassVar[tuple[str, ...]] = ()
+    data_files: ClassVar[Mapping[str, str]] = {}
+    keys: ClassVar[Mapping[str, str]] = {
+        name: f"simulate.{name}"
+        for name in ("until", "every", "method", "step", "tolerance", "absolute_tolerance", "spectral_radius")
+    }
+    run_batch: Callable[[Sequence[Any]], Sequence[Any]] | None = None
+    #: Formulas beside the system's own that `evolvent calibrate` fits to the same data: label -> keys that they change.
+    reference_formulas: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    #: Whether `build` and `settings` let the system be stepped from outside (`evolvent.Stepper`).
+    steps: ClassVar[bool] = True
+
+    # ------------------------------------------------------------------------------ what a system must have
+
+    def build(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> System:
+        """The parts of a case."""
+        raise NotImplementedError(f"{type(self).__name__} has no build()")
+
+    def settings(self, case: Any) -> dict[str, Any]:
+        """How a case is run: arguments of `System.simulate` by name, of which `until` must be among them.
+
+        By default those of the case's key ``simulate`` (a section `Simulate`).
+        """
+        found = case.simulate.settings()
+        return dict(found)
+
+    def prepared_settings(self, case: Any, assembly: Assembly, laws: Mapping[str, Any]) -> dict[str, Any]:
+        """`settings` of a case whose parts are assembled; refuses what only these show."""
+        return self.settings(case)
+
+    # ---------------------------------------------------------------------------------- what follows from it
+
+    def plan(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> Plan:
+        """The case, checked and prepared; nothing long is compiled.
+
+        Raises
+        ------
+        InputError
+            For whatever can be found before the run.
+        """
+        from evolvent import analysis
+        from evolvent.results.fine_samples import Times
+        from evolvent.solvers import drive
+
+        given = self._given(laws)
+        keys = self.keys
+        with naming_keys(keys):
+            assembly, times, settings = self.assembled(case, given)
+            analysis.check_run(assembly, times, settings.get("step"))
+            fine = bool(settings.pop("fine", True))
+            sampling = Times.of(times, self.between(case), fine=fine, values=assembly.y.size)
+            method, prepare, note = self.prepare_run(case, assembly, sampling.all, settings)
+
+        def solve(progress: Callable[[float], None] | None) -> tuple[Solution, Variables, str, str]:
+            with naming_keys(keys):
+                prepared, why = prepare()
+                solution = prepared.run(progress).or_start(float(times[0]))
+            solution.message = in_keys(solution.message, keys)
+            solution, kept = sampling.chosen(solution)
+            root, warning = self.findings(case, solution)
+            solution, root = analysis.without(solution, root, kept)
+            return solution, root | sampling.mark(solution.t), warning, why
+
+        def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
+            solution, root, warning, why = solve(progress)
+            return self.tree(case, solution, why, laws=given, findings=(root, warning))
+
+        def observe(names: Iterable[str]) -> xr.Dataset:
+            solution, root, _, _ = solve(None)
+            marks = {name: (dims, values) for name, (dims, values, *_) in sampling.mark(solution.t).items()}
+            return analysis.observed(solution, names, system=case.system, root=root).assign(marks)
+
+        def start() -> xr.DataTree:
+            solution = analysis.at_start(assembly, method, float(times[0]))
+            return analysis.tree(solution, case="", why="", system=case.system, root=self.findings(case, solution)[0])
+
+        name = drive.cache_name(assembly, method)
+        return Plan(duration=float(times[-1]), run=run, solver=name, note=note, start=start, observe=observe)
+
+    def between(self, case: Any) -> np.ndarray:
+        """Times (s) between the samples at which `derived` gets the run as well; kept as fine samples are."""
+        return np.zeros(0)
+
+    def assembled(self, case: Any, laws: Mapping[str, Any]) -> tuple[Assembly, np.ndarray, dict[str, Any]]:
+        """The assembled parts of a case, the times of its samples (s), and the other settings of its run.
+
+        Raises
+        ------
+        InputError
+            For parts and settings that cannot be used.
+        """
+        from evolvent import analysis
+        from evolvent.solvers.laws import refusing_laws
+
+        assembly = self.build(case, laws=laws).assemble()
+        with refusing_laws(assembly):
+            settings = self.prepared_settings(case, assembly, laws)
+        if "until" not in settings:
+            raise InputError("simulate is missing; give how long the motion is followed, such as {until: 20 s}")
+        times = analysis.sample_times(settings.pop("until"), settings.pop("every", None), values=assembly.y.size)
+        return assembly, times, settings
+
+    def prepare_run(
+        self, case: Any, assembly: Assembly, times: np.ndarray, settings: Mapping[str, Any]
+    ) -> tuple[str, Callable[[], tuple[Any, str]], str]:
+        """The solver of a run, a function that prepares it and says why its method is taken, and a note on its cost.
+
+        The run has ``run(progress)``, which returns a Solution. What can be found quickly is refused here, what needs
+        compiled functions by the function.
+        """
+        from evolvent import analysis
+        from evolvent.solvers import drive
+
+        method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
+        beams = assembly.model.flexible.beams.size > 0 or assembly.model.flexible.rods.size > 0
+        if method not in drive.METHODS or (settings.get("step") is None and not beams):
+            return method, lambda: analysis.plan(assembly, times, **settings), ""
+        checked, note = analysis.plan(assembly, times, **settings), ""  # refuses an unstable step
+        if beams and checked[0].step is not None:
+            steps = f"{times[-1] / checked[0].step:.2g} steps of {checked[0].step:.2g} s"
+            note = f"{method} takes {steps} over {times[-1]:.6g} s; energy-momentum takes far fewer with beams"
+        return method, lambda: checked, note
+
+    def tree(
+        self,
+        case: Any,
+        solution: Solution,
+        why: str,
+        *,
+        laws: Mapping[str, Any] | None = None,
+        findings: tuple[Variables, str] | None = None,
+    ) -> xr.DataTree:
+        """The results of a case.
+
+        Parameters
+        ----------
+        why : str, why the method was taken
+        laws : mapping, the laws in Python of the run, by name
+        findings : of the solution; found if left out
+        """
+        from evolvent import analysis, cases
+
+        root, warning = self.findings(case, solution) if findings is None else findings
+        found = analysis.tree(
+            solution, case=cases.to_yaml(case), why=why, system=case.system, root=root,
+            title=getattr(case, "title", ""), warning=in_keys(warning, self.keys),
+        )  # fmt: skip
+        if laws:
+            found.attrs["laws"] = json.dumps({name: _law_name(law) for name, law in laws.items()})
+        return found
+
+    def findings(self, case: Any, solution: Solution) -> tuple[Variables, str]:
+        """`derived` and `warning`; overridden where both follow from one computation."""
+        return self.derived(case, solution), self.warning(case, solution)
+
+    def derived(self, case: Any, solution: Solution) -> Variables:
+        """Quantities of the field, for the root of the results: name -> (dimensions, values, units, long name)."""
+        return {}
+
+    def warning(self, case: Any, solution: Solution) -> str:
+        """A warning about the run, one sentence; '' for none."""
+        from evolvent import analysis
+
+        return analysis.warning_of(solution)
+
+    def numbers(self, run: Any) -> list[Number]:
+        """Rows of the table on the screen."""
+        from evolvent.view import show
+
+        return show.numbers(run)
+
+    def figures(self, run: Any) -> list[Figure]:
+        """What is drawn of a run; may be empty."""
+        from evolvent.view import show
+
+        return show.figures(run)
+
+    def motion(self, run: Any) -> Motion | None:
+        """Lines, bodies and forces of a run, for animations and files; None where it holds too little."""
+        from evolvent.view import show
+
+        return show.motion(run)
+
+    def study_figures(self, dataset: xr.Dataset) -> dict[str, Any]:
+        """Figures of a study: name -> `evolvent.results.figures.Figure`, or matplotlib's.
+
+        Where there are some, outputs are not drawn over the keys; variables over time are drawn all the same.
+        """
+        return {}
+
+    def measurements(self, path: str, case: Any, observed: Sequence[str]) -> Measurements | None:
+        """Measured data of a file in the system's own form; None of any other file."""
+        return None
+
+    def closed_form(self, case: Any, time: np.ndarray) -> dict[str, tuple[np.ndarray, str]]:
+        """Variables of a run by the system's closed form at times (s): name -> (values, unit); empty without one."""
+        return {}
+
+    def check_follows(self, before: Any, after: Any) -> None:
+        """Refuse a case that cannot start from the end of another one, with an InputError."""
+
+    def stepping(self, case: Any) -> dict[str, Any]:
+        """Method, step, tolerance and spectral radius of `evolvent.Stepper`, by the names of its arguments.
+
+        Generalized-alpha takes the place of energy-momentum, which a stepper does not have.
+
+        Raises
+        ------
+        InputError
+            If the system is not stepped from outside.
+        """
+        if not self.steps:
+            raise InputError(f"system is {case.system!r}, which is not stepped from outside")
+        from evolvent import analysis
+        from evolvent.solvers import energy_momentum, implicit
+
+        assembly = self.build(case).assemble()
+        settings = self.prepared_settings(case, assembly, {})
+        method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
+        if method == energy_momentum.NAME:
+            method, _ = analysis.choose_method(assembly, implicit.NAME)
+        found = {"method": method, "step": settings.get("step")}
+        for name in ("tolerance", "spectral_radius"):
+            if settings.get(name) is not None:
+                found[name] = settings[name]
+        return found
+
+    def modes(self, case: Any, *, count: int | None = None) -> ModalResults:
+        """The slowest modes of a case about its equilibrium, by its keys `equilibrium` and `modes` where it has them.
+
+        Parameters
+        ----------
+        count : int, in place of the case's own
+
+        Raises
+        ------
+        InputError, RunFailed
+            As of `System.modes`.
+        """
+        section = getattr(case, "modes", None)
+        options = _about_equilibrium(case)
+        if section is not None:
+            options |= {"count": section.count, "damped": section.damped}
+        if count is not None:
+            options["count"] = count
+        found: ModalResults = self.build(case).modes(**options)
+        return found
+
+    def equilibrium(self, case: Any, progress: Callable[[float], None] | None = None) -> xr.DataTree:
+        """The equilibrium of a case under its loads, whatever its status, by its key `equilibrium` where it has one.
+
+        Parameters
+        ----------
+        progress : called with the load factor reached
+
+        Raises
+        ------
+        InputError
+            As of `System.equilibrium`.
+        """
+        section = getattr(case, "equilibrium", None)
+        options = _about_equilibrium(case)
+        if section is not None:
+            options["load_steps"] = section.load_steps
+        found: Any
+        try:
+            found = self.build(case).equilibrium(progress=progress, **options)
+        except RunFailed as error:
+            found = error.run
+            if found is None:
+                raise
+        return found
+
+    def _given(self, laws: Any) -> dict[str, Any]:
+        """The laws in Python that a run was given, by name; refuses those that `build` does not take."""
+        asked: Any = laws
+        if not isinstance(asked, Mapping | None):
+            names = ", ".join(self.laws)
+            raise InputError(f"the laws are {laws!r}; they must be a mapping of names ({names}) to laws")
+        given = {name: law for name, law in (laws or {}).items() if law is not None}
+        if given and not self.laws:
+            names = ", ".join(map(str, given))
+            raise InputError(f"laws are given ({names}), but {self.Case.model_fields['system'].default} takes none")
+        for name in given:
+            if name not in self.laws:
+                raise InputError(f"no law is called {name!r}; {nearest(str(name), self.laws)}")
+        return given
+
+
+def _about_equilibrium(case: Any) -> dict[str, Any]:
+    """Time and steady turn that a case asks for."""
+    section = getattr(case, "equilibrium", None)
+    if section is None:
+        return {}
+    return {"time": section.time} | ({} if section.rotating is None else {"rotating": section.rotating})
+
+
+def _law_name(law: Any) -> str:
+    """Name of a law, or of the first of (law, parameters)."""
+    law = law[0] if isinstance(law, tuple) and law else law
+    return str(getattr(law, "__name__", law))

@@ -1,0 +1,101 @@
+"""Modes of a system, to be read, drawn and saved."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from evolvent.solvers.modal import NOTHING, Modes
+from evolvent.solvers.sampled import empty
+from evolvent.solvers.solution import Solution
+
+if TYPE_CHECKING:
+    from evolvent.results.motion import Motion
+
+
+@dataclasses.dataclass(frozen=True)
+class ModalResults(Modes):
+    """`evolvent.solvers.modal.Modes` with what shows them."""
+
+    @classmethod
+    def of(cls, found: Modes) -> Self:
+        """The same modes."""
+        return cls(**{field.name: getattr(found, field.name) for field in dataclasses.fields(found)})
+
+    def rows(self) -> list[list[str]]:
+        """A table for the screen: its head with units, then a row a mode; effective masses of real modes alone."""
+        head = ["mode", "frequency, Hz", "rad/s", "damping ratio"]
+        masses = None if np.iscomplexobj(self.shape) else self.effective_mass
+        if masses is not None:
+            head += [f"mass {a}, kg" for a in "xyz"] + [f"inertia {a}, kg m²" for a in "xyz"]
+        found = [head]
+        for k in range(len(self.pole)):
+            row = [str(k), f"{self.frequency_hz[k]:.5g}", f"{self.frequency[k]:.5g}", f"{self.damping_ratio[k]:.3g}"]
+            if masses is not None:
+                least = NOTHING * self.total_mass
+                row += [f"{m if m > f else 0.0:.4g}" for m, f in zip(masses[k], least, strict=True)]
+            found.append(row)
+        return found
+
+    def motion(self, k: int, *, amplitude: float | None = None, frames: int = 60) -> Motion:
+        """The motion of one mode over one period.
+
+        Parameters
+        ----------
+        k, amplitude, frames : as of `states`
+        """
+        from evolvent.results.tree import tree_of
+        from evolvent.view.drawing import motion_of
+
+        t, y = self.states(k, amplitude, frames)
+        s = np.repeat(self.equilibrium.s[-1:], t.size, axis=0)
+        kept = empty(self.assembly.model, t.size)
+        solution = Solution(
+            assembly=self.assembly, method="modes", t=t, y=y, s=s, status="success", message="", statistics={},
+            event_times=np.zeros(0), event_kinds=np.zeros(0, dtype=np.int64), wall_time=0.0, compile_time=0.0,
+            kept=kept,
+        )  # fmt: skip
+        tree = tree_of(solution, {"status": "success", "message": ""}, balances=False)
+        title = f"Mode {k}: {self.frequency_hz[k]:.4g} Hz"
+        if self.damping_ratio[k] != 0.0:
+            title += f", damping ratio {self.damping_ratio[k]:.3g}"
+        found = motion_of(tree, title=title)
+        assert found is not None
+        return dataclasses.replace(found, forces=[], numbers={}, repeats=True)
+
+    def animate(self, k: int, path: str | os.PathLike[str], *, amplitude: float | None = None, frames: int = 60) -> str:
+        """Write the animation of one mode as an HTML page; returns its path.
+
+        Parameters
+        ----------
+        k : int, number of the mode, from 0
+        path : str
+        amplitude : float, m, largest displacement; a tenth of the structure's size if left out
+        frames : int, of one period
+
+        Raises
+        ------
+        InputError
+            If there is no such mode, or the file cannot be written.
+        """
+        from evolvent.view import animation
+
+        return animation.write(self.motion(k, amplitude=amplitude, frames=frames), path)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write frequencies, damping, effective masses and shapes as NetCDF.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
+        from evolvent import results
+        from evolvent.base import netcdf
+
+        found = self.to_dataset()
+        found.attrs = {"title": "modes by evolvent", "holds": results.MODES, "made_with": results.made_with()}
+        results.write_file(path, netcdf.image(found))

@@ -1,0 +1,536 @@
+"""Steps on demand: a model that another simulator drives, time after time, through forces on its bodies."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.analysis.system import System
+from evolvent.assembly import needs
+from evolvent.assembly.builder import Assembly
+from evolvent.base.errors import EvolventError, InputError, RunFailed, naming_keys, nearest
+from evolvent.flow.rhs import rhs
+from evolvent.kernels import rigid
+from evolvent.parts import Force, Torque
+from evolvent.parts.checks import number, positive, vector
+from evolvent.results.motion import quaternions
+from evolvent.results.observe import Observed, View, of_family
+from evolvent.solvers import balance as eb
+from evolvent.solvers import drive, implicit
+from evolvent.solvers.drive import METHODS, STEP_ALLOWED
+from evolvent.solvers.laws import law_failure, refusing_laws
+from evolvent.solvers.releases import write_accounts
+from evolvent.solvers.sampled import Sampled
+from evolvent.solvers.solution import Solution
+
+IMPLICIT = implicit.NAME
+#: Families whose angle, and variables that, add up over all samples of a run; a stepper keeps the first and the last.
+_COUNTS_TURNS, _ADDS_UP = "joints", ("work",)
+
+
+class BodyState(NamedTuple):
+    """Where a body is.
+
+    Attributes
+    ----------
+    position, velocity : (3,) float, m and m/s, of its origin, inertial axes
+    quaternion : (4,) float, body to inertial, scalar first
+    rate : (3,) float, rad/s, angular velocity, inertial axes
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    quaternion: np.ndarray
+    rate: np.ndarray
+
+
+class ResultAddress(NamedTuple):
+    """Where a result is found.
+
+    Attributes
+    ----------
+    part, variable : str
+    at : int, or array of them, the numbers of its entries in the variable at one time
+    """
+
+    part: str
+    variable: str
+    at: int | np.ndarray
+
+
+class Stepper:
+    """A system that is stepped from outside, for co-simulation.
+
+    Parameters
+    ----------
+    system : System, which is left as it is
+    inputs : names of bodies on which forces and torques will be set; of one body its name alone will do
+    method : {"generalized-alpha", "rk4", "heun", "dopri5"}
+    start : float, s
+    until : float, s, the end of the time that may be stepped through
+    step : float, s, of a fixed-step method; None: by tolerance, or from the highest frequency
+    tolerance : float, of adaptive methods
+    spectral_radius : float, of generalized-alpha
+
+    Raises
+    ------
+    InputError
+        For an unknown body or method, an input on a body that no force moves, or a system that the method cannot carry.
+
+    Notes
+    -----
+    A wrench is held over the steps until it is set again. The explicit methods restart at every step.
+
+    Examples
+    --------
+    >>> from evolvent import Stepper, System, parts
+    >>> system = System()
+    >>> hub = system.add(parts.RigidBody(mass=2.0, inertia=1.0), "hub")
+    >>> stepper = Stepper(system, inputs=[hub], until=10.0, step=0.1)  # doctest: +SKIP
+    >>> stepper.set_wrench(hub, torque=(0.0, 0.0, 0.1))  # doctest: +SKIP
+    >>> stepper.step(0.5)  # doctest: +SKIP
+    """
+
+    def __init__(
+        self,
+        system: System,
+        *,
+        inputs: str | Sequence[str] = (),
+        method: str = IMPLICIT,
+        start: float = 0.0,
+        until: float = 1e4,
+        step: float | None = None,
+        tolerance: float = 1e-4,
+        spectral_radius: float = 0.9,
+    ) -> None:
+        known = [IMPLICIT, *METHODS]
+        if method not in known:
+            raise InputError(f"method is {method!r}; {nearest(str(method), known)}")
+        if not isinstance(system, System):
+            raise InputError(f"system is a {type(system).__name__}; it must be a System (Stepper.of_case takes a case)")
+        start, until = _time("start", start), _time("until", until)
+        if not until > start:
+            raise InputError(f"until is {until!r} s; it must be after the start, {start!r} s")
+        step = None if step is None else positive("step", step, allowed=STEP_ALLOWED)
+        tolerance = positive("tolerance", tolerance)
+        self.method, self.time, self.until = method, start, until
+        self.inputs = _listed(inputs)
+        self._changed = False
+        self._held: dict[str, np.ndarray] = {}
+        self._failed = ""
+        self._keys: Mapping[str, str] = {}
+        self._observed: dict[str, Observed] = {}
+        self._found: dict[str, ResultAddress] = {}
+        self._now: View | None = None
+        self._events: list[tuple[np.ndarray, np.ndarray]] = []
+        assembly, times = _with_inputs(system, self.inputs), np.array([start, until])
+        if method == IMPLICIT:
+            self._run = implicit.Run(
+                implicit.plan(assembly, samples=times, step=step, tolerance=tolerance, spectral_radius=spectral_radius)
+            )
+            # samples are ends of steps: their momenta follow from the states
+            self._run.work = self._run.work._replace(out_momenta=np.zeros((0, 6)))
+            self.assembly = self._run.assembly
+            self._begin()
+        else:
+            self._plan = drive.plan(
+                assembly, samples=times, method=method, step=step, rtol=tolerance, atol=1e-2 * tolerance
+            )
+            self.assembly = self._plan.assembly
+            self._y, self._s = assembly.y.copy(), assembly.s.copy()
+        self._first = self._sample()
+        with refusing_laws(self.assembly):
+            self._look()
+
+    @classmethod
+    def of_case(
+        cls,
+        case: Any,
+        overrides: Mapping[str, Any] | None = None,
+        *,
+        inputs: str | Sequence[str] = (),
+        start: float = 0.0,
+        until: float | None = None,
+    ) -> Stepper:
+        """A case, stepped by the method of its section ``solver``.
+
+        Parameters
+        ----------
+        case, overrides : as of `evolvent.run`
+        inputs : names of bodies on which forces and torques will be set
+        start : float, s
+        until : float, s, the end of the time that may be stepped through; None: that of the case's run
+
+        Raises
+        ------
+        InputError
+            If the case cannot be used, or its system cannot be stepped from outside.
+        """
+        loaded = cases.load(case, overrides)
+        system, options, end = of_case(loaded, until)
+        keys = cases.solver_keys(loaded)
+        with naming_keys(keys):
+            stepper = cls(system, inputs=inputs, start=start, until=end, **options)
+        stepper._keys = keys
+        return stepper
+
+    # -------------------------------------------------------------------------------------------- in and out
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of all bodies but the ground."""
+        rows = self.assembly.names.items()
+        return tuple(name for name, (family, _) in rows if family == "bodies" and name != "ground")
+
+    def set_wrench(self, body: str, force: Sequence[float] = (0, 0, 0), torque: Sequence[float] = (0, 0, 0)) -> None:
+        """Force (N) at a body's origin and torque (N m) from now on, inertial axes."""
+        if body not in self.inputs:
+            raise InputError(f"{body!r} is not among the inputs; {nearest(str(body), self.inputs)}")
+        given = np.concatenate([vector("force", force), vector("torque", torque)])
+        if np.array_equal(given, self._input(body)):
+            return
+        for entries, value in zip(self._load_slices(body), (given[:3], given[3:]), strict=True):
+            self.assembly.model.parameters[entries] = value
+        self._changed = True
+
+    def body(self, name: str) -> BodyState:
+        """State of a body now."""
+        row = self.assembly.model.bodies[self._index(name)]
+        return BodyState(row["x"].copy(), row["v"].copy(), quaternions(row["R"]), row["w"].copy())
+
+    def wrench(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Force (N) and torque about the body's origin (N m), inertial axes, of the structure on a body.
+
+        All that acts on it but inputs and weight: threads, beams, springs, joints, contacts and fields, at the end of
+        the last step, with the inputs of that step. Wound thread that is carried counts as a part of the body.
+        """
+        row = self.assembly.model.bodies[self._index(name)]
+        found = row["F"].copy()
+        if name in self.inputs:
+            found -= self._held[name]
+        if row["motion"] == rigid.FREE:  # whose record holds the gyroscopic torque as well
+            found[3:] += np.cross(row["w"], row["R"] @ (row["inertia"] @ (row["R"].T @ row["w"])))
+            if self.method != IMPLICIT:
+                found[:3] -= row["mass"] * self.assembly.model.info.gravity
+        return found[:3], found[3:]
+
+    def result(self, name: str) -> float | np.ndarray:
+        """A result of a part now, by the name that it has in a run.
+
+        Parameters
+        ----------
+        name : str, such as 'hub.rate.z', 'boom.tip.velocity', 'boom[5].position', 'hinge.angle'
+
+        Raises
+        ------
+        InputError
+            If there is none, or it adds up over all samples of a run, such as the work of a load.
+
+        Notes
+        -----
+        Forces of joints are the multipliers of the last step. With steps by tolerance they oscillate from step to step.
+        """
+        return self.value(self.address(name))
+
+    def value(self, address: ResultAddress) -> float | np.ndarray:
+        """A result now, by the address that `address` has found for its name."""
+        variable = self._part(address.part).variables[address.variable]
+        now = variable.values[-1] if variable.dims[:1] == ("time",) else variable.values
+        found = np.asarray(now).reshape(-1)[address.at]
+        return float(found) if np.ndim(address.at) == 0 else found
+
+    def results(self) -> dict[str, tuple[tuple[str, ...], str]]:
+        """Names of all that `result` gives, without components and entries: name -> (dimensions, unit)."""
+        return {
+            f"{part}.{name}": (tuple(d for d in v.dims if d != "time"), v.units)
+            for part in self.assembly.parts
+            for name, v in self._part(part).variables.items()
+            if not self._adds_up(part, name)
+        }
+
+    def describe(self, name: str) -> tuple[str, str]:
+        """Unit and meaning of a result."""
+        address = self.address(name)
+        variable = self._part(address.part).variables[address.variable]
+        return variable.units, variable.long_name
+
+    def _adds_up(self, part: str, variable: str) -> bool:
+        """Whether a variable of a run follows from all of its samples, not from the first and the last."""
+        turns = variable == "angle" and self.assembly.names[part][0] == _COUNTS_TURNS
+        return variable in _ADDS_UP or turns
+
+    def address(self, name: Any) -> ResultAddress:
+        """Where a result is found; of the same system it stays the same.
+
+        Raises
+        ------
+        InputError
+            As of `result`.
+        """
+        if name not in self._found:
+            self._found[name] = self._address_of_name(name)
+        return self._found[name]
+
+    def _address_of_name(self, name: Any) -> ResultAddress:
+        from evolvent.results import variables  # whose xarray takes long to load
+
+        part = variables.owner(name) if isinstance(name, str) else ""
+        if part not in self.assembly.parts or self.assembly.names[part][0] == "events":
+            raise InputError(f"no result is called {name!r}; {nearest(str(name), self.results())}")
+        if name == part:
+            own = ", ".join(key for key in self._part(part).variables if not self._adds_up(part, key))
+            raise InputError(f"{name!r} is a part; give one of its results: {own}")
+        numbered = {
+            f"{part}.{key}": (tuple(d if d in variables.SHARED else f"{part}.{d}" for d in v.dims), v)
+            for key, v in self._part(part).variables.items()
+        }
+        dataset = variables.numbered(
+            {key: (dims, v.values.shape) for key, (dims, v) in numbered.items()},
+            {f"{part}.{key}": c.long_name for key, c in self._part(part).coordinates.items()},
+        )
+        found = variables.get(dataset, name)
+        own = str(found.name).partition(".")[2]
+        if self._adds_up(part, own):
+            raise InputError(
+                f"{name!r} adds up over all samples of a run, of which a stepper keeps the first and the last"
+            )
+        at = found.values[0] if "time" in found.dims else found.values
+        return ResultAddress(part, own, int(at) if np.ndim(at) == 0 else np.asarray(at))
+
+    def _part(self, part: str) -> Observed:
+        """Results of a part at the start and now."""
+        if self._now is None:
+            self._now = View.of(self._solution())
+        if part not in self._observed:
+            found = self.assembly.parts[part].observe(self._now, part) or of_family(self._now, part)
+            self._observed[part] = Observed() if found is None else found
+        return self._observed[part]
+
+    def _sample(self) -> _Sample:
+        """State and what the method has kept of it, at the last sample."""
+        if self.method != IMPLICIT:
+            return _Sample(self.time, self._y.copy(), self._s.copy(), None)
+        work, n = self._run.work, int(self._run.work.loop.sample) - 1
+        one = slice(n, n + 1)
+        balance = work.out_balance[one].copy().view(eb.BALANCE).reshape(1).view(np.recarray)
+        y = work.out_y[one].copy()
+        write_accounts(self.assembly.model, y, balance)
+        arrays = (work.out_cylinders, work.out_bodies, work.out_touches, work.out_friction)
+        kept = Sampled(
+            work.out_a[one].copy(), work.out_la[one].copy(), balance, *(array[one].copy() for array in arrays)
+        )
+        return _Sample(self.time, y[0], work.out_s[n].copy(), kept)
+
+    def _solution(self) -> Solution:
+        """The state at the start and now, as a run of two samples."""
+        one, two = self._first, self._sample()
+        kept = None
+        if one.kept is not None and two.kept is not None:
+            pairs: Any = zip(one.kept, two.kept, strict=True)
+            both: list[Any] = [None if a is None else np.concatenate([a, b]) for a, b in pairs]
+            kept = Sampled(*both)
+            kept = kept._replace(balance=kept.balance.view(np.recarray))
+        if self.method == IMPLICIT:
+            times, kinds = self._run._events()
+        else:
+            times = np.concatenate([np.zeros(0), *(times for times, _ in self._events)])
+            kinds = np.concatenate([np.zeros(0, dtype=np.int64), *(kinds for _, kinds in self._events)])
+        return Solution(
+            assembly=dataclasses.replace(self.assembly, model=self.assembly.model.copy()),
+            method=self.method,
+            t=np.array([one.time, two.time]),
+            y=np.stack([one.y, two.y]),
+            s=np.stack([one.s, two.s]),
+            status="success",
+            message="",
+            statistics={},
+            event_times=times,
+            event_kinds=kinds,
+            wall_time=0.0,
+            compile_time=0.0,
+            kept=kept,
+        )
+
+    @property
+    def state(self) -> np.ndarray:
+        """State vector [q | v | accounts] now."""
+        if self.method != IMPLICIT:
+            return self._y.copy()
+        y: np.ndarray = self._run.work.y.copy()
+        write_accounts(self.assembly.model, y[None], self._run.work.balance)
+        return y
+
+    def _index(self, name: str) -> int:
+        """Row of a body, or of the ground."""
+        if name not in (*self.bodies, "ground"):
+            raise InputError(f"no body is called {name!r}; {nearest(str(name), self.bodies)}")
+        return self.assembly.index(name, "bodies")
+
+    def _load_slices(self, body: str) -> list[slice]:
+        """Where the input force and torque on a body stand among the model's parameters."""
+        rows = [self.assembly.index(f"{body}-input-{kind}", "loads") for kind in ("force", "torque")]
+        firsts = [int(self.assembly.model.loads["first"][row]) for row in rows]
+        return [slice(first, first + 3) for first in firsts]
+
+    def _input(self, body: str) -> np.ndarray:
+        """Force and torque (6,) that are set on a body."""
+        return np.concatenate([self.assembly.model.parameters[entries] for entries in self._load_slices(body)])
+
+    # -------------------------------------------------------------------------------------------- time
+
+    def step(self, dt: float) -> None:
+        """Go on by `dt` s.
+
+        Raises
+        ------
+        InputError
+            For a `dt` that is not above 0, or beyond the end of the stepper's time.
+        RunFailed
+            Where the method fails, and from then on; the state is that of the last step that was taken.
+        """
+        positive("dt", dt)
+        if self._failed:
+            raise RunFailed(f"the stepper has failed at t = {self.time:.6g} s ({self._failed}); make a new one", self)
+        end = self.time + dt
+        if end > self.until * (1.0 + 1e-12):
+            raise InputError(f"dt is {dt:g} s, which leads to {end:g} s, beyond the stepper's end at {self.until:g} s")
+        try:
+            with naming_keys(self._keys):
+                self._advance(end)
+        except RunFailed as error:
+            self._failed = str(error)
+            if self.method == IMPLICIT:  # which may have come a part of the way
+                self.time = self._run.reached
+            raise
+        self.time = end
+        self._changed = False
+        self._look()
+
+    def _advance(self, end: float) -> None:
+        try:
+            if self.method == IMPLICIT:
+                self._continue_to(end)
+            else:
+                self._solve(end)
+        except EvolventError:
+            raise
+        except Exception as error:
+            raise self._law_failed(error) from error
+
+    def _law_failed(self, error: Exception) -> RunFailed:
+        """What a user's law has raised in a step of generalized-alpha; the state is that of the step's start again."""
+        run = self._run
+        failure = law_failure(self.assembly, error, run.moments())
+        run.work.y[:] = run.work.y0
+        rigid.kinematics(run.reached, run.work.y, run.model)
+        return RunFailed(failure, self)
+
+    def _begin(self) -> None:
+        with refusing_laws(self.assembly):
+            failure = self._run.begin()
+        if failure:
+            raise RunFailed(failure, self)
+
+    def _continue_to(self, end: float) -> None:
+        run, loop = self._run, self._run.work.loop
+        run.work.samples[:] = self.time, end
+        loop.sample = 1
+        if self._changed:  # loads that jump
+            failure = run.restart()
+            if failure:
+                raise RunFailed(failure, self)
+        goes_on, failure = True, ""
+        while goes_on and not failure:
+            goes_on, failure = run.advance(1000)
+        if failure:
+            raise RunFailed(failure, self)
+
+    def _solve(self, end: float) -> None:
+        model = self.assembly.model
+        accounts = int(model.info.nq) + int(model.info.nv)
+        y = self._y.copy()
+        y[accounts:] = 0.0
+        found = self._plan.going_on(np.array([self.time, end]), y, self._s).run()
+        if not found.success:
+            raise RunFailed(found.message, self)
+        kept = self._y[accounts:]
+        self._y, self._s = found.y[-1].copy(), found.s[-1].copy()
+        self._y[accounts:] += kept
+        if found.event_times.size:
+            self._events.append((found.event_times, found.event_kinds))
+
+    def _look(self) -> None:
+        """Fill the bodies' records with the state now, as generalized-alpha leaves them after every step."""
+        self._held = {body: self._input(body) for body in self.inputs}
+        self._now, self._observed = None, {}
+        if self.method != IMPLICIT:
+            model, dy = self.assembly.model, np.zeros_like(self._y)
+            needs.load(model, rhs)
+            rhs(self.time, self._y, self._s, model, dy)
+
+
+class _Sample(NamedTuple):
+    """A state, and what generalized-alpha has kept of it."""
+
+    time: float
+    y: np.ndarray
+    s: np.ndarray
+    kept: Sampled | None
+
+
+def _time(name: str, value: Any) -> float:
+    """`value` as a finite time, s."""
+    return number(name, value, allowed="a finite time in seconds")
+
+
+def _listed(inputs: str | Sequence[str]) -> tuple[str, ...]:
+    """Names of bodies, given as one name or several."""
+    if isinstance(inputs, str):
+        return (inputs,)
+    try:
+        return tuple(inputs)
+    except TypeError:
+        raise InputError(f"inputs is {inputs!r}; it must be names of bodies, such as ['hub']") from None
+
+
+def of_case(case: Any, until: float | None) -> tuple[System, dict[str, Any], float]:
+    """System of a checked case, how it asks to be stepped, and the end of the time that may be stepped through, s.
+
+    Raises
+    ------
+    InputError
+        If its system cannot be stepped from outside.
+    """
+    module = cases.system(case.system)
+    if not module.steps:
+        able = [name for name in cases.systems() if cases.system(name).steps]
+        raise InputError(f"system is {case.system!r}, which is not stepped from outside; known: {', '.join(able)}")
+    options = module.stepping(case)
+    return module.build(case), options, module.plan(case).duration if until is None else until
+
+
+def movable(system: System) -> dict[str, bool]:
+    """Names of a system's bodies, and whether forces move them."""
+    assembly = system.assemble()
+    rows = {name: row for name, (family, row) in assembly.names.items() if family == "bodies" and name != "ground"}
+    return {name: int(assembly.model.bodies["motion"][row]) in (rigid.FREE, rigid.SPIN) for name, row in rows.items()}
+
+
+def _with_inputs(system: System, inputs: Sequence[str]) -> Assembly:
+    """The system with a force and a torque, none so far, on each of some bodies."""
+    known = movable(system)
+    copy = system.copy()
+    for k, body in enumerate(inputs):
+        if not isinstance(body, str) or body not in known:
+            raise InputError(f"inputs name {body!r}, which is no body; {nearest(str(body), known)}")
+        if body in inputs[:k]:
+            raise InputError(f"inputs name {body!r} twice; name it once")
+        if not known[body]:
+            raise InputError(f"inputs name {body!r}, which no force moves: it is held, or turned at a given rate")
+        copy.add(Force(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-force")
+        copy.add(Torque(at=body, torque=(0.0, 0.0, 0.0)), f"{body}-input-torque")
+    return copy.assemble()

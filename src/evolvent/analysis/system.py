@@ -1,0 +1,354 @@
+"""System: parts by name, assembled once into a Model, and the analyses of it. It knows no kind of part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic_core import PydanticCustomError
+
+from evolvent.assembly.builder import Assembly, Builder
+from evolvent.base import units
+from evolvent.base.errors import InputError, RunFailed, nearest
+from evolvent.base.progress import on_stderr
+from evolvent.base.schema import check_visible
+from evolvent.parts.base import Part, check_name
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_GRAVITY = units.Vector(quantity=units.Quantity(what="an acceleration", unit="m/s^2", example="9.81 m/s^2"))
+
+
+class System:
+    """A mechanical system, composed part by part.
+
+    Parameters
+    ----------
+    gravity : (3,) float, m/s2, or with a unit in the last entry, inertial frame; acts on every mass
+    title : str, what the system is, for the titles of pictures
+    settings : mapping, optional, arguments that `simulate` takes where they are left out
+    sections : mapping, optional, other sections of the case that the system was read from, for `to_yaml`
+
+    Examples
+    --------
+    >>> from evolvent import System, parts
+    >>> system = System(gravity=(0.0, 0.0, -9.81))
+    >>> bob = system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)))
+    >>> rod = system.add(parts.Link(a=(0.0, 0.0, 0.0), b=bob, length=1.0))
+    >>> assembly = system.assemble()
+    """
+
+    def __init__(
+        self,
+        gravity: Sequence[Any] = (0.0, 0.0, 0.0),
+        *,
+        title: str = "",
+        settings: Mapping[str, Any] | None = None,
+        sections: Mapping[str, Mapping[str, Any]] | None = None,
+    ) -> None:
+        try:
+            self._gravity = np.array(_GRAVITY.read(gravity))
+        except PydanticCustomError as error:
+            raise InputError(f"gravity is {gravity!r}; {error.message()}") from None
+        self._parts: dict[str, Part] = {}
+        self.settings = dict(settings or {})
+        self.sections = {name: dict(content) for name, content in (sections or {}).items()}
+        check_visible("title", title)
+        self.title = title
+
+    def add(self, part: Part, name: str | None = None) -> str:
+        """Add a part; later parts refer to it by the name that is returned.
+
+        Parameters
+        ----------
+        part : a part of `evolvent.parts`
+        name : str, optional; made from the part's kind and a number if left out
+
+        Raises
+        ------
+        InputError
+            If `part` is none, or the name is taken.
+        """
+        if not isinstance(part, Part):
+            raise InputError(f"{part!r} is not a part; add one of evolvent.parts, such as parts.Point(mass=1.0)")
+        if name is None:
+            kind = type(part).__name__.lower()
+            number = 1 + sum(type(other) is type(part) for other in self._parts.values())
+            name = f"{kind}-{number}"
+        if check_name(name) in self._parts:
+            raise InputError(f"the name {name!r} is already taken by another part")
+        self._parts[name] = part
+        return name
+
+    @property
+    def parts(self) -> Mapping[str, Part]:
+        """All parts by name, in the order in which they were added."""
+        return MappingProxyType(self._parts)
+
+    def copy(self) -> System:
+        """The same parts in its own system."""
+        other = System(gravity=self._gravity.tolist(), title=self.title, settings=self.settings, sections=self.sections)
+        other._parts = dict(self._parts)
+        return other
+
+    def assemble(self) -> Assembly:
+        """All parts as one Model of flat arrays, with the initial state.
+
+        Raises
+        ------
+        InputError
+            If there is no part, a part refers to one that is not there, parts refer to one another in a circle, or the
+            start breaks a constraint.
+        """
+        if not self._parts:
+            raise InputError("the system has no parts; add one of evolvent.parts, or name one under `parts` in a case")
+        builder = Builder(self._gravity)
+        for name in self._in_order():
+            part = self._parts[name]
+            builder.specs[name] = part
+            builder.part = name
+            part.write(builder, name)
+        return builder.build()
+
+    def simulate(
+        self,
+        *,
+        until: Any = None,
+        every: Any = None,
+        fine: bool | None = None,
+        method: str | None = None,
+        step: Any = None,
+        tolerance: float | None = None,
+        spectral_radius: float | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> xr.DataTree:
+        """Integrate the motion from the start over time.
+
+        Parameters
+        ----------
+        until : float, s, or a text with a unit ("20 s"), end of the run; needed unless the system was read from a case
+        every : float, s, or a text, between samples; a 400th of the run if left out
+        fine : bool, whether finer samples are kept where the motion is fast, at most as many as the others; True if
+            left out. A variable ``fine_sample`` marks them.
+        method : {"auto", "generalized-alpha", "energy-momentum", "dopri5", "rk4", "heun"}
+            "auto" chooses from the parts; the result's attributes ``solver`` and ``method_reason`` say which and why.
+        step : float, s, or a text, of a method with fixed steps; chosen if left out
+        tolerance : float, of an adaptive method
+        spectral_radius : float, at infinite frequency: 0 to 1 of generalized-alpha, 1/3 to 1 of energy-momentum; 0.9 if
+            left out
+        progress : called with the time reached (s), a few times a second; left out, a run that takes longer than 2 s
+            prints lines with the time left on stderr
+
+        Returns
+        -------
+        xarray.DataTree
+            One group a part, by its name; times, energy balance and momenta at the root; units on every variable. Its
+            attribute ``status`` is "success", "stopped by event" or "interrupted".
+
+        Raises
+        ------
+        InputError
+            For parts that cannot be assembled, or that the method does not support; the sentence names the part.
+        RunFailed
+            If the run did not reach its end; ``.run`` holds what was computed.
+        """
+        from evolvent import analysis
+
+        given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
+        given |= {"tolerance": tolerance, "spectral_radius": spectral_radius}
+        own = self.settings
+        if method is not None and method != own.get("method", method):  # step and tolerances are of another method
+            own = {name: value for name, value in own.items() if name in ("until", "every", "fine")}
+        settings = own | {name: value for name, value in given.items() if value is not None}
+        if "until" not in settings:
+            raise InputError("until is missing; give the end of the run, such as until='20 s'")
+        for name in ("until", "every", "step"):
+            if name in settings:
+                settings[name] = analysis.seconds(name, settings[name])
+        if progress is None:
+            progress = on_stderr(settings["until"])
+        run = analysis.simulate(
+            self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
+        )
+        if run.attrs["status"] == "failed":
+            raise RunFailed(run.attrs["message"], run)
+        return run
+
+    def equilibrium(
+        self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,
+        rotating: str | Sequence[float] | None = None, centre: Sequence[float] | None = None,
+        tolerance: float = 1e-10, progress: Callable[[float], None] | None = None,
+    ) -> xr.DataTree:  # fmt: skip
+        """Find the equilibrium under the loads, from the start.
+
+        Parameters
+        ----------
+        load_steps, arc_length, time, rotating, centre, tolerance : as of `evolvent.solvers.static.solve_static`
+        progress : called with the load factor reached
+
+        Returns
+        -------
+        xarray.DataTree
+            One group a part, as of `simulate`, with one sample: the equilibrium.
+
+        Raises
+        ------
+        InputError
+            As of `simulate`.
+        RunFailed
+            If there is no equilibrium; ``.run`` holds the last state that was reached.
+        """
+        from evolvent import analysis
+        from evolvent.solvers.static import solve_static
+
+        found = solve_static(
+            self.assemble(), load_steps=load_steps, arc_length=arc_length, time=time, rotating=rotating, centre=centre,
+            tolerance=tolerance, progress=progress,
+        )  # fmt: skip
+        run = analysis.tree(
+            found.chosen(slice(-1, None)), case=self._case(self.settings), why="equilibrium under the loads",
+            title=self.title,
+        )  # fmt: skip
+        if run.attrs["status"] == "failed":
+            raise RunFailed(run.attrs["message"], run)
+        return run
+
+    def modes(
+        self, *, count: int = 10, damped: bool = False, time: float = 0.0,
+        rotating: str | Sequence[float] | None = None, centre: Sequence[float] | None = None,
+    ) -> Any:  # fmt: skip
+        """Find the slowest modes about the equilibrium, with its stresses, loads and steady turn.
+
+        Parameters
+        ----------
+        count, damped, time, rotating, centre : as of `evolvent.solvers.modes.modes`
+
+        Returns
+        -------
+        evolvent.analysis.modal.ModalResults
+            ``frequency_hz``, ``damping_ratio``, ``effective_mass``; shapes by part, ``modes["boom"].displacement``;
+            ``modes.animate(0, "mode1.html")``.
+
+        Raises
+        ------
+        InputError
+            For parts that have no linear form; the sentence names the part.
+        RunFailed
+            If there is no equilibrium.
+        """
+        from evolvent.analysis.modal import ModalResults
+        from evolvent.solvers.modes import modes
+
+        found = modes(self.assemble(), count=count, damped=damped, time=time, rotating=rotating, centre=centre)
+        return ModalResults.of(found)
+
+    def linearize(
+        self, inputs: Sequence[str], outputs: Sequence[str], *, modes: int | None = None, method: str = "modal",
+        damped: bool = True, time: float = 0.0, rotating: str | Sequence[float] | None = None,
+        centre: Sequence[float] | None = None, boundary: Sequence[str] = (), static_correction: bool = False,
+    ) -> Any:  # fmt: skip
+        """Make a linear state-space model about the equilibrium, whole or reduced.
+
+        Parameters
+        ----------
+        inputs : names such as "hub.torque.z" or "boom.tip.force.y"
+        outputs : names such as "hub.rate.z" or "boom.tip.displacement.y"
+        modes : int, optional, size of a reduced model
+        method : {"modal", "craig-bampton"}
+        damped, time, rotating, centre, boundary, static_correction : as of `evolvent.solvers.linear.linearize`
+
+        Returns
+        -------
+        evolvent.analysis.linear.LinearModel
+            Its A, B, C and D go into ``scipy.signal.StateSpace`` or ``control.ss``;
+            ``model.frequency_response().plot("response.png")``.
+
+        Raises
+        ------
+        InputError, RunFailed
+            As of `modes`.
+        """
+        from evolvent.analysis.linear import LinearModel
+        from evolvent.solvers.linear import linearize
+
+        found = linearize(
+            self.assemble(), inputs, outputs, modes=modes, method=method, damped=damped, time=time, rotating=rotating,
+            centre=centre, boundary=boundary, static_correction=static_correction,
+        )  # fmt: skip
+        return LinearModel.of(found)
+
+    def to_yaml(self, **settings: Any) -> str:
+        """The system as a case file, which `evolvent.load` and ``evolvent run`` read.
+
+        Parameters
+        ----------
+        settings : arguments of `simulate`, such as until="20 s"
+
+        Raises
+        ------
+        InputError
+            If a part holds a law in Python, which no file can hold; the sentence names the part.
+        """
+        from evolvent import analysis, cases
+
+        found = self.settings | settings
+        for name in ("until", "every", "step"):
+            if found.get(name) is not None:
+                found[name] = f"{analysis.seconds(name, found[name])!r} s"
+        content: dict[str, Any] = {"system": "structure"}
+        if self.title:
+            content["title"] = self.title
+        if np.any(self._gravity):
+            content["gravity"] = _GRAVITY.write(tuple(self._gravity.tolist()))
+        content["parts"] = {name: self._written(name) for name in self._parts}
+        if found:
+            content["simulate"] = found
+        return cases.dump(content | self.sections)
+
+    def _written(self, name: str) -> dict[str, Any]:
+        """A part as a case file holds it."""
+        part = self._parts[name]
+        try:
+            return part.as_keys()
+        except InputError as error:
+            raise InputError(f"{name!r} cannot be written: {error}") from None
+
+    def _case(self, settings: Mapping[str, Any]) -> str:
+        """The system as a case, '' where it cannot be written."""
+        try:
+            return self.to_yaml(**settings)
+        except InputError:
+            return ""
+
+    def _in_order(self) -> list[str]:
+        """Names in an order in which every part follows those that it refers to, else as they were added."""
+        found: dict[str, None] = {}
+        path: list[str] = []
+
+        def visit(name: str) -> None:
+            if name in path:
+                cycle = [*path[path.index(name) :], name]
+                if len(cycle) == 2:
+                    raise InputError(f"{name!r} refers to itself; it must refer to another part")
+                raise InputError(
+                    f"the parts {' -> '.join(map(repr, cycle))} refer to one another in a cycle; one of them must "
+                    "refer to another part, or to none"
+                )
+            if name in found:
+                return
+            path.append(name)
+            for other in self._parts[name].references():
+                if other not in self._parts:
+                    raise InputError(
+                        f"{name!r} refers to {other!r}, but no part is called that; {nearest(other, self._parts)}"
+                    )
+                visit(other)
+            path.pop()
+            found[name] = None
+
+        for name in self._parts:
+            visit(name)
+        return list(found)

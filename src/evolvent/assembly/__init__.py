@@ -1,0 +1,1 @@
+"""From parts to flat arrays: references, records, families and the functions that they need."""

@@ -1,0 +1,592 @@
+"""Builder: collects what parts write about themselves and turns it into the Model's flat arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evolvent import model as mdl
+from evolvent.assembly import needs
+from evolvent.assembly.references import Location, split_reference
+from evolvent.base.errors import InputError, nearest
+from evolvent.compiled import laws
+from evolvent.compiled.pointer import zeros_record
+from evolvent.elements.dense import product
+from evolvent.flow.implicit import add_weight
+from evolvent.flow.impulse import prepare
+from evolvent.kernels import (
+    ancf,
+    constraint_rows,
+    coordinate,
+    custom,
+    flexible,
+    hinge,
+    loads,
+    rigid,
+    rod,
+    springs,
+    thread,
+)
+
+Array = np.ndarray
+
+#: Pools of constants in `model.Flexible`, with the shape of one entry.
+_POOLS: dict[str, tuple[int, ...]] = {
+    "H24": (28, 28), "h24": (28,), "U24": (), "M24": (8, 8),
+    "H12": (6, 6), "h12": (6,), "U12": (), "B12": (2, 4), "M12": (4, 4),
+}  # fmt: skip
+#: Fields that hold an index in the state vector's second part, counted from its start while parts are written.
+_VELOCITY_OFFSETS = ("iv", "spool_v")  # of several values each, -1 for none
+
+
+class Pose(NamedTuple):
+    """Where a body is at the start: position (3,), rotation (3, 3), velocity (3,), angular velocity (3,), inertial."""
+
+    x: Array
+    R: Array
+    v: Array
+    w: Array
+
+
+@dataclasses.dataclass
+class Assembly:
+    """An assembled system: its model, initial state and the names of its parts.
+
+    Attributes
+    ----------
+    model : Model
+    y : (ny,) float, initial state [q | v | accounts]
+    s : (ns,) int, initial switches
+    names : dict, name -> (family, index)
+    laws : dict, address -> user's law, kept alive as long as the model uses it
+    joint_parts : list of str, the part that wrote each row of the family `joints`
+    parts : dict, name -> part, as the user wrote them
+    expressions : dict, first index of its parameters -> the compiled function that runs it, and the text
+    """
+
+    model: mdl.Model
+    y: Array
+    s: Array
+    names: dict[str, tuple[str, int]]
+    laws: dict[int, Any]
+    joint_parts: list[str]
+    parts: dict[str, Any] = dataclasses.field(default_factory=dict)
+    expressions: dict[int, tuple[Any, str]] = dataclasses.field(default_factory=dict)
+
+    def index(self, name: str, family: str | None = None) -> int:
+        """Index of the part called `name` in its family."""
+        if name not in self.names:
+            raise InputError(f"no part is called {name!r}; {nearest(name, self.names)}")
+        found, index = self.names[name]
+        if family is not None and found != family:
+            raise InputError(f"{name!r} is one of the {found}, not of the {family}")
+        return index
+
+
+class Builder:
+    """What parts write into: rows of families, coordinates with their initial values, parameters, laws."""
+
+    def __init__(self, gravity: Array) -> None:
+        self.gravity = gravity
+        self.rows: dict[str, list[dict[str, Any]]] = {name: [] for name in mdl.RECORDS if name not in ("info", "rows")}
+        self.names: dict[str, tuple[str, int]] = {}
+        self.specs: dict[str, Any] = {}
+        self.part = ""
+        self.joint_parts: list[str] = []
+        self.poses: list[Pose] = []
+        self.body_points: dict[str, dict[str, Any]] = {}
+        self.q: list[float] = []
+        self.v: list[float] = []
+        self.released: list[int] = []
+        self.values: list[float] = []
+        self.breaks: set[float] = set()
+        self.laws: dict[int, Any] = {}
+        self.expressions: dict[int, tuple[Any, str]] = {}
+        #: Indices of parameters that hold indices in the velocities, counted from their start while parts are written.
+        self.velocity_parameters: list[int] = []
+        self.pools: dict[str, list[Any]] = {name: [] for name in _POOLS}
+        #: Called with the builder once all parts are written.
+        self.at_end: list[Callable[[Builder], None]] = []
+        self._pooled: dict[Any, int] = {}
+        self._ground()
+
+    def _ground(self) -> None:
+        """The first body: fixed, at the origin of the inertial frame."""
+        self.poses.append(Pose(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3)))
+        index = self.add(
+            "bodies",
+            motion=rigid.DRIVEN,
+            iq=-1,
+            iv=-1,
+            mass=0.0,
+            inertia=np.zeros((3, 3)),
+            axis=np.array([0.0, 0.0, 1.0]),
+            R0=np.eye(3),
+            x0=np.zeros(3),
+            rate=0.0,
+            spin_inertia=0.0,
+        )
+        self.names["ground"] = ("bodies", index)
+
+    def add(self, family: str, **fields: Any) -> int:
+        """Append one row to `family`; returns its index."""
+        self.rows[family].append(fields)
+        if family == "joints":
+            self.joint_parts.append(self.part)
+        return len(self.rows[family]) - 1
+
+    def coordinates(self, q: Sequence[float], v: Sequence[float]) -> tuple[int, int]:
+        """Reserve coordinates with their initial values; returns their offsets (velocities relative to theirs)."""
+        at = len(self.q), len(self.v)
+        self.q.extend(float(x) for x in q)
+        self.v.extend(float(x) for x in v)
+        return at
+
+    def parameters(self, values: Sequence[float]) -> tuple[int, int]:
+        """Store parameters; returns the range of their indices."""
+        first = len(self.values)
+        try:
+            self.values.extend(float(x) for x in values)
+        except (TypeError, ValueError):
+            raise InputError(f"parameters is {values!r}; it must be a sequence of numbers") from None
+        return first, len(self.values)
+
+    def pooled(self, **entries: Any) -> int:
+        """Index of entries, of equal index in several pools of `model.Flexible`; equal ones are stored once."""
+        arrays = {name: np.array(value, dtype=float) for name, value in entries.items()}
+        key = tuple((name, value.tobytes()) for name, value in arrays.items())
+        if key not in self._pooled:
+            self._pooled[key] = len(self.pools[next(iter(arrays))])
+            for name, value in arrays.items():
+                self.pools[name].append(value)
+        return self._pooled[key]
+
+    def law(self, law: Any, kind: str) -> int:
+        """Address of a user's law, which is kept alive with the model."""
+        try:
+            address = laws.law_address(law, kind)
+        except TypeError as error:
+            raise InputError(str(error)) from None
+        self.laws[address] = law
+        return address
+
+    def expression(self, run: Any, kind: str, code: Sequence[float], text: str) -> dict[str, int]:
+        """Store an expression as the law of a row; returns the row's fields.
+
+        Parameters
+        ----------
+        run : compiled function of `evolvent.kernels.expression` with the signature of a law of that kind
+        code : its parameters
+        text : what messages call it
+        """
+        first, last = self.parameters(code)
+        self.expressions[first] = run, text
+        return {"law": laws.law_address(run, kind), "first": first, "last": last}
+
+    def find(self, name: str, family: str) -> int:
+        """Index of an already added part."""
+        known = [n for n, (f, _) in self.names.items() if f == family]
+        if name not in self.names or self.names[name][0] != family:
+            what = {"bodies": "body"}.get(family, family.removesuffix("s"))
+            raise InputError(f"no {what} is called {name!r}; {nearest(str(name), known)}")
+        return self.names[name][1]
+
+    def location(self, where: Any, key: str = "a point") -> Location:
+        """Where a reference to a point is, at the start.
+
+        Parameters
+        ----------
+        where : str, (str, (3,) float) or (3,) float
+            "hub" (a body's origin, a point), "hub.left" (a point of a body), "boom.root", "boom.tip" or "boom[5]" (a
+            beam's node), "tether.tip" (the end of a thread), ("hub", position in its axes), or a position on the
+            ground.
+        key : str, what the reference is given for, such as "spring.a"
+
+        Raises
+        ------
+        InputError
+            If there is no such point; the message names the nearest one.
+        """
+        if isinstance(where, str):
+            name, on = split_reference(where)
+            if on == "tip" and self.names.get(name, ("",))[0] == "threads":
+                found: Location = self.specs[name].tip_location(self, name, where, key)
+                return found
+            family, index = self._owner(name, where, key)
+            if family == "beams":
+                return self._node(where, index, name, on, key)
+            if family == "rods":
+                return self._rod_node(where, index, name, on, key)
+            if family == "points":
+                if on is not None:
+                    raise InputError(f"{key} is {where!r}; {name!r} is a point mass, which has no {on!r}")
+                row = self.rows["points"][index]
+                x, v = np.array(self.q[row["iq"] :][:3]), np.array(self.v[row["iv"] :][:3])
+                return Location("points", index, np.zeros(3), row["iq"], row["iv"], -1, x, v, False)
+            points = self.body_points.get(name, {})
+            if on is not None and on not in points:
+                what = f"node {on}" if isinstance(on, int) else f"point {on!r}"
+                known = nearest(str(on), points) if points else "its key `points` names none"
+                raise InputError(f"{key} is {where!r}; {name!r} has no {what}; {known}")
+            return self._on_body(index, points[on] if isinstance(on, str) else (0.0, 0.0, 0.0), on is None)
+        if not isinstance(where, tuple | list | np.ndarray) or len(where) not in (2, 3):
+            raise InputError(
+                f"{key} is {where!r}; it must be a part's name, 'boom.tip', ('hub', (0, 0, 1)), or a "
+                f"position on the ground"
+            )
+        if len(where) == 3:
+            return self._on_body(self.names["ground"][1], where, False)
+        family, index = self._owner(where[0], where, key)
+        if family != "bodies":
+            raise InputError(f"{key} is {where!r}; {where[0]!r} is not a body, and only a body takes a position")
+        return self._on_body(index, where[1], False)
+
+    def _owner(self, name: Any, where: Any, key: str) -> tuple[str, int]:
+        """Family and index of the part that a point is on."""
+        family, index = self.names.get(name, ("", -1))
+        if family not in ("bodies", "points", "beams", "rods"):
+            if name in self.specs:
+                kind = type(self.specs[name]).__name__
+                advice = (
+                    f"; its end is {name + '.tip'!r}; a mass at its end is its key `tip_mass`, a point it is fixed to "
+                    f"its key `end`"
+                    if family == "threads"
+                    else ""
+                )
+                raise InputError(f"{key} is {where!r}; {name!r} is a {kind}, not a body, point or beam{advice}")
+            known = [n for n, (f, _) in self.names.items() if f in ("bodies", "points", "beams", "rods")]
+            raise InputError(
+                f"{key} is {where!r}; no body, point, beam or rod is called {name!r}; {nearest(str(name), known)}"
+            )
+        return family, index
+
+    def _on_body(self, index: int, local: Any, alone: bool) -> Location:
+        at, pose = np.array(local, dtype=float), self.poses[index]
+        d = product(pose.R, at)
+        return Location("bodies", index, at, -1, -1, -1, pose.x + d, pose.v + np.cross(pose.w, d), alone)
+
+    def _number(self, where: str, name: str, on: str | int | None, last: int, key: str, what: str) -> int:
+        """Number of a node of a beam or rod, from 0 to `last`."""
+        number = {"root": 0, "tip": last}.get(on) if isinstance(on, str) else on
+        if number is None or number > last:
+            wanted = f"'{name}.root', '{name}.tip' or a node from '{name}[0]' to '{name}[{last}]'"
+            found = f"is a {what}" if on is None else f"has no {'node ' if isinstance(on, int) else ''}{on!r}"
+            raise InputError(f"{key} is {where!r}; {name!r} {found}; give {wanted}")
+        return number
+
+    def _node(self, where: str, index: int, name: str, on: str | int | None, key: str) -> Location:
+        row = self.rows["beams"][index]
+        number = self._number(where, name, on, row["nodes"] - 1, key, "beam")
+        size = 3 * flexible.NODE_VECTORS[row["kind"]]
+        iq, iv = row["iq"] + size * number, row["iv"] + size * number
+        x, v = np.array(self.q[iq : iq + 3]), np.array(self.v[iv : iv + 3])
+        return Location("beams", index, np.zeros(3), iq, iv, row["kind"], x, v, False)
+
+    def _rod_node(self, where: str, index: int, name: str, on: str | int | None, key: str) -> Location:
+        row = self.rows["rods"][index]
+        number = self._number(where, name, on, row["elements"], key, "rod")
+        elements, last = self.rows["rod_elements"], number == row["elements"]
+        local = elements[row["first_element"] + number - last]["arm_b" if last else "arm_a"]
+        return self._on_body(row["first_body"] + number, local, False)
+
+    def velocity_of(self, where: Any, key: str = "a point") -> Array:
+        """Velocity of a point at the start (`location`), m/s, inertial axes."""
+        return self.location(where, key).v
+
+    def marker(self, where: Any, key: str = "a point", *, nodes: bool = False) -> int:
+        """Marker of a point (`location`) on a body or of a point; a node of a beam is refused, unless `nodes`."""
+        at = self.location(where, key)
+        if at.family == "beams" and nodes:
+            points = self.rows["points"]
+            same = (i for i, row in enumerate(points) if row["mass"] == 0.0 and row["iq"] == at.iq)
+            index = next(same, -1)
+            if index < 0:
+                index = self.add("points", iq=at.iq, iv=at.iv, mass=0.0, compliance=0.0)
+            return self.add("markers", kind=springs.ON_POINT, index=index, local=at.local)
+        if at.family == "beams":
+            raise InputError(
+                f"{key} is {where!r}, a node of a beam, which this part cannot act on; add a Point with at={where!r} "
+                f"and name that"
+            )
+        kind = springs.ON_BODY if at.family == "bodies" else springs.ON_POINT
+        return self.add("markers", kind=kind, index=at.row, local=at.local)
+
+    def marker_state(self, marker: int) -> tuple[Array, Array]:
+        """Position and velocity of a marker at the start."""
+        row = self.rows["markers"][marker]
+        if row["kind"] == springs.ON_POINT:
+            point = self.rows["points"][row["index"]]
+            return np.array(self.q[point["iq"] :][:3]), np.array(self.v[point["iv"] :][:3])
+        at = self._on_body(row["index"], row["local"], False)
+        return at.x, at.v
+
+    # -------------------------------------------------------------------------------------------- assembly
+
+    def build(self) -> Assembly:
+        """All families as arrays, constraint rows ordered for a narrow band, scratch memory, initial state."""
+        for finish in self.at_end:
+            finish(self)
+        n_q, n_v = len(self.q), len(self.v)
+        families = {name: self._family(name, rows) for name, rows in self.rows.items()}
+        self._check_copies()
+        rows, pairs = self._constraints(families)
+        bandwidth = int((pairs[:, 0] - pairs[:, 1]).max(initial=0))
+        n_threads = len(self.rows["threads"])
+        s = self._switches(families)
+        accounts = mdl.N_ACCOUNTS
+        if self.rows["beams"] or self.rows["rods"]:
+            accounts += mdl.IMPULSE + len(self.rows["cylinders"])
+        accounts += self._number_accounts(families, n_q + n_v + accounts)
+        y = np.array(self.q + self.v + [0.0] * accounts)
+        info = zeros_record(
+            mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
+            ne=2 * n_threads + len(self.rows["events"]) + self._latches() + self._brakes(), brakes=self._brakes(),
+            bandwidth=bandwidth, gravity=self.gravity,
+            penalties=sum(row["stiffness"] > 0.0 for row in self.rows["joints"]),
+        )  # fmt: skip
+        values = np.array(self.values, dtype=float)
+        values[self.velocity_parameters] += n_q
+        model = mdl.Model(
+            info=info,
+            breaks=np.array(sorted(self.breaks | self._ends()), dtype=float),
+            parameters=values,
+            rows=rows,
+            pairs=pairs,
+            A=np.zeros((rows.size, bandwidth + 1)),
+            la=np.zeros(rows.size),
+            scratch=np.zeros((3, 3)),
+            dy=np.zeros((2, y.size)),
+            sums=np.zeros((2, mdl.N_INVENTORY)),
+            flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}, s),
+            **families,
+        )
+        if np.any(self.gravity):
+            needs.load(model, add_weight)
+            add_weight(self.gravity, n_q, model, model.flexible.G)
+        assembly = Assembly(
+            model, y, s, dict(self.names), dict(self.laws), list(self.joint_parts), dict(self.specs),
+            dict(self.expressions),
+        )  # fmt: skip
+        _check_constraints(assembly)
+        return assembly
+
+    def _ends(self) -> set[float]:
+        """Times at which joints are released, motors switched off, and beam loads start or end."""
+        times = [row["until"] for family in ("joints", "motors") for row in self.rows[family]]
+        times += [row[key] for row in self.rows["beam_loads"] for key in ("start", "end")]
+        return {float(t) for t in times if np.isfinite(t)}
+
+    def _switches(self, families: dict[str, Array]) -> Array:
+        """Switches at the start: released nodes, turns and latches of the hinges, those of events, senses of spools.
+
+        An event has one for each joint that it releases and each motor that it switches off, 0 until it has; where a
+        latch does that, its own switch serves. Those of spools with friction stand last.
+        """
+        n, hinges, threads = len(self.rows["threads"]), families["hinges"], families["threads"]
+        at = 2 * n + 2 * hinges.size
+        for rows in (families["joints"], families["motors"]):
+            by_event = rows["event"] >= 0
+            rows["switch"][by_event] = at + np.arange(np.sum(by_event))
+            at += int(np.sum(by_event))
+            by_latch = rows["event"] <= -2
+            rows["switch"][by_latch] = 2 * (n - 2 - rows["event"][by_latch]) + 1
+        s = np.zeros(at + self._brakes(), dtype=np.int64)
+        for i, p in enumerate(np.flatnonzero(threads["spool_friction"] > 0.0).tolist()):
+            threads["spool_switch"][p] = at + i
+            s[at + i] = np.sign(self.v[self.rows["threads"][p]["spool_v"]])
+        s[:n] = self.released
+        for k in range(hinges.size):
+            hinges["switch"][k] = at = 2 * (n + k)
+            s[at] = round(float(hinges["angle"][k]) / hinge.QUARTER) if hinges["kind"][k] == coordinate.ANGLE else 0
+            s[at + 1] = abs(hinges["angle"][k] - hinges["latch"][k]) <= hinge.REACHED
+        return s
+
+    def _number_accounts(self, families: dict[str, Array], first: int) -> int:
+        """Give coordinates, motors and synchronizations their accounts, from index `first` of the state on."""
+        at = first
+        for name, count in (("hinges", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1)):
+            size = families[name].size
+            families[name]["account"] = at + count * np.arange(size)
+            at += count * size
+        return at - first
+
+    def _brakes(self) -> int:
+        """Number of the spools that friction can hold."""
+        return sum(row["spool_friction"] > 0.0 for row in self.rows["threads"])
+
+    def _latches(self) -> int:
+        """Number of the events of hinges: one each, where any of them has a latch."""
+        rows = self.rows["hinges"]
+        return len(rows) if any(np.isfinite(row["latch"]) for row in rows) else 0
+
+    def _flexible(self, families: dict[str, Array], s: Array) -> mdl.Flexible:
+        """Beams and what belongs to them."""
+        n_v = len(self.v)
+        beams = families["beams"]
+        pools = {
+            name: np.array(self.pools[name], dtype=float).reshape(len(self.pools[name]), *shape)
+            for name, shape in _POOLS.items()
+        }
+        return mdl.Flexible(
+            B0=np.zeros((2, 4)),
+            G=np.zeros(n_v),
+            switches=s.copy(),
+            strands=np.zeros((len(self.rows["nodes"]) + 1, 9)),
+            angles=np.zeros(int(beams["nodes"].sum())),
+            custom=np.zeros(max((custom.scratch_size(row["points"]) for row in self.rows["custom_forces"]), default=0)),
+            masses=_factor_masses(beams, families["elements"], pools),
+            rod=np.zeros(rod.WORK),
+            F=np.zeros(n_v),
+            P=np.zeros(n_v),
+            work=np.zeros(ancf.WORK),
+            e=np.zeros((3, 24)),
+            f=np.zeros(24),
+            K24=np.zeros((24, 24)),
+            K12=np.zeros((12, 12)),
+            J=np.zeros((3, 3, 9)),
+            **families,
+            **pools,
+        )
+
+    def _check_copies(self) -> None:
+        """Refuse loads that differ from copy to copy of a thread that stands for several."""
+        names = {found: name for name, found in self.names.items()}
+        for p, row in enumerate(self.rows["threads"]):
+            if row["copies"] == 1:
+                continue
+            body = self.rows["bodies"][row["body"]]
+            axis = body["R0"] @ body["axis"]
+            differ = ["gravity"] if _off(axis, self.gravity) else []
+            for k, load in enumerate(self.rows["loads"]):
+                if load["kind"] >= loads.AT_MARKER or load["target"] != p:
+                    continue
+                values = np.array(self.values[load["first"] : load["last"]])
+                if load["kind"] == loads.NODE:
+                    off = load["law"] != 0 or _off(body["axis"] if values[3] != 0.0 else axis, values[:3])
+                elif load["kind"] == loads.UNIFORM:
+                    off = _off(body["axis"] if values[3] != 0.0 else axis, values[:3])
+                else:
+                    off = load["kind"] == loads.LAW or _off(axis, values[2:5])
+                differ += [names["loads", k]] if off else []
+            if differ:
+                raise InputError(
+                    f"{names['threads', p]!r} stands for {row['copies']} copies, but {differ[0]!r} is not the same for "
+                    "all of them; add a thread for each"
+                )
+
+    def _family(self, name: str, rows: list[dict[str, Any]]) -> Array:
+        """One record a row; scratch fields stay zero."""
+        family = mdl.zeros(name, len(rows))
+        for k, row in enumerate(rows):
+            if name == "bodies":
+                family["R"][k], family["x"][k] = row["R0"], row["x0"]
+            for field, value in row.items():
+                if field in _VELOCITY_OFFSETS:
+                    value = np.where(np.asarray(value) >= 0, np.asarray(value) + len(self.q), value)
+                family[field][k] = value
+        return family
+
+    def _constraints(self, families: dict[str, Array]) -> tuple[Array, Array]:
+        """Constraint rows in reverse Cuthill-McKee order, and their coupled pairs (r, q < r, side, side)."""
+        entries: list[tuple[Any, Any, Any, Any]] = []  # kind, index, bodies, points
+        threads, links, markers = families["threads"], families["links"], families["markers"]
+        for p in np.flatnonzero(threads["kind"] == thread.INEXTENSIBLE):
+            entries.append((constraint_rows.THREAD, p, (threads["body"][p], -1), (-1, -1)))
+        for k in range(links.size):
+            sides = []
+            for m in (links["a"][k], links["b"][k]):
+                on_body, index = markers["kind"][m] == springs.ON_BODY, markers["index"][m]
+                sides.append((index, -1) if on_body else (-1, index))
+            entries.append((constraint_rows.LINK, k, (sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])))
+        for k, body in enumerate(families["guides"]["body"]):
+            entries.append((constraint_rows.GUIDE, k, (body, -1), (-1, -1)))
+        motion = families["bodies"]["motion"]
+        shared: dict[tuple[str, int], list[tuple[int, int]]] = {}
+        for r, (_, _, bodies, points) in enumerate(entries):
+            for side in range(2):
+                if bodies[side] >= 0 and motion[bodies[side]] != rigid.DRIVEN:
+                    shared.setdefault(("body", int(bodies[side])), []).append((r, side))
+                if points[side] >= 0:
+                    shared.setdefault(("point", int(points[side])), []).append((r, side))
+        pairs = [(*a, *b) for group in shared.values() for a in group for b in group if a[0] != b[0]]
+        n = len(entries)
+        order = np.arange(n)
+        if pairs:
+            from scipy.sparse import coo_matrix
+            from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+            table = np.array(pairs)
+            graph = coo_matrix((np.ones(len(pairs)), (table[:, 0], table[:, 2])), shape=(n, n)).tocsr()
+            order = np.asarray(reverse_cuthill_mckee(graph, symmetric_mode=True))
+        place = np.empty(n, dtype=np.int64)
+        place[order] = np.arange(n)
+        coupled = [(place[r], place[q], a, b) for r, a, q, b in pairs if place[q] < place[r]]
+        rows = mdl.zeros("rows", n)
+        for k, entry in enumerate(order):
+            for field, value in zip(("kind", "index", "body", "point"), entries[entry], strict=True):
+                rows[field][k] = value
+        return rows, np.array(coupled, dtype=np.int64).reshape(len(coupled), 4)
+
+
+def _factor_masses(beams: Array, elements: Array, pools: dict[str, Array]) -> Array:
+    """L D L^T of the beams' masses, which couple nodal vectors of neighbouring nodes: see `Flexible.masses`."""
+    found = [np.zeros((0, 8))]
+    for beam in beams:
+        k = flexible.NODE_VECTORS[beam["kind"]]
+        pool, n, w = pools["M12" if k == 2 else "M24"], k * int(beam["nodes"]), 2 * k - 1
+        band = np.zeros((w + 1, n))  # band[i - j, j] = M[i, j], i >= j
+        for c in range(beam["elements"]):
+            M = pool[elements["mass"][beam["first_element"] + c]]
+            for j in range(2 * k):
+                band[: 2 * k - j, k * c + j] += M[j:, j]
+        rows = np.zeros((n, 8))
+        for c in range(n):
+            rows[c, 0], below = 1.0 / band[0, c], min(w, n - 1 - c)
+            for i in range(1, below + 1):
+                rows[c + i, i] = band[i, c] / band[0, c]
+            for j in range(1, below + 1):
+                band[: below + 1 - j, c + j] -= rows[c + j, j] * band[j : below + 1, c]
+        found.append(rows)
+    return np.concatenate(found)
+
+
+def _off(axis: Array, vector: Array) -> bool:
+    """Whether a vector has a part across an axis."""
+    return bool(np.linalg.norm(np.cross(axis, vector)) > 1e-9 * np.linalg.norm(vector))
+
+
+def _check_constraints(assembly: Assembly) -> None:
+    """Refuse redundant links and guides, and those that the start does not meet, by name."""
+    model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
+    if model.links.size == 0 and model.guides.size == 0:
+        return
+    by_index = {index: name for name, (family, index) in assembly.names.items() if family == "links"}
+    guides = {index: name for name, (family, index) in assembly.names.items() if family == "guides"}
+    needs.load(model, prepare)
+    prepare(0.0, y, s, model)
+    for k in range(model.guides.size):
+        rate = constraint_rows.guide_geometry(model.guides, model.bodies, k)[1]
+        if abs(rate) > 1e-6 * max(1.0, np.abs(y).max()):
+            raise InputError(f"guide {guides[k]!r}: the body moves against it, at {rate:.6g}, at the start")
+    for k in range(model.links.size):
+        geometry = constraint_rows.link_geometry(y, model, k)
+        length, gap, rate = model.links["length"][k], geometry[0] - model.links["length"][k], geometry[1]
+        if abs(gap) > 1e-6 * length:
+            raise InputError(
+                f"link {by_index[k]!r}: its ends are {geometry[0]:.9g} m apart at the start, its length is "
+                f"{length:.9g} m"
+            )
+        if abs(rate) > 1e-6 * max(1.0, np.abs(y).max()):
+            raise InputError(
+                f"link {by_index[k]!r}: its ends part at {rate:.6g} m/s at the start; give velocities that keep it"
+            )
+    bad = constraint_rows.build_rows(y, s, model)
+    if bad >= 0:
+        kind, index = int(model.rows["kind"][bad]), int(model.rows["index"][bad])
+        if kind == constraint_rows.GUIDE:
+            raise InputError(f"guide {guides[index]!r} is redundant: the other constraints already imply it")
+        name = by_index.get(index, "a thread")
+        raise InputError(f"link {name!r} is redundant: the other constraints already imply it")

@@ -1,0 +1,398 @@
+"""The families of parts, and which solver supports which.
+
+One row a family. A solver asks the table by `check`: it runs a model only where every record of it belongs to families
+that it supports, so that a family which the table does not name is refused, never left out in silence.
+
+A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
+`rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `gear`, `hinge`,
+`custom` (user-defined laws between points), `flexible` (beams), `rod`, `beam_loads`, `thermal`, `contact` (with
+`contact_laws` and `layers`), `body_contact`, `loads`, and for threads the package `thread`. The functions of
+`evolvent.flow` call them, family by family.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from evolvent import model as mdl
+from evolvent.base.errors import InputError
+from evolvent.kernels import (
+    contact_laws,
+    coordinate,
+    fields,
+    joint,
+    loads,
+    node_loads,
+    rigid,
+    thread,
+)
+from evolvent.kernels.drive import FREE
+from evolvent.model import Model
+
+Array = np.ndarray
+
+EXPLICIT, IMPLICIT, ENERGY, STATIC, MODES = "explicit", "implicit", "energy", "static", "modes"
+#: Solvers, and what messages call them.
+SOLVERS = {
+    EXPLICIT: "rk4, heun and dopri5",
+    IMPLICIT: "generalized-alpha",
+    ENERGY: "energy-momentum",
+    STATIC: "equilibrium",
+    MODES: "modes",
+}
+EVERY = frozenset(SOLVERS)
+#: Most parts that a refusal names.
+MOST_NAMED = 5
+#: Families of records that belong to others: what they hold is supported where those are.
+PARTS_OF_OTHERS = (
+    "info", "markers", "nodes", "rows", "elements", "contact_points", "custom_points", "field_points", "rod_elements",
+    "gear_coordinates",
+)  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True)
+class Family:
+    """A family of parts.
+
+    Attributes
+    ----------
+    name : str, as messages call one of it
+    records : str, its field in the model
+    solvers : frozenset of str, those that support it
+    advice : str, what to use instead
+    which : function of the records to a mask of those that belong to the family; None for all
+    """
+
+    name: str
+    records: str
+    solvers: frozenset[str]
+    advice: str = ""
+    which: Callable[[Array], Array] | None = None
+
+    def mask(self, model: Model) -> Array:
+        """Which records of the model belong to the family: (n,) bool."""
+        found = records(model, self.records)
+        if self.which is None:
+            return np.ones(found.size, dtype=bool)
+        return np.asarray(self.which(found), dtype=bool)
+
+
+def records(model: Model, name: str) -> Array:
+    """Records of a family."""
+    found: Array = getattr(model.flexible if name in mdl.FLEXIBLE else model, name)
+    return found
+
+
+def _is(field: str, value: Any) -> Callable[[Array], Array]:
+    return lambda found: found[field] == value
+
+
+_NOT_EXPLICIT, _NOT_ENERGY = EVERY - {EXPLICIT}, EVERY - {ENERGY}
+_IN_TIME = frozenset({EXPLICIT, IMPLICIT})
+_MOTIONS = frozenset({EXPLICIT, IMPLICIT, ENERGY})
+_EXPLICIT = frozenset({EXPLICIT})
+
+FAMILIES = (
+    Family(
+        "a driven body", "bodies", EVERY, which=lambda found: (found["motion"] == rigid.DRIVEN) & (found["path"] == 0)
+    ),
+    Family(
+        "a body driven along a line", "bodies", EVERY,
+        which=lambda found: (found["motion"] == rigid.DRIVEN) & (found["path"] != 0),
+    ),
+    Family("a body that spins about an axis", "bodies", EVERY, which=_is("motion", rigid.SPIN)),
+    Family("a free body", "bodies", EVERY, which=_is("motion", rigid.FREE)),
+    Family("a point mass", "points", EVERY, which=lambda found: found["mass"] > 0.0),
+    Family("a beam's node at a spring's end", "points", EVERY, which=_is("mass", 0.0)),
+    Family("a spring", "springs", EVERY),
+    # implicit solvers take them as joints, which the parts write as well
+    Family("a link", "links", EVERY),
+    Family("a guide", "guides", EVERY),
+    Family(
+        "a thread with segments of springs", "threads", _IN_TIME, "use a Beam",
+        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] == 0),
+    ),
+    Family(
+        "a thread that goes slack", "threads", _IN_TIME, "use a Spring with its own law",
+        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] != 0),
+    ),
+    Family(
+        "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
+        "use segments 'springs', or dopri5; for equilibrium and modes a Beam",
+        which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] != FREE),
+    ),
+    Family(
+        "a thread on a free spool", "threads", _IN_TIME,
+        "use a drive that prescribes the spool's angle; for equilibrium and modes a Beam",
+        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] == FREE),
+    ),
+    Family(
+        "a thread with segments of fixed length on a free spool", "threads", _EXPLICIT,
+        "use segments 'springs', or rk4, heun or dopri5; for equilibrium and modes a Beam",
+        which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] == FREE),
+    ),
+    Family(
+        "a load on a thread", "loads", _IN_TIME,
+        which=lambda found: (found["kind"] < loads.AT_MARKER) & (found["kind"] != loads.NODE),
+    ),
+    Family("a force on a node of a thread", "loads", _IN_TIME, which=_is("kind", loads.NODE)),
+    Family(
+        "a force or torque", "loads", EVERY,
+        which=lambda found: _at_markers(found) & ~_has_profile(found, loads.PROFILE) & (found["law"] == 0),
+    ),
+    Family(
+        "a force or torque by a profile", "loads", EVERY,
+        which=lambda found: _at_markers(found) & _has_profile(found, loads.PROFILE) & (found["law"] == 0),
+    ),
+    Family("radiation pressure on a panel", "loads", EVERY, which=_is("kind", loads.PANEL)),
+    Family("a force or torque by a law", "loads", EVERY, which=lambda found: _at_markers(found) & (found["law"] != 0)),
+    Family("an orbital frame", "fields", EVERY, which=_is("kind", fields.ORBIT)),
+    Family("an acceleration field", "fields", EVERY, which=_is("kind", fields.LAW)),
+    Family("a reaction wheel", "wheels", _MOTIONS, "leave it out: the body's inertia has that of the wheel at rest"),
+    Family("a thruster", "thrusters", _MOTIONS, "use a Force"),
+    Family("an attitude controller", "controllers", _MOTIONS, "leave it out, or use simulate"),
+    Family(
+        "an event that stops a run", "events", _EXPLICIT, "use rk4, heun or dopri5",
+        which=lambda found: found["stops"] != 0,
+    ),
+    Family("an event", "events", frozenset({EXPLICIT, IMPLICIT, ENERGY}), "use simulate", which=_is("stops", 0)),
+    Family("a beam", "beams", EVERY, which=_is("paper", 0)),
+    Family(
+        "a beam with the paper's damping", "beams", _NOT_ENERGY, "use `damping` 'objective', or generalized-alpha",
+        which=_is("paper", 1),
+    ),
+    Family("a load on a beam", "beam_loads", EVERY, which=lambda found: ~_has_profile(found, 0) & ~follows(found)),
+    Family(
+        "a load on a beam by a profile", "beam_loads", EVERY,
+        which=lambda found: _has_profile(found, 0) & ~follows(found),
+    ),
+    Family(
+        "a moment or follower force on a beam", "beam_loads", EVERY,
+        which=lambda found: follows(found) & (found["law"] == 0),
+    ),
+    Family("a load on a beam by a law", "beam_loads", EVERY, which=lambda found: found["law"] != 0),
+    Family("a thermal load on a beam", "thermal_loads", EVERY, which=lambda found: found["beam"] >= 0),
+    Family("a thermal load on a rod", "thermal_loads", EVERY, which=lambda found: found["rod"] >= 0),
+    Family("a joint by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & ~_is_gear(found)),
+    Family("a gear by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & _is_gear(found)),
+    Family(
+        "a gear that is a constraint", "joints", _NOT_EXPLICIT,
+        "give it a `stiffness` above 0, which makes it a penalty, or use energy-momentum or generalized-alpha",
+        which=lambda found: (found["stiffness"] == 0.0) & _is_gear(found),
+    ),
+    Family(
+        "a joint driven along a path", "joints", _NOT_EXPLICIT, "use energy-momentum or generalized-alpha",
+        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found),
+    ),
+    Family(
+        "a joint that is a constraint", "joints", _NOT_EXPLICIT,
+        "give it a `stiffness` above 0, which makes it a penalty, or use energy-momentum or generalized-alpha",
+        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found),
+    ),
+    Family(
+        "a hinge", "hinges", EVERY,
+        which=lambda found: _is_angle(found) & ~np.isfinite(found["latch"]) & (found["friction"] == 0.0),
+    ),
+    Family(
+        "a hinge with a latch", "hinges", EVERY,
+        which=lambda found: _is_angle(found) & np.isfinite(found["latch"]) & (found["friction"] == 0.0),
+    ),
+    Family(
+        "a spring along an axis", "hinges", EVERY,
+        which=lambda found: ~_is_angle(found) & (found["friction"] == 0.0),
+    ),
+    Family(
+        "a joint coordinate with friction", "hinges", _NOT_EXPLICIT,
+        "leave out `friction`, or use energy-momentum or generalized-alpha",
+        which=lambda found: found["friction"] > 0.0,
+    ),
+    Family("a motor", "motors", EVERY),
+    Family("a synchronization", "synchronizations", EVERY),
+    Family("a custom force", "custom_forces", EVERY),
+    Family("a rod", "rods", EVERY),
+    Family(
+        "a contact without friction", "cylinders", EVERY,
+        which=lambda found: (
+            (found["friction"] == 0.0) & (found["under"] < 0) & (found["law"] == contact_laws.HUNT_CROSSLEY)
+        ),
+    ),
+    Family(
+        "a contact with friction", "cylinders", _NOT_EXPLICIT,
+        "leave out `friction`, or use energy-momentum or generalized-alpha",
+        which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0),
+    ),
+    Family(
+        "a contact with the law conservative", "cylinders", EVERY - {IMPLICIT},
+        "use energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
+    ),
+    Family(
+        "a contact with the paper's law", "cylinders", _NOT_ENERGY, "use `law` 'hunt-crossley', or generalized-alpha",
+        which=_is("law", contact_laws.PAPER),
+    ),
+    Family(
+        "a layer on other turns", "cylinders", _NOT_EXPLICIT, "use energy-momentum or generalized-alpha",
+        which=lambda found: found["under"] >= 0,
+    ),
+    Family(
+        "a contact between bodies without friction", "body_contacts", EVERY,
+        which=lambda found: (found["friction"] == 0.0) & (found["law"] == contact_laws.HUNT_CROSSLEY),
+    ),
+    Family(
+        "a contact between bodies with friction", "body_contacts", _NOT_EXPLICIT,
+        "leave out `friction`, or use energy-momentum or generalized-alpha",
+        which=lambda found: found["friction"] > 0.0,
+    ),
+    Family(
+        "a contact between bodies with the law conservative", "body_contacts", EVERY - {IMPLICIT},
+        "use energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
+    ),
+)  # fmt: skip
+
+
+def _is_driven(found: Array) -> Array:
+    return (found["path"] != joint.STILL) | (found["kind"] == joint.ANGLE)
+
+
+def _is_angle(found: Array) -> Array:
+    return np.asarray(found["kind"] == coordinate.ANGLE)
+
+
+def _is_gear(found: Array) -> Array:
+    return np.asarray(found["kind"] == joint.GEAR)
+
+
+def _is_conservative(found: Array) -> Array:
+    return np.asarray(found["law"] == contact_laws.CONSERVATIVE)
+
+
+def _at_markers(found: Array) -> Array:
+    return np.asarray((found["kind"] >= loads.AT_MARKER) & (found["kind"] != loads.PANEL))
+
+
+def follows(found: Array) -> Array:
+    """Whether loads on beams follow their beam or a law: `node_loads.follows`."""
+    return np.asarray((found["kind"] == node_loads.MOMENT) | (found["frame"] != 0) | (found["law"] != 0))
+
+
+def _has_profile(found: Array, others: int) -> Array:
+    """Whether loads have more than `others` parameters."""
+    return np.asarray(found["last"] - found["first"] > others)
+
+
+def check(assembly: Any, solver: str) -> None:
+    """Refuse parts that a solver does not support, by name.
+
+    Parameters
+    ----------
+    assembly : evolvent.assembly.builder.Assembly
+    solver : one of `SOLVERS`
+
+    Raises
+    ------
+    InputError
+        Naming the parts that are not supported, what to use instead, and a solver that supports them all.
+    """
+    found = list(_unsupported(assembly, solver))
+    if not found:
+        return
+    what = "does" if solver in (IMPLICIT, ENERGY, STATIC) else "do"
+    refused = f"which {SOLVERS[solver]} {what} not support"
+    named: dict[str, list[str]] = {}
+    for who, name, _ in found:
+        named.setdefault(who, []).append(name)
+    if len(found) == 1:
+        who, name, advice = found[0]
+        raise InputError(f"{who!r} is {name}, {refused}{advice}")
+    alike: dict[str, list[str]] = {}
+    for who, names in list(named.items())[:MOST_NAMED]:
+        alike.setdefault(" and ".join(names), []).append(repr(who))
+    several = ", ".join(f"{', '.join(parts)} ({kind})" for kind, parts in alike.items())
+    more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
+    others = (EXPLICIT, ENERGY, IMPLICIT) if solver in (EXPLICIT, ENERGY, IMPLICIT) else ()
+    whole = [SOLVERS[other] for other in others if other != solver and not any(_unsupported(assembly, other))]
+    own = dict.fromkeys(one for _, _, one in found)
+    if len(own) == 1 and found[0][2] and len(whole) != 1:
+        advice = found[0][2]
+    elif whole:
+        advice = f"; {' and '.join(whole)} {'support' if len(whole) > 1 else 'supports'} all of them"
+    else:
+        advice = "".join(dict.fromkeys(one for _, _, one in found[:MOST_NAMED] if one))
+        advice = f"; no method supports all of them{advice}" if others else advice
+    raise InputError(f"{SOLVERS[solver]} {what} not support {several}{more}{advice}")
+
+
+def _unsupported(assembly: Any, solver: str) -> Iterator[tuple[str, str, str]]:
+    """Parts that a solver does not support: name, family and advice of each, once."""
+    model = assembly.model
+    seen: set[tuple[str, str]] = set()
+    for name in mdl.RECORDS:
+        if name in PARTS_OF_OTHERS or not records(model, name).size:
+            continue
+        left = np.ones(records(model, name).size, dtype=bool)
+        for family in FAMILIES:
+            if family.records != name:
+                continue
+            mask = family.mask(model)
+            left &= ~mask
+            for index in np.flatnonzero(mask):
+                if solver not in family.solvers and not _has_double(assembly, name, int(index), solver):
+                    found = _refusal(assembly, name, int(index), family)
+                    if found[:2] not in seen:
+                        seen.add(found[:2])
+                        yield found
+        for index in np.flatnonzero(left):
+            yield _refusal(assembly, name, int(index), None)
+
+
+def _has_double(assembly: Any, name: str, index: int, solver: str) -> bool:
+    """Whether a joint is a link or guide, which explicit methods have in other records as well."""
+    if name != "joints" or solver != EXPLICIT:
+        return False
+    return bool(assembly.names.get(owner(assembly, name, index), ("",))[0] in ("links", "guides"))
+
+
+def owner(assembly: Any, family: str, index: int) -> str:
+    """Name of the part that wrote a record."""
+    if family == "joints":
+        return assembly.joint_parts[index]
+    if family == "body_contacts":
+        index = int(assembly.model.flexible.body_contacts["first"][index])
+    if family == "spools":  # rows of threads that call a motor's law
+        family = "threads"
+    if family == "loads":  # of which a line load on a rod has several, named by the first
+        index = max((at for of, at in assembly.names.values() if of == family and at <= index), default=index)
+    if family == "bodies":
+        for k in range(assembly.model.flexible.rods.size):
+            if index in bodies_of(assembly.model, "rods", k):
+                return owner(assembly, "rods", k)
+    return next((name for name, found in assembly.names.items() if found == (family, index)), family)
+
+
+def bodies_of(model: Model, family: str, index: int) -> range:
+    """Bodies of a part: itself, or the nodes of a rod; none of other parts."""
+    if family == "rods":
+        row = model.flexible.rods[index]
+        return range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1)
+    return range(index, index + 1) if family == "bodies" else range(0)
+
+
+def rod_arms(model: Model, index: int) -> Array:
+    """Nodes of a rod as seen from its bodies' centres: (n + 1, 3), m, body axes."""
+    row = model.flexible.rods[index]
+    elements = model.flexible.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
+    return np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
+
+
+def _refusal(assembly: Any, name: str, index: int, family: Family | None) -> tuple[str, str, str]:
+    """Name of a part, what it is, and what to use instead."""
+    what = family.name if family is not None else f"one of the {name}"
+    who = owner(assembly, name, index)
+    advice = f"; {family.advice}" if family is not None and family.advice else ""
+    part = assembly.parts.get(who)
+    if name == "joints" and part is not None and "stiffness" not in type(part).model_fields:  # such as a Point with at
+        advice = "; use energy-momentum or generalized-alpha"
+    return who, what, advice

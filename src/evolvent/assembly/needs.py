@@ -1,0 +1,176 @@
+"""Which compiled functions a model needs: what a function calls, but the kernels of what the model does not have."""
+
+from __future__ import annotations
+
+import functools
+import weakref
+from collections.abc import Iterator
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numba import config
+
+from evolvent.assembly import families
+from evolvent.compiled import jit
+from evolvent.compiled.codecache import Linked, names_in
+from evolvent.kernels import coordinate, drive, flexible, joint, passing, thread
+from evolvent.model import Model
+
+
+def is_flexible(model: Model) -> bool:
+    """Whether a model has beams, rods, joints by penalties, hinges or user-defined laws between points."""
+    f = model.flexible
+    return bool(
+        f.beams.size or f.rods.size or model.info.penalties or f.hinges.size or f.custom_forces.size
+        or f.body_contacts.size
+    )  # fmt: skip
+
+
+def absent(model: Model) -> frozenset[str]:
+    """Modules, and functions of other modules, for what a model does not have; without `evolvent.` and `kernels.`.
+
+    A name that is missing here costs compilation; one that is wrong has a function loaded when it is called.
+    """
+    f, threads, joints, ties = model.flexible, model.threads, model.flexible.joints, model.flexible.synchronizations
+    penalties = model.info.penalties
+    has = {
+        "attitude": model.wheels.size or model.thrusters.size or model.controllers.size,
+        "beam_loads": f.beam_loads.size,
+        "node_loads": f.beam_loads.size and np.any(families.follows(f.beam_loads)),
+        "body_contact": f.body_contacts.size,
+        "body_contact_step": f.body_contacts.size,
+        "constraint_rows": model.rows.size,
+        "constraint_rows.link_geometry": model.links.size,
+        "contact": f.cylinders.size,
+        "contact_step": f.cylinders.size,
+        "layers": np.any(f.cylinders["under"] >= 0),
+        "layer_step": np.any(f.cylinders["under"] >= 0),
+        "coordinate": f.hinges.size,
+        "coordinate.add_motors": f.motors.size,
+        "coordinate.measure_motor_slopes": f.motors.size,
+        "coordinate.add_synchronizations": ties.size,
+        "cord_step": np.any(joints["kind"] == joint.CORD),
+        "joint._cord_geometry": np.any(joints["kind"] == joint.CORD),
+        "custom": f.custom_forces.size,
+        "fields": model.fields.size,
+        "flexible": f.elements.size,
+        "flow.energy_momentum.add_elements": f.elements.size,
+        "flow.energy_momentum.add_element_tangents": f.elements.size,
+        "flow.energy_momentum.add_springs": model.springs.size,
+        "gear": f.gear_coordinates.size,
+        "hinge": f.hinges.size,
+        "hinge.add_synchronization_tangents": ties.size,
+        "hinge._add_outer": ties.size,
+        "hinge_step": f.hinges.size,
+        "joint": joints.size,
+        "loads": model.loads.size,
+        "passing": passing.can_pass(model),
+        "rigid.move_along": np.any(model.bodies["path"] != 0),
+        "rod": f.rods.size,
+        "rod_step": f.rods.size,
+        "springs": model.springs.size,
+        "thermal": f.thermal_loads.size,
+        "thermal.heat_rods": np.any(f.thermal_loads["rod"] >= 0),
+        "thread.chain": np.any(threads["kind"] == thread.INEXTENSIBLE),
+        "thread.end": np.any(threads["end"] >= 0),
+        "thread.energy": threads.size,
+        "thread.fields": threads.size and model.fields.size,
+        "thread.free": np.any(threads["drive"] == drive.FREE),
+        "thread.implicit": threads.size,
+        "thread.loads": threads.size and (model.loads.size or model.fields.size or np.any(model.info.gravity)),
+        "thread.springs": threads.size,
+        "thread.springs.spring_thread": np.any(threads["kind"] == thread.SPRINGS),
+        "thread.wound": threads.size,
+        "travel": np.any(f.hinges["kind"] != coordinate.ANGLE),
+        "flow.events": model.info.ne,
+        "flow.events.release_nodes": threads.size,
+        "flow.events.start_links": np.any(threads["kind"] == thread.INEXTENSIBLE),
+        "flow.events.capture_node": threads.size,
+        "flow.events.separate": threads.size,
+        "flow.explicit_flexible": is_flexible(model),
+        "flow.explicit_flexible.release_by": penalties or f.motors.size,
+        "flow.explicit_flexible.release_penalties": penalties,
+        "flow.impulse": model.rows.size or threads.size,
+        "flow.projection.project_links": model.links.size or model.guides.size,
+        "solvers.alpha_start.thread_accelerations": threads.size,
+        "solvers.alpha_samples.keep_lengths_at_spools": threads.size,
+    }
+    return frozenset(name for name, found in has.items() if not found)
+
+
+#: Functions that call others by indices in records of elements, with the field of these.
+_BY_RECORD = {
+    flexible.add_elements: "force",
+    flexible.add_element_tangents: "tangent",
+    flexible.beam_energies: "energy",
+}
+
+
+@functools.cache
+def _called(function: Any) -> tuple[Any, ...]:
+    """Functions called by their address in a compiled function and in what is compiled into it."""
+    found: dict[Any, None] = {}
+    seen, waiting = {function}, [function]
+    while waiting:
+        for other in _linked(waiting.pop().py_func):
+            if isinstance(other, jit.Indirect):
+                found[other] = None
+            elif other not in seen:
+                waiting.append(other)
+            seen.add(other)
+    return tuple(found)
+
+
+def _linked(function: Any) -> Iterator[Any]:
+    """Compiled functions that a Python function names."""
+    names = names_in(function.__code__)
+    for name in names:
+        value = function.__globals__.get(name)
+        if isinstance(value, Linked):
+            yield value
+        elif isinstance(value, ModuleType):
+            yield from (other for at in names if isinstance(other := getattr(value, at, None), Linked))
+
+
+@functools.cache
+def _reached(roots: tuple[Any, ...], absent: frozenset[str]) -> tuple[Any, ...]:
+    """Functions that some functions call, but those that are absent, themselves first."""
+    found: dict[Any, None] = dict.fromkeys(roots)
+    waiting = list(roots)
+    while waiting:
+        for other in _called(waiting.pop()):
+            module = other.py_func.__module__.removeprefix("evolvent.").removeprefix("kernels.")
+            if other not in found and absent.isdisjoint((module, f"{module}.{other.py_func.__name__}")):
+                found[other] = None
+                waiting.append(other)
+    return tuple(found)
+
+
+def needed(model: Model, roots: tuple[Any, ...], without: frozenset[str]) -> list[Any]:
+    """Functions that `roots` call on a model that lacks what `absent` names, `roots` among them."""
+    found = _reached(roots, without)
+    by_record = [field for caller, field in _BY_RECORD.items() if caller in found]
+    return [*found, *(one for field in by_record for one in jit.at_slots(model.flexible.elements[field]))]
+
+
+#: What a model does not have, and what was loaded for it.
+_LOADED: weakref.WeakKeyDictionary[Model, tuple[frozenset[str], set[Any]]] = weakref.WeakKeyDictionary()
+
+
+def load(model: Model, *roots: Any) -> None:
+    """Load functions, and all that they call on a model, before they are called; what is in no cache is compiled."""
+    if config.DISABLE_JIT:
+        return
+    if model not in _LOADED:
+        _LOADED[model] = absent(model), set()
+    without, loaded = _LOADED[model]
+    if roots not in loaded:
+        jit.load(needed(model, roots, without))
+        loaded.add(roots)
+
+
+def unload() -> None:
+    """Unload all functions, as at the start of a process."""
+    jit.unload()
+    _LOADED.clear()

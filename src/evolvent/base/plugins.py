@@ -1,0 +1,83 @@
+"""Entry points of packages outside: systems and parts that users add."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.metadata
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+from evolvent.base.errors import InputError
+
+#: Environment variable that leaves out all packages outside where it is "none".
+VARIABLE = "EVOLVENT_PLUGINS"
+#: Sentences of `load` that stand on stderr already.
+said: set[str] = set()
+
+
+def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
+    """Entry points of a group, by name.
+
+    Raises
+    ------
+    InputError
+        If the environment variable `EVOLVENT_PLUGINS` holds another word than "none" or "all".
+    """
+    asked = os.environ.get(VARIABLE) or "all"
+    if asked not in ("none", "all"):
+        raise InputError(f"the environment variable {VARIABLE} is {asked[:40]!r}; it must be 'none' or 'all'")
+    found = importlib.metadata.entry_points(group=group) if asked == "all" else ()
+    return sorted(found, key=lambda entry: entry.name)
+
+
+def load(entry: importlib.metadata.EntryPoint, called: str) -> Any:
+    """The object of an entry point.
+
+    An import that would end the process is reported on stderr at once; Ctrl-C ends it all the same.
+
+    Parameters
+    ----------
+    called : str, what to call it in sentences
+
+    Raises
+    ------
+    InputError
+        Whatever the package raises as it is imported.
+    """
+    pressed: list[int] = []
+    try:
+        with _noting_ctrl_c(pressed):
+            return entry.load()
+    except BaseException as error:
+        if pressed:
+            raise
+        reason = " ".join(f"{type(error).__name__}: {error}".split()).rstrip(": ")
+        sentence = f"{called} cannot be loaded: {reason}"
+        if not isinstance(error, Exception) and sentence not in said:
+            said.add(sentence)
+            print(f"evolvent: {sentence}", file=sys.stderr, flush=True)
+        raise InputError(sentence) from error
+
+
+@contextlib.contextmanager
+def _noting_ctrl_c(pressed: list[int]) -> Iterator[None]:
+    """Note Ctrl-C, which a package may raise as well: an exception does not tell them apart."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+
+    def note(number: int, frame: Any) -> None:
+        pressed.append(number)
+        before(number, frame)
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        if signal.getsignal(signal.SIGINT) is note:
+            signal.signal(signal.SIGINT, before)

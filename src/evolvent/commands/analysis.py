@@ -1,0 +1,101 @@
+"""The commands `modes` and `equilibrium`."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import click
+
+from evolvent.base.console import echo, once
+from evolvent.base.errors import InputError, RunFailed
+
+
+def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
+    """The checked case, and the definition of its system."""
+    from evolvent import cases
+
+    loaded = cases.load(case, cases.parse_assignments(assignments))
+    return loaded, cases.system(loaded.system)
+
+
+def _check_targets(output: str | None, figures: str | None, case: str) -> None:
+    """Refuse files and folders that could not be written, and results in place of the case, before any work is done."""
+    from evolvent import results
+
+    if output is not None:
+        results.check_writable(output)
+        if os.path.exists(output) and os.path.exists(case) and os.path.samefile(case, output):
+            raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
+    if figures is not None:
+        results.check_writable_folder(figures)
+
+
+_SET = click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
+
+
+@click.command()
+@click.argument("case", metavar="CASE|FILE")
+@_SET
+@click.option("--count", type=click.IntRange(min=1), help="How many modes.  [default: the case's modes.count, or 10]")
+@click.option("-o", "--output", multiple=True, callback=once, metavar="MODES.NC", help="Keep the modes as NetCDF.")
+@click.option("--figures", multiple=True, callback=once, metavar="DIR", help="Folder for an animation of every mode.")
+def modes(case: str, assignments: tuple[str, ...], count: int | None, output: str | None, figures: str | None) -> None:
+    """Find the slowest modes of a CASE about its equilibrium.
+
+    Prints frequencies (Hz), damping ratios and effective masses.
+    """
+    from evolvent import results
+
+    _check_targets(output, figures, case)
+    loaded, definition = _loaded(case, assignments)
+    found = definition.modes(loaded, count=count)
+    echo(found.table())
+    if output is not None:
+        found.save(output)
+        echo(f"modes: {output}")
+    if figures is not None:
+        results.make_folder(figures)
+        for k in range(len(found.pole)):
+            found.animate(k, os.path.join(figures, f"mode-{k:02d}.html"))
+        echo(f"animations: mode-00.html to mode-{len(found.pole) - 1:02d}.html in {figures}")
+
+
+@click.command()
+@click.argument("case", metavar="CASE|FILE")
+@_SET
+@click.option("-o", "--output", multiple=True, callback=once, metavar="RUN.NC", help="Keep the results as NetCDF.")
+@click.option(
+    "--figures", multiple=True, callback=once, metavar="DIR", help="Folder for figures and a page of the shape."
+)
+def equilibrium(case: str, assignments: tuple[str, ...], output: str | None, figures: str | None) -> None:
+    """Find the equilibrium of a CASE under its loads, from its start."""
+    from evolvent import results
+    from evolvent.view import show
+
+    _check_targets(output, figures, case)
+    loaded, definition = _loaded(case, assignments)
+    found = definition.equilibrium(loaded)
+    rows = [("status", found.attrs["status"])] + [(n.label, n.value) for n in show.numbers(found)]
+    width = max(len(label) for label, _ in rows)
+    for label, value in rows:
+        echo(f"{label:<{width}}  {value}")
+    if output is not None:
+        results.save(found, output)
+        echo(f"results: {output}")
+    if figures is not None:
+        _draw(found, figures)
+    if found.attrs["status"] == "failed":
+        raise RunFailed(found.attrs["message"], found)
+
+
+def _draw(found: Any, folder: str) -> None:
+    """Figures along the parts, and the shape as a page."""
+    from evolvent import results
+    from evolvent.view import animation, plots, show
+
+    paths = plots.draw(show.figures(found), folder, label=results.unfinished(found))
+    motion = show.motion(found)
+    if motion is not None:
+        paths.append(animation.write(motion, os.path.join(folder, "shape.html")))
+    echo(f"figures: {', '.join(map(os.path.basename, paths))} in {folder}" if paths else "no figures")

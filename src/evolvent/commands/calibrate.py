@@ -1,0 +1,72 @@
+"""The command `evolvent calibrate`."""
+
+from __future__ import annotations
+
+import click
+
+from evolvent.base import progress
+from evolvent.base.console import echo, once, showing_progress
+from evolvent.commands.sweep import INTERRUPTED
+
+
+@click.command()
+@click.argument("case", metavar="CASE|FILE")
+@click.argument("data", metavar="DATA")
+@click.option(
+    "--fit",
+    multiple=True,
+    required=True,
+    metavar="KEY[,KEY]",
+    help="Keys that are fitted; for a list, all its entries.",
+)
+@click.option("--observe", multiple=True, required=True, metavar="VARIABLE[=COLUMN]", help="What was measured.")
+@click.option("--std", metavar="X[,X]", help="Standard deviation of each observed variable, in its unit.")
+@click.option(
+    "--model", default="auto", show_default=True, metavar="auto|runs|closed-form",
+    help="What is fitted; auto takes the system's closed form where it has one.",
+)  # fmt: skip
+@click.option(
+    "-o", "--output", multiple=True, callback=once, metavar="DIR", help="Folder.  [default: CASE-calibration]"
+)
+@click.option("--quiet", is_flag=True, help="Print no progress.")
+def calibrate(
+    case: str, data: str, fit: tuple[str, ...], observe: tuple[str, ...], std: str | None, model: str,
+    output: str | None, quiet: bool,
+) -> None:  # fmt: skip
+    """Fit parameters of a case to measured DATA by least squares.
+
+    DATA is a history (a column of times), a table of runs (columns named by keys of the case), or a log that the system
+    reads. The folder keeps report.html, calibration.json, the case with the fitted values, a figure, and every
+    evaluation: the same command continues where it was stopped.
+    """
+    import os
+    import pathlib
+
+    from evolvent import results
+    from evolvent.base.errors import InputError
+    from evolvent.design.calibration import fit as fitting
+    from evolvent.design.calibration import report
+
+    name = os.path.splitext(os.path.basename(case))[0]
+    folder = pathlib.Path(output or f"{name}-calibration")
+    results.check_writable_folder(str(folder))
+    try:
+        deviations = None if std is None else [float(x) for x in std.split(",")]
+    except ValueError:
+        raise InputError(f"--std is {std!r}; it must be numbers with commas between them, such as 0.01,0.2") from None
+
+    def show(count: int, rms: float) -> None:
+        progress.report(f"fitting: root mean square {rms:.4g}", count, unit="evaluations")
+
+    with showing_progress(quiet=quiet) as say:
+        try:
+            found = fitting.calibrate(
+                case, data, fit=fit, observe=observe, model=model, deviations=deviations, folder=folder,
+                progress=show, report=say,
+            )  # fmt: skip
+        except KeyboardInterrupt:
+            say(f"stopped; every evaluation is kept in {folder}, and the same command continues")
+            raise click.exceptions.Exit(INTERRUPTED) from None
+    echo(report.text(found))
+    paths = report.write(found, folder)
+    echo(f"results: {', '.join(paths)} in {folder}")

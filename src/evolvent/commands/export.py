@@ -1,0 +1,133 @@
+"""The commands `evolvent export` and `evolvent report`."""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import Any
+
+import click
+
+from evolvent.base import progress
+from evolvent.base.console import echo, once, showing_progress
+from evolvent.base.errors import InputError, nearest
+
+#: Formats: ending of what is written unless named.
+ENDINGS = {"vtk": "-vtk", "csv": "-csv", "mat": ".mat", "gif": ".gif", "mp4": ".mp4", "html": ".html"}
+#: Formats that fill a folder, that move, and that can take the axes of a body.
+_FOLDERS, _MOVING, _TURNING = ("vtk", "csv"), ("gif", "mp4", "html"), ("vtk", "gif", "mp4")
+_AXES = ("inertial", "body")
+
+
+@click.command()
+@click.argument("path", metavar="RUN.NC")
+@click.option("--to", "kind", multiple=True, callback=once, metavar="|".join(ENDINGS),
+              help="Format.  [default: that of OUT, where it ends in .mat, .gif, .mp4 or .html]")  # fmt: skip
+@click.option(
+    "-o", "--output", multiple=True, callback=once, metavar="OUT", help="File or folder.  [default: next to the run]"
+)
+@click.option(
+    "--frames", type=click.IntRange(min=1), metavar="N", help="Number of samples that are written, evenly spaced."
+)
+@click.option("--speed", type=float, metavar="X", help="Playback speed; 1 is real time (gif, mp4, html).")
+@click.option("--axes", metavar="|".join(_AXES), help="Axes of positions (vtk, gif, mp4).")
+@click.option("--large", is_flag=True, help="Write even more than 200 MB.")
+def export(
+    path: str,
+    kind: str | None,
+    output: str | None,
+    frames: int | None,
+    speed: float | None,
+    axes: Any,
+    large: bool,
+) -> None:
+    """Write a results file for other programs.
+
+    \b
+    vtk   folder of time series for ParaView: lines, strips, bodies, forces
+    csv   folder of tables for a spreadsheet
+    mat   struct for MATLAB and Octave
+    gif, mp4, html   animation
+    """  # noqa: D301  (click wants the \b)
+    if kind is None and output is not None:
+        kind = next((name for name in ENDINGS if name not in _FOLDERS and output.endswith(ENDINGS[name])), None)
+    if kind not in ENDINGS:
+        given = "--to is not given" if kind is None else f"--to is {kind!r}"
+        raise InputError(f"{given}; {nearest(kind or '', ENDINGS)}")
+    if speed is not None and not (math.isfinite(speed) and 1e-6 <= speed <= 1e6):
+        raise InputError(f"--speed is {speed:g}; it must be a number from 1e-6 to 1e6, such as 10")
+    if speed is not None and kind not in _MOVING:
+        raise InputError(f"--speed is for {', '.join(_MOVING)}; --to {kind} has none")
+    if axes is not None and axes not in _AXES:
+        raise InputError(f"--axes is {axes!r}; {nearest(axes, _AXES)}")
+    if axes is not None and kind not in _TURNING:
+        raise InputError(f"--axes is for {', '.join(_TURNING)}; --to {kind} has none")
+    from evolvent import results
+
+    found = results.open(path)
+    target = os.path.splitext(path)[0] + ENDINGS[kind] if output is None else output
+    _check_target(path, target, folder=kind in _FOLDERS)
+    from evolvent.exports.request import Request
+
+    with showing_progress():
+        progress.report(f"writing {kind}")
+        written = _writer(kind)(found, target, Request(frames=frames, speed=speed, axes=axes, large=large))
+    echo(f"{kind}: {written}")
+    _print_label(found)
+
+
+@click.command()
+@click.argument("path", metavar="RUN.NC")
+@click.option("-o", "--output", multiple=True, callback=once, metavar="REPORT.HTML", help="[default: RUN-report.html]")
+def report(path: str, output: str | None) -> None:
+    """Write a report of a results file as one self-contained HTML page."""
+    from evolvent import results
+
+    found = results.open(path)
+    target = os.path.splitext(path)[0] + "-report.html" if output is None else output
+    _check_target(path, target, folder=False)
+    from evolvent.exports import report as page
+    from evolvent.exports.request import shown_size
+
+    with showing_progress():
+        progress.report("writing the report")
+        size = page.write(found, target)
+    echo(f"report: {target} ({shown_size(size)})")
+    _print_label(found)
+
+
+def _check_target(path: str, target: str, *, folder: bool) -> None:
+    """Refuse what could not be written, or is the run itself."""
+    from evolvent import results
+
+    if os.path.exists(target) and os.path.samefile(path, target):
+        raise InputError(f"-o {target!r} is the run itself; name another")
+    if folder:
+        results.check_writable_folder(target)
+    else:
+        results.check_writable(target)
+
+
+def _print_label(found: Any) -> None:
+    """Print the label of a run that did not reach its end."""
+    from evolvent.results import unfinished
+
+    if label := unfinished(found):
+        echo(f"label on the files: {label}")
+
+
+def _writer(kind: str) -> Any:
+    """What writes a format; its libraries are loaded with it."""
+    if kind == "vtk":
+        from evolvent.exports.vtk import write
+    elif kind == "csv":
+        from evolvent.exports.table import write
+    elif kind == "mat":
+        from evolvent.exports.matlab import write
+    elif kind == "html":
+        from evolvent.exports.page import write
+    elif kind == "gif":
+        from evolvent.exports.moving import gif as write
+    else:
+        from evolvent.exports.moving import mp4 as write
+    return write

@@ -1,0 +1,43 @@
+"""The command `evolvent studio`."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import tempfile
+
+import click
+
+from evolvent.base.errors import InputError
+
+#: Port that is taken unless another is given.
+PORT = 8421
+
+
+@click.command()
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address to bind to; another needs --token.")
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="Port; 0 takes any that is free."
+)
+@click.option("--token", metavar="TOKEN", help="A secret that the page requires; needed where others can reach it.")
+@click.option("--no-browser", is_flag=True, help="Do not open a browser.")
+def studio(host: str, port: int, token: str | None, no_browser: bool) -> None:
+    """Open a page in the browser: cases, runs in 3-D, charts, identification, studies.
+
+    It works in the current folder and opens no file outside it.
+    """
+    from evolvent.studio import gate
+
+    gate.check(host, token)
+    if importlib.util.find_spec("nicegui") is None:
+        raise InputError("the studio needs the package nicegui; install it with: pip install 'evolvent[studio]'")
+    root = os.getcwd()
+    # nothing that the folder holds is picked up by Python or a library as its own: neither modules nor settings
+    with tempfile.TemporaryDirectory(prefix="evolvent-studio-") as empty:
+        os.chdir(empty)
+        try:
+            from evolvent.studio import server
+
+            server.serve(root, host=host, port=port, token=token, browser=not no_browser)
+        finally:
+            os.chdir(root)

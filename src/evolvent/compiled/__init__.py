@@ -1,0 +1,1 @@
+"""Compilation: decorators, cache of machine code, structures by pointer, users' laws."""

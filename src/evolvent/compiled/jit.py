@@ -1,0 +1,574 @@
+"""The one way to compile in this package: kernels, functions called by address, and users' laws.
+
+Only functions made by `indirect` have machine code of their own; kernels go into those. `compiled.codecache` says
+where that is kept. ``NUMBA_DISABLE_JIT=1`` runs everything as plain Python (coverage, debugging).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import importlib
+import inspect
+import math
+import os
+import subprocess
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import config, f8, i8, njit, types
+from numba.core import cgutils
+from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
+from numba.core.errors import NumbaExperimentalFeatureWarning, TypingError
+from numba.core.typing.templates import infer, make_intrinsic_template
+from numba.extending import intrinsic
+
+from evolvent.base import progress
+from evolvent.compiled.codecache import (
+    Cache,
+    Linked,
+    compiling,
+    is_followed,
+    module_name,
+    snapshot,
+    sources,
+    without_path,
+)
+from evolvent.compiled.pointer import has_addresses, load_attribute
+
+# functions in 1-tuples are typed as pointers, which numba calls experimental; tests pin what is used of it
+warnings.filterwarnings("ignore", message="First-class function type", category=NumbaExperimentalFeatureWarning)
+
+#: Types of arguments: a number, a vector, a matrix, integers.
+REAL, VECTOR, MATRIX, CUBE, INTEGERS = f8, f8[::1], f8[:, ::1], f8[:, :, ::1], i8[::1]
+
+
+def _njit(function: Callable, *, cache: bool = True, **options: Any) -> Any:
+    """Numba's dispatcher of a function of this package, with nothing compiled yet.
+
+    Without numba's reference counts, which cost more than the arithmetic of a small model: arrays are borrowed from the
+    caller, and a kernel that tried to allocate one would not compile. A function of another package is compiled with
+    the values that its globals have now, and kept by a digest of these; it is not kept where that cannot be decided.
+    """
+    digest, compiled = "", function
+    if cache and not is_followed(function.__module__):
+        compiled, digest, _ = snapshot(function)
+        cache = bool(digest)
+    found = njit(error_model="numpy", _nrt=False, no_cfunc_wrapper=True, **options)(without_path(compiled))
+    _set_compiler(found, _Compiler)
+    if cache:
+        found._cache = Cache(function, digest)
+    return found
+
+
+def _check_followed(function: Callable) -> None:
+    if function.__module__.partition(".")[0] == "evolvent" and not is_followed(function.__module__):
+        raise RuntimeError(f"{function.__module__} is not among the modules whose changes the cache folder follows")
+
+
+class _Compiler(_FunctionCompiler):
+    """Compiler of this package's functions."""
+
+    def _compile_core(self, args: Any, return_type: Any) -> Any:
+        compiling.take_indices()
+        return super()._compile_core(args, return_type)
+
+
+class _IntoCallers(_Compiler):
+    """Compiler of functions that are linked into their callers: typed and lowered, without code of their own."""
+
+    def _customize_flags(self, flags: Any) -> Any:
+        flags.no_compile = True
+        return flags
+
+    def _compile_core(self, args: Any, return_type: Any) -> Any:
+        found = super()._compile_core(args, return_type)
+        unused: list[Any] = []
+        key = unused.append  # any built-in function of its own, by which numba finds what was compiled
+        self.targetdescr.target_context.insert_user_function(key, found.fndesc, [found.library])
+        return found._replace(entry_point=key)
+
+
+class _Disjoint(_Compiler):
+    """Compiler of functions whose arguments do not overlap."""
+
+    def _customize_flags(self, flags: Any) -> Any:
+        flags.noalias = True
+        return flags
+
+
+def _set_compiler(dispatcher: Any, kind: type[_FunctionCompiler]) -> None:
+    """Have a dispatcher compile by another compiler."""
+    old = dispatcher._compiler
+    dispatcher._compiler = kind(old.py_func, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class)
+
+
+class Kernel(Linked):
+    """A function that compiled code links in; called from Python it is compiled on its own.
+
+    Attributes
+    ----------
+    py_func : the plain function
+    signature : tuple of the types of its arguments, where it is declared by `entry`
+    """
+
+    def __init__(self, function: Callable, *, inline: bool) -> None:
+        self.py_func, self._inline = function, inline
+        self.signature: tuple[Any, ...] | None = None
+        self.is_followed, self.options = is_followed(function.__module__), f"inline={inline}"
+        functools.update_wrapper(self, function)
+
+    def around(self, function: Callable) -> Kernel:
+        """Another one, of a copy of its function."""
+        return Kernel(function, inline=self._inline)
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        """What compiled code sees: a dispatcher whose functions go into their callers."""
+        self._inside = inside = _njit(self.py_func, cache=False, forceinline=self._inline, no_cpython_wrapper=True)
+        _set_compiler(inside, _IntoCallers)
+        return types.Dispatcher(inside)
+
+    def __call__(self, *arguments: Any) -> Any:  # noqa: D102
+        with compiling:
+            return _call(self.dispatcher, arguments)
+
+    @functools.cached_property
+    def dispatcher(self) -> Any:
+        """Numba's dispatcher for calls from Python, with nothing compiled yet."""
+        return _njit(self.py_func)
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether it can be called from Python without compilation or loading."""
+        return self.signature in self.dispatcher.overloads
+
+    def load(self) -> None:
+        """Compile it for calls from Python, or load it from the cache folder."""
+        with compiling:
+            self.dispatcher.compile(self.signature)
+
+
+def kernel(function: Callable) -> Any:
+    """Compile `function` into its compiled callers, as its own function there."""
+    _check_followed(function)
+    return function if config.DISABLE_JIT else Kernel(function, inline=False)
+
+
+def inlined(function: Callable) -> Any:
+    """As `kernel`, and always inlined into the compiled caller, which is for what is small or called once."""
+    _check_followed(function)
+    return function if config.DISABLE_JIT else Kernel(function, inline=True)
+
+
+#: Kernels declared by `entry`.
+_ENTRIES: list[Kernel] = []
+
+
+def entry(*kinds: Any) -> Callable[[Any], Any]:
+    """Declare the types of arguments with which Python calls a kernel, so that it can be compiled beforehand."""
+
+    def decorate(function: Any) -> Any:
+        if isinstance(function, Kernel):
+            function.signature = kinds
+            _ENTRIES.append(function)
+        return function
+
+    return decorate
+
+
+# ------------------------------------------------------------------------------------------------ calls by address
+
+#: Functions of one module that may be called by address.
+_SLOTS = 64
+_MODULES = [module_name(path) for path in sources()]
+#: Index 0: address of `_load_now`. The others: of the functions made by `indirect`, 0 until they are loaded. A struct
+#: that such functions take refers to this table.
+ADDRESSES = np.zeros(1 + _SLOTS * len(_MODULES), dtype=np.int64)
+_counts: dict[str, int] = {}
+_BY_SLOT: dict[int, Any] = {}
+#: Functions that were loaded because compiled code called them.
+loaded_late: list[Any] = []
+#: Why one of them could not be loaded, until that is raised.
+_refused: list[BaseException] = []
+
+
+@ctypes.CFUNCTYPE(None, ctypes.c_int64)
+def _load_now(slot: int) -> None:
+    """Load a function that compiled code calls, which is not loaded; where the address stays 0, that code raises."""
+    try:
+        loaded_late.append(_BY_SLOT[slot])
+        _BY_SLOT[slot].load()
+    except BaseException as error:  # noqa: BLE001  (no exception passes through compiled code)
+        _refused.append(error)
+
+
+ADDRESSES[0] = ctypes.cast(_load_now, ctypes.c_void_p).value or 0
+
+
+def _call(compiled: Any, arguments: tuple[Any, ...]) -> Any:
+    """What a compiled function returns; where one that it called could not be loaded, the reason is raised."""
+    try:
+        return compiled(*arguments)
+    except RuntimeError:
+        if not _refused:
+            raise
+    raise _refused.pop()
+
+
+def _address(context: Any, builder: Any, kind: Any, holder: Any, slot: Any) -> Any:
+    """Code for the address of a function from the table of a struct; a function that is not loaded is, first."""
+    table = load_attribute(context, builder, kind, holder, "addresses")
+    place = builder.gep(table.data, [slot])
+    known = builder.load(place)
+    before = builder.block
+    with builder.if_then(builder.icmp_unsigned("==", known, known.type(0)), likely=False):
+        kind_of_load = ir.FunctionType(ir.VoidType(), [known.type])
+        builder.call(builder.inttoptr(builder.load(table.data), kind_of_load.as_pointer()), [slot])
+        loaded = builder.load(place)
+        with cgutils.if_unlikely(builder, builder.icmp_unsigned("==", loaded, known.type(0))):
+            context.call_conv.return_user_exc(builder, RuntimeError, ("a function could not be loaded",))
+        after = builder.block
+    found = builder.phi(known.type)
+    found.add_incoming(known, before)
+    found.add_incoming(loaded, after)
+    return found
+
+
+class Indirect(Linked):
+    """A function with its own signature that compiled code calls by its address.
+
+    It is compiled once, whoever calls it, and only where it is called: a caller may name functions that a model never
+    needs. The address is taken from the table `addresses` of the first struct among the arguments. What a model needs
+    is better loaded beforehand (`load`), in two processes and with its progress reported.
+
+    Attributes
+    ----------
+    py_func : the plain function
+    slot : int, its index in `ADDRESSES`
+    """
+
+    def __init__(self, function: Callable, signature: Any, *, disjoint: bool = False) -> None:
+        self.py_func, self.signature, self._disjoint = function, signature, disjoint
+        self.is_followed, self.options = is_followed(function.__module__), f"{signature} disjoint={disjoint}"
+        functools.update_wrapper(self, function)
+        module = function.__module__
+        place = 1 + (_MODULES.index(module) * _SLOTS if module in _MODULES else 0)
+        counted = module if module in _MODULES else ""
+        number = _counts[counted] = _counts.get(counted, -1) + 1
+        if number >= _SLOTS:
+            raise RuntimeError(f"{module} has more than {_SLOTS} functions that are called by address")
+        self.slot = place + number
+        _BY_SLOT[self.slot] = self
+
+    def around(self, function: Callable) -> Indirect:
+        """Itself: its place in the table is its own."""
+        return self
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        """What compiled code sees: a function of one signature, which calls the address."""
+
+        def define(typing_context: Any, *arguments: Any) -> Any:
+            return self._define(arguments)
+
+        own = inspect.signature(self.py_func)
+        first = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        define.__signature__ = own.replace(parameters=[first, *own.parameters.values()])  # type: ignore[attr-defined]
+        template = make_intrinsic_template(self, define, self.py_func.__name__)
+        infer(template)
+        return types.Function(template)
+
+    def _define(self, arguments: tuple[Any, ...]) -> Any:
+        signature = self.signature
+        if len(arguments) != len(signature.args):
+            raise TypingError(f"{self.py_func.__name__} takes {len(signature.args)} arguments, not {len(arguments)}")
+        holder = next(k for k, kind in enumerate(signature.args) if has_addresses(kind))
+        kind, slot = signature.args[holder], self.slot
+
+        def codegen(context: Any, builder: Any, _: Any, values: Any) -> Any:
+            called = context.call_conv.get_function_type(signature.return_type, signature.args).as_pointer()
+            address = _address(context, builder, kind, values[holder], cgutils.intp_t(slot))
+            pointer = builder.inttoptr(address, called)
+            status, result = context.call_conv.call_function(
+                builder, pointer, signature.return_type, signature.args, values
+            )
+            with cgutils.if_unlikely(builder, status.is_error):
+                context.call_conv.return_status_propagate(builder, status)
+            return result
+
+        return signature, codegen
+
+    @functools.cached_property
+    def dispatcher(self) -> Any:
+        """Numba's dispatcher, with nothing compiled yet."""
+        found = _njit(self.py_func)
+        if self._disjoint:
+            _set_compiler(found, _Disjoint)
+        return found
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether its address is in the table."""
+        return bool(ADDRESSES[self.slot])
+
+    def load(self) -> None:
+        """Compile it, or load it from the cache folder, and enter its address."""
+        if not self.is_loaded:
+            with compiling:
+                if self.signature.args not in self.dispatcher.overloads:
+                    self.dispatcher.compile(self.signature)
+                    self.dispatcher.disable_compile()
+                ADDRESSES[self.slot] = pointer_of(self.dispatcher, self.signature)
+
+    def __call__(self, *arguments: Any) -> Any:  # noqa: D102
+        self.load()
+        return _call(self.dispatcher, arguments)
+
+
+def _matrix_view(values: Any, at: int, rows: int, columns: int) -> Any:
+    return values[at : at + rows * columns].reshape(rows, columns)
+
+
+@intrinsic
+def _compiled_view(typingctx, values, at, rows, columns):  # type: ignore[no-untyped-def]
+    kind = types.Array(values.dtype, 2, "C")
+
+    def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+        source = context.make_array(signature.args[0])(context, builder, args[0])
+        shape = [context.cast(builder, args[k], signature.args[k], types.intp) for k in (2, 3)]
+        offset = context.cast(builder, args[1], signature.args[1], types.intp)
+        view = context.make_array(kind)(context, builder)
+        view.data = builder.gep(source.data, [offset])
+        view.shape = cgutils.pack_array(builder, shape)
+        view.strides = cgutils.pack_array(builder, [builder.mul(shape[1], source.itemsize), source.itemsize])
+        view.nitems, view.itemsize = builder.mul(*shape), source.itemsize
+        view.meminfo = context.get_constant_null(types.MemInfoPointer(values.dtype))
+        view.parent = context.get_constant_null(types.pyobject)
+        return view._getvalue()
+
+    return kind(values, at, rows, columns), codegen
+
+
+#: ``matrix_view(values, at, rows, columns)``: consecutive entries of a vector, from index `at`, as a matrix; the bounds
+#: are not checked. A slice and a reshape would cost more than the arithmetic of a block of six.
+matrix_view = _matrix_view if config.DISABLE_JIT else _compiled_view
+
+
+#: Size of a `local_vector`.
+LOCAL = 40
+
+
+def _plain_vector() -> np.ndarray:
+    return np.empty(LOCAL)
+
+
+@intrinsic
+def _local_vector(typingctx):  # type: ignore[no-untyped-def]
+    kind = types.Array(f8, 1, "C")
+
+    def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+        number = context.get_value_type(f8)
+        size = context.get_constant(types.intp, LOCAL)
+        data = cgutils.alloca_once(builder, number, size=LOCAL)
+        view = context.make_array(kind)(context, builder)
+        item = context.get_constant(types.intp, 8)
+        view.data, view.itemsize, view.nitems = data, item, size
+        view.shape = cgutils.pack_array(builder, [size])
+        view.strides = cgutils.pack_array(builder, [item])
+        view.meminfo = context.get_constant_null(types.MemInfoPointer(f8))
+        view.parent = context.get_constant_null(types.pyobject)
+        return view._getvalue()
+
+    return kind(), codegen
+
+
+#: ``local_vector()``: (LOCAL,) float, scratch memory of the function that asks for it, for as long as that runs.
+local_vector = _plain_vector if config.DISABLE_JIT else _local_vector
+
+
+def unload() -> None:
+    """Take every address out of the table, as at the start of a process."""
+    ADDRESSES[1:] = 0
+    loaded_late.clear()
+
+
+def indirect(signature: Any, *, disjoint: bool = False) -> Callable[[Callable], Any]:
+    """Compile a function for `signature`, to be called by address; see `Indirect`.
+
+    `disjoint` promises that the array that it writes to overlaps none of its other arguments: sums then stay in
+    registers.
+    """
+
+    def decorate(function: Callable) -> Any:
+        _check_followed(function)
+        return function if config.DISABLE_JIT else Indirect(function, signature, disjoint=disjoint)
+
+    return decorate
+
+
+def load(functions: Iterable[Any]) -> None:
+    """Load functions made by `indirect` or declared by `entry`; what is in no cache is compiled, in two processes."""
+    if config.DISABLE_JIT:
+        return
+    wanted = [function for function in dict.fromkeys(functions) if not function.is_loaded]
+    missing = [function for function in wanted if not _is_kept(function)]
+    if missing:
+        _compile(missing)
+    for function in wanted:
+        function.load()
+
+
+def _is_kept(function: Any) -> bool:
+    """Whether a function is in the cache; one of another package may have none."""
+    cache = function.dispatcher._cache
+    return isinstance(cache, Cache) and cache.exists(function.signature)
+
+
+def _compile(missing: list[Any]) -> None:
+    """Compile functions, the first ones here and the last ones in another process, until both meet."""
+    weights = [200 + len(function.py_func.__code__.co_code) for function in missing]
+    aside = _compile_aside(missing[::-1]) if len(missing) > 3 and (os.cpu_count() or 1) > 1 else None
+    began = time.perf_counter()
+    try:
+        progress.report_compilation(progress.Compilation(0, len(missing), math.nan))
+        for function in missing:
+            function.load()
+            done = [other.is_loaded or _is_kept(other) for other in missing]
+            part = sum(weight for weight, is_done in zip(weights, done, strict=True) if is_done) / sum(weights)
+            progress.report_compilation(
+                progress.Compilation(sum(done), len(missing), (time.perf_counter() - began) * (1.0 / part - 1.0))
+            )
+    finally:
+        if aside is not None:
+            aside.terminate()
+            aside.wait()
+
+
+def _compile_aside(functions: list[Any]) -> subprocess.Popen | None:
+    """Start a process that compiles functions into the cache, but those that are there by then."""
+    names = [(function.py_func.__module__, function.py_func.__qualname__) for function in functions]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    try:
+        return subprocess.Popen(
+            [sys.executable, "-c", f"from {__name__} import compile_named; compile_named({names!r})"],
+            env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+    except OSError:
+        return None
+
+
+def functions() -> list[Any]:
+    """All functions made by `indirect` or declared by `entry` in the modules that are loaded."""
+    return [*_ENTRIES, *_BY_SLOT.values()]
+
+
+def compile_named(names: list[tuple[str, str]]) -> None:
+    """Compile functions, given as modules and names, into the cache, but those that are there by then."""
+    for module, name in names:
+        function = getattr(importlib.import_module(module), name)
+        if not _is_kept(function):
+            with compiling:
+                function.dispatcher.compile(function.signature)
+
+
+# ------------------------------------------------------------------------------------------------ user laws
+
+_VECTOR = types.UniTuple(f8, 3)
+#: Signatures of the laws that a user may write, by kind.
+LAWS = {
+    "force": _VECTOR(f8[::1], f8[::1], f8, f8[::1]),
+    "spring": f8(f8, f8, f8, f8[::1]),
+    "drive": _VECTOR(f8, f8[::1]),
+    "event": f8(f8, f8[::1], f8[::1]),
+    "element": types.UniTuple(f8, 2)(f8, f8[::1], f8[::1], f8[::1], f8[::1]),
+    "motor": f8(f8, f8, f8, f8[::1]),
+}
+#: Only used without compilation: addresses are then indices in this list; 0 stands for no law.
+PLAIN: list[Any] = [None]
+
+
+def pointer_of(compiled: Any, signature: Any) -> int:
+    """Address of a function that is compiled for a signature."""
+    result = compiled.get_compile_result(signature)
+    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+
+
+def _make_lookup(signature: Any) -> Any:
+    """A compiled function int64 -> callable of `signature`."""
+    if config.DISABLE_JIT:
+        return PLAIN.__getitem__
+
+    @intrinsic
+    def law_at(typing_context, address):  # type: ignore[no-untyped-def]
+        function_type = types.FunctionType(signature)
+
+        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            struct = cgutils.create_struct_proxy(function_type)(context, builder)
+            pointer = builder.inttoptr(args[0], context.get_value_type(types.voidptr))
+            struct.c_addr = pointer
+            struct.jit_addr = pointer
+            return struct._getvalue()
+
+        return function_type(types.int64), codegen
+
+    return law_at
+
+
+def _make_lookup_by_slot(signature: Any) -> Any:
+    """A compiled function (struct with the table `addresses`, index in it) -> callable of `signature`."""
+    if config.DISABLE_JIT:
+        return lambda _, slot: PLAIN[slot]
+
+    @intrinsic
+    def function_at(typing_context, holder, slot):  # type: ignore[no-untyped-def]
+        function_type = types.FunctionType(signature)
+
+        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            struct = cgutils.create_struct_proxy(function_type)(context, builder)
+            address = _address(context, builder, sig.args[0], args[0], args[1])
+            struct.c_addr = struct.jit_addr = builder.inttoptr(address, context.get_value_type(types.voidptr))
+            return struct._getvalue()
+
+        return function_type(holder, types.int64), codegen
+
+    return function_at
+
+
+_A, _M = f8[::1], f8[:, ::1]
+#: Signatures of the package's own functions that a model calls by address, so that only those in use are compiled.
+FUNCTIONS = {
+    "element_force": f8(_A, _A, f8, _M, _A, _M, _A, _A),
+    "element_tangent": types.void(_A, _A, f8, f8, _M, _A, _M, _A, _M),
+    "element_energy": f8(_A, _M, _A, f8, _A),
+}
+
+
+def slot(function: Any) -> int:
+    """Index in `ADDRESSES` of a function made by `indirect`, which is entered there once it is loaded."""
+    if config.DISABLE_JIT:
+        if function not in PLAIN:
+            PLAIN.append(function)
+        return PLAIN.index(function)
+    return int(function.slot)
+
+
+def at_slots(slots: np.ndarray) -> list[Any]:
+    """Functions made by `indirect` at indices that `slot` gave."""
+    return [] if config.DISABLE_JIT else [_BY_SLOT[int(k)] for k in np.unique(slots)]
+
+
+element_force_at = _make_lookup_by_slot(FUNCTIONS["element_force"])
+element_tangent_at = _make_lookup_by_slot(FUNCTIONS["element_tangent"])
+element_energy_at = _make_lookup_by_slot(FUNCTIONS["element_energy"])
+force_law_at = _make_lookup(LAWS["force"])
+spring_law_at = _make_lookup(LAWS["spring"])
+drive_law_at = _make_lookup(LAWS["drive"])
+event_law_at = _make_lookup(LAWS["event"])
+element_law_at = _make_lookup(LAWS["element"])
+motor_law_at = _make_lookup(LAWS["motor"])

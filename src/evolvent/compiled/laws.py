@@ -1,0 +1,266 @@
+"""Users' laws: functions for forces, springs, drives and events, compiled and called through pointers."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any
+
+from numba import config, njit, types
+from numba.core.errors import NumbaError
+from numba.core.typeinfer import register_dispatcher
+
+from evolvent.base.errors import InputError, counted
+from evolvent.compiled.codecache import LawCache, snapshot
+from evolvent.compiled.jit import LAWS, PLAIN, Kernel, pointer_of
+
+#: How a law of each kind is called, and what it returns.
+FORMS = {
+    "force": "(x, v, t, parameters) -> (fx, fy, fz)",
+    "spring": "(extension, rate, t, parameters) -> tension",
+    "drive": "(t, parameters) -> (angle, rate, acceleration)",
+    "event": "(t, y, parameters) -> value",
+    "element": "(t, x, v, parameters, f) -> (energy, power)",
+    "motor": "(t, x, v, parameters) -> torque",
+}
+
+
+def _compile_law(signature: Any, function: Callable) -> Any:
+    """Compile a user's function as numba compiles its own, for the host, with checked indices, and keep it.
+
+    It and its helpers get the values that their globals have now, and it is kept by a digest of all of these.
+    """
+    found = snapshot(function)
+    compiled = njit(error_model="numpy", _nrt=False, boundscheck=True)(found.function)
+    compiled._cache = LawCache(found)
+    with register_dispatcher(compiled):  # for a law that calls itself
+        compiled.compile(signature)
+    compiled.disable_compile()
+    compiled.py_func = function
+    return functools.update_wrapper(compiled, function)
+
+
+def _law(kind: str, function: Callable) -> Any:
+    if not isinstance(function, FunctionType):
+        raise InputError(f"@evolvent.{kind}_law decorates a function, not {function!r}")
+    if config.DISABLE_JIT:
+        return function
+    try:
+        # its indices are checked: beyond its parameters stand those of others, and then foreign memory
+        compiled = _compile_law(LAWS[kind], function)
+    except (NumbaError, TypeError) as error:
+        returned = _returned(kind, function)
+        why = f"it returns {returned}; it must return {RETURNS[kind]}" if returned else _one_line(str(error))
+        raise InputError(f"{describe_law(function)} cannot be compiled as {FORMS[kind]}: {why}") from error
+    if compiled.nopython_signatures[0].return_type != LAWS[kind].return_type:  # numba infers none
+        raise InputError(f"{describe_law(function)} never returns a value; it must be {FORMS[kind]}")
+    return compiled
+
+
+def _returned(kind: str, function: Callable) -> str:
+    """How many numbers a law returns that is compiled for its arguments alone; '' where their number is right."""
+    try:
+        found = njit(LAWS[kind].args)(function).nopython_signatures[0].return_type
+    except Exception:  # noqa: BLE001  (it cannot be compiled for another reason, which is reported)
+        return ""
+    number = len(found) if isinstance(found, types.BaseTuple) else 1 if isinstance(found, types.Number) else 0
+    if number == _COUNTS[kind]:
+        return ""
+    return counted(number, "number") if number else f"a value of type {found}"
+
+
+def describe_law(law: Any) -> str:
+    """Name of a user's law and where it stands."""
+    code = getattr(law, "py_func", law).__code__
+    return f"the law {law.__name__!r} ({code.co_filename}:{code.co_firstlineno})"
+
+
+def _one_line(message: str) -> str:
+    """What numba says first, without its account of what it was doing."""
+    lines = [line.strip(" >") for line in message.splitlines()]
+    kept_lines = [line for line in lines if line and not line.startswith("Failed in nopython mode")]
+    return " ".join(kept_lines[: 2 if kept_lines[0].endswith(":") else 1])
+
+
+#: What a law of each kind returns, in words.
+RETURNS = {
+    "force": "three finite numbers, (fx, fy, fz)",
+    "spring": "one finite number, the tension or torque",
+    "drive": "three finite numbers, (angle, rate, acceleration)",
+    "event": "one finite number",
+    "element": "two finite numbers, (energy, power)",
+    "motor": "one finite number, the torque or force",
+}
+_COUNTS = {"force": 3, "spring": 1, "drive": 3, "event": 1, "element": 2, "motor": 1}
+
+
+def try_law(
+    law: Any, *arguments: Any, described: str = "", parameters: Any = None, kind: str = ""
+) -> tuple[float, ...]:
+    """What a user's law returns, as a tuple of finite numbers; `described` names it in messages.
+
+    Its parameters are the last argument, or `parameters`. With a `kind` of `RETURNS` their number is checked.
+
+    Raises
+    ------
+    InputError
+        If it raises an exception, or returns anything else.
+    """
+    described = described or describe_law(law)
+    count = len(arguments[-1] if parameters is None else parameters)
+    given = "1 parameter is" if count == 1 else f"{count} parameters are"
+    try:
+        result = law(*arguments)
+        values = tuple(float(x) for x in (result if isinstance(result, tuple) else (result,)))
+    except Exception as error:  # whatever a user's code may raise
+        raise InputError(
+            f"{described} fails: {type(error).__name__}: {_what(law, arguments, error)}; {given} given"
+        ) from error
+    if not all(math.isfinite(x) for x in values) or (kind and len(values) != _COUNTS[kind]):
+        shown = values if isinstance(result, tuple) else values[0]
+        raise InputError(f"{described} returns {shown}; it must return {RETURNS.get(kind, 'finite numbers')}")
+    return values
+
+
+def _what(law: Any, arguments: tuple[Any, ...], error: Exception) -> str:
+    """What an exception of a law says; of an index out of bounds, which one it is, by the law as plain Python."""
+    if isinstance(error, IndexError):
+        try:
+            getattr(law, "py_func", law)(*arguments)
+        except IndexError as plain:
+            error = plain
+        except Exception:  # noqa: BLE001  (another one: its error at compilation is reported)
+            pass
+    return " ".join(str(error).split())
+
+
+def force_law(function: Callable) -> Any:
+    """Turn ``f(x, v, t, parameters) -> (fx, fy, fz)`` into the law of a load or of an acceleration field.
+
+    Parameters
+    ----------
+    function : callable
+        Receives position `x` : (3,) m and velocity `v` : (3,) m/s in the inertial frame, time `t` : s and the
+        `parameters` : (k,) given with the part; returns three numbers: a force per length (N/m), a force (N), a torque
+        (N m) or an acceleration (m/s2), depending on the part. If its first argument is named ``t``, the order is
+        ``f(t, x, v, parameters)``.
+
+    Returns
+    -------
+    compiled function
+        Its address goes into the model; editing the law recompiles the law alone. Its indices are checked, and a run
+        in which it raises an exception fails with a message that names it.
+
+    Notes
+    -----
+    Globals, closures and helpers, in any file, have the values of the moment at which the law is decorated. A law is
+    stored, for the next start, by the content of all that it refers to; where that cannot be decided (a function that
+    numba knows from an extension, a class that is compiled) it is compiled at every start.
+    """
+    return _law("force", _time_last(function))
+
+
+def _time_last(function: Any) -> Any:
+    """A force law with the time as its third argument, of one that has it first; others as they are."""
+    code = getattr(function, "__code__", None)
+    if code is None or code.co_argcount != 4 or code.co_varnames[0] != "t":
+        return function
+    inner = function if config.DISABLE_JIT else _compiled_first(function)
+
+    def ordered(x: Any, v: Any, t: float, parameters: Any) -> Any:
+        return inner(t, x, v, parameters)
+
+    named = {"co_filename": code.co_filename, "co_name": code.co_name, "co_firstlineno": code.co_firstlineno}
+    ordered.__code__ = ordered.__code__.replace(**named)
+    ordered.__name__ = function.__name__
+    return ordered
+
+
+def _compiled_first(function: Callable) -> Any:
+    """A force law with the time first, compiled."""
+    signature = LAWS["force"]
+    x, v, t, parameters = signature.args
+    try:
+        return _compile_law(signature.return_type(t, x, v, parameters), function)
+    except (NumbaError, TypeError) as error:
+        raise InputError(
+            f"{describe_law(function)} cannot be compiled as (t, x, v, parameters) -> (fx, fy, fz): "
+            f"{_one_line(str(error))}"
+        ) from error
+
+
+def spring_law(function: Callable) -> Any:
+    """Turn ``f(extension, rate, t, parameters) -> tension`` (m, m/s, s -> N) into the law of a spring."""
+    return _law("spring", function)
+
+
+def drive_law(function: Callable) -> Any:
+    """Turn ``f(t, parameters) -> (angle, rate, acceleration)`` (rad, rad/s, rad/s2) into the law of a spool."""
+    return _law("drive", function)
+
+
+def event_law(function: Callable) -> Any:
+    """Turn ``f(t, y, parameters) -> value`` into an event that fires where the value rises through zero."""
+    return _law("event", function)
+
+
+def element_law(function: Callable) -> Any:
+    """Turn ``f(t, x, v, parameters, f) -> (energy, power)`` into the law of a `CustomForce`.
+
+    Parameters
+    ----------
+    function : callable
+        Receives the time `t` : s, positions `x` : (3 k,) m and velocities `v` : (3 k,) m/s of k points, inertial axes,
+        point after point, and `parameters` : (n,). It adds to `f` : (3 k,) N, zero at the call, the forces on these
+        points, inertial axes, and returns the energy stored (J) and the power dissipated (W).
+
+    Returns
+    -------
+    compiled function
+
+    Notes
+    -----
+    The energy balance of a run closes where f . v = -(d/dt)(energy) - power. Of forces that give energy, the power is
+    below zero. A law that always returns zeros states no energy: its forces do work, as loads do. Momentum is kept
+    where the forces have neither a resultant nor a moment.
+    """
+    return _law("element", function)
+
+
+def motor_law(function: Callable) -> Any:
+    """Turn ``f(t, x, v, parameters) -> torque`` into the law of a `Motor`.
+
+    Parameters
+    ----------
+    function : callable
+        Receives the time `t` : s, the coordinate `x` : rad or m, its rate `v` : rad/s or m/s, and `parameters` : (n,).
+        It returns the torque (N m) or force (N) that drives the coordinate.
+
+    Returns
+    -------
+    compiled function
+    """
+    return _law("motor", function)
+
+
+def law_address(law: Any, kind: str) -> int:
+    """Address of a compiled law of the given `kind`; the caller keeps the law alive as long as the address.
+
+    Raises
+    ------
+    TypeError
+        If `law` was not made by the decorator of that kind.
+    """
+    if config.DISABLE_JIT:
+        PLAIN.append(law)
+        return len(PLAIN) - 1
+    if isinstance(law, Kernel):  # the package's own law, which runs an expression
+        law.load()
+        return pointer_of(law.dispatcher, LAWS[kind])
+    signature = LAWS[kind]
+    signatures = getattr(law, "nopython_signatures", None)
+    if signatures is None or [s.args for s in signatures] != [signature.args]:
+        raise TypeError(f"the law {getattr(law, '__name__', law)!r} must be decorated with @evolvent.{kind}_law")
+    return pointer_of(law, signature)

@@ -1,0 +1,261 @@
+"""Structs of arrays that compiled code receives as one pointer.
+
+A `Struct` names arrays of fixed type, records and other structs. Python sees ordinary attributes. Compiled code sees
+the address of a block of machine words, the headers: data pointer and sizes of an array, data pointer of a record,
+address of a struct. An attribute loads its words from there, each marked invariant, so that LLVM takes them out of
+loops.
+
+Notes
+-----
+A NamedTuple would be unpacked into the arguments of every compiled function, some 150 words for a model, which costs
+compilation, cache and calls. The headers are filled when a struct is made, therefore its attributes cannot be set:
+`_replace` makes another struct. Under ``NUMBA_DISABLE_JIT=1`` there are no headers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from llvmlite import ir
+from numba import config, types
+from numba.core import cgutils
+from numba.core.imputils import lower_getattr_generic
+from numba.core.typing.templates import AttributeTemplate, infer_getattr
+from numba.extending import NativeValue, lower_cast, models, register_model, typeof_impl, unbox
+from numba.np import numpy_support
+
+
+class Field(NamedTuple):
+    """Type of an attribute: an array of `ndim` dimensions, a record (`ndim` 0), or a struct (by its class).
+
+    `value` is that of an attribute that all instances share.
+    """
+
+    dtype: Any
+    ndim: int
+    struct: type[Struct] | None = None
+    value: np.ndarray | None = None
+
+    @property
+    def words(self) -> int:
+        """Machine words in the block of headers."""
+        return 1 + self.ndim
+
+
+def array(ndim: int, dtype: Any = np.float64) -> Any:
+    """Declare an array of `ndim` dimensions as an attribute of a `Struct`."""
+    return Field(np.dtype(dtype), ndim)
+
+
+def record(dtype: np.dtype) -> Any:
+    """Declare a single record: its fields are read and set as attributes, in Python and in compiled code."""
+    return Field(dtype, 0)
+
+
+def struct(kind: type[Struct]) -> Any:
+    """Declare another struct as an attribute."""
+    return Field(None, 0, struct=kind)
+
+
+def shared(value: np.ndarray) -> Any:
+    """Declare an array that all instances refer to."""
+    return Field(value.dtype, value.ndim, value=value)
+
+
+class StructType(types.Type):
+    """The numba type of a `Struct`, known by its name."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name=name)
+
+    @property
+    def fields(self) -> dict[str, Field]:
+        """Declared attributes."""
+        return _STRUCTS[self.name]._fields
+
+
+#: Classes by the name of their numba type.
+_STRUCTS: dict[str, type[Struct]] = {}
+register_model(StructType)(models.OpaqueModel)
+
+
+class Struct:
+    """Base of a class whose attributes are declared by `array`, `record` and `struct`.
+
+    Raises
+    ------
+    TypeError
+        For a missing or unknown attribute, or an array of another type, layout or alignment.
+    """
+
+    _fields: ClassVar[dict[str, Field]] = {}
+    _numba_type_: ClassVar[StructType]
+
+    def __init_subclass__(cls) -> None:
+        found = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
+        for name in found:
+            delattr(cls, name)
+        cls._fields = found
+        cls._numba_type_ = StructType(cls.__name__)
+        _STRUCTS[cls.__name__] = cls
+
+    def __init__(self, **values: Any) -> None:
+        own = self._own()
+        if values.keys() != set(own):
+            raise TypeError(f"{type(self).__name__} has the attributes {', '.join(own)}")
+        words: list[int] = []
+        for name, field in self._fields.items():
+            value: Any = values[name] if field.value is None else field.value
+            if field.struct is not None:
+                words.append(value.address)
+            else:
+                _check(f"{type(self).__name__}.{name}", value, field)
+                words.append(_address(value))
+                words.extend(value.shape)
+            self.__dict__[name] = value
+        if not config.DISABLE_JIT:
+            self.__dict__["_headers"] = headers = np.array(words, dtype=np.int64)
+            self.__dict__["address"] = headers.__array_interface__["data"][0]
+        else:
+            self.__dict__["address"] = 0
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{type(self).__name__}.{name} cannot be set; use _replace")
+
+    @classmethod
+    def _own(cls) -> list[str]:
+        """Names of the attributes that are an instance's own."""
+        return [name for name, field in cls._fields.items() if field.value is None]
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self.__dict__[name] for name in self._own())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuild, (type(self), self._asdict())
+
+    def _asdict(self) -> dict[str, Any]:
+        """Attributes by name."""
+        return {name: self.__dict__[name] for name in self._own()}
+
+    def _replace(self, **values: Any) -> Any:
+        """Another struct with some attributes replaced; the other arrays are shared."""
+        return type(self)(**(self._asdict() | values))
+
+    def copy(self) -> Any:
+        """A struct with arrays of its own."""
+        return type(self)(**{name: value.copy() for name, value in self._asdict().items()})
+
+
+def _rebuild(kind: type[Struct], values: dict[str, Any]) -> Any:
+    return kind(**values)
+
+
+def _address(value: Any) -> int:
+    """Address of the data of an array or a record; of an array of records ten times faster than by its interface."""
+    return int(value.ctypes.data if isinstance(value, np.ndarray) else value.__array_interface__["data"][0])
+
+
+def _check(name: str, value: Any, field: Field) -> None:
+    if isinstance(value, np.record | np.void):
+        if value.dtype != field.dtype or field.ndim:
+            raise TypeError(f"{name} is a record of {value.dtype}; it must be of {field.dtype}")
+        return
+    if not isinstance(value, np.ndarray) or value.dtype != field.dtype or value.ndim != field.ndim:
+        what = f"{value.ndim}-d {value.dtype}" if isinstance(value, np.ndarray) else type(value).__name__
+        raise TypeError(f"{name} is {what}; it must be {field.ndim}-d {field.dtype}")
+    flags = value.flags
+    if not (flags.c_contiguous and flags.aligned and flags.writeable):
+        raise TypeError(f"{name} must be contiguous in rows, aligned and writeable")
+
+
+def zeros_record(dtype: np.dtype, **values: Any) -> Any:
+    """A record of zeros but for the given fields; its fields are attributes."""
+    found = np.zeros(1, dtype=dtype).view(np.recarray)[0]
+    for name, value in values.items():
+        found[name] = value
+    return found
+
+
+# ---------------------------------------------------------------------------------------------- numba
+
+
+@typeof_impl.register(Struct)
+def _typeof(value: Struct, context: Any) -> StructType:
+    return value._numba_type_
+
+
+@unbox(StructType)
+def _unbox(kind: StructType, value: Any, c: Any) -> NativeValue:
+    address = c.pyapi.object_getattr_string(value, "address")
+    number = c.unbox(types.int64, address).value
+    c.pyapi.decref(address)
+    return NativeValue(c.builder.inttoptr(number, c.context.get_value_type(kind)))
+
+
+def _numba_type(field: Field) -> types.Type:
+    if field.struct is not None:
+        return field.struct._numba_type_
+    item = numpy_support.from_dtype(field.dtype)
+    return item if field.ndim == 0 else types.Array(item, field.ndim, "C")
+
+
+@infer_getattr
+class _Attributes(AttributeTemplate):
+    key = StructType
+
+    def generic_resolve(self, kind: StructType, name: str) -> types.Type | None:
+        field = kind.fields.get(name)
+        return None if field is None else _numba_type(field)
+
+
+@lower_cast(types.NestedArray, types.Array)
+def _field_as_array(context: Any, builder: Any, from_type: Any, to_type: Any, value: Any) -> Any:
+    """An array that is a field of a record, passed where an array is asked for: both are laid out alike."""
+    return value
+
+
+def has_addresses(kind: types.Type) -> bool:
+    """Whether a type is that of a struct with the table of addresses (see `evolvent.compiled.jit.Indirect`)."""
+    return isinstance(kind, StructType) and "addresses" in kind.fields
+
+
+@lower_getattr_generic(StructType)
+def _attribute(context: Any, builder: Any, kind: StructType, value: Any, name: str) -> Any:
+    found = load_attribute(context, builder, kind, value, name)
+    return found if isinstance(kind.fields[name].ndim, int) and kind.fields[name].ndim == 0 else found._getvalue()
+
+
+def load_attribute(context: Any, builder: Any, kind: StructType, value: Any, name: str) -> Any:
+    """LLVM value of an attribute: an address, or for an array the proxy of numba's array structure."""
+    first = 0
+    for other, field in kind.fields.items():
+        if other == name:
+            break
+        first += field.words
+    found = _numba_type(field)
+    integer = ir.IntType(64)
+
+    def word(k: int, as_type: Any) -> Any:
+        at = builder.gep(builder.bitcast(value, as_type.as_pointer()), [cgutils.intp_t(first + k)])
+        loaded = builder.load(at)
+        loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
+        return loaded
+
+    if field.ndim == 0:  # a struct, or a record, by its address
+        return word(0, context.get_value_type(found))
+    shape = [word(1 + k, integer) for k in range(field.ndim)]
+    itemsize = context.get_constant(types.intp, field.dtype.itemsize)
+    strides, count = [itemsize], shape[-1]
+    for k in range(field.ndim - 2, -1, -1):
+        strides.insert(0, builder.mul(strides[0], shape[k + 1]))
+        count = builder.mul(count, shape[k])
+    header = cgutils.create_struct_proxy(found)(context, builder)
+    header.data = word(0, context.get_data_type(found.dtype).as_pointer())
+    header.nitems, header.itemsize = count, itemsize
+    header.shape = cgutils.pack_array(builder, shape, integer)
+    header.strides = cgutils.pack_array(builder, strides, integer)
+    header.meminfo = context.get_constant_null(types.MemInfoPointer(found.dtype))
+    header.parent = context.get_constant_null(types.pyobject)
+    return header

@@ -1,0 +1,1 @@
+"""From simulation to decision: studies and calibration."""

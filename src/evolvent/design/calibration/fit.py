@@ -1,0 +1,454 @@
+"""Least squares on the runs of a case, or on its closed form."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+import pathlib
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.base import schema, units
+from evolvent.base.errors import EvolventError, InputError, RunFailed, nearest
+from evolvent.design.calibration import data
+from evolvent.design.calibration.kept import Kept
+from evolvent.results import variables
+from evolvent.results.measurements import Measurements, Series
+
+Array = np.ndarray
+#: Relative change of a parameter by which derivatives are taken: of runs, whose errors of integration change with it,
+#: and of closed forms.
+STEP_OF_RUNS, STEP_OF_FORMULAS = 1e-3, 1e-5
+#: Smallest singular value of the scaled derivatives over the largest, below which the data cannot separate parameters:
+#: of runs, whose central differences have an error of some 1e-6, and of closed forms.
+LEAST_OF_RUNS, LEAST_OF_FORMULAS = 1e-4, 1e-7
+#: What may be fitted.
+MODELS = ("auto", "runs", "closed-form")
+#: Parameters that may be fitted at most, and evaluations.
+MOST, MOST_EVALUATIONS = 40, 2000
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """A fitted key of a case: where the fit starts (SI), what is allowed, and what counts as 1."""
+
+    key: str
+    unit: str
+    start: float
+    least: float
+    most: float
+    scale: float
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Reference:
+    """Another formula fitted to the same data: values of every series, and the root mean square of its residuals."""
+
+    modelled: tuple[Array, ...]
+    rms: float
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Calibration:
+    """A fit.
+
+    Attributes
+    ----------
+    parameters : tuple of Parameter
+    values, errors : (p,) float, SI, and their standard errors
+    correlation : (p, p) float
+    series : tuple of `Series`, as measured
+    modelled : of each series the model's values in its unit
+    references : mapping, label -> Reference, formulas that the system has beside its model
+    residuals : (n,) float, modelled less measured of all series, in their units
+    evaluations : int, of which `reused` were read from the folder
+    message : str, of the least squares
+    notes : what the data do not determine
+    case : dict, the content of the case with the fitted values
+    """
+
+    parameters: tuple[Parameter, ...]
+    values: Array
+    errors: Array
+    correlation: Array
+    series: tuple[Series, ...]
+    modelled: tuple[Array, ...]
+    references: Mapping[str, Reference]
+    residuals: Array
+    evaluations: int
+    reused: int
+    message: str
+    notes: tuple[str, ...]
+    case: Mapping[str, Any]
+    source: str
+    model: str
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residuals."""
+        return float(np.sqrt(np.mean(self.residuals**2)))
+
+
+def calibrate(
+    case: Any, source: str, *, fit: Sequence[str], observe: Sequence[str], model: str = "auto",
+    deviations: Sequence[float] | None = None, folder: str | os.PathLike[str] | None = None,
+    progress: Callable[[int, float], None] | None = None, references: bool = True,
+    fixed: Mapping[str, Any] | None = None, report: Callable[[str], None] | None = None,
+) -> Calibration:  # fmt: skip
+    """Fit parameters of a case to measured data.
+
+    Parameters
+    ----------
+    case : name of a built-in case, file, or content
+    source : str, file of the data (see `evolvent.design.calibration.data`)
+    fit : keys of the case; a key that holds a list stands for all its entries
+    observe : variables that were measured, "NAME" or "NAME=COLUMN"; in a table of runs with a reduction ("NAME.last")
+    model : {"auto", "runs", "closed-form"}, what is fitted; "auto" takes the system's closed form where it has one
+    deviations : standard deviation of the values of each variable, in their units; needed where several are observed
+    folder : folder that keeps every evaluation, so that the same call goes on where it was stopped
+    progress : called with the number of evaluations and the root mean square reached
+    references : bool, whether the formulas that the system has beside its model are fitted as well
+    fixed : mapping, keys of the case that are set after those that the data set
+    report : called with a sentence about evaluations in the folder that are damaged
+
+    Raises
+    ------
+    InputError
+        For keys, columns and units that cannot be used, and parameters that the data do not distinguish.
+    RunFailed
+        Where the run with the values at the start fails.
+    """
+    from scipy.optimize import least_squares
+
+    measured = data.read(source, case, observe)
+    content = cases.content_of(case, {**measured.overrides, **(fixed or {})})
+    parameters = _parameters(content, fit)
+    content = cases.content_of(content, _plain_lists(content, parameters))
+    weights = _weights(measured.series, deviations)
+    closed_form = _is_closed_form(model, content)
+    run = _Model(content, measured, parameters, weights, closed_form, folder, progress, report)
+    start = np.array([p.start / p.scale for p in parameters])
+    low, high = (np.array([getattr(p, side) / p.scale for p in parameters]) for side in ("least", "most"))
+    if run.count <= len(parameters):
+        raise InputError(
+            f"--fit names {len(parameters)} parameters, but {source!r} holds {run.count} values of them; more values "
+            f"than parameters are needed"
+        )
+    run.residuals(start, first=True)
+    step = STEP_OF_FORMULAS if closed_form else STEP_OF_RUNS
+    found = least_squares(
+        run.residuals, start, jac=lambda x: run.derivatives(x, step, low, high), bounds=(low, high), x_scale="jac",
+        xtol=1e-9, ftol=1e-10, gtol=1e-12, max_nfev=100,
+    )  # fmt: skip
+    if found.status <= 0:
+        raise RunFailed(f"the fit did not converge in {found.nfev} steps: {found.message}", None)
+    least = LEAST_OF_FORMULAS if closed_form else LEAST_OF_RUNS
+    errors, correlation = _uncertainty(found.jac, found.fun, parameters, least, given=deviations is not None)
+    best = run.overrides(found.x)
+    modelled = run.values(found.x)
+    others = _references(content, best, source, fit, observe) if references else {}
+    residuals = np.concatenate([m - s.values for m, s in zip(modelled, measured.series, strict=True)])
+    return Calibration(
+        parameters=parameters, values=found.x * np.array([p.scale for p in parameters]), errors=errors,
+        correlation=correlation, series=measured.series, modelled=modelled, references=others,
+        residuals=residuals, evaluations=run.evaluations, reused=run.reused, message=found.message,
+        notes=measured.notes, case=cases.content_of(content, best), source=source,
+        model="closed form" if closed_form else "runs",
+    )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------ parameters
+
+
+def _parameters(content: Mapping[str, Any], fit: Sequence[str]) -> tuple[Parameter, ...]:
+    kind = cases.system(content["system"]).Case
+    checked = cases.load(dict(content)).model_dump()
+    found: list[Parameter] = []
+    for key in (key for word in fit for key in word.split(",") if key):
+        schema.locate(kind, key, content)
+        value = _at(checked, key)
+        if isinstance(value, (list, tuple)):
+            found += [_parameter(kind, content, f"{key}.{k}", one) for k, one in enumerate(value)]
+        elif value is None:
+            raise InputError(f"--fit names {key!r}, which the case does not give; set it to where the fit should start")
+        else:
+            found.append(_parameter(kind, content, key, value))
+    if not found:
+        raise InputError("--fit names no key; give one or more keys of the case, such as body.inertia")
+    if len(found) > MOST:
+        raise InputError(f"--fit names {len(found)} parameters; at most {MOST} are fitted")
+    names = [p.key for p in found]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"--fit names {twice!r} twice")
+    return tuple(found)
+
+
+def _plain_lists(content: Mapping[str, Any], parameters: Sequence[Parameter]) -> dict[str, Any]:
+    """Lists of which entries are fitted, as plain numbers in SI units, as which the entries are then set."""
+    checked = cases.load(dict(content)).model_dump()
+    lists = {p.key.rpartition(".")[0] for p in parameters if p.key.rpartition(".")[2].isdigit()}
+    return {key: list(_at(checked, key)) for key in lists}
+
+
+def _is_closed_form(model: str, content: Mapping[str, Any]) -> bool:
+    """Whether the system's closed form is fitted."""
+    if model not in MODELS:
+        raise InputError(f"--model is {model!r}; {nearest(model, MODELS)}")
+    if model == "runs":
+        return False
+    has_one = bool(cases.system(content["system"]).closed_form(cases.load(dict(content)), np.zeros(1)))
+    if model == "closed-form" and not has_one:
+        raise InputError(f"--model is 'closed-form', but the system {content['system']!r} has none; use 'runs'")
+    return has_one
+
+
+def _at(values: Any, key: str) -> Any:
+    """The value of a key of a checked case."""
+    passed: list[str] = []
+    for name in key.split("."):
+        if isinstance(values, list | tuple):
+            if not name.isdigit() or int(name) >= len(values):
+                raise InputError(f"--fit names {key!r}, but {'.'.join(passed)} has entries 0 to {len(values) - 1}")
+            values = values[int(name)]
+        elif isinstance(values, Mapping) and name in values:
+            values = values[name]
+        else:
+            raise InputError(f"--fit names {key!r}, which the case does not give; set it to where the fit should start")
+        passed.append(name)
+    return values
+
+
+def _parameter(kind: Any, content: Mapping[str, Any], key: str, value: Any) -> Parameter:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InputError(f"--fit names {key!r}, which is {schema.shown(value)}; only numbers are fitted")
+    place = schema.locate(kind, key, content)
+    marks = [getattr(mark, "quantity", mark) for _, own in place.types for mark in own]
+    quantity = next((mark for mark in marks if isinstance(mark, units.Quantity)), None)
+    if quantity is None:
+        raise InputError(f"--fit names {key!r}, which is no quantity; only numbers with a unit are fitted")
+    scale = abs(float(value)) or 1.0
+    lows = [
+        b for b in (quantity.least, None if quantity.above is None else quantity.above + 1e-9 * scale) if b is not None
+    ]
+    highs = [
+        b for b in (quantity.most, None if quantity.below is None else quantity.below - 1e-9 * scale) if b is not None
+    ]
+    return Parameter(
+        key=key, unit=quantity.unit, start=float(value), least=max(lows, default=-math.inf),
+        most=min(highs, default=math.inf), scale=scale,
+    )  # fmt: skip
+
+
+def _weights(series: Sequence[Series], deviations: Sequence[float] | None) -> list[float]:
+    if deviations is None:
+        if len(series) > 1:
+            raise InputError(
+                "several variables are observed; give the standard deviation of each by --std, which weights them"
+            )
+        return [1.0]
+    if len(deviations) != len(series):
+        raise InputError(f"--std has {len(deviations)} values for {len(series)} observed variables; give one for each")
+    if not all(math.isfinite(d) and d > 0.0 for d in deviations):
+        raise InputError(
+            f"--std is {', '.join(f'{d:g}' for d in deviations)}; every standard deviation must be above 0"
+        )
+    return [1.0 / d for d in deviations]
+
+
+# ------------------------------------------------------------------------------------------------ the model
+
+
+class _Model:
+    """Residuals of a case as functions of scaled parameters; keeps what was computed."""
+
+    def __init__(self, content: Any, measured: Measurements, parameters: Any, weights: list[float],
+                 closed_form: bool, folder: Any, progress: Any, report: Any) -> None:  # fmt: skip
+        self.content, self.measured, self.parameters, self.weights = content, measured, parameters, weights
+        self.module = cases.system(content["system"])
+        self.closed_form, self.progress = closed_form, progress
+        self.count = sum(s.values.size for s in measured.series)
+        self.evaluations = self.reused = 0
+        self._known: dict[str, list[list[float]]] = {}
+        self._stored: set[str] = set()
+        self._kept: Kept | None = None
+        if folder is not None:
+            self._open(pathlib.Path(folder), report)
+
+    def _open(self, folder: pathlib.Path, report: Any) -> None:
+        """Read the evaluations that a folder keeps; of another case, data or version there are none."""
+        from evolvent.design.studies.store import sources
+
+        measured = [(s.name, s.unit, s.values.tolist()) for s in self.measured.series]
+        asked = json.dumps(
+            [self.content, self.closed_form, sources(), measured],
+            sort_keys=True, default=str,
+        )  # fmt: skip
+        self._kept = Kept(folder, asked, [s.values.size for s in self.measured.series])
+        if self._kept.damaged and report is not None:
+            report(self._kept.sentence())
+        self._known |= self._kept.found
+        self._stored = set(self._known)
+
+    def overrides(self, x: Array) -> dict[str, Any]:
+        """The fitted keys and their values, SI."""
+        return {p.key: float(v * p.scale) for p, v in zip(self.parameters, x, strict=True)}
+
+    def values(self, x: Array) -> tuple[Array, ...]:
+        """What the model gives for every series, in its unit."""
+        given = self.overrides(x)
+        key = json.dumps(given, sort_keys=True)
+        if key in self._known:
+            self.reused += key in self._stored
+            self._stored.discard(key)
+            return tuple(np.array(v) for v in self._known[key])
+        if self.evaluations >= MOST_EVALUATIONS:
+            raise RunFailed(f"the fit took {MOST_EVALUATIONS} evaluations and did not converge", None)
+        found = self._evaluated(given)
+        self.evaluations += 1
+        self._known[key] = [v.tolist() for v in found]
+        if self._kept is not None:
+            self._kept.add(key, self._known[key])
+        return found
+
+    def _evaluated(self, given: Mapping[str, Any]) -> tuple[Array, ...]:
+        found: list[list[Array]] = [[] for _ in self.measured.series]
+        for row in self.measured.rows:
+            content = cases.content_of(self.content, {**row, **given})
+            for k, values in enumerate(self._run(content)):
+                found[k].append(values)
+        return tuple(np.concatenate(one) for one in found)
+
+    def _run(self, content: Any) -> list[Array]:
+        """Values of every series of one run."""
+        series, case = self.measured.series, cases.load(content)
+        if self.closed_form:
+            found = []
+            for one in series:
+                assert one.times is not None
+                formulas = self.module.closed_form(case, one.times(content))
+                if one.name not in formulas:
+                    raise InputError(f"the closed form has no variable {one.name!r}; {nearest(one.name, formulas)}")
+                values, unit = formulas[one.name]
+                found.append(values * _factor(unit, one))
+            return found
+        from evolvent.design.studies import record
+
+        plan = self.module.plan(case)
+        names = [record.split(one.name)[0] if one.times is None else one.name for one in series]
+        names += [name.partition("[")[0] for name in names if name.endswith("]")]
+        run = plan.observe(names) if plan.observe is not None else plan.run(None)
+        if run.attrs["status"] == "failed":
+            raise RunFailed(str(run.attrs["message"]), run)
+        if run.attrs["status"] == "interrupted":
+            raise KeyboardInterrupt
+        return [_values(run, one, content) for one in series]
+
+    def residuals(self, x: Array, *, first: bool = False) -> Array:
+        """Weighted differences; not a number, which shortens the step of the least squares, where a run fails."""
+        try:
+            found = self.values(x)
+        except EvolventError:
+            if first:
+                raise
+            return np.full(self.count, np.nan)
+        parts = [w * (v - s.values) for w, v, s in zip(self.weights, found, self.measured.series, strict=True)]
+        whole = np.concatenate(parts)
+        if self.progress is not None:
+            self.progress(self.evaluations + self.reused, float(np.sqrt(np.mean(whole**2))))
+        return whole
+
+    def derivatives(self, x: Array, step: float, low: Array, high: Array) -> Array:
+        """Central differences, one-sided at a bound."""
+        columns = []
+        for k in range(x.size):
+            ends = [x.copy(), x.copy()]
+            ends[0][k], ends[1][k] = max(x[k] - step, low[k]), min(x[k] + step, high[k])
+            before, after = (self.residuals(end) for end in ends)
+            column = (after - before) / (ends[1][k] - ends[0][k])
+            if not np.all(np.isfinite(column)):
+                raise RunFailed(
+                    f"the fit cannot take the derivative by {self.parameters[k].key}: a run near "
+                    f"{x[k] * self.parameters[k].scale:g} {self.parameters[k].unit} fails", None,
+                )  # fmt: skip
+            columns.append(column)
+        return np.stack(columns, axis=1)
+
+
+def _factor(unit: str, one: Series) -> float:
+    """From a unit of the results to that of the data; the same if the data state none."""
+    if not one.unit:
+        return 1.0
+    wanted = re.sub(r"([A-Za-z]+)(-?\d)", r"\1^\2", unit) if unit != "1" else ""  # "kg m2 s-1": kg m^2 s^-1
+    try:
+        return 1.0 / units.parse(f"1 {one.unit}", {"rad s^-1": "rad/s"}.get(wanted, wanted))
+    except units.UnitError as error:
+        raise InputError(f"the data of {one.name!r} are in {one.unit}, the variable in {unit}; {error}") from None
+
+
+def _values(run: Any, one: Series, content: Any) -> Array:
+    """Values of a series in a run, in its unit."""
+    from evolvent.design.studies import record
+
+    if one.times is None:
+        name, reduction = record.split(one.name)
+        found = variables.get(run, name)
+        values = found.transpose("time", ...).values if "time" in found.dims else found.values[None]
+        number = np.asarray(record.REDUCTIONS[reduction or "last"](values), dtype=float)
+        if number.ndim:
+            raise InputError(f"--observe is {one.name!r}, which has {number.size} values a run; name a component of it")
+        return np.atleast_1d(number) * _factor(str(found.attrs.get("units", "1")), one)
+    found = variables.get(run, one.name)
+    if found.dims != ("time",):
+        raise InputError(f"--observe is {one.name!r}, which has the dimensions {found.dims}; name one value over time")
+    time, at = run.time.values, one.times(content)
+    if at[0] < time[0] - 1e-9 or at[-1] > time[-1] * (1.0 + 1e-9):
+        raise InputError(
+            f"the data go from {at[0]:g} s to {at[-1]:g} s, the run from {time[0]:g} s to {time[-1]:g} s; let the "
+            f"run cover the data"
+        )
+    from scipy.interpolate import CubicSpline
+
+    values = np.asarray(CubicSpline(time, found.values)(at))
+    return values * _factor(str(found.attrs.get("units", "1")), one)
+
+
+# ------------------------------------------------------------------------------------------------ uncertainty
+
+
+def _uncertainty(J: Array, r: Array, parameters: Any, least: float, *, given: bool) -> tuple[Array, Array]:
+    """Standard errors (SI) and correlations: inverse of J^T J, times the variance of the residuals if none is given."""
+    norms = np.linalg.norm(J, axis=0)
+    idle = [p.key for p, n in zip(parameters, norms, strict=True) if n == 0.0]
+    if idle:
+        raise InputError(f"the data do not depend on {', '.join(idle)}; leave it out of --fit")
+    _, s, vt = np.linalg.svd(J / norms, full_matrices=False)
+    if s[-1] < least * s[0]:
+        mixed = [p.key for p, share in zip(parameters, vt[-1], strict=True) if abs(share) > 0.1]
+        raise InputError(f"the data cannot separate {', '.join(mixed)}; leave one of them out of --fit")
+    covariance = (vt.T / s**2) @ vt / np.outer(norms, norms)
+    if not given:
+        covariance = covariance * float(r @ r) / (r.size - len(parameters))
+    deviation = np.sqrt(np.diag(covariance))
+    scales = np.array([p.scale for p in parameters])
+    return deviation * scales, covariance / np.outer(deviation, deviation)
+
+
+def _references(
+    content: Any, best: Mapping[str, Any], source: str, fit: Sequence[str], observe: Sequence[str]
+) -> dict[str, Reference]:
+    """Other formulas fitted to the same data, where the system has some (`SystemDefinition.reference_formulas`)."""
+    module, found = cases.system(content["system"]), {}
+    for label, changes in module.reference_formulas.items():
+        other = calibrate(
+            cases.content_of(content, {**best, **changes}), source, fit=fit, observe=observe, model="closed-form",
+            references=False, fixed=changes,
+        )  # fmt: skip
+        found[label] = Reference(modelled=other.modelled, rms=other.rms)
+    return found

@@ -1,0 +1,42 @@
+"""Built-in studies: files ``*.study.yaml`` beside their system."""
+
+from __future__ import annotations
+
+import functools
+import pathlib
+import re
+
+from evolvent import cases
+from evolvent.base.errors import InputError, nearest
+
+_SYSTEMS = pathlib.Path(cases.__file__).parents[1] / "systems"
+_SUFFIX = ".study.yaml"
+
+
+@functools.cache
+def files() -> dict[str, pathlib.Path]:
+    """Files of the built-in studies by name: ``inertia_stand/map.study.yaml`` is ``inertia-stand-map``."""
+    found = {}
+    for path in sorted(_SYSTEMS.rglob(f"*{_SUFFIX}")):
+        name = str(path.relative_to(_SYSTEMS))[: -len(_SUFFIX)]
+        found[re.sub(r"[\\/_]", "-", name)] = path
+    return found
+
+
+def built_in() -> dict[str, str]:
+    """Built-in studies, name -> what it is (the first line of its file)."""
+    first = {name: path.read_text(encoding="utf-8").partition("\n")[0] for name, path in files().items()}
+    return {name: line.lstrip("# ").strip() for name, line in first.items()}
+
+
+def text(name: str) -> str:
+    """A built-in study as the text that a user edits.
+
+    Raises
+    ------
+    InputError
+        If there is no such study.
+    """
+    if name not in files():
+        raise InputError(f"no study is called {name!r}; {nearest(name, files())}")
+    return files()[name].read_text(encoding="utf-8")

@@ -1,0 +1,208 @@
+"""Stages of a study: runs that follow one another in every case, each from the end of the one before."""
+
+from __future__ import annotations
+
+import dataclasses
+import pathlib
+import re
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+import xarray as xr
+
+from evolvent import cases, results
+from evolvent.base.errors import InputError, nearest
+from evolvent.base.schema import shown
+from evolvent.design.studies import record
+from evolvent.results import variables
+
+#: Folder of the stages' runs in a study's folder.
+FOLDER = "stages"
+_KEYS = ("name", "set")
+#: Stands for the run of the stage before while a study is checked.
+UNKNOWN = "before.nc"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Stage:
+    """A stage: its name, and what it changes in every case."""
+
+    name: str
+    set: Mapping[str, Any]
+
+
+def read(content: Mapping[str, Any]) -> tuple[Stage, ...]:
+    """The stages of a study's content; none if it has none.
+
+    Raises
+    ------
+    InputError
+        One sentence that names the key, its value and what is allowed.
+    """
+    if "stages" not in content:
+        return ()
+    given = content["stages"]
+    if not isinstance(given, list) or len(given) < 2 or not all(isinstance(one, dict) for one in given):
+        raise InputError(
+            f"stages is {shown(given)}; it must be a list of two or more, such as {{name: wind, set: {{phase: wind}}}}"
+        )
+    found: list[Stage] = []
+    for k, one in enumerate(given):
+        for key in one:
+            if key not in _KEYS:
+                raise InputError(f"unknown key 'stages.{k}.{key}'; {nearest(str(key), _KEYS)}")
+        name, changes = one.get("name"), one.get("set") or {}
+        if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w*", name):
+            raise InputError(f"stages.{k}.name is {shown(name)}; it must be a word, such as 'wind'")
+        if name in [stage.name for stage in found]:
+            raise InputError(f"stages.{k}.name is {name!r}, as of a stage before it; names must differ")
+        if not isinstance(changes, dict):
+            raise InputError(f"stages.{k}.set is {shown(changes)}; it must be a mapping of keys of the case to values")
+        found.append(Stage(name=name, set=changes))
+    return tuple(found)
+
+
+def start_key(stages: Sequence[Stage], module: Any, system: str, given: Collection[str]) -> str:
+    """Key of the case that takes the run before; '' without stages.
+
+    Parameters
+    ----------
+    given : keys that the study sets in all stages
+
+    Raises
+    ------
+    InputError
+        If the system cannot start from a run, or the study sets that key where the stage before gives it.
+    """
+    if not stages:
+        return ""
+    key = module.start_key
+    if not key:
+        raise InputError(f"stages are given, but no run of {system!r} can start from another; leave them out")
+    own = [f"stages.{k}.set" for k, stage in enumerate(stages) if k and key in stage.set]
+    where = "set" if key in given else own[0] if own else ""
+    if where:
+        raise InputError(f"{where} gives {key!r}, but a stage starts from the end of the one before; leave it out")
+    return str(key)
+
+
+def check(before: Any, after: Any, module: Any) -> None:
+    """Refuse a stage that cannot follow another; both are checked cases."""
+    module.check_follows(before, after)
+
+
+def check_keep(keep: Sequence[str], stages: Sequence[Stage]) -> None:
+    """Refuse names of `keep` that do not say whose they are."""
+    names = [stage.name for stage in stages]
+    for wanted in keep if names else ():
+        if wanted.partition(".")[0] not in names:
+            raise InputError(f"keep holds {wanted!r}; it must begin with a stage's name, such as {names[-1]}.{wanted}")
+
+
+def own_keep(keep: Sequence[str], name: str) -> list[str]:
+    """What is kept of one stage."""
+    return [wanted.partition(".")[2] for wanted in keep if wanted.partition(".")[0] == name]
+
+
+def check_names(keep: Sequence[str], stages: Sequence[Stage], run: xr.DataTree) -> None:
+    """Refuse names of `keep` of which a run of the system has the part or variable, but not what is asked of it.
+
+    Parameters
+    ----------
+    run : the results at the start of a stage; others may have more parts
+    """
+    known = {*variables.parts(run), *map(str, variables.root_dataset(run).variables)}
+    for stage in stages:
+        try:
+            record.check_names([one for one in own_keep(keep, stage.name) if variables.owner(one) in known], run)
+        except InputError as error:
+            raise InputError(f"stage {stage.name!r}: {error}") from None
+
+
+# ------------------------------------------------------------------------------------------------ running
+
+
+def chain(
+    content: Mapping[str, Any],
+    overrides: Mapping[str, Mapping[str, Any]],
+    *,
+    index: int,
+    start_key: str,
+    keep: Sequence[str],
+    folder: str,
+) -> tuple[record.Outcome, dict[str, record.Outcome], list[str]]:
+    """Run the stages of a case, or take their runs from the folder.
+
+    Returns what is kept of the whole, what is kept of every stage, and sentences on runs that were computed again.
+
+    Parameters
+    ----------
+    overrides : mapping, stage -> what the case changes in it
+    folder : str, of the study
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the user ended a run, which is not kept.
+    """
+    each: dict[str, record.Outcome] = {}
+    kept: dict[str, xr.DataArray] = {}
+    notes: list[str] = []
+    before = ""
+    for name, changes in overrides.items():
+        path = pathlib.Path(folder) / FOLDER / f"{index:06d}-{name}.nc"
+        start = {start_key: before} if before else {}
+        own = own_keep(keep, name)
+        one = record.outcome(index, _run(content, {**changes, **start}, path, notes), own)
+        if keep and not own:
+            one = dataclasses.replace(one, variables={})
+        each[name] = one
+        kept |= {f"{name}_{key}": _named(values, name) for key, values in one.variables.items()}
+        if one.status == "failed":
+            reason = f"stage {name!r}: {one.reason}"
+            return record.Outcome(index=index, status="failed", reason=reason, variables=kept), each, notes
+        before = str(path)
+    return record.Outcome(index=index, status=one.status, variables=kept), each, notes
+
+
+def check_kept(each: Sequence[Mapping[str, record.Outcome]]) -> None:
+    """Refuse names of `keep` that none of the first runs of a stage has."""
+    for name in {name: None for one in each for name in one}:
+        try:
+            record.check_kept([one[name] for one in each if name in one])
+        except InputError as error:
+            raise InputError(f"stage {name!r}: {error}") from None
+
+
+def _run(
+    content: Mapping[str, Any], overrides: Mapping[str, Any], path: pathlib.Path, notes: list[str]
+) -> xr.Dataset | Exception:
+    """The run of a stage, from its file if it is there; else computed and kept, a failed one too.
+
+    A file that is damaged or was altered gives one more sentence of `notes`.
+    """
+    try:
+        case = cases.load(content, overrides)
+        if path.exists():
+            try:
+                found = results.open_unaltered(path)
+            except InputError:
+                notes.append(f"{str(path)!r} is damaged or was altered; the run of this stage is computed again")
+            else:
+                if found.attrs["case"] == cases.to_yaml(case):
+                    return found
+        run: xr.Dataset = cases.system(case.system).plan(case).run(None)
+        if run.attrs["status"] == "interrupted":
+            raise KeyboardInterrupt
+        results.make_folder(path.parent)
+        results.save(run, path)
+        return results.open(path)  # what is kept is the same whether it was computed now or before
+    except Exception as error:  # noqa: BLE001  (whatever a case raises is the reason that is recorded)
+        return error
+
+
+def _named(values: xr.DataArray, stage: str) -> xr.DataArray:
+    """A variable of a stage, its dimensions those of the stage."""
+    found = values.rename({dim: f"{stage}_{dim}" for dim in values.dims})
+    found.attrs = {**values.attrs, "long_name": f"{stage}: {values.attrs.get('long_name', values.name)}"}
+    return found

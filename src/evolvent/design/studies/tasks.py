@@ -1,0 +1,150 @@
+"""A task: a batch of cases, computed where the task runs, and given back as bytes."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import xarray as xr
+
+from evolvent import cases
+from evolvent.base.errors import EvolventError, InputError
+from evolvent.design.studies import record, stages, store
+from evolvent.design.studies.study import Study
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Task:
+    """Cases that are computed together.
+
+    Attributes
+    ----------
+    content : mapping, the case that varies
+    indices : tuple of int, of the cases
+    overrides : tuple of mapping, for each case: stage -> what it changes; the one stage '' without stages
+    start_key : str, key of the case that takes the run of the stage before; '' without stages
+    folder : str, of the study
+    keep : tuple of str
+    sources : str, hash that the sources must have where the task runs
+    """
+
+    content: Mapping[str, Any]
+    indices: tuple[int, ...]
+    overrides: tuple[Mapping[str, Mapping[str, Any]], ...]
+    start_key: str
+    folder: str
+    keep: tuple[str, ...]
+    sources: str
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Result:
+    """What a task gives back.
+
+    Attributes
+    ----------
+    content : bytes, of a `record.Table`
+    seconds : float, that it took
+    refused : str, why the study cannot go on; else empty
+    notes : tuple of str, sentences on what was computed again
+    """
+
+    content: bytes
+    seconds: float
+    refused: str
+    notes: tuple[str, ...] = ()
+
+
+def task(study: Study, indices: Sequence[int], folder: str | os.PathLike[str] = ".") -> Task:
+    """The task of some cases of a study, whose stages' runs are kept in its folder."""
+    names = [stage.name for stage in study.stages] or [""]
+    return Task(
+        content=study.content,
+        indices=tuple(indices),
+        overrides=tuple({name: study.overrides(index, name or None) for name in names} for index in indices),
+        start_key=study.start_key,
+        folder=os.path.abspath(folder),
+        keep=study.keep,
+        sources=store.sources(),
+    )
+
+
+def compute(task: Task) -> Result:
+    """Run the cases of a task; a case that fails is kept with its reason.
+
+    Raises
+    ------
+    EvolventError
+        If the sources here are not those that the study was started with.
+    KeyboardInterrupt
+        If the user ended a run.
+    """
+    from threadpoolctl import threadpool_limits
+
+    if store.sources() != task.sources:
+        raise EvolventError("a worker has other sources of evolvent than this process; install the same everywhere")
+    began = time.perf_counter()
+    refused = ""
+    notes: list[str] = []
+    with threadpool_limits(limits=1):  # the number of threads may change the last bits of linear algebra
+        if task.start_key:
+            outcomes, refused = _chains(task, notes)
+        else:
+            outcomes = _outcomes(task)
+            try:
+                record.check_kept(outcomes)
+            except InputError as error:
+                refused = str(error)
+    content = record.encode(record.table(outcomes))
+    return Result(content=content, seconds=time.perf_counter() - began, refused=refused, notes=tuple(notes))
+
+
+def _chains(task: Task, notes: list[str]) -> tuple[list[record.Outcome], str]:
+    """What is kept of every case, in order, whose stages follow one another; and why the study cannot go on."""
+    outcomes, stages_of_each = [], []
+    for index, overrides in zip(task.indices, task.overrides, strict=True):
+        one, each, own = stages.chain(
+            task.content, overrides, index=index, start_key=task.start_key, keep=task.keep, folder=task.folder
+        )
+        outcomes.append(one)
+        stages_of_each.append(each)
+        notes += own
+    try:
+        stages.check_kept(stages_of_each)
+    except InputError as error:
+        return outcomes, str(error)
+    return outcomes, ""
+
+
+def _outcomes(task: Task) -> list[record.Outcome]:
+    """What is kept of every case, in order."""
+    loaded = [cases.load(task.content, overrides[""]) for overrides in task.overrides]
+    module = cases.system(loaded[0].system)
+    run_batch = module.run_batch
+    runs = None
+    if run_batch is not None and len({case.system for case in loaded}) == 1:
+        try:
+            runs = run_batch(loaded)
+        except Exception:  # noqa: BLE001  (the cases one by one then show which of them is to blame)
+            runs = None
+    found = []
+    for k, (index, case) in enumerate(zip(task.indices, loaded, strict=True)):
+        run = _run(module, case, task.keep) if runs is None else runs[k]
+        if not isinstance(run, Exception) and run.attrs["status"] == "interrupted":
+            raise KeyboardInterrupt
+        found.append(record.outcome(index, run, task.keep))
+    return found
+
+
+def _run(module: Any, case: Any, keep: Sequence[str]) -> xr.Dataset | xr.DataTree | Exception:
+    """The run of a case, of which what is kept is observed, or why there is none."""
+    try:
+        plan = module.plan(case)
+        if plan.observe is None or not keep:
+            return plan.run(None)
+        return plan.observe([record.split(wanted)[0] for wanted in keep])
+    except Exception as error:  # noqa: BLE001  (whatever a case raises is the reason that is recorded)
+        return error

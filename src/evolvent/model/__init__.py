@@ -1,0 +1,352 @@
+"""The Model: flat arrays of one type for every system.
+
+A state is a vector ``y = [q | v | accounts]`` of floats and a vector ``s`` of integer switches: the nodes released of
+each thread, then whether the whole of each is, then quarter turns and latch of each hinge, then the sense in which
+each spool with friction turns, 0 where it sticks. `evolvent.flow` holds the
+functions of it that a solver calls. Families may be empty. Scratch memory lives in the model, so that nothing is
+allocated in a time loop; two threads of execution therefore need two models.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import config
+from numba.np import numpy_support
+
+from evolvent.compiled.jit import ADDRESSES
+from evolvent.compiled.pointer import Struct, array, record, shared, struct
+
+Array = np.ndarray
+
+#: The accounts at the end of the state vector: integrals over time, then what events brought in.
+ACCOUNTS = ("dissipated", "spool", "load", "drive", "release")
+DISSIPATED, SPOOL, LOAD, DRIVE, RELEASE = range(5)
+JUMP_ANGULAR, JUMP_LINEAR, N_ACCOUNTS = 5, 8, 11
+#: Accounts that follow in a model with beams or rods, under explicit methods: what causes have taken, and the impulse
+#: of the normal forces of every cylinder.
+BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_JOINTS, IMPULSE = range(5)
+#: Accounts of each joint's coordinate, which stand last: force of the friction now (N or N m), and what the damper, the
+#: latch and the friction have dissipated (J). Each motor and synchronization has one account.
+FRICTION_FORCE, BY_DAMPER, BY_LATCH, BY_FRICTION, COORDINATE_ACCOUNTS = range(5)
+#: Layout of what `inventory` writes.
+KINETIC, ELASTIC, H_BODY, H_RELEASED, H_WOUND, P_ALL, H_CARRIED, N_INVENTORY = 0, 1, 2, 5, 8, 11, 14, 17
+
+
+def _record(integers: str, floats: str, scratch: str = "", **shapes: tuple[int, ...]) -> np.dtype:
+    """A family's record: integer and float fields that a part writes, then scratch that a call overwrites."""
+    names: list[tuple[str, type]] = [(name, np.int64) for name in integers.split()]
+    names += [(name, np.float64) for name in (floats + " " + scratch).split()]
+    return np.dtype([(name, kind, shapes.get(name, ())) for name, kind in names], align=True)
+
+
+_3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
+#: One record a part; iq and iv are the indices of its coordinates and velocities in the state, -1 for none.
+#: The scratch fields hold the last call's values in inertial axes, by the kernels' letters.
+RECORDS: dict[str, np.dtype] = {
+    # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties and of
+    # spools that friction can hold; step: a bound for fixed steps, s; redundant: 1 where joints have a `slack`;
+    # exact: 1 where the residual leaves that out (`solvers.least_norm`)
+    "info": _record(
+        "nq nv ny ns ne bandwidth penalties brakes redundant exact", "gravity", "step compliance", gravity=_3
+    ),
+    # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
+    # acceleration, m/s2
+    "bodies": _record(
+        "motion iq iv path path_first path_last path_law",
+        "mass inertia axis R0 x0 rate spin_inertia direction",
+        "R x v w M L F J a along",
+        inertia=_33, axis=_3, R0=_33, x0=_3, direction=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
+    ),
+    # without mass: a node of a beam, whose coordinates it has
+    "points": _record("iq iv", "mass compliance", "f", f=_3),
+    "markers": _record("kind index", "local", local=_3),
+    "springs": _record(
+        "a b law first last", "stiffness damping length lateral_stiffness lateral_damping axis", axis=_3
+    ),
+    "links": _record("a b sense", "length drum axis zero", axis=_3, zero=_3),
+    # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
+    "guides": _record("kind body", "direction axis value", direction=_3, axis=_3),
+    "threads": _record(
+        "kind iq iv n node copies body drive first last law spool_q spool_v turned carried lets_go end slack coupled "
+        "spool_switch motor_profile motor_law motor_first motor_last",
+        "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture "
+        "coiling core spool_friction spool_viscous",
+        "Q d X phi b spool leaving start field r loose motor friction",
+        departure=_3, payout_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
+    ),
+    # mass, its inverse, and the length of thread whose loads the node carries
+    "nodes": _record("", "mass compliance span", "x v af tension piv off rhs", x=_3, v=_3, af=_3),
+    # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
+    # law of a force or torque; node: of a thread
+    "loads": _record("kind target law first last law_first law_last node", ""),
+    # value, now: at the start and the end of a step of an implicit method; armed: see `kernels.user_events`
+    "events": _record("law first last stops", "", "value now armed"),
+    # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
+    "fields": _record("kind law first last", "K w scale", K=_33, w=_3),
+    # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
+    "field_points": _record("body element", "mass local S", local=_3, S=(8,)),
+    # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
+    # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
+    "wheels": _record(
+        "body iq iv profile law first last",
+        "axis inertia torque torque_limit rate_limit viscous friction slip",
+        "command motor drag motor0 drag0",
+        axis=_3,
+    ),
+    "thrusters": _record(
+        "body iv profile", "local direction force limit", "command push push0", local=_3, direction=_3
+    ),
+    "controllers": _record(
+        "body actuators count place path law first last",
+        "proportional derivative target axis limit dead_band",
+        "error slip torque",
+        proportional=_3, derivative=_3, target=(4,), axis=_3, error=_3, slip=_3, torque=_3,
+    ),
+    # sides: bodies and points that a row pulls on, -1 for none
+    "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
+    # flexible beams; a node's coordinates stand together, node after node; first_node: number of the first among
+    # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels
+    "beams": _record("kind iq iv nodes first_element elements first_node paper", "length"),
+    # form, bending, mass: indices in the pools of `Flexible`, bending of the form of that alone; force, tangent,
+    # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain
+    "elements": _record("beam iq iv form bending mass force tangent energy stretch", "length alpha beta thickness"),
+    # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
+    "rods": _record("first_element elements first_body", "length alpha"),
+    # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
+    # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod`; heated: 1
+    # with a thermal load, whose free strains are `free`
+    "rod_elements": _record(
+        "a b heated", "length beta arm_a arm_b stiffness rest", "free", arm_a=_3, arm_b=_3, stiffness=_66, rest=_6,
+        free=_6,
+    ),
+    # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
+    # for implicit methods. A side is a vector: of
+    # coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a node (on 2, at iq, iv);
+    # the third side is the direction of ALONG; path: how a drive moves the row; event, switch: what releases it, event
+    # k or the latch of coordinate -2 - k, and its switch, 1 once released, or -1; slack: factor of `info.compliance`;
+    # latest: `until` as it was given, which an event may bring forward
+    "joints": _record(
+        "kind on index iq iv path drive law first last event switch",
+        "local along centre axis zero radius value stiffness damping until latest slack",
+        "u g gap rate",
+        on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),
+    ),
+    # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
+    # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
+    # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
+    # once latched. account: index of its accounts in the state (`COORDINATE_ACCOUNTS`).
+    # Of the last forces: torque, with derivatives slope and damper but for those of motors, which the tangent finds;
+    # applied: part of it from motors and synchronizations, with derivatives of the latter; u, g: second side, and
+    # derivative of the angle by it; bristle: deflection of the friction, slips: the sense in which it slips, rubs: its
+    # force, relax: of its numerical damping; lost, latch_lost: powers, W. Of the last step: before, pace, bristle0,
+    # rubs0, lost0, latch_lost0, and anchor, the coordinate at which the bristle has no force. caught: rate at which the
+    # latch has locked; peak: its largest torque
+    "hinges": _record(
+        "kind body on other iq iv switch account",
+        "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
+        "angle rate torque before pace slope damper applied applied_slope applied_damper motor_slope motor_damper "
+        "u g bristle slips rubs relax lost latch_lost bristle0 rubs0 lost0 latch_lost0 anchor caught peak",
+        axis=_3, zero=_3, local=_3, u=_3, g=_3,
+    ),
+    # motors on coordinates: by a profile (kind 0), a user's law (1) or PD to a drive's motion (2); account: of the
+    # work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last evaluation, or 0
+    "motors": _record(
+        "hinge kind drive law first last account event switch",
+        "position_gain velocity_gain limit rate_limit until latest",
+        "on time coordinate rate torque power power0",
+    ),
+    # cables between two coordinates: they keep ratio_b x_b - ratio_a x_a = offset; account: of what is dissipated
+    "synchronizations": _record(
+        "a b account", "ratio_a ratio_b offset stiffness damping", "torque energy lost lost0"
+    ),
+    # a user-defined law between points, which are sides (`kernels.sides`). balanced: 1 where the last forces had
+    # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric;
+    # stated: 1 once the law has given an energy or a power
+    "custom_forces": _record("law first last first_point points", "", "balanced symmetric stated"),
+    "custom_points": _record("on index iq iv", "local", "", local=_3),
+    # angles and travels of gears, which are joints (`kernels.gear`); first, last of a joint: its coordinates
+    "gear_coordinates": _record(
+        "kind body other", "axis zero local centre factor", "force torque x",
+        axis=_3, zero=_3, local=_3, centre=_3, force=_3, torque=_3, x=_3,
+    ),
+    # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
+    # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`
+    "cylinders": _record(
+        "body law first last under surface",
+        "sense shift centre axis radius half_length stiffness exponent damping friction stick_stiffness stick_damping",
+        "F normal energy power touching",
+        centre=_3, axis=_3, F=_6,
+    ),
+    # a contact point is S . (four vectors of its element). Of the step's start: gap, point and bristle (body axes);
+    # of its end: those with 1, normal, force and its derivatives, part of the force that damps; drag: friction of the
+    # start (body axes), drag1 of the end (inertial axes). Of layers: element and point below at the step's start and
+    # end, how far off along the axis that was; `anchor` is what it moved by against what is below. n0, n1: normals of
+    # layers at both ends of an energy-momentum step, rest: depth that a point keeps there (`kernels.layer_step`);
+    # sank: change of the gap over the step before, of `kernels.contact_step`'s filter; viscous: of
+    # `contact_laws.sliding_damper`
+    "contact_points": _record(
+        "element iq iv carrier carrier1", "S reach viscous",
+        "xi xi1 offset "
+        "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
+        "drag drag1 "
+        "n0 n1 rest rest1 sank",
+        n0=_3, n1=_3,
+        iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
+    ),
+    # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
+    # one, or a plane with the normal axis_b; radius: sum of both; first: the first of its part. Of the step's start:
+    # position X and rotation Q of a in the axes of b, and what ends in 0; of its end: what ends in 1. f: force on a,
+    # rubbing: friction on a, c: point of contact, inertial axes; moment_a, moment_b: about the bodies' origins
+    "body_contacts": _record(
+        "a b first law surface",
+        "place_a axis_a place_b axis_b half_a half_b radius_a radius stiffness exponent damping friction "
+        "stick_stiffness stick_damping viscous",
+        "X Q gap stick damper drag gap1 stick1 damper1 drag1 slide "
+        "distance0 distance u0 v0 w0 s0 t0 u1 v1 w1 s1 t1 n n1 t "
+        "f rubbing c moment_a moment_b force d_gap d_rate along across by_normal energy power sank",
+        place_a=_3, axis_a=_3, place_b=_3, axis_b=_3,
+        X=_3, Q=_33, stick=_3, drag=_3, stick1=_3, drag1=_3, slide=_3, n=_3, n1=_3, t=_3, f=_3, rubbing=_3, c=_3,
+        moment_a=_3, moment_b=_3,
+    ),
+    # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
+    # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
+    # pitch: of the screw motion along which a torque acts, m/rad
+    "beam_loads": _record(
+        "kind beam iq iv first last law frame", "value centre axis pitch start end ramp", "now", centre=_3, axis=_3,
+    ),
+    # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): indices of profiles among the parameters, or
+    # -1, and of the constants of the elements; now: last amplitudes
+    "thermal_loads": _record("beam rod temperature gradient_y gradient_z constants", "", "now", now=_6),
+}  # fmt: skip
+#: Families that stand in `Flexible`.
+FLEXIBLE = (
+    "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
+    "custom_points", "body_contacts", "motors", "synchronizations", "rods", "rod_elements", "gear_coordinates",
+    "thermal_loads",
+)  # fmt: skip
+
+
+def family_type(name: str) -> Any:
+    """Type of a family in signatures of compiled functions."""
+    return numpy_support.from_dtype(RECORDS[name])[::1]
+
+
+def zeros(name: str, size: int) -> Array:
+    """An empty family of `size` records; fields read as attributes of a record, as compiled code does."""
+    family = np.zeros(size, dtype=RECORDS[name])
+    return family.view(np.recarray) if config.DISABLE_JIT else family
+
+
+class Flexible(Struct):
+    """Beams, what holds and touches them, and the pools of constants that their elements share.
+
+    Attributes
+    ----------
+    beams, elements, joints and the other names of `FLEXIBLE` : families of records (see `RECORDS`)
+    H24, h24, U24 : (k, 28, 28), (k, 28), (k,) float, forms of elements of 24 coordinates (`evolvent.elements`)
+    H12, h12, U12 : (k, 6, 6), (k, 6), (k,) float, those of cables
+    M24, M12 : (k, 8, 8), (k, 4, 4) float, masses
+    B12 : (k, 2, 4) float, curvature of cables at two points (`evolvent.elements.cable_bending`); B0 : none
+    G : (nv,) float, weight
+    masses : (N, 8) float, factors of the beams' masses, a row a nodal vector (`linalg.banded_solve_vectors`)
+    switches : (ns,) int, those of the state that an implicit method has reached
+    strands : (nodes + 1, 9) float, of each thread's segment under an implicit method: vector and direction at the last
+        residual, tension, the one that its tangent uses, the one at the start of the step; last: time of that residual
+    angles : (nodes of beams,) float, scratch, angles about a layer's axis
+    custom : (k,) float, scratch of user-defined laws between points (`kernels.custom`)
+    rod : (k,) float, scratch of an element of a rod (`kernels.rod`)
+    F, P : (nv,) float, scratch, generalised forces and the loads among them
+    work, e, f, K : scratch of an element
+    J : (2, 3, 6) float, scratch
+    """
+
+    beams: Array = array(1, RECORDS["beams"])
+    elements: Array = array(1, RECORDS["elements"])
+    joints: Array = array(1, RECORDS["joints"])
+    hinges: Array = array(1, RECORDS["hinges"])
+    cylinders: Array = array(1, RECORDS["cylinders"])
+    contact_points: Array = array(1, RECORDS["contact_points"])
+    beam_loads: Array = array(1, RECORDS["beam_loads"])
+    custom_forces: Array = array(1, RECORDS["custom_forces"])
+    custom_points: Array = array(1, RECORDS["custom_points"])
+    body_contacts: Array = array(1, RECORDS["body_contacts"])
+    motors: Array = array(1, RECORDS["motors"])
+    synchronizations: Array = array(1, RECORDS["synchronizations"])
+    rods: Array = array(1, RECORDS["rods"])
+    rod_elements: Array = array(1, RECORDS["rod_elements"])
+    gear_coordinates: Array = array(1, RECORDS["gear_coordinates"])
+    thermal_loads: Array = array(1, RECORDS["thermal_loads"])
+    H24: Array = array(3)
+    h24: Array = array(2)
+    U24: Array = array(1)
+    H12: Array = array(3)
+    h12: Array = array(2)
+    U12: Array = array(1)
+    M24: Array = array(3)
+    M12: Array = array(3)
+    B12: Array = array(3)
+    B0: Array = array(2)
+    G: Array = array(1)
+    masses: Array = array(2)
+    switches: Array = array(1, np.int64)
+    strands: Array = array(2)
+    angles: Array = array(1)
+    custom: Array = array(1)
+    rod: Array = array(1)
+    F: Array = array(1)
+    P: Array = array(1)
+    work: Array = array(1)
+    e: Array = array(2)
+    f: Array = array(1)
+    K24: Array = array(2)
+    K12: Array = array(2)
+    J: Array = array(3)
+
+
+class Model(Struct):
+    """A whole assembled system: families of records (see `RECORDS`) and plain arrays, of one type for every system.
+
+    Attributes
+    ----------
+    breaks : (nb,) float, s, times on which a solver lands
+    parameters : (k,) float, of drives, laws and loads; families hold the indices of theirs
+    pairs : (np, 4) int, coupled rows r and q < r, and the sides that they share
+    A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
+    scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch
+    flexible : Flexible
+    addresses : of functions that compiled code calls by address (`evolvent.compiled.jit.Indirect`)
+    """
+
+    info: np.record = record(RECORDS["info"])
+    breaks: Array = array(1)
+    parameters: Array = array(1)
+    bodies: Array = array(1, RECORDS["bodies"])
+    points: Array = array(1, RECORDS["points"])
+    markers: Array = array(1, RECORDS["markers"])
+    springs: Array = array(1, RECORDS["springs"])
+    links: Array = array(1, RECORDS["links"])
+    guides: Array = array(1, RECORDS["guides"])
+    threads: Array = array(1, RECORDS["threads"])
+    nodes: Array = array(1, RECORDS["nodes"])
+    loads: Array = array(1, RECORDS["loads"])
+    events: Array = array(1, RECORDS["events"])
+    fields: Array = array(1, RECORDS["fields"])
+    field_points: Array = array(1, RECORDS["field_points"])
+    wheels: Array = array(1, RECORDS["wheels"])
+    thrusters: Array = array(1, RECORDS["thrusters"])
+    controllers: Array = array(1, RECORDS["controllers"])
+    rows: Array = array(1, RECORDS["rows"])
+    pairs: Array = array(2, np.int64)
+    A: Array = array(2)
+    la: Array = array(1)
+    scratch: Array = array(2)
+    dy: Array = array(2)
+    sums: Array = array(2)
+    flexible: Flexible = struct(Flexible)
+    addresses: Array = shared(ADDRESSES)
+
+
+#: The type of a model in signatures of compiled functions.
+MODEL = Model._numba_type_

@@ -1,0 +1,605 @@
+"""Run: an xarray.Dataset with units on every variable, its case and its solver's account; NetCDF in and out."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import errno
+import functools
+import hashlib
+import importlib.metadata
+import json
+import math
+import numbers
+import os
+import pathlib
+import platform
+import re
+import tempfile
+import time
+import uuid
+from collections.abc import Iterator, Mapping
+from typing import Any, BinaryIO, Literal
+
+import numpy as np
+import xarray as xr
+
+from evolvent import __version__, cases
+from evolvent.base import netcdf, safe_open
+from evolvent.base.errors import HIDDEN, InputError
+from evolvent.results.figures import Number
+from evolvent.results.fine_samples import MARK
+
+#: Engine that reads and writes NetCDF files.
+_ENGINE: Literal["h5netcdf"] = "h5netcdf"
+#: How a run can end.
+STATUSES = ("success", "stopped by event", "interrupted", "failed")
+#: Those of runs that did what they were asked to.
+WELL = STATUSES[:2]
+#: Attributes of a run, as `label` writes them; those of `_JSON` hold a mapping.
+_TEXTS = (
+    "title",
+    "system",
+    "case",
+    "version",
+    "solver",
+    "status",
+    "message",
+    "statistics",
+    "laws",
+    "date",
+    "made_with",
+)
+_NUMBERS = ("wall_time_s", "compile_time_s")
+#: Levels of lists and mappings in attributes in JSON, at most.
+_DEEPEST = 12
+#: Attribute of the root and of every group: its numeric variables, name -> {dimension: size, null of time}, JSON.
+_VARIABLES = "variables"
+#: Attribute of a file with the `digest` of what evolvent wrote.
+DIGEST = "digest"
+#: Name of a temporary file: computer and process that write it.
+_PART = re.compile(r"\..*\.([0-9a-f]{8})-(\d{1,9})-[0-9a-f]{12}\.part")
+#: Folders and when they were last searched for temporary files that were left, s; after how long they are again.
+_LOOKED: dict[str, float] = {}
+_EVERY = 60.0
+#: Longest name of a file, bytes, on all common file systems.
+_LONGEST = 255
+
+
+#: Warning of a run whose digest is not that of its values.
+_ALTERED = "the file was altered after evolvent wrote it; its numbers may not be those of its case"
+#: Attribute ``holds`` of files of modes.
+MODES = "modes"
+
+
+def variable(dims: tuple[str, ...], values: Any, units: str, long_name: str, **attrs: Any) -> xr.Variable:
+    """A variable with its units and name."""
+    return xr.Variable(dims, np.asarray(values), {"units": units, "long_name": long_name, **attrs})
+
+
+def unfinished(run: Any) -> str:
+    """What to write on what is drawn of a run that did not end as it should; '' of one that did."""
+    status = run.attrs["status"]
+    if status in WELL:
+        return ""
+    message = run.attrs["message"].removeprefix(status).strip(" :")
+    return f"{status.upper()}: {message}" if message else status.upper()
+
+
+def regular_samples(run: Any) -> np.ndarray:
+    """Numbers of the samples of a run that are not fine ones."""
+    if MARK not in run.data_vars:
+        return np.arange(run.sizes["time"])
+    return np.flatnonzero(run[MARK].values == 0)
+
+
+def regular(run: Any) -> Any:
+    """A run at its regular samples alone: without those that were kept where the motion is fast."""
+    if MARK not in run.data_vars:
+        return run
+    samples = regular_samples(run)
+    if not isinstance(run, xr.DataTree):
+        return run.isel(time=samples).drop_vars(MARK)
+    groups = {name: group.to_dataset(inherit=False) for name, group in run.children.items()}
+    return xr.DataTree(
+        run.to_dataset().isel(time=samples).drop_vars(MARK),
+        children={name: xr.DataTree(group.isel(time=samples, missing_dims="ignore")) for name, group in groups.items()},
+    )
+
+
+def attributes(*, system: str, case: str, method: str, solution: Any, laws: Mapping[str, str]) -> dict[str, Any]:
+    """Where a run comes from and how it ended: the attributes of its results.
+
+    Parameters
+    ----------
+    case : str, the whole case as YAML; '' where laws in Python keep it from being written
+    solution : evolvent.solvers.Solution
+    laws : mapping, name -> name of the user's law that replaced it (a case cannot hold those)
+    """
+    return {
+        "title": f"evolvent run of {system}",
+        "system": system,
+        "case": case,
+        "version": __version__,
+        "solver": method,
+        "status": solution.status,
+        "message": solution.message,
+        "statistics": json.dumps({k: v if np.isfinite(v) else None for k, v in solution.statistics.items()}),
+        "wall_time_s": float(solution.wall_time),
+        "compile_time_s": float(solution.compile_time),
+        "laws": json.dumps(dict(laws)),
+        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "made_with": made_with(),
+    }
+
+
+def label(
+    dataset: xr.Dataset, *, system: str, case: str, method: str, solution: Any, laws: Mapping[str, str]
+) -> xr.Dataset:
+    """Write `attributes` on a run."""
+    dataset.attrs = attributes(system=system, case=case, method=method, solution=solution, laws=laws)
+    return dataset
+
+
+def statistics_of(run: Any) -> dict[str, Any]:
+    """The solver's account of a run, numbers by name; None for what is not finite."""
+    found: dict[str, Any] = json.loads(run.attrs["statistics"])
+    return found
+
+
+def closing_numbers(run: Any) -> list[Number]:
+    """The rows of a run's table that are common to all runs: its warning, steps, and the time that they took."""
+    found = []
+    if run.attrs.get("warning"):
+        found.append(Number(label="warning", value=run.attrs["warning"]))
+    statistics = statistics_of(run)
+    steps = f"{int(statistics.get('steps') or 0):,} of {run.attrs['solver']}"
+    for key, what in (("rejected_steps", "rejected"), ("iterations", "iterations")):
+        if statistics.get(key):
+            steps += f", {int(statistics[key]):,} {what}"
+    if statistics.get("step"):
+        steps += f", {statistics['step']:.4g} s each"
+    found.append(Number(label="steps", value=steps))
+    text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
+    found.append(Number(label="time of the solve", value=text))
+    return found
+
+
+@functools.cache
+def made_with() -> str:
+    """What results depend on besides the case: versions and the kind of machine, one sentence."""
+    versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in ("numpy", "numba"))
+    machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
+    return f"evolvent {__version__}, Python {platform.python_version()}, {versions}; {machine}"
+
+
+def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is the public name)
+    """Read a run that was saved as NetCDF.
+
+    Returns
+    -------
+    xarray.DataTree, with a group a part; of a run without groups, a Dataset
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or holds something else.
+    """
+    dataset, found = _opened(path)
+    held = dataset.attrs.pop(DIGEST, "")
+    if held == found:
+        return dataset
+    if held:
+        before = dataset.attrs.get("warning", "")
+        dataset.attrs["warning"] = f"{before}; {_ALTERED}" if before else _ALTERED
+    _check_shown(dataset, os.fspath(path))
+    return dataset
+
+
+def open_unaltered(path: str | os.PathLike[str]) -> Any:
+    """As `open`, but only what is as evolvent wrote it.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, holds something else, or was altered.
+    """
+    dataset, found = _opened(path)
+    if dataset.attrs.pop(DIGEST, "") != found:
+        raise InputError(f"cannot use {os.fspath(path)!r}: {_ALTERED}")
+    return dataset
+
+
+def _opened(path: str | os.PathLike[str]) -> tuple[Any, str]:
+    """A run as its file holds it, and the digest of what was read."""
+    name = _named(path, "read")
+    with safe_open.binary(name) as file:
+        if file.read(1):
+            hint = "; `evolvent show` prints a case" if name.endswith((".yaml", ".yml")) else ""
+            try:
+                safe_open.check_hdf5(file, name)
+                dataset = _load(file)
+                found = digest(dataset)
+            except InputError as error:
+                raise InputError(f"{error}{hint}") from None
+            except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged file)
+                raise InputError(f"cannot read {name!r}: it is not a NetCDF file, or it is damaged{hint}") from None
+        else:
+            raise InputError(f"cannot read {name!r}: it is empty")
+    if dataset.attrs.get("holds") == MODES:
+        raise InputError(f"cannot read {name!r}: it holds modes, not a run; xarray.open_dataset reads them")
+    if not {"system", "case", "version", "status"} <= set(dataset.attrs):
+        raise InputError(f"cannot read {name!r}: it is a NetCDF file, but not a run of evolvent")
+    try:
+        _check(dataset)
+    except InputError as error:
+        raise InputError(f"cannot read {name!r}: it is no whole run of evolvent: {error}") from None
+    return dataset, found
+
+
+def _check_shown(run: Any, name: str) -> None:
+    """Refuse a run that was altered so that it cannot be shown: no check of single keys finds all that may be wrong."""
+    shown = cases.presenter(run)
+    try:
+        for show in (shown.numbers, shown.figures, shown.motion):
+            show(run)
+    except InputError as error:
+        raise InputError(f"cannot read {name!r}: {_ALTERED}: {error}") from None
+    except Exception as error:  # (what follows from a value in a wrong place may be any error)
+        why = f"{type(error).__name__}: {error}"
+        raise InputError(f"cannot read {name!r}: it is no whole run of evolvent: it cannot be shown ({why})") from error
+
+
+def _load(file: BinaryIO) -> Any:
+    """The content of a file."""
+    with xr.open_datatree(file, engine=_ENGINE, decode_times=False) as tree:
+        found = tree.load()
+        return found if found.children else found.to_dataset()
+
+
+def _check(run: Any) -> None:
+    """Refuse a run without what its system shows of it."""
+    attrs = run.attrs
+    for key in (*_TEXTS, *_NUMBERS):
+        kind, what = (str, "a text") if key in _TEXTS else (numbers.Real, "a number")
+        if key not in attrs:
+            raise InputError(f"its attribute {key!r} is missing")
+        if not isinstance(attrs[key], kind):
+            raise InputError(f"its attribute {key!r} is {attrs[key]!s:.60}; it must be {what}")
+    if attrs["status"] not in STATUSES:
+        raise InputError(f"its attribute 'status' is {attrs['status']!r}; known: {', '.join(STATUSES)}")
+    if not isinstance(attrs.get("warning", ""), str):
+        raise InputError(f"its attribute 'warning' is {attrs['warning']!s:.60}; it must be a text")
+    for key, of, what in (("statistics", (numbers.Real, type(None)), "numbers"), ("laws", (str,), "texts")):
+        for value in _json(attrs, key, dict).values():
+            if not isinstance(value, of):
+                raise InputError(f"its attribute {key!r} holds {value!s:.60}; it must hold {what}")
+    if attrs["case"]:  # there is none of a system composed in Python with laws in Python
+        content = cases.parse_yaml(attrs["case"], "its case")
+        lacking = getattr(run, "children", None) and cases.lacks_package(content)
+        of = content.get("system", "structure") if lacking else cases.load(content).system
+        if of != attrs["system"]:
+            raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {of!r}")
+    _check_texts(run)
+    _check_groups(run)
+    _check_variables(run, "")
+    for name, group in getattr(run, "children", {}).items():
+        _check_variables(group, f"{name}.")
+    times = run["time"].values if "time" in run.coords else np.zeros(1)
+    if not np.all(np.diff(times) > 0.0):
+        raise InputError("the variable 'time' does not rise from sample to sample")
+
+
+def _json(attrs: Mapping[str, Any], key: str, kind: type, part: str = "", missing: str = "") -> Any:
+    """An attribute of a run or of a part in JSON, a mapping or a list without deep levels."""
+    text = attrs.get(key, missing)
+    try:
+        found = json.loads(text) if isinstance(text, str) else None
+        if isinstance(found, kind) and _levels(found) <= _DEEPEST:
+            return found
+    except (ValueError, RecursionError):
+        pass
+    what = "mapping" if kind is dict else "list"
+    raise InputError(f"{_attribute(key, part)} is {str(text)[:40]!r}; it must be a {what} in JSON")
+
+
+def _attribute(key: str, part: str) -> str:
+    return f"the attribute {key!r} of its part {part!r}" if part else f"its attribute {key!r}"
+
+
+def _levels(value: Any) -> int:
+    """Levels of nested lists and mappings."""
+    levels, inside = 0, [value]
+    while inside:
+        inside = [one for each in inside if isinstance(each, (list, dict)) for one in _entries(each)]
+        levels += 1
+    return levels
+
+
+def _entries(value: Any) -> Any:
+    return value.values() if isinstance(value, dict) else value
+
+
+def _check_texts(run: Any) -> None:
+    """Refuse hidden characters in names and attributes, and names of the root that would be read as those of parts."""
+    parted = bool(getattr(run, "children", {}))
+    for group, held in netcdf.datasets(run).items():
+        texts = [group, *held.attrs.values()]
+        for name, values in held.variables.items():
+            if parted and not re.fullmatch(r"\w+", str(name)):
+                raise InputError(f"a variable is called {str(name)[:60]!r}; it must be letters, digits and '_'")
+            texts += [str(name), *values.attrs.values()]
+        hidden = next((text for text in texts if isinstance(text, str) and HIDDEN.search(text)), None)
+        if hidden is not None:
+            raise InputError(f"it holds the text {hidden[:60]!r}, with characters that are not seen")
+
+
+def variables_of(dataset: Any) -> str:
+    """What a group's attribute 'variables' holds: see `_VARIABLES`."""
+    held = dataset.to_dataset(inherit=False) if isinstance(dataset, xr.DataTree) else dataset
+    numeric = {name: v for name, v in held.variables.items() if v.dtype.kind in "biuf"}
+    return json.dumps({n: {d: None if d == "time" else s for d, s in v.sizes.items()} for n, v in numeric.items()})
+
+
+def _listed(run: Any) -> Any:
+    """A run whose lists of variables are those that it has now: a caller may have selected some of it."""
+    if _VARIABLES not in run.attrs:
+        return run
+    found = run.copy()
+    for group in (found, *getattr(found, "children", {}).values()):
+        group.attrs = group.attrs | {_VARIABLES: variables_of(group)}
+    if hasattr(found, "children"):
+        found.attrs = found.attrs | {"parts": json.dumps(list(found.children))}
+    return found
+
+
+def _check_variables(group: Any, prefix: str) -> None:
+    """Refuse a group without a variable that was written, or with one over other dimensions."""
+    listed = _json(group.attrs, _VARIABLES, dict, prefix[:-1], "{}")
+    for own, sizes in listed.items():
+        if not isinstance(sizes, dict) or not all(size is None or isinstance(size, int) for size in sizes.values()):
+            raise InputError(f"{_attribute(_VARIABLES, prefix[:-1])} is damaged at {own[:60]!r}")
+        name = f"{prefix}{own}"
+        if own not in group.variables:
+            raise InputError(f"the variable {name!r} is missing")
+        variable = group.variables[own]
+        found = dict(variable.sizes)
+        if list(found) != list(sizes):
+            raise InputError(f"the variable {name!r} is over {tuple(found)}; it must be over {tuple(sizes)}")
+        for dimension, size in sizes.items():
+            if found[dimension] < (size is None) or size not in (None, found[dimension]):
+                wanted = "at least one" if size is None else str(size)
+                raise InputError(
+                    f"the variable {name!r} has {found[dimension]} of {dimension!r}; it must have {wanted}"
+                )
+        if variable.dtype.kind not in "biuf":
+            raise InputError(f"the variable {name!r} holds no numbers")
+        if own in group.dims and not np.all(np.isfinite(variable.values)):
+            raise InputError(f"the variable {name!r} is not finite")
+
+
+def _check_groups(run: Any) -> None:
+    """Refuse a run without the group of a part, and groups that do not say how they are shown."""
+    groups = getattr(run, "children", {})
+    listed = _json(run.attrs, "parts", list, missing="[]")
+    missing = [name for name in listed if name not in list(groups)]
+    if missing:
+        raise InputError(f"the results of its part {missing[0]!s:.60} are missing")
+    for name, group in groups.items():
+        if name not in listed and listed:
+            raise InputError(f"it has results of {name!r}, which is none of its parts")
+        for key, kind in (("drawn", dict), ("plots", str)):
+            if not all(isinstance(one, kind) for one in _json(group.attrs, key, list, name)):
+                raise InputError(f"{_attribute(key, name)} is damaged")
+        if group.children:
+            raise InputError(f"the part {name!r} has groups of its own")
+        if not isinstance(group.attrs.get("kind"), str):
+            raise InputError(f"the attribute 'kind' of its part {name!r} is missing")
+
+
+def save(dataset: Any, path: str | os.PathLike[str]) -> None:
+    """Write a run as NetCDF, whole or not at all; it takes as much memory again.
+
+    Parameters
+    ----------
+    dataset : xarray.DataTree or Dataset
+    path : str
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    dataset = _listed(dataset)
+    dataset = dataset.copy()
+    dataset.attrs = dataset.attrs | {DIGEST: digest(dataset)}
+    write_file(path, netcdf.image(dataset))
+
+
+def digest(run: Any) -> str:
+    """SHA-256 of the names, dimensions, values and attributes of a run or data set, the same after it was read."""
+    found = hashlib.sha256()
+    for group, held in sorted(netcdf.datasets(run).items()):
+        found.update(repr((group, _plain_attributes(held.attrs))).encode("utf-8", "replace"))
+        for name, values in sorted(held.variables.items(), key=lambda item: str(item[0])):
+            about = str(name), values.dims, values.shape, _plain_attributes(values.attrs)
+            found.update(repr(about).encode("utf-8", "replace"))
+            found.update(_plain_bytes(values.values))
+    return found.hexdigest()
+
+
+def _plain_attributes(attributes: Mapping[Any, Any]) -> list[tuple[str, list[Any]]]:
+    """Attributes as they are read back, in order."""
+    known = {str(name): value for name, value in attributes.items() if name not in (DIGEST, "_FillValue")}
+    return [(name, np.ravel(np.asarray(value)).tolist()) for name, value in sorted(known.items())]
+
+
+def _plain_bytes(values: np.ndarray) -> bytes:
+    """Values in their widest type; all that are not a number are alike."""
+    kind = values.dtype.kind
+    if kind == "f":
+        wide = values.astype("<f8")
+        wide[np.isnan(wide)] = np.nan
+        return wide.tobytes()
+    if kind in "biuc":
+        return values.astype("<c16" if kind == "c" else "<i8").tobytes()
+    return json.dumps([str(value) for value in values.ravel()]).encode()
+
+
+def write_file(path: str | os.PathLike[str], content: bytes | memoryview | str) -> None:
+    """Write a file, whole or not at all: see `writing`. A text is written in UTF-8.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    with writing(path) as temporary, pathlib.Path(temporary).open("wb") as file:
+        file.write(content.encode("utf-8") if isinstance(content, str) else content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+@contextlib.contextmanager
+def writing(path: str | os.PathLike[str]) -> Iterator[str]:
+    """A temporary name beside `path`; what was written there replaces it if all went well, else it is removed.
+
+    A link is followed: the file that it points to is replaced. What killed processes have left in the folder goes.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, by an error of the operating system.
+    """
+    name = check_writable(path)
+    real = os.path.realpath(name)
+    folder, short = os.path.dirname(real), os.path.basename(real)[:40]
+    _remove_left(folder)
+    temporary = os.path.join(folder, f".{short}.{_host()}-{os.getpid()}-{uuid.uuid4().hex[:12]}.part")
+    try:
+        yield temporary
+        os.replace(temporary, real)
+    except OSError as error:
+        raise InputError(f"cannot write {name!r}: {_reason(error)}") from None
+    finally:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+
+
+@functools.cache
+def _host() -> str:
+    """A short name of this computer."""
+    return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+
+
+def _remove_left(folder: str) -> None:
+    """Remove temporary files of this computer's processes that are no more; looks at a folder once a minute."""
+    now = time.monotonic()
+    if now - _LOOKED.get(folder, -math.inf) < _EVERY or os.name != "posix":
+        return
+    _LOOKED[folder] = now
+    with contextlib.suppress(OSError):
+        for name in os.listdir(folder):
+            found = _PART.fullmatch(name)
+            if found and found[1] == _host() and not _is_running(int(found[2])):
+                with contextlib.suppress(OSError):
+                    os.unlink(os.path.join(folder, name))
+
+
+def _is_running(process: int) -> bool:
+    """Whether there is a process of this number."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True
+
+
+def check_writable(path: str | os.PathLike[str]) -> str:
+    """Refuse a file that could not be written, before any work is done for it; returns its name.
+
+    Raises
+    ------
+    InputError
+        If its folder is missing or closed to writing, or it is there already and no file that may be written.
+    """
+    name = _named(path, "write")
+    real = os.path.realpath(name)
+    folder = os.path.dirname(real)
+    if os.path.isdir(real) or name.endswith(os.sep):
+        raise InputError(f"cannot write {name!r}: it is a folder")
+    if not os.path.isdir(folder):
+        raise InputError(f"cannot write {name!r}: there is no folder {os.path.dirname(name) or folder!r}")
+    if os.path.exists(real) and not os.path.isfile(real):
+        raise InputError(f"cannot write {name!r}: it is not a regular file")
+    if os.path.exists(real) and not os.access(real, os.W_OK):
+        raise InputError(f"cannot write {name!r}: permission denied")
+    _probe(folder, name)
+    return name
+
+
+def check_writable_folder(path: str | os.PathLike[str]) -> str:
+    """Refuse a folder that could not be made or written into, before any work is done for it; nothing is made yet.
+
+    Raises
+    ------
+    InputError
+        If it is a file, or it, or the nearest folder above it that exists, is closed to writing.
+    """
+    name = _named(path, "write into")
+    place = os.path.realpath(name)
+    while not os.path.lexists(place):
+        place = os.path.dirname(place)
+    if not os.path.isdir(place):
+        raise InputError(f"cannot write into {name!r}: {os.path.relpath(place)!r} is not a folder")
+    _probe(place, name)
+    return name
+
+
+def make_folder(path: str | os.PathLike[str]) -> None:
+    """Make a folder if need be.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
+    name = check_writable_folder(path)
+    try:
+        os.makedirs(os.path.realpath(name), exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot write into {name!r}: {_reason(error)}") from None
+
+
+def _named(path: Any, verb: str) -> str:
+    """The name of a file or folder as a text; refuses what can be none."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise InputError(f"cannot {verb} {path!r}: a file is named by a text or a path")
+    name = os.fsdecode(path)
+    if not name:
+        raise InputError(f"cannot {verb} '': the name is empty")
+    if "\0" in name:
+        raise InputError(f"cannot {verb} {name!r}: no name may hold a null character")
+    try:
+        os.lstat(name)
+    except OSError as error:
+        too_long = error.errno == errno.ENAMETOOLONG
+    else:
+        too_long = False
+    if too_long or any(len(os.fsencode(part)) > _LONGEST for part in pathlib.Path(name).parts):
+        raise InputError(f"cannot {verb} {name[:40] + '...'!r}: the name is too long, with {len(name)} characters")
+    return name
+
+
+def _probe(folder: str, name: str) -> None:
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise InputError(f"cannot write {name!r}: {_reason(error)}") from None
+
+
+def _reason(error: OSError) -> str:
+    return (error.strerror or str(error)).lower()

@@ -1,0 +1,97 @@
+"""Observations of contacts of beams with cylinders and with one another."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from evolvent.kernels import surfaces
+from evolvent.results.observe.shapes import capsule, disc
+from evolvent.results.observe.variables import Observed, dot, norm, turned
+from evolvent.results.observe.view import View
+
+#: Share of a run over which the mean force is taken: single samples depend on the mesh and on the contact's stiffness.
+WINDOW = 0.04
+
+
+def observe_contact(view: View, name: str) -> Observed:
+    """Resultant force and moment of a contact, its normal force, impulse and energy, and the forces of its points."""
+    index = view.index(name)
+    found, values = Observed(), view.solution.cylinders[:, index]
+    row, flexible = view.model.flexible.cylinders[index], view.model.flexible
+    found.vector("force", -values[:, 0:3], "N", "resultant of the surface on the beams, inertial axes")
+    text = "moment of the surface on the beams about the origin of the surface's body, inertial axes"
+    found.vector("moment", -values[:, 3:6], "N m", text)
+    found.scalar("normal_force", values[:, 6], "N", "sum of the normal forces")
+    found.scalar("impulse", values[:, 7], "N s", "integral of the normal forces since the start")
+    text = f"mean of the normal force over {100.0 * WINDOW:g} % of the run about each sample, from the impulse"
+    found.scalar("mean_force", mean_rate(view.t, values[:, 7], WINDOW), "N", text)
+    found.scalar("points", values[:, 8], "1", "contact points that touch")
+    found.scalar("energy_elastic", values[:, 9], "J", "elastic energy of the contact and of what sticks by friction")
+    inside = slice(int(row["first"]), int(row["last"]))
+    force, gap = view.contacts
+    text = "normal force of each contact point, positive where it pushes: of the sample, or the mean over its step"
+    found.along("point_force", "contact_point", force[:, inside], "N", text)
+    text = "distance of each contact point, negative where it overlaps, NaN where it is too far away or past the edge"
+    found.along("gap", "contact_point", gap[:, inside], "m", text)
+    points, beams, elements = flexible.contact_points[inside], flexible.beams, flexible.elements
+    owner = elements["beam"][points["element"]]
+    length, S = elements["length"][points["element"]], points["S"]
+    before = np.cumsum(elements["length"]) - elements["length"]  # of all elements of all beams
+    arc = before[points["element"]] - before[beams["first_element"][owner]] + S[:, 2] * length + S[:, 1] + S[:, 3]
+    found.coordinate("arc", "contact_point", arc, "m", "length along the beam from its root")
+    names = {found_index: key for key, (family, found_index) in view.assembly.names.items() if family == "beams"}
+    found.coordinate(
+        "beam", "contact_point", np.array([names[int(k)] for k in owner]), "1", "beam of the contact point"
+    )
+    part = view.part(name)
+    if int(row["under"]) < 0:
+        _add_vectors(found, view, row, inside)
+    if int(row["under"]) >= 0 or int(row["surface"]) == surfaces.CYLINDER:
+        pushes = {"size": "point_force", "arc": "arc", "beam": "beam", "body": part.body}
+        found.drawn = [{"pushes": pushes | {"centre": list(part.centre), "axis": list(part.axis)}}]
+    else:
+        centre, axis = row["centre"].tolist(), row["axis"].tolist()
+        if int(row["surface"]) == surfaces.PLANE:
+            solid = disc(part.size, centre, axis)
+        else:
+            solid = capsule(float(row["radius"]), 2.0 * float(row["half_length"]), centre, axis)
+        found.drawn = [{"forces": {"points": "point_position", "vectors": "point_resultant"}}]
+        found.drawn.append({"surface": {"body": part.body, "solids": [solid]}})
+    found.plots = ["normal_force", "points"]
+    return found
+
+
+def _add_vectors(found: Observed, view: View, row: Any, inside: slice) -> None:
+    """Positions of the contact points, and the vectors of their forces."""
+    points = view.model.flexible.contact_points[inside]
+    at = points["iq"][:, :, None] + np.arange(3)
+    places = np.einsum("kj,tkjc->tkc", points["S"], view.y[:, at])
+    pose = view.pose(int(row["body"]))
+    centre = pose.x + turned(pose.R, row["centre"])
+    axis = np.broadcast_to(turned(pose.R, row["axis"]), centre.shape)[:, None]
+    d = places - centre[:, None]
+    along = dot(d, axis)
+    if row["surface"] == surfaces.CAPSULE:
+        along = np.clip(along, -row["half_length"], row["half_length"])
+    normal = d - along[..., None] * axis
+    if row["surface"] == surfaces.PLANE:
+        normal = np.broadcast_to(axis, d.shape)
+    normal = normal / np.maximum(norm(normal), 1e-300)[..., None]
+    friction, kept = np.zeros(places.shape), view.solution.sampled.friction
+    if kept.shape[1] > 0:
+        friction = kept[:, inside]
+    whole = found.variables["point_force"].values[..., None] * normal + friction
+    found.along("point_position", "contact_point", places, "m", "position of each contact point, inertial axes")
+    text = "{} of each contact point on its beam, inertial axes: of the sample, or the mean over its step"
+    found.along("point_friction", "contact_point", friction, "N", text.format("friction"))
+    found.along("point_resultant", "contact_point", whole, "N", text.format("whole force"))
+
+
+def mean_rate(t: np.ndarray, total: np.ndarray, share: float) -> np.ndarray:
+    """Mean rate (nt,) of a quantity `total` over a share of the whole time about every sample, less at both ends."""
+    half = 0.5 * share * (t[-1] - t[0])
+    low, high = np.maximum(t - half, t[0]), np.minimum(t + half, t[-1])
+    gained = np.interp(high, t, total) - np.interp(low, t, total)
+    return np.divide(gained, high - low, out=np.zeros(t.size), where=high > low)

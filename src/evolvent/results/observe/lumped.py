@@ -1,0 +1,137 @@
+"""Observations of bodies, point masses and springs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from evolvent.kernels import rigid
+from evolvent.kernels.springs import spring_tension
+from evolvent.results.motion import quaternions
+from evolvent.results.observe.joints import reactions
+from evolvent.results.observe.shapes import solids_of
+from evolvent.results.observe.variables import Observed, Variable, cross, dot, norm, turned, turned_back
+from evolvent.results.observe.view import View
+
+Array = np.ndarray
+
+
+def observe_body(view: View, name: str) -> Observed:
+    """Position, attitude, velocity and rate of a rigid body; momenta and energy of one that moves.
+
+    Notes
+    -----
+    Of a free body, linear momentum m v, angular momentum about the centre of mass R J R^T w and energy
+    (m v.v + w.J w)/2. Of a spinning body the angular momentum about its axis a, (a.J a) times its rate, and the energy
+    of that. A driven body has neither: its motion is given, and no balance counts it.
+    """
+    index = view.index(name)
+    row, pose, found = view.model.bodies[index], view.pose(index), Observed()
+    found.vector("position", pose.x, "m", "position of the centre of mass, inertial axes")
+    text = "attitude, quaternion from body to inertial axes, scalar first, without jumps"
+    found.variables["attitude"] = Variable(("time", "quaternion"), attitude(view, row), "1", text)
+    found.vector("velocity", pose.v, "m s-1", "velocity of the centre of mass, inertial axes")
+    own = turned_back(pose.R, pose.w)
+    found.vector("rate", own, "rad s-1", "angular velocity, body axes")
+    angle, mass = view.angle(index), float(row["mass"])
+    if angle is not None:
+        found.scalar("angle", angle, "rad", "angle about its axis, over any number of turns")
+    if row["motion"] == rigid.FREE:
+        axis = pose.R @ row["axis"]
+        tilt = np.arctan2(norm(cross(axis[:1], axis)), dot(axis[:1], axis))
+        found.scalar("tilt", tilt, "rad", "angle of its axis from that at the start")
+        spin = turned(pose.R, own @ row["inertia"])
+        found.vector("momentum", mass * pose.v, "kg m s-1", "linear momentum, inertial axes")
+        text = "angular momentum about the centre of mass, inertial axes"
+        found.vector("angular_momentum", spin, "kg m2 s-1", text)
+        kinetic = 0.5 * mass * dot(pose.v, pose.v) + 0.5 * dot(pose.w, spin)
+        found.scalar("energy_kinetic", kinetic, "J", "kinetic energy")
+    elif row["motion"] == rigid.SPIN:
+        rate, inertia = view.y[:, int(row["iv"])], float(row["spin_inertia"])
+        spin = inertia * rate[:, None] * turned(pose.R, row["axis"])
+        found.vector("angular_momentum", spin, "kg m2 s-1", "angular momentum about its axis, inertial axes")
+        found.scalar("energy_kinetic", 0.5 * inertia * rate**2, "J", "kinetic energy")
+    rows = view.joint_rows.get(name, [])
+    if rows:
+        held = reactions(view, rows)
+        found.vector("force", -held.force, "N", "force that fixes the body to its node, inertial axes")
+        text = "moment about the node that fixes the body to it, inertial axes"
+        found.vector("moment", -held.moment, "N m", text)
+    solids = solids_of(view, name, row)
+    found.drawn = [{"frame": {"origin": "position", "attitude": "attitude", "solids": solids}}]
+    found.plots = ["rate"]
+    if row["iq"] >= 0 and angle is None:
+        found.plots.append("position")
+    return found
+
+
+def attitude(view: View, row: Any) -> Array:
+    """Quaternion (nt, 4) of a body, which turns on over any number of turns without a change of sign."""
+    if row["motion"] == rigid.FREE:
+        return view.attitude_of(row)
+    angle = view.y[:, int(row["iq"])] if row["motion"] == rigid.SPIN else row["rate"] * view.t
+    start = quaternions(row["R0"])
+    w, u = np.cos(0.5 * angle), np.sin(0.5 * angle)[:, None] * row["axis"]
+    scalar = start[0] * w - u @ start[1:]
+    vector = w[:, None] * start[1:] + start[0] * u + np.cross(start[1:], u)
+    return np.concatenate([scalar[:, None], vector], axis=1)
+
+
+def observe_point(view: View, name: str) -> Observed:
+    """Position, velocity, momentum and energy of a point mass; the force that holds it, where it is fixed to a part."""
+    row, found = view.model.points[view.index(name)], Observed()
+    x, v = view.coordinates(int(row["iq"])), view.coordinates(int(row["iv"]))
+    mass = float(row["mass"])
+    found.vector("position", x, "m", "position, inertial axes")
+    found.vector("velocity", v, "m s-1", "velocity, inertial axes")
+    found.scalar("speed", norm(v), "m s-1", "speed")
+    found.vector("momentum", mass * v, "kg m s-1", "linear momentum, inertial axes")
+    found.scalar("energy_kinetic", 0.5 * mass * dot(v, v), "J", "kinetic energy")
+    found.drawn = [{"marks": {"points": ["position"]}}]
+    found.plots = ["position"]
+    rows = view.joint_rows.get(name, [])
+    if rows:
+        found.vector("force", reactions(view, rows).force, "N", "force that fixes the point mass, inertial axes")
+    return found
+
+
+def observe_spring(view: View, name: str) -> Observed:
+    """Length, extension, its rate, and the force of a spring-damper."""
+    index, found = view.index(name), Observed()
+    row = view.model.springs[index]
+    (a, va), (b, vb) = view.marker(int(row["a"])), view.marker(int(row["b"]))
+    apart, moves = b - a, vb - va
+    length = norm(apart)
+    e = np.divide(apart, length[:, None], out=np.zeros_like(apart), where=length[:, None] > 0.0)
+    extension, rate = length - float(row["length"]), dot(e, moves)
+    found.scalar("length", length, "m", "length")
+    found.scalar("extension", extension, "m", "length minus the natural length")
+    found.scalar("extension_rate", rate, "m s-1", "rate of the extension")
+    tension = np.where(length > 0.0, _tension(view, index, extension, rate), 0.0)  # without a line there is no force
+    found.scalar("force", tension, "N", "tension, elastic and damping part, positive where the spring pulls")
+    stored = 0.5 * float(row["stiffness"]) * extension**2
+    if row["lateral_stiffness"] > 0.0 or row["lateral_damping"] > 0.0:
+        off, slip = (u - (u @ row["axis"])[:, None] * row["axis"] for u in (apart, moves))
+        force = -float(row["lateral_stiffness"]) * off - float(row["lateral_damping"]) * slip
+        text = "force on end b across the axis of the mount, elastic and damping part, inertial axes"
+        found.vector("lateral_force", np.where(length[:, None] > 0.0, force, 0.0), "N", text)
+        stored = stored + 0.5 * float(row["lateral_stiffness"]) * dot(off, off)
+    if row["law"] == 0:
+        found.scalar("energy_elastic", stored, "J", "elastic energy")
+    found.along("ends", "end", np.stack([a, b], axis=1), "m", "ends a and b, inertial axes")
+    found.drawn = [{"line": {"points": "ends", "kind": "spring", "values": ["force"]}}]
+    found.plots = ["force"]
+    return found
+
+
+def _tension(view: View, index: int, extension: Array, rate: Array) -> Array:
+    """Tension of a spring, N: by its stiffness and damping, or of a user's law, called sample by sample."""
+    springs = view.model.springs
+    if springs["law"][index] == 0:
+        return springs["stiffness"][index] * extension + springs["damping"][index] * rate
+    parts = [
+        spring_tension(springs, index, x, v, t, view.model.parameters)
+        for x, v, t in zip(extension.tolist(), rate.tolist(), view.t.tolist(), strict=True)
+    ]
+    return np.array([elastic + damping for elastic, damping in parts]).reshape(view.t.size)

@@ -1,0 +1,114 @@
+"""What an observation is made of: variables with dimensions and units, and what is drawn and plotted of them."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, NamedTuple
+
+import numpy as np
+
+Array = np.ndarray
+#: Names of the three components of a vector.
+AXES = ("x", "y", "z")
+
+
+class Variable(NamedTuple):
+    """A quantity at every sample.
+
+    Attributes
+    ----------
+    dims : names of the dimensions, "time" first where it changes; "axis" counts x, y, z
+    values : array
+    units : str, SI, as UDUNITS writes them ("kg m2 s-1")
+    long_name : str, what it is and in which axes
+    """
+
+    dims: tuple[str, ...]
+    values: Array
+    units: str
+    long_name: str
+
+
+@dataclasses.dataclass
+class Observed:
+    """Results of one part.
+
+    Attributes
+    ----------
+    variables : dict, name -> Variable
+    coordinates : dict, name -> Variable, of positions along the part's own dimensions
+    drawn : list of dict, how the part is drawn, in words of JSON: see `evolvent.results.observe.drawing`
+    plots : list of str, names of the variables that its default figures show
+    plots_along : list of str, the same of one state: variables along its length
+    """
+
+    variables: dict[str, Variable] = dataclasses.field(default_factory=dict)
+    coordinates: dict[str, Variable] = dataclasses.field(default_factory=dict)
+    drawn: list[dict[str, Any]] = dataclasses.field(default_factory=list)
+    plots: list[str] = dataclasses.field(default_factory=list)
+    plots_along: list[str] = dataclasses.field(default_factory=list)
+
+    def scalar(self, name: str, values: Array, units: str, long_name: str) -> None:
+        """Add a number at every sample: (nt,)."""
+        self.variables[name] = Variable(("time",), np.asarray(values, dtype=float), units, long_name)
+
+    def vector(self, name: str, values: Array, units: str, long_name: str) -> None:
+        """Add a vector at every sample: (nt, 3)."""
+        self.variables[name] = Variable(("time", "axis"), np.asarray(values, dtype=float), units, long_name)
+
+    def along(self, name: str, dimension: str, values: Array, units: str, long_name: str) -> None:
+        """Add numbers (nt, n) or vectors (nt, n, 3) over a dimension of the part's own."""
+        dims = ("time", dimension, "axis")[: np.ndim(values)]
+        self.variables[name] = Variable(dims, np.asarray(values, dtype=float), units, long_name)
+
+    def coordinate(self, name: str, dimension: str, values: Array, units: str, long_name: str) -> None:
+        """Add a coordinate (n,) of a dimension of the part's own; of the dimension's name, it numbers its entries."""
+        self.coordinates[name] = Variable((dimension,), np.asarray(values), units, long_name)
+
+
+def norm(values: Array) -> Array:
+    """Lengths of vectors (..., 3)."""
+    found: Array = np.sqrt(np.einsum("...i,...i->...", values, values))
+    return found
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Vector products of vectors (..., 3): as of numpy.cross, in a third of its time."""
+    found = np.empty(np.broadcast_shapes(np.shape(a), np.shape(b)))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.subtract(a[..., j] * b[..., k], a[..., k] * b[..., j], out=found[..., i])
+    return found
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Scalar products of vectors (..., 3)."""
+    found: Array = np.einsum("...i,...i->...", a, b)
+    return found
+
+
+def turned(R: Array, v: Array) -> Array:
+    """Vectors v (3,) or (nt, 3) of body axes in inertial ones, R (nt, 3, 3)."""
+    found: Array = np.einsum("tij,...j->ti" if np.ndim(v) == 1 else "tij,tj->ti", R, v)
+    return found
+
+
+def turned_back(R: Array, v: Array) -> Array:
+    """Vectors v (nt, 3) of inertial axes in those of a body, R (nt, 3, 3)."""
+    found: Array = np.einsum("tji,tj->ti", R, v)
+    return found
+
+
+def integral(t: Array, rate: Array) -> Array:
+    """Integral (nt,) of a rate since the first sample, by the trapezoidal rule."""
+    found = np.zeros(t.size)
+    np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t), out=found[1:])
+    return found
+
+
+def unwrapped(t: Array, angle: Array, rate: Array) -> Array:
+    """An angle (nt,) over any number of turns, of one to whole turns and its rate.
+
+    The rate determines how many turns lie between two samples, so that there may be several.
+    """
+    about = integral(t, rate)
+    return angle[:1] + about + np.unwrap(angle - angle[:1] - about)

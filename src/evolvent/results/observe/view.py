@@ -1,0 +1,286 @@
+"""View: positions, velocities and attitudes of bodies, points, beam nodes and sides of joints, over all samples."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evolvent.kernels import contact, flexible, rigid, sides, springs
+from evolvent.kernels.drive import drive
+from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.results.motion import rotation_matrices
+from evolvent.results.observe.variables import cross, norm, turned
+from evolvent.solvers import heating
+from evolvent.solvers.drive import METHODS
+from evolvent.solvers.solution import Solution
+
+Array = np.ndarray
+
+
+class Pose(NamedTuple):
+    """Motion of a body: position (nt, 3), rotation (nt, 3, 3) from body to inertial axes, velocity and rate (nt, 3)."""
+
+    x: Array
+    R: Array
+    v: Array
+    w: Array
+
+
+class Side(NamedTuple):
+    """One end of a joint, inertial axes.
+
+    Attributes
+    ----------
+    u : (nt, 3) float, position or direction
+    rate : (nt, 3) float, its rate
+    body : int, of a body, else -1
+    """
+
+    u: Array
+    rate: Array
+    body: int
+
+
+class BeamSums(NamedTuple):
+    """Energies of a beam (nt,), J, and its momenta (nt, 3), kg m/s and kg m2/s about the inertial origin."""
+
+    kinetic: Array
+    elastic: Array
+    bending: Array
+    linear: Array
+    angular: Array
+
+
+class View:
+    """A solution, read by parts.
+
+    Attributes
+    ----------
+    solution : Solution
+    assembly, model, t, y, s : of the solution
+    explicit : bool, whether an explicit method made it
+    """
+
+    def __init__(self, solution: Solution) -> None:
+        self.solution, self.assembly, self.model = solution, solution.assembly, solution.assembly.model
+        self.t, self.y, self.s = solution.t, np.ascontiguousarray(solution.y), solution.s
+        self.explicit = solution.method in METHODS
+        self._poses: dict[int, Pose] = {}
+        self._sides: dict[Any, Side] = {}
+
+    @classmethod
+    def of(cls, solution: Solution) -> View:
+        """The view of a solution, made once: what it has computed is not computed again."""
+        found: View = solution.__dict__.setdefault("_view", cls(solution))
+        return found
+
+    def index(self, name: str) -> int:
+        """Index of a part in its family."""
+        return int(self.assembly.names[name][1])
+
+    def part(self, name: str) -> Any:
+        """The part as the user wrote it."""
+        return self.assembly.parts[name]
+
+    @functools.cached_property
+    def joint_rows(self) -> dict[str, list[int]]:
+        """Rows of the family `joints` by the part that has written them."""
+        found: dict[str, list[int]] = {}
+        for k, owner in enumerate(self.assembly.joint_parts):
+            found.setdefault(owner, []).append(k)
+        return found
+
+    @functools.cached_property
+    def initial(self) -> View:
+        """The assembly's start as one sample at time 0."""
+        found = object.__new__(View)
+        found.__dict__.update(self.__dict__)
+        found.t, found.y, found.s = np.zeros(1), self.assembly.y[None], self.assembly.s[None]
+        found._poses, found._sides = {}, {}
+        return found
+
+    @property
+    def load_factor(self) -> Array | float:
+        """Factor of the loads at the samples: that of the path of equilibria, 1 of a motion."""
+        path = self.solution.path
+        return 1.0 if path is None else path.factor
+
+    def coordinates(self, at: int, size: int = 3) -> Array:
+        """Columns of the state: (nt, size)."""
+        found: Array = self.y[:, at : at + size]
+        return found
+
+    def pose(self, index: int) -> Pose:
+        """Motion of a body."""
+        if index not in self._poses:
+            self._poses[index] = self._pose(self.model.bodies[index])
+        return self._poses[index]
+
+    def _pose(self, body: Any) -> Pose:
+        n, q, at = self.t.size, int(body["iq"]), int(body["iv"])
+        if body["motion"] == rigid.FREE:
+            R = rotation_matrices(self.attitude_of(body))
+            rate = turned(R, self.coordinates(at + 3))
+            return Pose(self.coordinates(q), R, self.coordinates(at), rate)
+        if body["motion"] == rigid.SPIN:
+            angle, rate = self.y[:, q], self.y[:, at]
+        else:
+            angle, rate = body["rate"] * self.t, np.full(n, body["rate"])
+        R = body["R0"] @ about(body["axis"], angle)
+        x, v = np.broadcast_to(body["x0"], (n, 3)), np.zeros((n, 3))
+        if body["path"] != 0:
+            p = self.model.parameters[int(body["path_first"]) : int(body["path_last"])]
+            kind, law = int(body["path"]) - 1, int(body["path_law"])
+            along = np.array([drive(kind, p, law, t)[:2] for t in self.t.tolist()]).reshape(-1, 2)
+            x, v = x + along[:, :1] * body["direction"], along[:, 1:] * body["direction"]
+        return Pose(x, R, v, turned(R, body["axis"]) * rate[:, None])
+
+    def attitude_of(self, body: Any) -> Array:
+        """Quaternion (nt, 4) of a free body, of unit length, scalar part first."""
+        q = self.coordinates(int(body["iq"]) + 3, 4)
+        found: Array = q / np.sqrt(np.einsum("ti,ti->t", q, q))[:, None]
+        return found
+
+    def angle(self, index: int) -> Array | None:
+        """Angle of a spinning or driven body about its axis, over any number of turns: (nt,); None of a free one."""
+        body = self.model.bodies[index]
+        if body["motion"] == rigid.SPIN:
+            return np.asarray(self.y[:, int(body["iq"])])
+        return None if body["motion"] == rigid.FREE else np.asarray(body["rate"] * self.t)
+
+    def on_body(self, index: int, local: Array) -> tuple[Array, Array]:
+        """Position and velocity (nt, 3) of a point given in body axes."""
+        pose = self.pose(index)
+        arm = turned(pose.R, local)
+        return pose.x + arm, pose.v + cross(pose.w, arm)
+
+    def marker(self, index: int) -> tuple[Array, Array]:
+        """Position and velocity (nt, 3) of a marker."""
+        row = self.model.markers[index]
+        if row["kind"] == springs.ON_POINT:
+            point = self.model.points[row["index"]]
+            return self.coordinates(int(point["iq"])), self.coordinates(int(point["iv"]))
+        return self.on_body(int(row["index"]), row["local"])
+
+    def nodes(self, index: int) -> tuple[Array, Array]:
+        """Coordinates and rates of a beam's nodes: (nt, n + 1, vectors, 3), m and 1, m/s and 1/s."""
+        row = self.model.flexible.beams[index]
+        n, k = int(row["nodes"]), NODE_VECTORS[int(row["kind"])]
+        q, v = (self.coordinates(int(row[key]), 3 * k * n) for key in ("iq", "iv"))
+        return q.reshape(-1, n, k, 3), v.reshape(-1, n, k, 3)
+
+    def node_vectors(self, q: int) -> int:
+        """Vectors of the node of a beam that has the coordinate q."""
+        beams = self.model.flexible.beams
+        row = beams[np.flatnonzero((beams["iq"] >= 0) & (beams["iq"] <= q))[-1]]
+        return NODE_VECTORS[int(row["kind"])]
+
+    def side(self, joint: Any, which: int, *, is_point: bool) -> Side:
+        """An end of a row of the family `joints`."""
+        on, index, local = int(joint["on"][which]), int(joint["index"][which]), joint["local"][which]
+        q, v = int(joint["iq"][which]), int(joint["iv"][which])
+        key = (on, index, q, local.tobytes(), is_point)
+        if key not in self._sides:
+            self._sides[key] = self._side(on, index, q, v, local, is_point)
+        return self._sides[key]
+
+    def _side(self, on: int, index: int, q: int, v: int, local: Array, is_point: bool) -> Side:
+        if on == sides.ON_COORDINATES:
+            return Side(self.coordinates(q), self.coordinates(v), -1)
+        if on == sides.ON_NODE:
+            u, rate = (sum(local[i] * self.coordinates(at + 3 * i) for i in range(3)) for at in (q, v))
+            return Side(u, rate, -1)
+        if is_point:
+            return Side(*self.on_body(index, local), index)
+        pose = self.pose(index)
+        direction = turned(pose.R, local)
+        return Side(direction, cross(pose.w, direction), index)
+
+    def beam_sums(self, index: int) -> BeamSums:
+        """Energies and momenta of a beam, as the solvers count them."""
+        row = self.model.flexible.beams[index]
+        first = int(row["first_element"])
+        last = first + int(row["elements"])
+        out = np.zeros((self.t.size, 9))
+        for y, values in zip(self.y, out, strict=True):
+            flexible.beam_energies(y, first, last, self.model, values[:3])
+            flexible.beam_momenta(y, first, last, self.model, values[3:6], values[6:])
+        for k in np.flatnonzero(self.model.flexible.thermal_loads["beam"] == index):
+            heated = heating.energies(self.model, int(k), self.t, self.y, self.load_factor)
+            out[:, 1] += heated.elastic
+            out[:, 2] += heated.bending
+        return BeamSums(out[:, 0], out[:, 1], out[:, 2], out[:, 3:6], out[:, 6:])
+
+    @functools.cached_property
+    def contacts(self) -> tuple[Array, Array]:
+        """Normal forces (N) and gaps (m, negative inside) of all contact points: (nt, n) each.
+
+        Those of the states alone, or forces that the solver kept; gaps are NaN beyond an obstacle's ends, and where a
+        point is too far from it.
+        """
+        model = self.model.copy()
+        points, F = model.flexible.contact_points, np.zeros(int(model.info.nv))
+        force, gap = (np.zeros((self.t.size, points.size)) for _ in range(2))
+        damped = bool(np.any(points["viscous"] > 0.0))
+        for k, y in enumerate(self.y):
+            rigid.kinematics(self.t[k], y, model)
+            points["gap"] = math.inf
+            contact.add_contacts(y, -1.0, model, F)
+            if damped:  # as if the state were the start of its step as well
+                points["gap"] = points["gap1"]
+                contact.add_contacts(y, -1.0, model, F)
+            force[k], gap[k] = points["force"], points["gap1"]
+        gap[gap == math.inf] = math.nan
+        kept = self.solution.kept
+        return force if kept is None or kept.points is None else kept.points, gap
+
+
+def about(axis: Array, angle: Array) -> Array:
+    """Rotation matrices (nt, 3, 3) about a unit vector by angles (nt,), Rodrigues' formula."""
+    K = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
+    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    return np.eye(3) + s * K + (1.0 - c) * (K @ K)
+
+
+def root_axes(nodes: Array) -> Array:
+    """Axes of the root (nt, 3, 3), rows x along, y and z: of nodes (nt, n, vectors, 3)."""
+    x = nodes[:, 0, 1]
+    if nodes.shape[2] == 4:  # the section: across it stands x
+        y, z = nodes[:, 0, 2], nodes[:, 0, 3]
+        x = cross(y, z)
+    else:
+        y = carried(x, across(x[0]))
+    x = x / norm(x)[:, None]
+    y = y - np.einsum("ti,ti->t", y, x)[:, None] * x
+    y = y / norm(y)[:, None]
+    return np.stack([x, y, cross(x, y)], axis=1)
+
+
+def carried(x: Array, y: Array) -> Array:
+    """A direction y (3,) across x[0], turned with the directions x (nt, 3) by the shortest way between samples."""
+    found, (px, py, pz) = [tuple(y)], (x[0] / np.linalg.norm(x[0])).tolist()
+    a, b, c = y.tolist()
+    for ex, ey, ez in (x[1:] / norm(x[1:])[:, None]).tolist():
+        vx, vy, vz = px + ex, py + ey, pz + ez
+        size = vx * vx + vy * vy + vz * vz
+        if size > 1e-12:  # turned from e to f: y - 2 (y . (e + f))/|e + f|^2 (e + f), since y . e = 0
+            s = 2.0 * (a * vx + b * vy + c * vz) / size
+            a, b, c = a - s * vx, b - s * vy, c - s * vz
+        s = a * ex + b * ey + c * ez
+        a, b, c = a - s * ex, b - s * ey, c - s * ez
+        s = 1.0 / math.sqrt(a * a + b * b + c * c)
+        a, b, c = s * a, s * b, s * c
+        found.append((a, b, c))
+        px, py, pz = ex, ey, ez
+    return np.array(found)
+
+
+def across(x: Array) -> Array:
+    """A unit vector across x, in the plane across z where that is possible."""
+    z = np.array([0.0, 0.0, 1.0]) if abs(x[2]) < 0.9 * np.linalg.norm(x) else np.array([0.0, 1.0, 0.0])
+    y = np.cross(z, x)
+    found: Array = y / np.linalg.norm(y)
+    return found

@@ -1,0 +1,214 @@
+"""Variables of a run by their full names: 'hub.rate', 'boom.tip.velocity', 'boom[5].position.y', 'energy_defect'."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Hashable, Iterator, Mapping
+
+import numpy as np
+import xarray as xr
+
+from evolvent.assembly.references import FROM_TIP
+from evolvent.base.errors import InputError, nearest
+
+_NAME = re.compile(
+    r"(?P<part>[^.\[\]]+)(?:\[(?P<node>\d+)\]|\.(?P<end>root|tip)(?=\.))?"
+    r"(?:\.(?P<variable>\w+))?(?:\.(?P<axis>[A-Za-z]))?"
+)
+_NUMBERED = re.compile(r"(?P<variable>\w+)\[(?P<number>\d+)\]")
+#: Dimensions that mean the same in every group.
+SHARED = ("time", "axis", "quaternion")
+_AXES = {"axis": "xyz", "quaternion": "wxyz"}
+
+
+def names(run: xr.DataTree | xr.Dataset, *, over_time: bool = True) -> list[str]:
+    """Full names of all numeric variables, those of the root first.
+
+    Parameters
+    ----------
+    run : xarray.DataTree or Dataset
+    over_time : bool, whether only those that have the dimension `time` are listed
+    """
+
+    def listed(dataset: xr.Dataset, before: str) -> Iterator[str]:
+        for name, variable in dataset.data_vars.items():
+            if variable.dtype.kind in "biuf" and ("time" in variable.dims or not over_time):
+                yield before + str(name)
+
+    found = list(listed(root_dataset(run), ""))
+    for part in parts(run):
+        found += listed(group_of(run, part), f"{part}.")
+    return found
+
+
+def parts(run: xr.DataTree | xr.Dataset) -> list[str]:
+    """Names of the parts that a run has results of."""
+    return [str(name) for name in run.children] if isinstance(run, xr.DataTree) else []
+
+
+def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
+    """A variable by its full name.
+
+    Parameters
+    ----------
+    name : str
+        'hub.rate' of a part, 'energy' of the root, 'hub.rate.z' a component, 'boom[5].position' at a node,
+        'boom.tip.velocity' at the tip of a beam or thread, 'boom.root.slope' at the root of a beam; of the root
+        'sensor_displacement[2]' that of the sensor 2 (of a dimension without coordinates the index, from 0).
+
+    Raises
+    ------
+    InputError
+        If there is none; the sentence names the nearest one.
+    """
+    root = root_dataset(run)
+    if name in root.variables:
+        return root[name]
+    match = _NAME.fullmatch(name)
+    known = names(run, over_time=False)
+    numbered = _NUMBERED.fullmatch(name)
+    if numbered is not None and numbered["variable"] in root.variables:
+        return _numbered(root[numbered["variable"]], int(numbered["number"]), name)
+    if match is None:
+        raise InputError(f"no variable is called {name!r}; {nearest(name, known)}")
+    part, variable = match["part"], match["variable"]
+    full = f"{part}.{variable}"
+    if full in root.variables:  # of `flat`
+        return _entry(root[full], match, name)
+    if part in root.variables and variable in ("x", "y", "z", "w") and match["axis"] is None:  # a component of the root
+        return _component(root[part], name, variable)
+    if part not in parts(run):
+        raise InputError(f"no variable is called {name!r}; {nearest(name, known)}")
+    group = group_of(run, part, inherit=True)
+    if variable is None:
+        own = [k.partition(".")[2] for k in known if k.startswith(f"{part}.")]
+        raise InputError(f"{name!r} is a part; give one of its variables: {', '.join(own)}")
+    if variable not in group.variables:
+        raise InputError(f"no variable is called {name!r}; {nearest(full, known)}")
+    return _entry(group[variable], match, name)
+
+
+def _numbered(found: xr.DataArray, number: int, name: str) -> xr.DataArray:
+    """Values of a variable of the root at a label of its other dimension, or at an index where it has no labels."""
+    dimension = next((d for d in found.dims if d not in SHARED), None)
+    if dimension is None:
+        raise InputError(f"{name!r}: {found.name} has one value at a time; leave [{number}] out")
+    labels = found[dimension].values
+    place = np.flatnonzero(labels == number)
+    if place.size != 1:
+        raise InputError(f"{name!r}: {found.name} has no {number}; it has {', '.join(map(str, labels[:20]))}")
+    return found.isel({dimension: int(place[0])})
+
+
+def _entry(found: xr.DataArray, match: re.Match[str], name: str) -> xr.DataArray:
+    """What a name means of a part's variable: all of it, or its values at a node, or a component."""
+    if match["node"] is not None:
+        dimension = next((d for d in found.dims if d not in SHARED), None)
+        number = int(match["node"])
+        if dimension is None or number >= found.sizes[dimension]:
+            count = "none" if dimension is None else f"{found.sizes[dimension]}, counted from 0"
+            raise InputError(f"{name!r}: {match['part']}.{match['variable']} has no {number}; it has {count}")
+        found = found.isel({dimension: number})
+    elif match["end"] is not None:
+        found = found.isel(_end(found, match))
+    return found if match["axis"] is None else _component(found, name, match["axis"])
+
+
+def _end(found: xr.DataArray, match: re.Match[str]) -> dict[Hashable, int]:
+    """Dimension and number of the node at an end of a beam or thread; the nodes of a thread count from its tip."""
+    dimension = next((d for d in found.dims if str(d).rpartition(".")[2] == "node"), None)
+    if dimension is None:
+        raise InputError(
+            f"'{match['part']}.{match['variable']}' has no values at nodes, so none at '{match['part']}.{match['end']}'"
+        )
+    if found[dimension].attrs.get("long_name") == FROM_TIP:
+        if match["end"] == "root":
+            raise InputError(
+                f"{match['part']!r} is a thread, which has no root; give a node, counted from 0 at the tip"
+            )
+        return {dimension: 0}
+    return {dimension: 0 if match["end"] == "root" else -1}
+
+
+def _component(found: xr.DataArray, name: str, axis: str) -> xr.DataArray:
+    for dimension, letters in _AXES.items():
+        if dimension in found.dims and axis in letters:
+            return found.isel({dimension: letters.index(axis)})
+    known = [letter for dimension, letters in _AXES.items() if dimension in found.dims for letter in letters]
+    allowed = f"known: {', '.join(known)}" if known else "it has no components"
+    raise InputError(f"{name!r}: the variable has no component {axis!r}; {allowed}")
+
+
+def group_of(run: xr.DataTree | xr.Dataset, part: str, *, inherit: bool = False) -> xr.Dataset:
+    """Variables of a part; with `inherit`, the coordinates of the root as well."""
+    assert isinstance(run, xr.DataTree)
+    return run.children[part].to_dataset(inherit=inherit)
+
+
+def root_dataset(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
+    """Variables of the root of a run; of a data set, itself."""
+    return run.to_dataset() if isinstance(run, xr.DataTree) else run
+
+
+def owner(name: str) -> str:
+    """The word before the first dot or bracket of a full name: the part, or a variable of the root."""
+    return re.split(r"[.\[]", name, maxsplit=1)[0]
+
+
+def values(found: xr.DataArray) -> np.ndarray:
+    """Values over time: (nt, k), components and entries in columns."""
+    array = found.transpose("time", ...).values
+    return np.asarray(array.reshape(array.shape[0], -1), dtype=float)
+
+
+def numbered(
+    shapes: Mapping[str, tuple[tuple[str, ...], tuple[int, ...]]], coordinates: Mapping[str, str]
+) -> xr.Dataset:
+    """A data set like that of `flat` whose values count the entries at a sample, so that `get` finds entries by name.
+
+    Parameters
+    ----------
+    shapes : mapping, full name -> (dimensions, shape)
+    coordinates : mapping, full name of a dimension -> long name
+    """
+    data = {}
+    for name, (dims, shape) in shapes.items():
+        inner = shape[1:] if dims[:1] == ("time",) else shape
+        count = np.arange(math.prod(inner)).reshape(inner)
+        data[name] = xr.Variable(dims, np.broadcast_to(count, shape))
+    sizes = {dim: size for dims, shape in shapes.values() for dim, size in zip(dims, shape, strict=True)}
+    own = {
+        dim: xr.Variable((dim,), np.arange(sizes[dim]), {"long_name": text})
+        for dim, text in coordinates.items()
+        if dim in sizes
+    }
+    return xr.Dataset(data, own)
+
+
+def flat(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
+    """All variables of a run in one data set, by their full names; dimensions of a part's own carry its name.
+
+    Parameters
+    ----------
+    run : xarray.DataTree or Dataset; a Dataset is returned as it is
+
+    Examples
+    --------
+    >>> flat(run)["boom.deflection"].dims  # doctest: +SKIP
+    ('time', 'boom.node', 'axis')
+    """
+    if not isinstance(run, xr.DataTree):
+        return run
+    found = run.to_dataset()
+    data: dict[str, xr.Variable] = {}
+    for part in parts(run):
+        group = group_of(run, part)
+        for name, variable in group.variables.items():
+            if name in SHARED:
+                continue
+            dims = tuple(d if d in SHARED else f"{part}.{d}" for d in variable.dims)
+            data[f"{part}.{name}"] = xr.Variable(dims, variable.values, variable.attrs)
+    found = found.assign(data)
+    found.attrs = dict(run.attrs)
+    return found

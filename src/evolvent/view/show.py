@@ -1,0 +1,451 @@
+"""Tables and figures of any run, from its variables."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from evolvent import results
+from evolvent.base.errors import InputError
+from evolvent.base.units import unit_text
+from evolvent.results import variables
+from evolvent.results.figures import Figure, Line, Number, Panel, stacked
+from evolvent.results.motion import prefixed_unit, quantity
+
+if TYPE_CHECKING:
+    from evolvent.results.motion import Motion
+
+#: Most lines that a legend names; more are coloured along a scale.
+_NAMED = 7
+#: Most characters of a panel's label.
+_LONGEST_LABEL = 30
+#: Share of a variable's largest value in any part, below which it is round-off.
+_NOISE = 1e-12
+#: Units of energy in figures: largest energy above which one is taken (J), its factor and name.
+_ENERGY_UNITS = ((0.1, 1.0, "J"), (1e-4, 1e3, "mJ"), (0.0, 1e6, "µJ"))
+#: Smallest stored energy that is drawn, of the largest energy: less is round-off.
+_STORED_SHOWN = 1e-6
+#: Least length of the axis of the balance's defect, of the largest energy: it is drawn over ±0.1 % or more.
+_DEFECT_SCALE = 2e-3
+#: Most rows of the table that parts take.
+_ROWS = 14
+#: Share of the largest value below which another is shown as 0.
+_ROUND_OFF = 1e-7
+
+
+def plots_of(run: xr.DataTree, part: str) -> list[str]:
+    """Variables that a part's default figures show."""
+    found: list[str] = json.loads(run[part].attrs.get("plots", "[]"))
+    return found
+
+
+def label_of(found: xr.DataArray, fallback: str = "") -> str:
+    """Axis label of a variable: its long name's first clause, and its unit."""
+    unit = found.attrs.get("units", "")
+    text = str(found.attrs.get("long_name", fallback)).partition(",")[0]
+    return f"{text}, {unit_text(unit)}" if unit and unit != "1" else text
+
+
+def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = None, first: int = 0) -> list[Line]:
+    """A variable over time as lines, one for each component or entry."""
+    found = variables.get(run, name)
+    if "time" not in found.dims:
+        raise InputError(f"{name!r} does not change over time; name a variable over time")
+    time = variables.root_dataset(run)["time"].values
+    columns = variables.values(found)
+    count = columns.shape[1]
+    tags = _tags(found, count)
+    lines = []
+    for k in range(count):
+        color: int | float = first + k if count <= _NAMED else k / max(count - 1, 1)
+        own = name if label is None else label
+        named = count <= _NAMED or k in (0, count - 1)
+        label_k, marker = f"{own}{tags[k]}" if named else "", "" if time.size > 1 else "o"
+        lines.append(Line(x=time, y=columns[:, k], label=label_k, color=color, marker=marker))
+    return lines
+
+
+def _tags(found: xr.DataArray, count: int) -> list[str]:
+    """Names that distinguish the columns of a variable."""
+    dims = [d for d in found.dims if d != "time"]
+    if count == 1:
+        return [""]
+    words: list[list[str]] = []
+    for d in dims:
+        size = found.sizes[d]
+        letters = {"axis": ".x .y .z", "quaternion": ".w .x .y .z"}.get(str(d), "").split()
+        words.append(letters if len(letters) == size else [f"[{k}]" for k in range(size)])
+    tags = [""]
+    for own in words:
+        tags = [tag + word for tag in tags for word in own]
+    return tags if len(tags) == count else [f"[{k}]" for k in range(count)]
+
+
+def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "variables", title: str = "") -> Figure:
+    """A figure of variables over time: those of one unit share a panel.
+
+    Parameters
+    ----------
+    names : full names, as of `evolvent.results.variables.get`
+
+    Raises
+    ------
+    InputError
+        If a variable is not there, or does not change over time.
+    """
+    if not names:
+        raise InputError("no variable is named; give names such as 'hub.rate'")
+    panels: dict[str, list[tuple[str, xr.DataArray]]] = {}
+    for full in names:
+        found = variables.get(run, full)
+        panels.setdefault(str(found.attrs.get("units", "")), []).append((full, found))
+    drawn = []
+    for group in panels.values():
+        lines: list[Line] = []
+        for full, _ in group:
+            lines += lines_of(run, full, label=_short(full, [other for other, _ in group]), first=len(lines))
+        one = group[0][1]
+        label = (
+            _panel_label(one, str(one.name).rpartition(".")[2])
+            if len(group) == 1
+            else unit_text(str(one.attrs.get("units", "")))
+        )
+        drawn.append(Panel(x_label="", y_label=label, lines=lines))
+    last = drawn[-1]
+    drawn[-1] = Panel(x_label="time, s", y_label=last.y_label, lines=last.lines)
+    return Figure(name=name, title=title or ", ".join(names[:4]), panels=drawn, height=stacked(len(drawn)))
+
+
+def _short(full: str, names: Sequence[str]) -> str:
+    """Part of a variable's name that distinguishes it in its panel; empty for a single one."""
+    if len(names) == 1:
+        return full.partition(".")[0] if "." in full else ""
+    part, _, own = full.partition(".")
+    if not own:
+        return full.replace("_", " ")
+    parts, owns = ({name.partition(".")[k] for name in names} for k in (0, 2))
+    if len(owns) == 1:
+        return part
+    return own.replace("_", " ") if len(parts) == 1 else f"{part} {own.replace('_', ' ')}"
+
+
+def spectrum(lines: Sequence[Line], *, unit: str, marks: Sequence[float] = (), title: str = "Spectra") -> Figure:
+    """Amplitude spectra with a Hann window, in which an oscillation's peak is as high as its amplitude.
+
+    Parameters
+    ----------
+    lines : values over time (s), as of `lines_of`, at equal intervals
+    unit : str, of the values
+    marks : angular frequencies, rad/s, that are marked as identified
+
+    Raises
+    ------
+    InputError
+        If there are fewer than four samples, or their intervals are not equal.
+    """
+    time = lines[0].x
+    steps = np.diff(time)
+    if time.size < 4 or np.ptp(steps) > 1e-6 * steps.max():
+        raise InputError(f"the run has {time.size} samples; a spectrum needs four or more at equal intervals")
+    window = np.hanning(time.size)
+    omega = 2.0 * np.pi * np.fft.rfftfreq(4 * time.size, steps[0])
+    drawn = []
+    for line in lines:
+        transform = np.fft.rfft((line.y - line.y.mean()) * window, 4 * time.size)
+        drawn.append(dataclasses.replace(line, x=omega, y=2.0 * np.abs(transform) / window.sum(), width=1.0))
+    top = max(float(line.y.max()) for line in drawn)
+    low = max(min(float(line.y.min()) for line in drawn), 1e-6 * top)
+    for k, w in enumerate(marks):
+        label = "identified" if k == 0 else ""
+        drawn.append(Line(x=np.array([w, w]), y=np.array([low, 2.0 * top]), color="gray", style=":", label=label))
+    panel = Panel(x_label="angular frequency, rad/s", y_label=f"amplitude, {unit}", lines=drawn, log=True)
+    return Figure(name="spectrum", title=f"{title} (Hann window)", panels=[panel], height=90.0)
+
+
+def figures(run: xr.DataTree) -> list[Figure]:
+    """Default figures of a run: one a kind of part, and one of the balances; of one state, of all that is long."""
+    if run.sizes.get("time", 1) < 2:
+        return figures_along(run)
+    kinds: dict[str, list[str]] = {}
+    for part in variables.parts(run):
+        if plots_of(run, part):
+            kinds.setdefault(str(run[part].attrs.get("kind", "part")), []).append(part)
+    drawn = [_kind_figure(run, kind, own) for kind, own in kinds.items()]
+    return [figure for figure in drawn if figure.panels] + [balance_figure(run)]
+
+
+def figures_along(run: xr.DataTree) -> list[Figure]:
+    """Figures of the last state along the parts, one a part; without what is nothing beside others of its unit."""
+    found = []
+    for part in variables.parts(run):
+        group = variables.group_of(run, part)
+        panels = []
+        named = [name for name in json.loads(group.attrs.get("plots_along", "[]")) if name in group.data_vars]
+        largest: dict[str, float] = {}
+        for name in named:
+            unit = group[name].attrs["units"]
+            largest[unit] = max(largest.get(unit, 0.0), float(np.nanmax(np.abs(group[name].values[-1]))))
+        for name in named:
+            variable = group[name]
+            if np.nanmax(np.abs(variable.values[-1])) > 1e-9 * largest[variable.attrs["units"]]:
+                panels.append(_panel_along(group, name))
+        if panels:
+            panels[-1] = dataclasses.replace(panels[-1], x_label="length from the root, m")
+            name, height = f"along-{part.replace(' ', '-')}", stacked(len(panels))
+            found.append(Figure(name=name, title=f"Along {part}", panels=panels, height=height))
+    return found
+
+
+def _panel_along(group: xr.Dataset, name: str) -> Panel:
+    """The last values of a variable over the length at which they are, a line a component."""
+    variable = group[name]
+    place = variable.dims[1]
+    arc = next(c for c in group.coords.values() if c.dims == (place,) and c.attrs.get("units") == "m")
+    columns = variable.values[-1].reshape(arc.size, -1)
+    tags = _tags(variable.isel({place: 0}), columns.shape[1])
+    lines = [Line(x=arc.values, y=y, label=tag.lstrip(".")) for y, tag in zip(columns.T, tags, strict=True)]
+    return Panel(x_label="", y_label=_panel_label(variable, name), lines=_coloured(_moving(lines, 0.0)))
+
+
+def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
+    """The default variables of all parts of one kind, a panel each; of vectors of many parts, one a component."""
+    order: dict[str, list[str]] = {}
+    for part in parts:
+        for variable in plots_of(run, part):
+            if variable in run[part].data_vars:
+                order.setdefault(variable, []).append(part)
+    panels = []
+    for variable, owners in order.items():
+        every = [variables.get(run, f"{part}.{variable}") for part in owners]
+        found = every[0]
+        same_text = len({label_of(one) for one in every}) == 1  # that of a joint names what it holds
+        label = _panel_label(found, variable, short=not same_text)
+        least = _NOISE * _largest(run, variable)
+        lines = {part: _moving(lines_of(run, f"{part}.{variable}", label=part), least) for part in owners}
+        if not any(lines.values()):
+            continue
+        if len(owners) < 3 or found.ndim == 1:
+            panels.append(
+                Panel(x_label="", y_label=label, lines=_coloured([one for own in lines.values() for one in own]))
+            )
+            continue
+        for tag in dict.fromkeys(one.label.removeprefix(part) for part, own in lines.items() for one in own):
+            same = [
+                dataclasses.replace(one, label=part)
+                for part, own in lines.items()
+                for one in own
+                if one.label == part + tag
+            ]
+            panels.append(
+                Panel(x_label="", y_label=f"{tag.lstrip('.')} of {label}" if tag else label, lines=_coloured(same))
+            )
+    if panels:
+        panels[-1] = dataclasses.replace(panels[-1], x_label="time, s")
+    title = kind.replace("-", " ").capitalize()
+    return Figure(name=kind, title=title, panels=panels, height=stacked(len(panels)))
+
+
+def _panel_label(found: xr.DataArray, variable: str, *, short: bool = False) -> str:
+    """Axis label of a variable; of one with a long text, or `short`, its name, so that it fits beside a panel."""
+    label = label_of(found)
+    if len(label) <= _LONGEST_LABEL and not short:
+        return label
+    unit = unit_text(str(found.attrs.get("units", "")))
+    return variable.replace("_", " ") + (f", {unit}" if unit != "1" else "")
+
+
+def _moving(lines: list[Line], least: float) -> list[Line]:
+    """Lines of the components of one variable, without those that stay at zero beside the others.
+
+    None where all are round-off, below `least` and not 0.
+    """
+    sizes = [float(np.nanmax(np.abs(line.y), initial=0.0)) for line in lines]
+    if 0.0 < max(sizes) < least:
+        return []
+    kept = [line for line, size in zip(lines, sizes, strict=True) if size > 1e-9 * max(sizes)]
+    return kept or lines[:1]
+
+
+def _largest(run: xr.DataTree, variable: str) -> float:
+    """Largest value that any part has of a variable, such as of a position."""
+    groups = (variables.group_of(run, part) for part in variables.parts(run))
+    held = (group[variable].values for group in groups if variable in group)
+    return max((float(np.nanmax(np.abs(values), initial=0.0)) for values in held), default=0.0)
+
+
+def _coloured(lines: list[Line]) -> list[Line]:
+    """Lines of one panel in distinguishable colours; of many, along a scale, the first and last one named."""
+    if len(lines) <= _NAMED:
+        return [dataclasses.replace(line, color=k) for k, line in enumerate(lines)]
+    last = len(lines) - 1
+    return [
+        dataclasses.replace(line, color=k / last, label=line.label if k in (0, last) else "")
+        for k, line in enumerate(lines)
+    ]
+
+
+#: Energies, work and losses of the balance, with their labels.
+_BALANCE = {
+    "energy_kinetic": "kinetic",
+    "energy_elastic": "elastic",
+    "energy_dissipated": "dissipated",
+    "work_loads": "work of loads",
+    "work_drives": "work of drives",
+    "work_spools": "work of spools",
+    "energy_released": "brought in at releases",
+}
+
+
+def balance_figure(run: xr.DataTree, rows: Mapping[str, str] | None = None) -> Figure:
+    """Energies, work and losses, by kind where there are several, and how well they balance.
+
+    Parameters
+    ----------
+    rows : mapping, variable of the root -> label; those of any run if left out
+    """
+    rows, root = _BALANCE if rows is None else rows, variables.root_dataset(run)
+    time = root["time"].values
+    peak = max(float(np.nanmax(np.abs(root[name].values), initial=0.0)) for name in rows)
+    factor, unit = next((f, u) for least, f, u in _ENERGY_UNITS if peak > least or least == 0.0)
+
+    def lines_of_all(columns: list[tuple[str, np.ndarray]], least: float) -> list[Line]:
+        seen = [(text, y) for text, y in columns if np.nanmax(np.abs(y), initial=0.0) > least * peak]
+        return [Line(x=time, y=factor * y, label=text, color=k) for k, (text, y) in enumerate(seen)]
+
+    lines = lines_of_all([(text, root[name].values) for name, text in rows.items()], 1e-6)
+    panels = [Panel(x_label="", y_label=f"energy, {unit}", lines=lines, y_zero=True)]
+    stored = lines_of_all(list(stored_energies(run).items()), _STORED_SHOWN)
+    if len(stored) > 1:
+        for k, line in enumerate(stored):
+            stored[k] = dataclasses.replace(line, y=np.where(line.y > _STORED_SHOWN * factor * peak, line.y, np.nan))
+        panels.append(Panel(x_label="", y_label=f"energy stored, {unit}", lines=stored, log=True))
+    causes = [str(name) for name in root["cause"].values] if "energy_losses" in root else []
+    losses = lines_of_all([(name, root["energy_losses"].values[:, k]) for k, name in enumerate(causes)], 1e-9)
+    if len(losses) > 1:
+        panels.append(Panel(x_label="", y_label=f"dissipated, {unit}", lines=losses))
+    defect, span = Line(x=time, y=factor * root["energy_defect"].values, color=0), _DEFECT_SCALE * factor * peak
+    panels.append(Panel(x_label="time, s", y_label=f"defect, {unit}", lines=[defect], y_span=span))
+    heights = (*[3.0] * (len(panels) - 1), 1.5)
+    height = stacked(len(panels))
+    return Figure(name="energy-balance", title="Energy balance", panels=panels, height=height, heights=heights)
+
+
+def stored_energies(run: xr.DataTree | xr.Dataset) -> dict[str, np.ndarray]:
+    """Elastic energies over time (J) of all beams, by what strains them, and of all contacts; those that there are."""
+    found: dict[str, np.ndarray] = {}
+    for part in variables.parts(run):
+        group = variables.group_of(run, part)
+        if "energy_bending" in group:
+            bending, elastic = group["energy_bending"].values, group["energy_elastic"].values
+            found["bending"] = found.get("bending", 0.0) + bending
+            found["stretch and shear"] = found.get("stretch and shear", 0.0) + elastic - bending
+        elif "normal_force" in group and "energy_elastic" in group:
+            found["contacts"] = found.get("contacts", 0.0) + group["energy_elastic"].values
+    return found
+
+
+def balance_numbers(run: xr.DataTree) -> list[Number]:
+    """Rows of the table: energies at the end, what dissipated energy, and how well the balance closes."""
+    root = variables.root_dataset(run)
+    kinds = {"kinetic": root["energy_kinetic"].values}
+    kinds |= stored_energies(run) or {"elastic": root["energy_elastic"].values}
+    found = [("energy at the end", ", ".join(f"{kind} {quantity(float(y[-1]), 'J')}" for kind, y in kinds.items()))]
+    if "energy_losses" in root:
+        taken = dict(zip(root["cause"].values, root["energy_losses"].values[-1], strict=True))
+        defect = float(root["energy_defect"].values[-1])
+        taken |= {"numerical damping": -defect} if defect < 0.0 else {}
+        largest = max([abs(value) for value in taken.values()] or [0.0])
+        causes = [
+            f"{name} {quantity(value, 'J')}" for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0
+        ]
+        found += [("energy dissipated by", ", ".join(causes))] if causes else []
+    worst = float(np.nanmax(np.abs(root["energy_defect"].values), initial=0.0))
+    closes = f"closes to {quantity(worst, 'J', 2)}"
+    if "energy_moved" in root:
+        moved = float(np.nanmax(root["energy_moved"].values, initial=0.0))
+        closes += f", {worst / max(moved, 1e-300):.2g} of the {quantity(moved, 'J', 3)} that were moved"
+    found.append(("energy balance", closes))
+    return [Number(label=label, value=value) for label, value in found]
+
+
+def latch_numbers(run: xr.DataTree) -> list[Number]:
+    """Rows of the table: when each latch locked, how fast the joint moved, and the latch's largest force or torque."""
+    found = []
+    for part in variables.parts(run):
+        group = variables.group_of(run, part)
+        if "latch_rate" not in group:
+            continue
+        time, rate = (float(group[name].values.flat[-1]) for name in ("latch_time", "latch_rate"))
+        if not np.isfinite(time):
+            found.append(Number(label=f"{part}, latch", value="has not locked"))
+            continue
+        peak = next(name for name in ("latch_torque_peak", "latch_force_peak") if name in group)
+        kind = peak.split("_")[1]
+        largest = quantity(float(group[peak].values.flat[-1]), unit_text(str(group[peak].attrs["units"])))
+        speed = quantity(abs(rate), unit_text(str(group["latch_rate"].attrs["units"])))
+        value = f"locks at {quantity(time, 's')} with a rate of {speed}, largest {kind} {largest}"
+        found.append(Number(label=f"{part}, latch", value=value))
+    return found
+
+
+def numbers(run: xr.DataTree) -> list[Number]:
+    """Rows of the table on the screen: what the parts' default variables reach, balances, and how it was run."""
+    root = variables.root_dataset(run)
+    names = [
+        (rank, f"{part}.{variable}")
+        for part in variables.parts(run)
+        for rank, variable in enumerate(v for v in plots_of(run, part) if v in run[part].data_vars)
+    ]
+    shown = {name for _, name in sorted(names, key=lambda ranked: ranked[0])[:_ROWS]}  # of each part the first ones
+    found = [Number(label=name, value=_reached(variables.get(run, name))) for _, name in names if name in shown]
+    if len(names) > len(shown):
+        found.append(Number(label="more variables", value=f"{len(names) - len(shown)}; `evolvent info` lists them all"))
+    found += latch_numbers(run)
+    if run.sizes.get("time", 1) > 1:
+        found += balance_numbers(run)
+    reason = run.attrs.get("method_reason", "")
+    if reason and reason != "as asked for":
+        found.append(Number(label="method", value=f"{run.attrs['solver']}: {reason}"))
+    return found + results.closing_numbers(root)
+
+
+def _reached(found: xr.DataArray) -> str:
+    """Last and largest value of a variable, with its unit; of a vector, its components at the end."""
+    unit = unit_text(str(found.attrs.get("units", "")))
+    columns = variables.values(found)
+    finite = columns[np.isfinite(columns)]
+    if not finite.size:
+        return "none"
+    size = float(np.abs(finite).max())
+    factor, unit = prefixed_unit(size, "" if unit == "1" else unit)
+    columns = np.where(np.abs(columns) < _ROUND_OFF * size, 0.0, columns) / factor
+    finite, unit = columns[np.isfinite(columns)], f" {unit}" if unit else ""
+    if found.ndim == 1:
+        largest = float(finite[np.argmax(np.abs(finite))])
+        return (
+            f"{columns[-1, 0]:.5g}{unit} at the end, largest {largest:.5g}{unit}"
+            if len(columns) > 1
+            else f"{columns[-1, 0]:.5g}{unit}"
+        )
+    if columns.shape[1] > 4:
+        return f"from {finite.min():.5g} to {finite.max():.5g}{unit}"
+    end = ", ".join(f"{v:.5g}" for v in columns[-1])
+    if len(columns) == 1:
+        return f"({end}){unit}"
+    size = float(np.nanmax(np.linalg.norm(columns, axis=1)))
+    return f"({end}){unit} at the end, largest magnitude {size:.5g}{unit}"
+
+
+def motion(run: xr.DataTree) -> Motion | None:
+    """Bodies, lines, forces and marks of a run, by its parts; None where it holds too little."""
+    from evolvent.view.drawing import motion_of
+
+    title, start = str(run.attrs.get("title", "")), "evolvent run of "
+    if title.startswith(start):
+        title = title.removeprefix(start).replace("-", " ").capitalize()
+    return motion_of(run, title=title)

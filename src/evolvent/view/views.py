@@ -1,0 +1,106 @@
+"""Directions from which a motion is seen: oblique, along the axes, and the one that suits its geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from evolvent.results.motion import Array, Motion, turned, turns_between
+
+#: Direction of the oblique view: azimuth and elevation, rad.
+OBLIQUE = (-1.1, 0.6)
+#: Extent along an axis, of the largest, below which a motion is planar.
+_PLANAR = 0.06
+#: Rotation that makes a spin, rad, and the share of it about one axis.
+_SPIN, _ABOUT_ONE = 2.0 * np.pi, 0.98
+#: Samples that are looked at, at most.
+_SAMPLES = 200
+#: Inertial axes in the order right, away, up, by the axis that points up; the sign of "away".
+_ORDER = {"z": ("x", "y", 1.0), "y": ("x", "z", -1.0), "x": ("y", "z", 1.0)}
+
+
+class View(NamedTuple):
+    """A direction of view.
+
+    Attributes
+    ----------
+    name : str, what it shows, in a word or two
+    about : str, the same in a sentence
+    azimuth, elevation : float, rad, about the axis that points up
+    bodies : bool, whether the bodies fill the picture, else the whole motion
+    """
+
+    name: str
+    about: str
+    azimuth: float
+    elevation: float
+    bodies: bool = False
+
+
+def views(motion: Motion) -> list[View]:
+    """The views of a motion, the one that suits it first: along the normal of a planar motion, else oblique.
+
+    Parameters
+    ----------
+    motion : Motion, in inertial axes
+    """
+    plane, spin = _normal(motion), _spin_axis(motion)
+    right, away, _ = _ORDER[motion.up]
+    found = [View("oblique", "from the side and above", *OBLIQUE)]
+    for axis, azimuth, elevation in (
+        (motion.up, 0.0, 0.5 * np.pi), (away, 0.0, 0.0), (right, 0.5 * np.pi, 0.0),
+    ):  # fmt: skip
+        about = {motion.up: "from above", away: "from the side", right: "from the end"}[axis] + f", along {axis}"
+        about += ", the axis of the spin" if axis == spin else ""
+        about += "; the motion is in this plane" if axis == plane else ""
+        found.append(View(f"spin axis {axis}" if axis == spin else f"along {axis}", about, azimuth, elevation))
+    first = next((view for view in found if plane and view.name.endswith(f" {plane}")), found[0])
+    found.sort(key=lambda view: view is not first)
+    if motion.frames:
+        found.append(View("bodies", "the bodies alone, near", *OBLIQUE, bodies=True))
+    return found
+
+
+def _normal(motion: Motion) -> str:
+    """The inertial axis that a motion is normal to; '' where it is not planar, or all on one line."""
+    kept = np.unique(np.linspace(0, motion.time.size - 1, min(motion.time.size, _SAMPLES)).round().astype(int))
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for points in _points(motion, kept):
+        if np.any(np.isfinite(points)):
+            low, high = np.fmin(low, np.nanmin(points, axis=(0, 1))), np.fmax(high, np.nanmax(points, axis=(0, 1)))
+    extent = high - low
+    if not np.all(np.isfinite(extent)) or np.count_nonzero(extent <= _PLANAR * extent.max()) != 1:
+        return ""
+    return "xyz"[int(extent.argmin())]
+
+
+def _points(motion: Motion, kept: Array) -> Iterator[Array]:
+    """Points (nk, n, 3) of lines and marks relative to the main body; where there are none, of the bodies."""
+    body = motion.body
+    origin = 0.0 if body is None else body.origin[kept][:, None]
+    clouds = [line.points for line in motion.lines if line.kind != "spring"] + [mark.points for mark in motion.marks]
+    for cloud in clouds:
+        yield cloud[kept] - origin
+    if clouds:
+        return
+    for frame in motion.frames:
+        solids = (solid.mesh(sectors=8).vertices @ solid.basis.T + solid.centre for solid in frame.solids)
+        corners = [*frame.outline, *solids]
+        points = np.vstack([np.zeros((1, 3)), *corners])
+        yield turned(frame.attitude[kept], np.broadcast_to(points, (kept.size, *points.shape))) + (
+            frame.origin[kept][:, None] - origin
+        )
+
+
+def _spin_axis(motion: Motion) -> str:
+    """The inertial axis about which the main body turns more than once; '' where there is none."""
+    body = motion.body
+    if body is None or motion.time.size < 2:
+        return ""
+    turns = turns_between(body.attitude, np.arange(motion.time.size))
+    total = turned(body.attitude, turns[:, None]).sum(axis=(0, 1))
+    size = float(np.linalg.norm(total))
+    k = int(np.abs(total).argmax())
+    return "xyz"[k] if size > _SPIN and abs(total[k]) > _ABOUT_ONE * size else ""
