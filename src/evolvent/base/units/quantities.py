@@ -1,162 +1,20 @@
-"""Values with units: what a case file writes, kept as SI floats."""
+"""What a key of a case may hold, in which units: a quantity, a vector, a tensor, a whole number."""
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
-import functools
 import math
 import numbers
 import re
-from collections.abc import Mapping, Sequence, Set
-from typing import Annotated, Any
+from collections.abc import Sequence
+from typing import Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
-from evolvent.base import startup
 from evolvent.base.errors import counted
-
-_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
-#: Longest text of a unit, and what none needs: a power of a power, of a number but 10, or above 99, each of which may
-#: take the units library forever.
-_LONGEST_UNIT = 100
-_TOWER = re.compile(
-    r"(?:\*\*|\^)(?:[\s(+-]*\d{3}|[\s(+-]*[\d.]+[\s)]*(?:\*\*|\^))"  # m^100, m^2^3
-    r"|(?<![A-Za-z_])(?!10\b)\d+[\d.]*\s*(?:\*\*|\^)"  # 9^9
-    r"|\d\s*(?:\*\*|\^)\s*\("  # 10^(9*9)
-    r"|\)\s*(?:\*\*|\^).*\)\s*(?:\*\*|\^)"  # ((m)^9)^9
-)
-#: Digits of exponents that stand high.
-_RAISED, _LOWERED = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+"), str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-
-#: Units that are read without the units library, which takes a moment to load: factor to the SI unit of the key.
-COMMON: dict[str, dict[str, float]] = {
-    "": {},
-    "m": {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0},
-    "s": {"s": 1.0, "ms": 0.001, "min": 60.0, "h": 3600.0},
-    "kg": {"kg": 1.0, "g": 0.001},
-    "rad": {"rad": 1.0, "deg": math.pi / 180.0},
-    "rad/s": {"rad/s": 1.0, "deg/s": math.pi / 180.0, "rpm": math.pi / 30.0},
-    "kg m^2": {"kg m^2": 1.0, "g m^2": 0.001},
-    "kg/m": {"kg/m": 1.0, "g/m": 0.001},
-    "N/m": {"N/m": 1.0, "kN/m": 1000.0},
-    "N s/m": {"N s/m": 1.0},
-    "Pa": {"Pa": 1.0, "uPa": 1e-6, "MPa": 1e6, "GPa": 1e9},
-    "kg/m^3": {"kg/m^3": 1.0, "g/cm^3": 1000.0},
-    "m^2": {"m^2": 1.0, "cm^2": 1e-4, "mm^2": 1e-6},
-    "m^4": {"m^4": 1.0, "cm^4": 1e-8, "mm^4": 1e-12},
-    "N m/rad": {"N m/rad": 1.0, "N m": 1.0},
-    "N m s/rad": {"N m s/rad": 1.0, "N m s": 1.0},
-    "1/s": {"1/s": 1.0},
-    "1/K": {"1/K": 1.0},
-    "K": {"K": 1.0},
-    "K/m": {"K/m": 1.0},
-    "1/m": {"1/m": 1.0},
-}
-#: Units of contact laws, whose dimension other keys decide (exponent n, law): what may stand for them.
-OF_CONTACT = {"N/m^n": r"N/m(\^\d+(\.\d+)?)?", "s/m": "s/m|N s/m"}
-
-#: Largest size of a value, in SI units, and the inverse of the least: far beyond any that can be meant, and near enough
-#: for products of several to be finite.
-LARGEST = 1e30
-#: Deviation of the length of a quaternion from 1 that is taken for rounding; it is then normalised.
-UNIT_LENGTH = 1e-3
-
-
-class UnitError(ValueError):
-    """A text that is no value of the wanted kind; the message says why."""
-
-
-def is_list(value: Any) -> bool:
-    """Whether a value is a list, a tuple or an array: no text, and nothing whose entries have no order."""
-    return hasattr(value, "__len__") and not isinstance(value, (str, bytes, Mapping, Set))
-
-
-def _float(value: numbers.Real) -> float:
-    """`value` as a float; infinite where it is too large for one."""
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf if value == abs(value) else -math.inf
-
-
-@functools.cache
-def _registry() -> Any:
-    return startup.load("pint").UnitRegistry()
-
-
-def parse(text: str, unit: str) -> float:
-    """The value of `text` in `unit`.
-
-    Parameters
-    ----------
-    text : str, a number and a unit ('0.735 g/m', '0.004 kg m^2' or 'kg m2', '30 rpm'); a number alone is in `unit`
-    unit : str, the wanted unit, '' for none
-
-    Raises
-    ------
-    UnitError
-        If the text is not a number with a unit of the same dimension.
-    """
-    match = split(text)
-    if match is None:
-        raise UnitError("it is not a number with a unit")
-    value, given = float(match[1]), " ".join(match[2].split())
-    if not given:
-        return value
-    if given == unit:
-        return value
-    if given in COMMON.get(unit, {}):
-        return value * COMMON[unit][given]
-    if unit in OF_CONTACT:
-        if re.fullmatch(OF_CONTACT[unit], given):
-            return value
-        raise UnitError(f"{given!r} is a unit of something else, or not of SI")
-    if unit.startswith("rad") and re.search(r"hertz|Hz\b", given):
-        raise UnitError("hertz does not say whether it counts turns or radians")
-    exponents = re.sub(r"(?<=[A-Za-z])(-?[2-6])(?![\w.])", r"^\1", given)  # "kg m2" and "m/s2" as well
-    try:
-        return float(_registry().Quantity(value, known(exponents)).to(known(unit)).magnitude)
-    except startup.load("pint").DimensionalityError:
-        raise UnitError(f"{_cut(given)!r} is a unit of something else") from None
-    except Exception:  # noqa: BLE001  (the units library raises many kinds of errors on what it cannot read)
-        raise UnitError(f"{_cut(given)!r} is not a known unit") from None
-
-
-def known(unit: str) -> Any:
-    """A unit as the units library holds it.
-
-    Raises
-    ------
-    UnitError
-        If the library does not know it, or could take very long to read it.
-    """
-    try:
-        plain = _RAISED.sub(lambda digits: f"^{digits[0]}".translate(_LOWERED), unit)
-        if len(unit) <= _LONGEST_UNIT and not _TOWER.search(plain):
-            return _registry().parse_units(unit)
-    except Exception:  # noqa: BLE001  (see `parse`)
-        pass
-    raise UnitError(f"{_cut(unit)!r} is not a known unit")
-
-
-def _cut(text: str) -> str:
-    return text if len(text) <= _LONGEST_UNIT else f"{text[:40]}..."
-
-
-def split(text: Any) -> re.Match[str] | None:
-    """A number in group 1 and what follows it in group 2; None of what begins with no number."""
-    return _NUMBER.fullmatch(text.strip()) if isinstance(text, str) else None
-
-
-def base_exponents(unit: str) -> dict[str, float] | None:
-    """Exponents of base units, by their full names, in a coherent unit of SI; None of what is no such unit."""
-    try:
-        found = _registry().Quantity(1.0, known(unit)).to_base_units()
-    except Exception:  # noqa: BLE001  (see `parse`)
-        return None
-    return dict(found.units._units) if found.magnitude == 1.0 else None
+from evolvent.base.units.parsing import LARGEST, UNIT_LENGTH, UnitError, is_list, parse, split, to_float
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -207,7 +65,7 @@ class Quantity:
         try:
             if isinstance(value, bool) or not isinstance(value, (str, numbers.Real)):
                 raise UnitError("it is not a number")
-            number = parse(value, self.unit) if isinstance(value, str) else _float(value)
+            number = parse(value, self.unit) if isinstance(value, str) else to_float(value)
             if not math.isfinite(number):
                 raise UnitError("it is not finite")
             if abs(number) > LARGEST or (self.above == 0.0 and 0.0 < number < 1.0 / LARGEST):
@@ -488,7 +346,7 @@ def _is_plain(text: Any) -> bool:
 
 
 def _number_of(value: Any) -> float:
-    return _float(value) if isinstance(value, numbers.Real) else float(value)
+    return to_float(value) if isinstance(value, numbers.Real) else float(value)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -589,162 +447,3 @@ class Whole:
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """An integer within the bounds."""
         return {"type": "integer", "minimum": self.least, "maximum": self.most}
-
-
-_LENGTH: dict[str, Any] = {"what": "a length", "unit": "m", "example": "5 m"}
-_TIME: dict[str, Any] = {"what": "a time", "unit": "s", "example": "2.5 s"}
-_MASS: dict[str, Any] = {"what": "a mass", "unit": "kg", "example": "0.5 g"}
-
-Length = Annotated[float, Quantity(**_LENGTH, above=0.0)]
-LengthOrZero = Annotated[float, Quantity(**_LENGTH, least=0.0)]
-Time = Annotated[float, Quantity(**_TIME)]
-Duration = Annotated[float, Quantity(**_TIME, above=0.0)]
-DurationOrZero = Annotated[float, Quantity(**_TIME, least=0.0)]
-DurationOrAuto = Annotated[float | str, Quantity(**_TIME, above=0.0, auto=True)]
-Mass = Annotated[float, Quantity(**_MASS, above=0.0)]
-MassOrZero = Annotated[float, Quantity(**_MASS, least=0.0)]
-_INERTIA = Quantity(what="a moment of inertia", unit="kg m^2", example="0.004 kg m^2", above=0.0)
-_ANGULAR_RATE = Quantity(what="an angular rate", unit="rad/s", example="6 rad/s")
-Inertia = Annotated[float, _INERTIA]
-Inertias = Annotated[float | tuple[float, ...], OneOrMore(quantity=_INERTIA, each="the three principal moments")]
-Angle = Annotated[float, Quantity(what="an angle", unit="rad", example="10 deg")]
-AngularRate = Annotated[float, _ANGULAR_RATE]
-AngularRates = Annotated[float | tuple[float, ...], OneOrMore(quantity=_ANGULAR_RATE, each="one per blade")]
-PositiveRate = Annotated[float, Quantity(what="an angular velocity", unit="rad/s", example="1.1e-3 rad/s", above=0.0)]
-GravitationalParameter = Annotated[
-    float, Quantity(what="a gravitational parameter", unit="m^3/s^2", example="3.986e14 m^3/s^2", above=0.0)
-]
-LineDensity = Annotated[float, Quantity(what="a mass per length", unit="kg/m", example="0.735 g/m", above=0.0)]
-Stiffness = Annotated[float, Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", above=0.0)]
-DampingOrZero = Annotated[float, Quantity(what="a damping coefficient", unit="N s/m", example="1e-3 N s/m", least=0.0)]
-PressureOrZero = Annotated[float, Quantity(what="a pressure", unit="Pa", example="4.56e-6 Pa", least=0.0)]
-_SPEED = Quantity(what="a velocity", unit="m/s", example="0.1 m/s")
-_FORCE = Quantity(what="a force", unit="N", example="0.1 N")
-_TORQUE = Quantity(what="a torque", unit="N m", example="0.2 N m")
-_PLAIN = Quantity(what="a plain number", unit="", example="0.5")
-_FREQUENCY = Quantity(what="a frequency", unit="Hz", example="0.25 Hz", above=0.0)
-Force = Annotated[float, _FORCE]
-Torque = Annotated[float, _TORQUE]
-LineForce = Annotated[float, Quantity(what="a force per length", unit="N/m", example="0.1 N/m")]
-Frequency = Annotated[float, _FREQUENCY]
-Speed = Annotated[float, _SPEED]
-_ANGLE = Quantity(what="an angle", unit="rad", example="10 deg")
-AngleOrLength = Annotated[float, Either(_ANGLE, Quantity(**_LENGTH))]
-AngularRateOrSpeed = Annotated[float, Either(_ANGULAR_RATE, _SPEED)]
-Triple = tuple[float, float, float]
-Position = Annotated[Triple, Vector(quantity=Quantity(**_LENGTH))]
-Velocity = Annotated[Triple, Vector(quantity=_SPEED)]
-AngularVelocity = Annotated[Triple, Vector(quantity=_ANGULAR_RATE)]
-Acceleration = Annotated[Triple, Vector(quantity=Quantity(what="an acceleration", unit="m/s^2", example="9.81 m/s^2"))]
-ForceVector = Annotated[Triple, Vector(quantity=_FORCE)]
-TorqueOrZero = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0)]
-TorqueVector = Annotated[Triple, Vector(quantity=_TORQUE)]
-LineForceVector = Annotated[Triple, Vector(quantity=Quantity(what="a force per length", unit="N/m", example="0.1 N/m"))]
-_IMPULSE = Quantity(what="an impulse", unit="N s", example="-500 N s")
-_PRODUCT = Quantity(what="a product of inertia", unit="kg m^2", example="20 kg m^2")
-Coordinate = Annotated[float, Quantity(**_LENGTH)]
-ImpulseVector = Annotated[Triple, Vector(quantity=_IMPULSE)]
-RotationVector = Annotated[Triple, Vector(quantity=_ANGLE)]
-Moments = Annotated[Triple, Vector(quantity=_INERTIA)]
-Products = Annotated[Triple, Vector(quantity=_PRODUCT)]
-Curvatures = Annotated[Triple, Vector(quantity=Quantity(what="a curvature", unit="1/m", example="0.1 1/m"))]
-Times = Annotated[tuple[float, ...], Vector(quantity=Quantity(**_TIME), size=0)]
-Direction = Annotated[Triple, Vector(quantity=_PLAIN, direction=True)]
-Quaternion = Annotated[
-    tuple[float, float, float, float], Vector(quantity=_PLAIN, size=4, direction=True, normalised=True)
-]
-Numbers = Annotated[tuple[float, ...], Vector(quantity=_PLAIN, size=0)]
-StiffnessOrZero = Annotated[float, Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", least=0.0)]
-Number = Annotated[float, Quantity(what="a plain number", unit="", example="0.5")]
-Fraction = Annotated[float, Quantity(what="a plain number", unit="", example="0.9", least=0.0, most=1.0)]
-Tolerance = Annotated[float, Quantity(what="a plain number", unit="", example="1e-8", above=0.0, most=0.1)]
-AngleOrZero = Annotated[float, Quantity(what="an angle", unit="rad", example="10 deg", least=0.0)]
-Modulus = Annotated[float, Quantity(what="a modulus", unit="Pa", example="70 GPa", above=0.0)]
-PoissonRatio = Annotated[float, Quantity(what="a plain number", unit="", example="0.3", above=-1.0, below=0.5)]
-Density = Annotated[float, Quantity(what="a density", unit="kg/m^3", example="1600 kg/m^3", above=0.0)]
-Area = Annotated[float, Quantity(what="an area", unit="m^2", example="2 mm^2", above=0.0)]
-ProductOfArea = Annotated[float, Quantity(what="a product of area", unit="m^4", example="-4 mm^4")]
-ThermalExpansion = Annotated[float, Quantity(what="a thermal expansion", unit="1/K", example="24e-6 1/K")]
-Temperature = Annotated[float, Quantity(what="a change of temperature", unit="K", example="50 K")]
-TemperatureGradient = Annotated[float, Quantity(what="a gradient of temperature", unit="K/m", example="200 K/m")]
-LineInertia = Annotated[float, Quantity(what="an inertia per length", unit="kg m", example="2e-5 kg m", above=0.0)]
-LineProduct = Annotated[float, Quantity(what="an inertia per length", unit="kg m", example="2e-5 kg m")]
-Gradings = Annotated[
-    float | tuple[float, ...],
-    OneOrMore(
-        quantity=Quantity(what="a plain number", unit="", example="3", above=0.0), each="the length of each element"
-    ),
-]
-Pair = Annotated[tuple[float, float], Vector(quantity=Quantity(**_LENGTH), size=2)]
-Curvature = Annotated[Triple, Vector(quantity=Quantity(what="a curvature", unit="1/m", example="0.5 1/m"))]
-SecondMoment = Annotated[float, Quantity(what="a second moment of area", unit="m^4", example="40 mm^4", above=0.0)]
-InertiaTensor = Annotated[
-    float | Triple | tuple[Triple, Triple, Triple],
-    Tensor(quantity=Quantity(what="a moment of inertia", unit="kg m^2", example="0.004 kg m^2")),
-]
-_TURN_STIFFNESS: dict[str, Any] = {"what": "a rotational stiffness", "unit": "N m/rad", "example": "0.5 N m/rad"}
-_TURN_DAMPING: dict[str, Any] = {"what": "a rotational damping", "unit": "N m s/rad", "example": "0.01 N m s/rad"}
-RotationalStiffnessOrZero = Annotated[float, Quantity(**_TURN_STIFFNESS, least=0.0)]
-RotationalDampingOrZero = Annotated[float, Quantity(**_TURN_DAMPING, least=0.0)]
-ForceOrZero = Annotated[float, Quantity(what="a force", unit="N", example="0.1 N", least=0.0)]
-TorqueOrForce = Annotated[float, Either(_TORQUE, _FORCE)]
-TorqueOrForceLimit = Annotated[
-    float,
-    Either(
-        Quantity(what="a torque", unit="N m", example="0.2 N m", above=0.0),
-        Quantity(what="a force", unit="N", example="0.1 N", above=0.0),
-    ),
-]
-RateLimit = Annotated[
-    float,
-    Either(
-        Quantity(what="an angular rate", unit="rad/s", example="10 rpm", above=0.0),
-        Quantity(what="a speed", unit="m/s", example="0.1 m/s", above=0.0),
-    ),
-]
-CoordinateStiffnessOrZero = Annotated[
-    float,
-    Either(
-        Quantity(**_TURN_STIFFNESS, least=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", least=0.0)
-    ),
-]
-CoordinateDampingOrZero = Annotated[
-    float,
-    Either(
-        Quantity(**_TURN_DAMPING, least=0.0),
-        Quantity(what="a damping coefficient", unit="N s/m", example="1e-3 N s/m", least=0.0),
-    ),
-]
-Gains = Annotated[
-    float | tuple[float, ...],
-    OneOrMore(quantity=Quantity(**_TURN_STIFFNESS, least=0.0), each="the three axes"),
-]
-RateGains = Annotated[
-    float | tuple[float, ...], OneOrMore(quantity=Quantity(**_TURN_DAMPING, least=0.0), each="the three axes")
-]
-RateOrZero = Annotated[float, Quantity(what="an inverse time", unit="1/s", example="0.1 1/s", least=0.0)]
-ContactStiffness = Annotated[
-    float, Quantity(what="a contact stiffness", unit="N/m^n", example="1e6 N/m^1.5", above=0.0)
-]
-ContactDampingOrZero = Annotated[float, Quantity(what="a contact damping", unit="s/m", example="0.1 s/m", least=0.0)]
-Exponent = Annotated[float, Quantity(what="a plain number", unit="", example="1.5", least=1.0)]
-NumberOrZero = Annotated[float, Quantity(what="a plain number", unit="", example="0.3", least=0.0)]
-PositiveNumber = Annotated[float, Quantity(what="a plain number", unit="", example="0.5", above=0.0)]
-Parameters = Annotated[tuple[float, ...], Vector(quantity=_PLAIN, size=0, empty=True)]
-
-
-def unit_text(unit: str) -> str:
-    """A unit as a figure shows it: 'kg m2 s-1' -> 'kg m²/s'."""
-    powers = str.maketrans("234", "²³⁴")
-    above: list[str] = []
-    below: list[str] = []
-    for word in unit.split():
-        letters = word.rstrip("-0123456789")
-        power = word[len(letters) :]
-        (below if power.startswith("-") else above).append(
-            letters + power.lstrip("-").replace("1", "").translate(powers)
-        )
-    top = " ".join(above) or "1"
-    if not below:
-        return top if above else unit
-    return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({' '.join(below)})"
