@@ -152,7 +152,7 @@ def test_a_command_goes_on_with_another_folder(tmp_path):
     given = tmp_path / "given"
     given.mkdir()
     given.chmod(0o777)
-    script = "import evolvent, sys; from evolvent import laws; sys.stdout.write('ok')"
+    script = "import evolvent, sys; from evolvent.compiled import laws; sys.stdout.write('ok')"
     environment = {**os.environ, VARIABLE: str(given), "XDG_CACHE_HOME": str(tmp_path / "home")}
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=environment, check=False)
     assert (done.returncode, done.stdout) == (0, "ok")
