@@ -25,7 +25,7 @@ import numpy as np
 
 from evolvent import parts, spring_law
 from evolvent.analysis.system import System
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.drive import choose_step
 from evolvent.solvers.observations import observe

@@ -53,7 +53,8 @@ def book(request: pytest.FixtureRequest) -> Book:
 @pytest.fixture(autouse=bool(os.environ.get("EVOLVENT_ROUND_OFF")))
 def _round_off(monkeypatch: pytest.MonkeyPatch) -> None:
     """With $EVOLVENT_ROUND_OFF=SEED the start states of all models are off by round-off, as on another processor."""
-    from evolvent.assembly.builder import Assembly, Builder
+    from evolvent.assembly.assembled import Assembly
+    from evolvent.assembly.builder import Builder
 
     build = Builder.build
 

@@ -11,7 +11,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent import parts
 from evolvent.analysis.system import System
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit as equations
 from evolvent.flow.powers import N_POWERS
 from evolvent.flow.rhs import rhs

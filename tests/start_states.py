@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import System, cases, elements, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import Struct
 
 #: Of the built-in cases those with beams, threads, coils and rods. The stand starts from an equilibrium (LAPACK).

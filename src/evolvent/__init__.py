@@ -15,21 +15,8 @@ if TYPE_CHECKING:
     from evolvent.compiled.laws import drive_law, element_law, event_law, force_law, motor_law, spring_law
     from evolvent.design.studies import sweep
     from evolvent.elements.inertia import SectionInertia
-    from evolvent.elements.sections import (
-        ALUMINIUM,
-        CFRP,
-        KAPTON,
-        STEEL,
-        Angle,
-        Arc,
-        Circle,
-        General,
-        IBeam,
-        Material,
-        Rectangle,
-        Taper,
-        Tube,
-    )
+    from evolvent.elements.materials import ALUMINIUM, CFRP, KAPTON, STEEL, Material
+    from evolvent.elements.sections import Angle, Arc, Circle, General, IBeam, Rectangle, Taper, Tube
     from evolvent.results import open, save  # noqa: A004  (evolvent.open is the public name)
 
 __version__ = "0.2.0"

@@ -13,7 +13,7 @@ import evolvent
 from book import Book
 from evolvent import parts
 from evolvent.analysis.system import System
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import drive, solve
 from helpers import derivative, fitted_order, heliogyro, run
 

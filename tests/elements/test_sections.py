@@ -13,7 +13,7 @@ from scipy.sparse.linalg import spsolve
 from book import Book
 from evolvent import InputError, parts
 from evolvent.elements import Angle, Arc, General, IBeam, Material, Rectangle, Taper, beam_parts
-from evolvent.elements.sections import CFRP, CFRP_UD, MATERIALS, SOURCES
+from evolvent.elements.materials import CFRP, CFRP_UD, MATERIALS, SOURCES
 
 Array = np.ndarray
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, cases, elements, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.flow import energy_momentum as flow
 from evolvent.kernels import layer_step, sparse
 from evolvent.solvers import energy_momentum

@@ -11,7 +11,7 @@ from book import Book
 from evolvent import InputError, elements, parts
 from evolvent import model as mdl
 from evolvent.analysis.system import System
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import solve
 from evolvent.solvers.drive import choose_step
 from evolvent.solvers.implicit import solve_implicit

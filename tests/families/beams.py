@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import System, elements, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from families.case import Array, Case, columns, of, springs_poles, swing
 from implicit.rigs import coordinates
 

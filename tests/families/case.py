@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ellipj
 
 from evolvent import System
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from implicit.rigs import coordinates
 
 Array = np.ndarray

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from families.case import Array, Case, at, columns, of, springs_poles
 from implicit.rigs import coordinates
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import evolvent
 from evolvent import System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from families.case import Array, Case, at, columns, of, springs_poles, swing
 from implicit.rigs import coordinates
 

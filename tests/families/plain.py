@@ -14,7 +14,7 @@ import families.lumped
 import families.rods  # noqa: F401  (all enter their cases)
 from evolvent import model as mdl
 from evolvent.assembly import families as table
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit, inventory
 from evolvent.solvers import solve
 from evolvent.solvers.implicit import solve_implicit

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from evolvent import System, elements, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import bodies_of, rod_arms
 from families.beams import BETA, ORIGIN, SIGMA
 from families.case import Array, Case, columns, of

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent import elements
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit, powers
 from evolvent.kernels import contact, sparse
 from evolvent.solvers import Solution, alpha_state

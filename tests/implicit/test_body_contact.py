@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, elements, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.flow import energy_momentum as flow
 from evolvent.kernels import body_contact, sparse_lu
 from evolvent.solvers import alpha_state

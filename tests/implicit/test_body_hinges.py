@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from evolvent import InputError, System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.parts.base import unit
 from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve

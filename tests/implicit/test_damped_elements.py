@@ -7,7 +7,7 @@ import pytest
 
 from evolvent import System, parts
 from evolvent import model as mdl
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit, powers
 from evolvent.solvers.linear_motion import matrices
 from evolvent.solvers.static_work import Work

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, elements, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from implicit.rigs import coordinates, momenta, run
 
 Array = np.ndarray

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, System, elements, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit
 from evolvent.kernels import sparse
 from evolvent.kernels.rotations import rotation_from_quaternion

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from book import Book
 from evolvent import System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from helpers import rotation
 from implicit.rigs import RUBBER, SQUARE, run
 

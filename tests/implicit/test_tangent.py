@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.parts.base import unit
 from implicit.rigs import RUBBER, SQUARE, Equations, start_step
 

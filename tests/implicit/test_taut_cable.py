@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, elements, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import Solution
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.static import solve_static

@@ -11,7 +11,7 @@ import evolvent
 from book import Book
 from evolvent import InputError, parts
 from evolvent.analysis.system import System
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.solvers.drive import choose_step
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.observations import observe

@@ -12,7 +12,7 @@ from scipy.linalg import null_space
 
 from book import Book
 from evolvent import InputError, System, elements, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.parts.surface_contact import SLIDING_DAMPING
 from evolvent.solvers import Solution
 from evolvent.solvers.energy_momentum import solve_energy

@@ -12,7 +12,7 @@ from book import Book
 from evolvent import model as mdl
 from evolvent import parts
 from evolvent.analysis.system import System
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import solve
 from helpers import END, L0, RHO, SPOOL, TIP, W0, J, L, R, Run, V, heliogyro, run
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle
 from evolvent.results.observe.beams import observe_beam
 from evolvent.results.observe.view import View

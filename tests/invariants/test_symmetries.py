@@ -7,7 +7,7 @@ import pytest
 
 from evolvent import parts
 from evolvent.analysis.system import System
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.parts.base import unit
 from helpers import L0, RHO, SPOOL, TIP, W0, J, L, R, heliogyro, rotation, run
 

@@ -9,7 +9,7 @@ import pytest
 
 from book import Book
 from evolvent import System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.observations import observe
 from helpers import Run, fitted_order, flying_apart, run, tangent_columns

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from book import Book
 from evolvent import InputError, System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.parts.registry import read_parts
 from helpers import Run, fitted_order, run
 

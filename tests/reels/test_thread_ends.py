@@ -9,7 +9,7 @@ import pytest
 
 from book import Book
 from evolvent import InputError, System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import solve
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.observations import observe

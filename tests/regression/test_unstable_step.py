@@ -9,7 +9,7 @@ import pytest
 
 import evolvent
 from evolvent import System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.solvers import solve
 from helpers import END, RHO, L, heliogyro

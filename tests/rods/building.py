@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle
 from evolvent.solvers.positions import linearized_points
 from evolvent.solvers.static import solve_static

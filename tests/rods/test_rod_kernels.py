@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.elements import General, Material, Rectangle, Taper, rods
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import implicit

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from evolvent import System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.modes import modes

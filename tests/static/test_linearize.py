@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
 from evolvent import InputError, System, parts, spring_law
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle
 from evolvent.parts.base import unit
 from evolvent.solvers.implicit import solve_implicit

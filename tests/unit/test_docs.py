@@ -87,7 +87,8 @@ def test_the_python_of_the_pages_runs(page, saved, monkeypatch):
 
 def test_the_page_on_beams_names_every_section_and_material():
     """The table of materials holds the values and sources of the package."""
-    from evolvent.elements.sections import MATERIALS, SOURCES, UNIFORM
+    from evolvent.elements.materials import MATERIALS, SOURCES
+    from evolvent.elements.sections import UNIFORM
 
     page = (ROOT / "docs" / "guide" / "beams.md").read_text(encoding="utf-8")
     assert set(re.findall(r"`\{([a-z-]+): ", page)) == {*UNIFORM, "taper"}

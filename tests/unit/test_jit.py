@@ -55,15 +55,17 @@ def copied_package(tmp_path, monkeypatch):
     return copy
 
 
-@pytest.mark.parametrize("name", ["jit.py", "model.py", "kernels/rotations.py", "flow/rhs.py", "solvers/explicit.py"])
-def test_a_change_in_any_compiled_floor_gives_another_cache_folder(copied_package, name):
+@pytest.mark.parametrize(
+    "name", ["compiled/jit.py", "model/__init__.py", "kernels/rotations.py", "flow/rhs.py", "solvers/explicit.py"]
+)
+def test_a_change_in_any_compiled_room_gives_another_cache_folder(copied_package, name):
     before = cachefolder._source_hash()
     path = copied_package / name
     path.write_text(path.read_text() + "\n# changed\n")
     assert cachefolder._source_hash() != before
 
 
-@pytest.mark.parametrize("name", ["system.py", "parts/point.py", "errors.py"])
+@pytest.mark.parametrize("name", ["analysis/system.py", "parts/point.py", "base/errors.py"])
 def test_a_change_elsewhere_keeps_the_cache_folder(copied_package, name):
     before = cachefolder._source_hash()
     path = copied_package / name

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from evolvent import elements, parts, spring_law
 from evolvent.analysis.system import System
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.solvers import balance as eb
 from evolvent.solvers import drive, implicit, solve

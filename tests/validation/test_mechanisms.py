@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from book import Book
 from evolvent import System, parts
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import ordering
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import matrix_of

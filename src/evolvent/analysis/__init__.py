@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.assembly import families
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.references import split_reference
 from evolvent.base import units
 from evolvent.base.errors import InputError, nearest

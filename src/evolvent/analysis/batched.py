@@ -12,7 +12,7 @@ from evolvent.base.errors import InputError, in_keys, naming_keys
 from evolvent.solvers import batch
 
 if TYPE_CHECKING:
-    from evolvent.assembly.builder import Assembly
+    from evolvent.assembly.assembled import Assembly
 
 
 class BatchedDefinition(SystemDefinition):

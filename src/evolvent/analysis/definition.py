@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from evolvent.analysis.modal import ModalResults
     from evolvent.analysis.system import System
-    from evolvent.assembly.builder import Assembly
+    from evolvent.assembly.assembled import Assembly
     from evolvent.results.figures import Figure, Number
     from evolvent.results.measurements import Measurements
     from evolvent.results.motion import Motion

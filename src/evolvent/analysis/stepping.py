@@ -11,7 +11,7 @@ import numpy as np
 from evolvent import cases
 from evolvent.analysis.system import System
 from evolvent.assembly import needs
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import EvolventError, InputError, RunFailed, naming_keys, nearest
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import rigid

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic_core import PydanticCustomError
 
-from evolvent.assembly.builder import Assembly, Builder
+from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError, RunFailed, nearest
 from evolvent.base.progress import on_stderr

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly import needs
+from evolvent.assembly.assembled import Array, Assembly, Pose
+from evolvent.assembly.checks import check_constraints, factored_masses, off_axis
 from evolvent.assembly.references import Location, split_reference
 from evolvent.base.errors import InputError, nearest
 from evolvent.compiled import laws
 from evolvent.compiled.pointer import zeros_record
 from evolvent.elements.dense import product
 from evolvent.flow.implicit import add_weight
-from evolvent.flow.impulse import prepare
 from evolvent.kernels import (
     ancf,
     constraint_rows,
@@ -31,8 +31,6 @@ from evolvent.kernels import (
     thread,
 )
 
-Array = np.ndarray
-
 #: Pools of constants in `model.Flexible`, with the shape of one entry.
 _POOLS: dict[str, tuple[int, ...]] = {
     "H24": (28, 28), "h24": (28,), "U24": (), "M24": (8, 8),
@@ -40,50 +38,6 @@ _POOLS: dict[str, tuple[int, ...]] = {
 }  # fmt: skip
 #: Fields that hold an index in the state vector's second part, counted from its start while parts are written.
 _VELOCITY_OFFSETS = ("iv", "spool_v")  # of several values each, -1 for none
-
-
-class Pose(NamedTuple):
-    """Where a body is at the start: position (3,), rotation (3, 3), velocity (3,), angular velocity (3,), inertial."""
-
-    x: Array
-    R: Array
-    v: Array
-    w: Array
-
-
-@dataclasses.dataclass
-class Assembly:
-    """An assembled system: its model, initial state and the names of its parts.
-
-    Attributes
-    ----------
-    model : Model
-    y : (ny,) float, initial state [q | v | accounts]
-    s : (ns,) int, initial switches
-    names : dict, name -> (family, index)
-    laws : dict, address -> user's law, kept alive as long as the model uses it
-    joint_parts : list of str, the part that wrote each row of the family `joints`
-    parts : dict, name -> part, as the user wrote them
-    expressions : dict, first index of its parameters -> the compiled function that runs it, and the text
-    """
-
-    model: mdl.Model
-    y: Array
-    s: Array
-    names: dict[str, tuple[str, int]]
-    laws: dict[int, Any]
-    joint_parts: list[str]
-    parts: dict[str, Any] = dataclasses.field(default_factory=dict)
-    expressions: dict[int, tuple[Any, str]] = dataclasses.field(default_factory=dict)
-
-    def index(self, name: str, family: str | None = None) -> int:
-        """Index of the part called `name` in its family."""
-        if name not in self.names:
-            raise InputError(f"no part is called {name!r}; {nearest(name, self.names)}")
-        found, index = self.names[name]
-        if family is not None and found != family:
-            raise InputError(f"{name!r} is one of the {found}, not of the {family}")
-        return index
 
 
 class Builder:
@@ -370,7 +324,7 @@ class Builder:
             model, y, s, dict(self.names), dict(self.laws), list(self.joint_parts), dict(self.specs),
             dict(self.expressions),
         )  # fmt: skip
-        _check_constraints(assembly)
+        check_constraints(assembly)
         return assembly
 
     def _ends(self) -> set[float]:
@@ -437,7 +391,7 @@ class Builder:
             strands=np.zeros((len(self.rows["nodes"]) + 1, 9)),
             angles=np.zeros(int(beams["nodes"].sum())),
             custom=np.zeros(max((custom.scratch_size(row["points"]) for row in self.rows["custom_forces"]), default=0)),
-            masses=_factor_masses(beams, families["elements"], pools),
+            masses=factored_masses(beams, families["elements"], pools),
             rod=np.zeros(rod.WORK),
             F=np.zeros(n_v),
             P=np.zeros(n_v),
@@ -459,17 +413,17 @@ class Builder:
                 continue
             body = self.rows["bodies"][row["body"]]
             axis = body["R0"] @ body["axis"]
-            differ = ["gravity"] if _off(axis, self.gravity) else []
+            differ = ["gravity"] if off_axis(axis, self.gravity) else []
             for k, load in enumerate(self.rows["loads"]):
                 if load["kind"] >= loads.AT_MARKER or load["target"] != p:
                     continue
                 values = np.array(self.values[load["first"] : load["last"]])
                 if load["kind"] == loads.NODE:
-                    off = load["law"] != 0 or _off(body["axis"] if values[3] != 0.0 else axis, values[:3])
+                    off = load["law"] != 0 or off_axis(body["axis"] if values[3] != 0.0 else axis, values[:3])
                 elif load["kind"] == loads.UNIFORM:
-                    off = _off(body["axis"] if values[3] != 0.0 else axis, values[:3])
+                    off = off_axis(body["axis"] if values[3] != 0.0 else axis, values[:3])
                 else:
-                    off = load["kind"] == loads.LAW or _off(axis, values[2:5])
+                    off = load["kind"] == loads.LAW or off_axis(axis, values[2:5])
                 differ += [names["loads", k]] if off else []
             if differ:
                 raise InputError(
@@ -529,64 +483,3 @@ class Builder:
             for field, value in zip(("kind", "index", "body", "point"), entries[entry], strict=True):
                 rows[field][k] = value
         return rows, np.array(coupled, dtype=np.int64).reshape(len(coupled), 4)
-
-
-def _factor_masses(beams: Array, elements: Array, pools: dict[str, Array]) -> Array:
-    """L D L^T of the beams' masses, which couple nodal vectors of neighbouring nodes: see `Flexible.masses`."""
-    found = [np.zeros((0, 8))]
-    for beam in beams:
-        k = flexible.NODE_VECTORS[beam["kind"]]
-        pool, n, w = pools["M12" if k == 2 else "M24"], k * int(beam["nodes"]), 2 * k - 1
-        band = np.zeros((w + 1, n))  # band[i - j, j] = M[i, j], i >= j
-        for c in range(beam["elements"]):
-            M = pool[elements["mass"][beam["first_element"] + c]]
-            for j in range(2 * k):
-                band[: 2 * k - j, k * c + j] += M[j:, j]
-        rows = np.zeros((n, 8))
-        for c in range(n):
-            rows[c, 0], below = 1.0 / band[0, c], min(w, n - 1 - c)
-            for i in range(1, below + 1):
-                rows[c + i, i] = band[i, c] / band[0, c]
-            for j in range(1, below + 1):
-                band[: below + 1 - j, c + j] -= rows[c + j, j] * band[j : below + 1, c]
-        found.append(rows)
-    return np.concatenate(found)
-
-
-def _off(axis: Array, vector: Array) -> bool:
-    """Whether a vector has a part across an axis."""
-    return bool(np.linalg.norm(np.cross(axis, vector)) > 1e-9 * np.linalg.norm(vector))
-
-
-def _check_constraints(assembly: Assembly) -> None:
-    """Refuse redundant links and guides, and those that the start does not meet, by name."""
-    model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
-    if model.links.size == 0 and model.guides.size == 0:
-        return
-    by_index = {index: name for name, (family, index) in assembly.names.items() if family == "links"}
-    guides = {index: name for name, (family, index) in assembly.names.items() if family == "guides"}
-    needs.load(model, prepare)
-    prepare(0.0, y, s, model)
-    for k in range(model.guides.size):
-        rate = constraint_rows.guide_geometry(model.guides, model.bodies, k)[1]
-        if abs(rate) > 1e-6 * max(1.0, np.abs(y).max()):
-            raise InputError(f"guide {guides[k]!r}: the body moves against it, at {rate:.6g}, at the start")
-    for k in range(model.links.size):
-        geometry = constraint_rows.link_geometry(y, model, k)
-        length, gap, rate = model.links["length"][k], geometry[0] - model.links["length"][k], geometry[1]
-        if abs(gap) > 1e-6 * length:
-            raise InputError(
-                f"link {by_index[k]!r}: its ends are {geometry[0]:.9g} m apart at the start, its length is "
-                f"{length:.9g} m"
-            )
-        if abs(rate) > 1e-6 * max(1.0, np.abs(y).max()):
-            raise InputError(
-                f"link {by_index[k]!r}: its ends part at {rate:.6g} m/s at the start; give velocities that keep it"
-            )
-    bad = constraint_rows.build_rows(y, s, model)
-    if bad >= 0:
-        kind, index = int(model.rows["kind"][bad]), int(model.rows["index"][bad])
-        if kind == constraint_rows.GUIDE:
-            raise InputError(f"guide {guides[index]!r} is redundant: the other constraints already imply it")
-        name = by_index.get(index, "a thread")
-        raise InputError(f"link {name!r} is redundant: the other constraints already imply it")

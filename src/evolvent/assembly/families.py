@@ -288,7 +288,7 @@ def check(assembly: Any, solver: str) -> None:
 
     Parameters
     ----------
-    assembly : evolvent.assembly.builder.Assembly
+    assembly : evolvent.assembly.assembled.Assembly
     solver : one of `SOLVERS`
 
     Raises

@@ -28,18 +28,14 @@ from evolvent.elements.inertia import (
     gravity_vector,
     load_vector,
 )
+from evolvent.elements.materials import ALUMINIUM, CFRP, KAPTON, STEEL, Material
 from evolvent.elements.sections import (
-    ALUMINIUM,
-    CFRP,
-    KAPTON,
-    STEEL,
     Angle,
     Arc,
     Circle,
     CrossSection,
     General,
     IBeam,
-    Material,
     Properties,
     Rectangle,
     Taper,

@@ -9,7 +9,8 @@ import numpy as np
 
 from evolvent.elements.dense import inverse, legendre, norm, product
 from evolvent.elements.inertia import OWN_INERTIA, SectionInertia
-from evolvent.elements.sections import CrossSection, Material
+from evolvent.elements.materials import Material
+from evolvent.elements.sections import CrossSection
 
 Array = np.ndarray
 #: Gauss's four points of an element and their weights.

@@ -32,7 +32,8 @@ from evolvent.elements.forms import (
     straight_beam,
     straight_cable,
 )
-from evolvent.elements.sections import CrossSection, Material
+from evolvent.elements.materials import Material
+from evolvent.elements.sections import CrossSection
 
 Array = NDArray[np.float64]
 #: Amplitudes of a load; the first two stretch, the others bend.

@@ -8,16 +8,15 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
-from pydantic_core import PydanticCustomError, core_schema
 
 from evolvent import cases
 from evolvent.base import safe_open, schema, units
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import Section
 from evolvent.massprops import uncertain
+from evolvent.massprops.keys import ColumnKey, DirectionKey, PointKey, TextKey
 from evolvent.massprops.uncertain import Uncertain
 
-DIRECTIONS = {"x": (1.0, 0.0, 0.0), "vertical": (0.0, 1.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 #: Names of a body's mass properties: here, and in `evolvent.massprops.inertia`.
 PROPERTIES = {"mass": "mass", "offset_x": "ex", "height": "h", "offset_z": "ez"} | {
     name: name for name in ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
@@ -25,88 +24,8 @@ PROPERTIES = {"mass": "mass", "offset_x": "ex", "height": "h", "offset_z": "ez"}
 KINDS = ("springs", "torsion", "bifilar", "trifilar", "compound")
 
 
-class _Read:
-    """A pydantic annotation with a `read` of its own."""
-
-    allowed = ""
-
-    def read(self, value: Any) -> Any:
-        """The checked value."""
-        raise NotImplementedError
-
-    def refuse(self) -> PydanticCustomError:
-        """The error that says what is allowed."""
-        return PydanticCustomError("value", "it must be {allowed}", {"allowed": self.allowed})
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
-        """A validator."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
-        )
-
-    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
-        """What is allowed, in words."""
-        return {"description": self.allowed}
-
-    def write(self, value: Any) -> Any:
-        """`value` as a description holds it."""
-        return value
-
-
-class _Column(_Read):
-    allowed = "a column's name, or its number from 1"
-
-    def read(self, value: Any) -> str | int:
-        if isinstance(value, bool) or not isinstance(value, (str, int)) or value == "":
-            raise self.refuse()
-        return value
-
-
-class _Text(_Read):
-    """A number or a text with a unit, whose unit the sensor gives."""
-
-    def __init__(self, allowed: str) -> None:
-        self.allowed = allowed
-
-    def read(self, value: Any) -> str:
-        if isinstance(value, bool) or not isinstance(value, (str, int, float)) or value == "":
-            raise self.refuse()
-        return str(value)
-
-
-class _Point(_Read):
-    allowed = "the number of a spring, or three lengths (x, y, z), such as [2 m, 0 m, 0.87 m +- 1 mm]"
-    _position = uncertain._position()
-
-    def read(self, value: Any) -> int | tuple[Uncertain, ...]:
-        if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
-            return value
-        if not isinstance(value, (list, tuple)) or len(value) != 3:
-            raise self.refuse()
-        return tuple(self._position.read(v) for v in value)
-
-    def write(self, value: Any) -> Any:
-        return value if isinstance(value, int) else [self._position.write(v) for v in value]
-
-
-class _Direction(_Read):
-    allowed = "vertical, x, y, z, or three numbers that are not all zero"
-
-    def read(self, value: Any) -> str | tuple[float, ...]:
-        if isinstance(value, str) and value in DIRECTIONS:
-            return value
-        numbers = isinstance(value, (list, tuple)) and all(isinstance(v, (int, float)) for v in value)
-        if not numbers or len(value) != 3 or not any(value) or not np.all(np.isfinite(value)):
-            raise self.refuse()
-        return tuple(float(v) for v in value)
-
-    def write(self, value: Any) -> Any:
-        return value if isinstance(value, str) else list(value)
-
-
-Column = Annotated[str | int, _Column()]
-Point = Annotated[Any, _Point()]
+Column = Annotated[str | int, ColumnKey()]
+Point = Annotated[Any, PointKey()]
 
 
 class Sensor(Section):
@@ -115,12 +34,12 @@ class Sensor(Section):
     column: Column
     name: str | None = Field(None, description="in tables and figures; the column's unless given")
     point: Point | None = Field(None, description="its position on the body; not needed for a pendulum")
-    direction: Annotated[Any, _Direction()] = Field("vertical", description="along which it is positive, level axes")
+    direction: Annotated[Any, DirectionKey()] = Field("vertical", description="along which it is positive, level axes")
     unit: str | None = Field(None, description="of the column, where file and signals.unit state none: mm, V, px, ...")
-    sensitivity: Annotated[str, _Text("a reading per quantity, such as '0.5 V/mm +- 0.2 %'")] | None = Field(
+    sensitivity: Annotated[str, TextKey("a reading per quantity, such as '0.5 V/mm +- 0.2 %'")] | None = Field(
         None, description="the column is divided by it; a standard uncertainty may follow +-"
     )
-    noise: Annotated[str, _Text("a value in the column's unit, such as '0.1 mm'")] | None = Field(
+    noise: Annotated[str, TextKey("a value in the column's unit, such as '0.1 mm'")] | None = Field(
         None, description="standard deviation of its noise, if known; estimated unless given"
     )
 
@@ -371,7 +290,7 @@ class OnSprings(_Description):
             raise InputError("signals.sensors is missing; name each column with the point where its sensor sits")
         for k, sensor in enumerate(self.signals.sensors):
             if sensor.point is None:
-                raise InputError(f"signals.sensors.{k}.point is missing; it must be {_Point.allowed}")
+                raise InputError(f"signals.sensors.{k}.point is missing; it must be {PointKey.allowed}")
             if isinstance(sensor.point, int) and sensor.point > self.stand.number:
                 raise InputError(
                     f"signals.sensors.{k}.point is {sensor.point}, but there are {self.stand.number} springs"

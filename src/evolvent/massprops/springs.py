@@ -11,10 +11,11 @@ import numpy as np
 
 from evolvent.base.errors import InputError
 from evolvent.massprops import amplitude, mode_selection
-from evolvent.massprops.description import DIRECTIONS, PROPERTIES, OnSprings
+from evolvent.massprops.description import PROPERTIES, OnSprings
 from evolvent.massprops.estimates import Evaluation, Output
 from evolvent.massprops.inertia import Body, Candidate, Inertia, Stand, candidates, fit, linear_model, mac
 from evolvent.massprops.inertia.problem import Problem, assign, matching, undetermined
+from evolvent.massprops.keys import DIRECTIONS
 from evolvent.massprops.modal import Modal, refuse_fast, refuse_rate
 from evolvent.massprops.springs_inputs import (
     LABELS,

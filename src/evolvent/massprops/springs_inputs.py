@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.description import DIRECTIONS, PROPERTIES, OnSprings
+from evolvent.massprops.description import PROPERTIES, OnSprings
 from evolvent.massprops.inertia import Body, Stand
 from evolvent.massprops.inertia.stand import inertia_defect
+from evolvent.massprops.keys import DIRECTIONS
 from evolvent.massprops.modal import Modal
 from evolvent.massprops.rounding import shown
 from evolvent.massprops.uncertain import Uncertain

@@ -17,7 +17,7 @@ from evolvent.systems.wrapped_rib.derived import FOLLOWED, wrap_angle
 from evolvent.view.drawing import smooth
 
 if TYPE_CHECKING:
-    from evolvent.assembly.builder import Assembly
+    from evolvent.assembly.assembled import Assembly
     from evolvent.solvers.solution import Solution
 
 Array = np.ndarray

@@ -16,7 +16,7 @@ from evolvent.results.observe import View
 from evolvent.solvers.drive import choose_step
 
 if TYPE_CHECKING:
-    from evolvent.assembly.builder import Assembly
+    from evolvent.assembly.assembled import Assembly
     from evolvent.solvers.solution import Solution
 
 Array = np.ndarray

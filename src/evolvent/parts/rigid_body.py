@@ -8,7 +8,8 @@ import numpy as np
 from pydantic import AfterValidator
 from pydantic_core import PydanticCustomError
 
-from evolvent.assembly.builder import Builder, Pose
+from evolvent.assembly.assembled import Pose
+from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location, is_name, split_reference
 from evolvent.base import units
 from evolvent.base.errors import InputError

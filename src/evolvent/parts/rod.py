@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from evolvent.assembly.builder import Builder, Pose
+from evolvent.assembly.assembled import Pose
+from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements import OWN_INERTIA, rods

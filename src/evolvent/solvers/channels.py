@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError, nearest
 from evolvent.solvers.positions import LinearizedPoint, find_moving
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly import families, needs
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError, nearest
 from evolvent.compiled import codecache
 from evolvent.compiled.pointer import zeros_record

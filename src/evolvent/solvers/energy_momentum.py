@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly import families, needs
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow import energy_momentum as flow

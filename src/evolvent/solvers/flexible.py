@@ -10,7 +10,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from evolvent import model as mdl
 from evolvent.assembly import needs
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact, hinge, rigid
 from evolvent.kernels.flexible import NODE_VECTORS, beam_rates

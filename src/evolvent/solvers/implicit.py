@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from evolvent.assembly import families, needs
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled import codecache
 from evolvent.kernels import rigid

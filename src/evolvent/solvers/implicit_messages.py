@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.kernels import contact_laws
 from evolvent.kernels.sparse import SparseBlocks

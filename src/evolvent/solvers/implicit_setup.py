@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record

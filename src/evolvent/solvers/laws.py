@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.assembly import needs
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.compiled import laws

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse as sparse
 
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import bodies_of
 from evolvent.assembly.references import split_reference
 from evolvent.base.errors import InputError

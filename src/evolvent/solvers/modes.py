@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sparse
 
 from evolvent.assembly import families
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import EvolventError, InputError, RunFailed
 from evolvent.solvers.eigenproblem import Problem, along_axes
 from evolvent.solvers.laws import law_failure

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import bodies_of, rod_arms
 from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import rigid

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual, tangent

@@ -13,7 +13,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly import needs
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
 from evolvent.flow.implicit import residual
 from evolvent.flow.powers import DRIVEN, SPOOLS

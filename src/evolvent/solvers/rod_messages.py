@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import bodies_of, owner
 from evolvent.elements import rods
 from evolvent.kernels.rotations import rotation_from_quaternion

@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly import needs
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import body_contact, constraint_rows, hinge, joint
 from evolvent.kernels.flexible import beam_energies

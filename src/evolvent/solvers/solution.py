@@ -16,7 +16,7 @@ from evolvent.solvers.observations import Observations, momenta_of, observe, sum
 from evolvent.solvers.sampled import Momentum, Sampled, angular_momentum, balances, empty, evaluate, momentum_of
 
 if TYPE_CHECKING:
-    from evolvent.assembly.builder import Assembly
+    from evolvent.assembly.assembled import Assembly
 
 Array = np.ndarray
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.assembly import needs
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.flow.impulse import prepare
 from evolvent.kernels import attitude, body_contact, points, rigid, springs, thread

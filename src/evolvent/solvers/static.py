@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly import families
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled import codecache
 from evolvent.parts.checks import number, positive

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import splu
 
 from evolvent import model as mdl
 from evolvent.assembly import needs
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import bodies_of
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record

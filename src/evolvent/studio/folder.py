@@ -24,6 +24,7 @@ from evolvent import cases
 from evolvent.base.errors import InputError
 from evolvent.design.studies import store
 from evolvent.studio import reading
+from evolvent.studio.places import CREATE, HAS_DIR_FD, NO_LINK, READ, Place, is_junction, is_link
 
 #: Folder inside the working folder that holds the queue, its runs, and what was dropped on the page.
 OWN = ".evolvent-studio"
@@ -44,45 +45,6 @@ _TEXTS = ("title", "remarks")
 _WAIT, _FIRST = 1.0, 30.0
 #: Uploads of one name, at most.
 _MOST_SAME = 1000
-_NO_LINK = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
-#: Opening a FIFO does not wait for its other end; what is opened is checked before it is read.
-_READ = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0) | _NO_LINK
-_CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | _NO_LINK
-_HAS_DIR_FD = {os.open, os.mkdir, os.stat, os.unlink} <= os.supports_dir_fd and hasattr(os, "O_NOFOLLOW")
-
-
-class _Place(NamedTuple):
-    """A folder that is open; its files are named `prefix` + name, relative to the descriptor `fd` if there is one."""
-
-    prefix: str
-    fd: int | None
-
-    def is_link(self, name: str) -> bool:
-        """Whether an entry is a symbolic link (or, on Windows, a junction)."""
-        try:
-            found = os.stat(self.prefix + name, dir_fd=self.fd, follow_symlinks=False)
-        except OSError:
-            return False
-        return stat.S_ISLNK(found.st_mode) or (self.fd is None and _is_junction(self.prefix + name))
-
-    def open(self, name: str, flags: int) -> int:
-        """Open an entry that is no link."""
-        if self.fd is None and self.is_link(name):
-            raise OSError(errno.ELOOP, "it is a link", name)
-        return os.open(self.prefix + name, flags, 0o666, dir_fd=self.fd)
-
-    def mkdir(self, name: str) -> None:
-        """Make a folder."""
-        os.mkdir(self.prefix + name, dir_fd=self.fd)
-
-    def replace(self, old: str, new: str) -> None:
-        """Rename an entry; another of the new name goes."""
-        os.replace(self.prefix + old, self.prefix + new, src_dir_fd=self.fd, dst_dir_fd=self.fd)
-
-    def unlink(self, name: str) -> None:
-        """Remove an entry that is no folder, where it is there."""
-        with contextlib.suppress(FileNotFoundError):
-            os.unlink(self.prefix + name, dir_fd=self.fd)
 
 
 class Written(NamedTuple):
@@ -126,7 +88,7 @@ class Folder:
     # -------------------------------------------------------------------------------------------- opened without links
 
     @contextlib.contextmanager
-    def _place(self, *parts: str, make: bool = False) -> Iterator[_Place]:
+    def _place(self, *parts: str, make: bool = False) -> Iterator[Place]:
         """A folder below the working folder, reached through no link.
 
         Raises
@@ -136,9 +98,9 @@ class Folder:
         OSError
             If it cannot be opened.
         """
-        place = _Place(f"{self.root}{os.sep}", None)
-        if _HAS_DIR_FD:
-            place = _Place("", os.open(self.root, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC))
+        place = Place(f"{self.root}{os.sep}", None)
+        if HAS_DIR_FD:
+            place = Place("", os.open(self.root, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC))
         try:
             for k, part in enumerate(parts):
                 if make:
@@ -147,13 +109,13 @@ class Folder:
                 if place.is_link(part):
                     raise InputError(f"{'/'.join(parts[: k + 1])!r} is a link; it must be a folder")
                 if place.fd is None:
-                    place = _Place(f"{place.prefix}{part}{os.sep}", None)
+                    place = Place(f"{place.prefix}{part}{os.sep}", None)
                     if not os.path.isdir(place.prefix):
                         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), part)
                 else:
-                    below = place.open(part, os.O_RDONLY | os.O_DIRECTORY | _NO_LINK)
+                    below = place.open(part, os.O_RDONLY | os.O_DIRECTORY | NO_LINK)
                     os.close(place.fd)
-                    place = _Place("", below)
+                    place = Place("", below)
             yield place
         finally:
             if place.fd is not None:
@@ -173,7 +135,7 @@ class Folder:
             with self._place(*parts[:-1]) as place:
                 if place.is_link(parts[-1]):
                     raise InputError(f"{name!r} is a link; it must be a file")
-                file = open(place.open(parts[-1], _READ), "rb")  # noqa: SIM115
+                file = open(place.open(parts[-1], READ), "rb")  # noqa: SIM115
         except OSError as error:
             raise InputError(f"cannot read {name!r}: {(error.strerror or str(error)).lower()}") from None
         with file:
@@ -208,7 +170,7 @@ class Folder:
         with self._place(*parts[:-1]) as place:
             temporary = f".{secrets.token_hex(8)}.part"
             try:
-                with open(place.open(temporary, _CREATE), "wb") as file:
+                with open(place.open(temporary, CREATE), "wb") as file:
                     file.write(content)
                 place.replace(temporary, parts[-1])
             finally:
@@ -226,7 +188,7 @@ class Folder:
         """
         with self._place(*parts[:-1]) as place:
             place.unlink(parts[-1])
-            return open(place.open(parts[-1], _CREATE), "wb")
+            return open(place.open(parts[-1], CREATE), "wb")
 
     def make(self, *parts: str) -> None:
         """Make a new folder below the working folder.
@@ -254,7 +216,7 @@ class Folder:
             with self._place(OWN, make=True) as place:
                 if place.is_link("lock"):
                     raise InputError(f"'{OWN}/lock' is a link; it must be a file")
-                flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NONBLOCK", 0) | _NO_LINK
+                flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NONBLOCK", 0) | NO_LINK
                 file = open(place.open("lock", flags), "r+b", buffering=0)  # noqa: SIM115
         except OSError as error:
             raise InputError(f"cannot write '{OWN}/lock': {(error.strerror or str(error)).lower()}") from None
@@ -267,7 +229,7 @@ class Folder:
         try:
             for part in parts:
                 path = path / part
-                if _is_link(path):
+                if is_link(path):
                     return None
             return path if path.is_file() or path.is_dir() else None
         except OSError:
@@ -285,7 +247,7 @@ class Folder:
             for name in (*folders, *files):
                 found = pathlib.Path(folder, name)
                 mode = found.lstat().st_mode
-                if _is_junction(found) or not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+                if is_junction(found) or not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
                     raise InputError(f"{self.name(found)!r} is neither a regular file nor a folder; it is not opened")
 
     # -------------------------------------------------------------------------------------------- the user's files
@@ -462,7 +424,7 @@ class Folder:
         except OSError:
             return
         for entry in entries:
-            if entry.name.startswith(".") or _is_link(entry):
+            if entry.name.startswith(".") or is_link(entry):
                 continue
             if entry.is_dir():
                 if deep > 1 and not entry.name.endswith(".zarr"):
@@ -491,7 +453,7 @@ class Folder:
             for number in range(1, _MOST_SAME + 1):
                 shown = plain if number == 1 else f"{stem}-{number}{ending}"
                 try:
-                    with open(place.open(shown, _CREATE), "wb") as file:
+                    with open(place.open(shown, CREATE), "wb") as file:
                         try:
                             file.write(content)
                         except OSError:
@@ -550,16 +512,3 @@ class Folder:
     def check_case(self, content: Any) -> None:
         """Refuse a case or study that names a file outside; see `placed`."""
         self.placed(content)
-
-
-def _is_link(path: pathlib.Path) -> bool:
-    return path.is_symlink() or _is_junction(path)
-
-
-def _is_junction(path: str | os.PathLike[str]) -> bool:
-    """Whether a path is a junction, which Windows follows as it does a link."""
-    try:
-        tag = getattr(os.lstat(path), "st_reparse_tag", 0)
-    except OSError:
-        return False
-    return bool(tag) and tag == getattr(stat, "IO_REPARSE_TAG_MOUNT_POINT", 0)

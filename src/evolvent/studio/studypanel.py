@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import pathlib
 import sys
 import tempfile
@@ -17,7 +16,7 @@ from evolvent import cases
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.studio import form, reading, studydraft
 from evolvent.studio.context import Context
-from evolvent.studio.jobview import duration
+from evolvent.studio.sentences import as_sentence, cases_text, estimated_text, names_key
 from evolvent.studio.state import View
 from evolvent.studio.studydraft import StudyDraft
 from evolvent.studio.studyview import StudyView
@@ -398,12 +397,12 @@ class StudyPanel:
         """Show what is wrong, or the number of cases."""
         loose, count = self._error, studydraft.count(self.draft.content)
         beside = dict(self._wrong)
-        own = max((row for row in self._errors if _names(loose, row)), key=len, default="")
+        own = max((row for row in self._errors if names_key(loose, row)), key=len, default="")
         if loose and own:
             beside[own], loose = loose, ""
         for row, shown in self._errors.items():
-            shown.set_text(_sentence(beside.get(row, "")))
-        self._banner.set_text(_sentence(loose))
+            shown.set_text(as_sentence(beside.get(row, "")))
+        self._banner.set_text(as_sentence(loose))
         self._banner.set_visibility(bool(loose))
         broken = bool(self._wrong or self._error)
         self._go.set_enabled(not broken)
@@ -457,14 +456,14 @@ class StudyPanel:
         finally:
             self._guess.props(remove="loading")
         self._guess.set_text("Cancel")
-        self._show(f"{_cases(asked.count)}; computing one of them")
+        self._show(f"{cases_text(asked.count)}; computing one of them")
         process = self._process
         content, _ = await process.communicate(asked.text.encode())
         self._process = None
         if self._body.is_deleted:
             return
         self._guess.set_text("Estimate")
-        self._show(_estimated(asked.count, content))
+        self._show(estimated_text(asked.count, content))
 
     def _end(self) -> None:
         if self._process is not None:
@@ -497,32 +496,3 @@ class StudyPanel:
 
         name = own or f"{self.draft.content.get('study', 'study')}.yaml"
         self.page.ask_name("Save the study in the working folder", name, keep)
-
-
-def _names(sentence: str, row: str) -> bool:
-    """Whether a sentence names a row of the form: a key of the study, or one that varies."""
-    key = row.removeprefix("over.")
-    return any(text in f"{sentence} " for text in (f"{row} ", f"{row}.", f"'{key}'", f" {key} is "))
-
-
-def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:] if text.partition(" ")[0].isalpha() else text
-
-
-def _cases(count: int) -> str:
-    return "1 case" if count == 1 else f"{count} cases"
-
-
-def _estimated(count: int, content: bytes) -> str:
-    """An estimate as a sentence."""
-    try:
-        found = json.loads(content)
-    except ValueError:
-        return f"{_cases(count)}; the estimate was cancelled"
-    if "error" in found:
-        return str(found["error"])
-    each, reasons = found["seconds"], found["reasons"]
-    if len(reasons) == found["computed"]:
-        return f"{_cases(count)}; those computed for the estimate failed: {reasons[0]}"
-    text = f"{_cases(count)} of about {duration(each)} each: about {duration(each * count)}"
-    return f"{text}; {len(reasons)} of {found['computed']} computed cases failed: {reasons[0]}" if reasons else text

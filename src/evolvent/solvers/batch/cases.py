@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.kernels import constraint_rows, rigid, springs
 from evolvent.solvers import balance as eb

@@ -55,7 +55,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from evolvent.analysis.definition import SystemDefinition
-from evolvent.assembly.builder import Assembly
+from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.systems.heliogyro import derived as fields
 from evolvent.systems.heliogyro import show

@@ -33,7 +33,7 @@ from evolvent.systems.inertia_stand.derived import findings
 from evolvent.systems.inertia_stand.structure import build, setup_of
 
 if TYPE_CHECKING:
-    from evolvent.assembly.builder import Assembly
+    from evolvent.assembly.assembled import Assembly
 
 
 class InertiaStand(BatchedDefinition):

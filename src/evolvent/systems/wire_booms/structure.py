@@ -204,7 +204,8 @@ def deployed(case: Case) -> tuple[System, float]:
     """The spacecraft with the booms at their final lengths, as cables on hinges, and its spin rate, rad/s."""
     from evolvent import parts
     from evolvent.analysis.system import System
-    from evolvent.elements.sections import General, Material
+    from evolvent.elements.materials import Material
+    from evolvent.elements.sections import General
 
     end = np.array([timeline(case).end])
     lengths, spin = lengths_at(case, end)[0], float(straight_rate(case, end)[0])

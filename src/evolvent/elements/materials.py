@@ -1,0 +1,120 @@
+"""Materials."""
+
+from __future__ import annotations
+
+from evolvent.base import units
+from evolvent.base.schema import Section
+
+
+class Material(Section):
+    """Linearly elastic material; isotropic, unless `shear` is given.
+
+    Parameters
+    ----------
+    young_modulus : float, Pa
+        Young's modulus, along the beam.
+    poisson_ratio : float
+        Poisson's ratio, above -1 and below 0.5.
+    density : float, kg/m^3
+        Mass per volume.
+    shear : float, Pa, optional
+        Shear modulus of a material that is not isotropic, such as a laminate; E/(2 (1 + nu)) if left out.
+    thermal_expansion : float, 1/K, optional
+        Coefficient of linear thermal expansion along the beam.
+    """
+
+    young_modulus: units.Modulus
+    poisson_ratio: units.PoissonRatio = 0.3
+    density: units.Density
+    shear: units.Modulus | None = None
+    thermal_expansion: units.ThermalExpansion | None = None
+
+    @property
+    def E(self) -> float:  # noqa: N802  (the letter of the formulas)
+        """Young's modulus, Pa."""
+        return self.young_modulus
+
+    @property
+    def nu(self) -> float:
+        """Poisson's ratio."""
+        return self.poisson_ratio
+
+    @property
+    def shear_modulus(self) -> float:
+        """The key `shear`, else G = E/(2 (1 + nu)), Pa."""
+        return self.E / (2.0 * (1.0 + self.nu)) if self.shear is None else self.shear
+
+
+#: Carbon fibre in epoxy, quasi-isotropic laminate of T300/5208: E = 69.7 GPa, nu = 0.296, 1.5e-6 1/K by laminate theory
+#: from the ply's 181, 10.3 and 7.17 GPa, nu = 0.28, 0.02e-6 and 22.5e-6 1/K; density 1600 kg/m^3 (Tsai & Hahn 1980,
+#: Introduction to Composite Materials). Of a laminate with most fibres along the beam E is higher and G lower.
+CFRP = Material(young_modulus=69.7e9, poisson_ratio=0.296, density=1600.0, thermal_expansion=1.5e-6)
+
+
+#: The ply of the same along its fibres.
+CFRP_UD = Material(young_modulus=181e9, poisson_ratio=0.28, density=1600.0, shear=7.17e9, thermal_expansion=0.02e-6)
+
+
+#: Carbon fabric in epoxy along warp or weft.
+CFRP_WOVEN = Material(young_modulus=65e9, poisson_ratio=0.05, density=1580.0, shear=5e9, thermal_expansion=2.5e-6)
+
+
+ALUMINIUM = Material(young_modulus=68.3e9, poisson_ratio=0.33, density=2710.0, thermal_expansion=23.6e-6)
+
+
+STEEL = Material(young_modulus=210e9, poisson_ratio=0.3, density=7850.0, thermal_expansion=12e-6)
+
+
+TITANIUM = Material(young_modulus=110.3e9, poisson_ratio=0.31, density=4430.0, thermal_expansion=8.6e-6)
+
+
+BERYLLIUM_COPPER = Material(young_modulus=128e9, poisson_ratio=0.3, density=8250.0, thermal_expansion=17e-6)
+
+
+ELGILOY = Material(young_modulus=190e9, poisson_ratio=0.3, density=8300.0, shear=77e9, thermal_expansion=12.7e-6)
+
+
+INVAR = Material(young_modulus=141e9, poisson_ratio=0.29, density=8050.0, thermal_expansion=1.3e-6)
+
+
+KAPTON = Material(young_modulus=2.5e9, poisson_ratio=0.34, density=1420.0, thermal_expansion=20e-6)
+
+
+MYLAR = Material(young_modulus=4e9, poisson_ratio=0.38, density=1390.0, thermal_expansion=17e-6)
+
+
+KEVLAR = Material(young_modulus=112e9, poisson_ratio=0.36, density=1440.0, shear=2e9, thermal_expansion=-4.9e-6)
+
+
+#: Materials by name in case files.
+MATERIALS = {
+    "cfrp": CFRP,
+    "cfrp-ud": CFRP_UD,
+    "cfrp-woven": CFRP_WOVEN,
+    "aluminium": ALUMINIUM,
+    "steel": STEEL,
+    "titanium": TITANIUM,
+    "beryllium-copper": BERYLLIUM_COPPER,
+    "elgiloy": ELGILOY,
+    "invar": INVAR,
+    "kapton": KAPTON,
+    "mylar": MYLAR,
+    "kevlar": KEVLAR,
+}
+
+
+#: Where the values of each material come from; "typical": of no one source, with the range that is found.
+SOURCES = {
+    "cfrp": "quasi-isotropic T300/5208, laminate theory from the ply's values (Tsai & Hahn 1980)",
+    "cfrp-ud": "T300/5208 along the fibres (Tsai & Hahn 1980)",
+    "cfrp-woven": "typical, carbon fabric in epoxy along warp or weft: E 55 to 75 GPa, G 4 to 6 GPa, 1 to 4e-6 1/K",
+    "aluminium": "6061-T6: MIL-HDBK-5J (2003); expansion Aluminum Association, 20 to 100 C",
+    "steel": "structural steel: EN 1993-1-1; density EN 1991-1-1",
+    "titanium": "Ti-6Al-4V, annealed: MIL-HDBK-5J (2003); expansion typical, 8.5 to 9.0e-6 1/K",
+    "beryllium-copper": "typical, C17200 hardened: E 125 to 131 GPa, 8250 to 8360 kg/m^3, 16.7 to 17.8e-6 1/K",
+    "elgiloy": "typical, cold worked and aged: E 186 to 200 GPa, G 75 to 79 GPa, 12 to 13e-6 1/K",
+    "invar": "typical, Invar 36: E 137 to 148 GPa, 8050 to 8150 kg/m^3, 0.8 to 1.6e-6 1/K",
+    "kapton": "Kapton HN film at 23 C: DuPont, Kapton HN data sheet",
+    "mylar": "typical, biaxially drawn polyester film: E 3.5 to 5.2 GPa, 1380 to 1400 kg/m^3, 15 to 20e-6 1/K",
+    "kevlar": "typical, Kevlar 49 yarn along it: E 105 to 130 GPa, G 1.5 to 3 GPa, -2 to -5e-6 1/K",
+}
