@@ -544,7 +544,10 @@ def releasing_event() -> Case:
         u = slow * (t - when)
         return columns(np.where(t < when, np.sin(w * t) / w, place * np.cos(u) + speed / slow * np.sin(u)), 0.0, 0.0)
 
-    return Case(part="passing", system=system, seen=at("mass"), end=1.2, step=1e-3, motion=motion)
+    return Case(
+        part="passing", system=system, seen=at("mass"), end=1.2, step=1e-3, motion=motion,
+        still=(0.0, 0.0, 0.0), poles=springs_poles(*[w**2] * 3),
+    )  # fmt: skip
 
 
 @of("an event that stops a run")
@@ -562,7 +565,7 @@ def event() -> Case:
 
     return Case(
         part="passing", system=system, seen=at("mass"), end=math.pi / 3.0 / w, step=0.01, stops=True,
-        motion=lambda t: columns(np.cos(w * t), 0.0, 0.0),
+        motion=lambda t: columns(np.cos(w * t), 0.0, 0.0), still=(0.0, 0.0, 0.0), poles=springs_poles(*[w**2] * 3),
     )  # fmt: skip
 
 
@@ -575,60 +578,82 @@ def angle_about_z(assembly: Assembly, y: Array) -> Array:
     return columns(2.0 * np.arctan2(x[..., 6], x[..., 3]))
 
 
+def sprung_bus(k: float, inertia: float, rest: float = 0.0) -> System:
+    """A bus that turns about z on a torsional spring."""
+    found = System()
+    found.add(parts.RigidBody(motion="spin", inertia=inertia), "bus")
+    found.add(parts.RotationalSpring(a="ground", b="bus", stiffness=k, rest=rest), "spring")
+    return found
+
+
+def turn_of_bus(assembly: Assembly, y: Array) -> Array:
+    """Angle of a bus that turns about an axis."""
+    return columns(coordinates(assembly, y, "bus")[..., 0])
+
+
 @of("a reaction wheel")
 def reaction_wheel() -> Case:
-    """A motor with a constant torque turns the body back: -tau t^2/(2 (J - I))."""
-    J, inertia, torque = 2.0, 0.2, 0.3
+    """A motor's torque, tau sin(f t), acts back on a bus on a spring, which turns without the wheel's inertia."""
+    J, inertia, torque, k, f, rest = 2.0, 0.2, 0.3, 5.0, 3.0, 0.1
+    w = math.sqrt(k / (J - inertia))
 
     def system() -> System:
-        found = System()
-        found.add(parts.RigidBody(mass=1.0, inertia=J), "bus")
-        found.add(parts.ReactionWheel(body="bus", inertia=inertia, torque=torque), "wheel")
+        found = sprung_bus(k, J, rest)
+        wave = {"sine": {"amplitude": torque, "frequency": f / (2.0 * math.pi)}}
+        found.add(parts.ReactionWheel(body="bus", inertia=inertia, profile=wave), "wheel")
         return found
 
+    forced = -torque / ((J - inertia) * (w**2 - f**2))
     return Case(
-        part="wheel", system=system, seen=angle_about_z, end=2.0, step=0.01,
-        motion=lambda t: columns(-0.5 * torque / (J - inertia) * t**2),
+        part="wheel", system=system, seen=turn_of_bus, end=2.0, step=0.01, time=math.pi / f, still=(rest,),
+        poles=(0.0, 1j * w),  # the wheel turns freely
+        motion=lambda t: columns(rest * (1.0 - np.cos(w * t)) + forced * (np.sin(f * t) - f / w * np.sin(w * t))),
     )  # fmt: skip
 
 
 @of("a thruster")
 def thruster() -> Case:
-    """A burn along a line through the centre, whose force grows with time."""
-    m, slope = 2.0, 0.6
+    """A burn whose force grows with time turns a bus on a spring."""
+    J, k, slope, arm, time = 2.0, 5.0, 0.6, 0.4, 1.5
+    w = math.sqrt(k / J)
 
     def system() -> System:
-        found = System()
-        found.add(parts.RigidBody(mass=m, inertia=1.0), "bus")
+        found = sprung_bus(k, J)
         burn = {"table": [[0.0, 0.0], [5.0, 5.0 * slope]]}
-        found.add(parts.Thruster(at="bus", direction=(1.0, 0.0, 0.0), thrust=9.0, profile=burn), "engine")
+        place = ("bus", (arm, 0.0, 0.0))
+        found.add(parts.Thruster(at=place, direction=(0.0, 1.0, 0.0), thrust=9.0, profile=burn), "engine")
         return found
 
     return Case(
-        part="engine", system=system, end=2.0, step=0.01,
-        seen=lambda assembly, y: coordinates(assembly, y, "bus")[..., :3],
-        motion=lambda t: columns(slope / (6.0 * m) * t**3, 0.0, 0.0),
+        part="engine", system=system, seen=turn_of_bus, end=2.0, step=0.01,
+        motion=lambda t: columns(arm * slope / k * (t - np.sin(w * t) / w)),
+        time=time, still=(arm * slope * time / k,), poles=(1j * w,),
     )  # fmt: skip
 
 
 @of("an attitude controller")
 def attitude_controller() -> Case:
-    """The error is a damped oscillator, (J - I) e'' + D e' + P e = 0."""
-    J, inertia, P, D, start = 2.0, 0.1, 4.0, 1.0, 0.8
+    """The error is a damped oscillator, (J - I) e'' + D e' + P e = 0; a spring holds the bus in place."""
+    J, inertia, P, D, start, m, k = 2.0, 0.1, 4.0, 1.0, 0.8, 1.0, 50.0
 
     def system() -> System:
         found = System()
         turned = (math.cos(0.5 * start), 0.0, 0.0, math.sin(0.5 * start))
-        found.add(parts.RigidBody(mass=1.0, inertia=J, orientation=turned), "bus")
-        found.add(parts.ReactionWheel(body="bus", inertia=inertia), "wheel")
-        gains = {"proportional": (0.0, 0.0, P), "derivative": (0.0, 0.0, D)}
-        goal = (1.0, 0.0, 0.0, 0.0)
-        found.add(parts.AttitudeController(body="bus", actuators=["wheel"], target=goal, **gains), "control")
+        found.add(parts.RigidBody(mass=m, inertia=J, orientation=turned), "bus")
+        found.add(parts.Spring(a=ORIGIN, b="bus", stiffness=k, length=0.0))
+        for axis in np.eye(3):
+            found.add(
+                parts.ReactionWheel(body="bus", axis=tuple(axis), inertia=inertia), f"wheel {'xyz'[axis.argmax()]}"
+            )
+        goal, wheels = (1.0, 0.0, 0.0, 0.0), ["wheel x", "wheel y", "wheel z"]
+        gains = {"proportional": (P, P, P), "derivative": (D, D, D)}
+        found.add(parts.AttitudeController(body="bus", actuators=wheels, target=goal, **gains), "control")
         return found
 
     decay = 0.5 * D / (J - inertia)
     w = math.sqrt(P / (J - inertia) - decay**2)
     return Case(
-        part="control", system=system, seen=angle_about_z, end=3.0, step=0.01,
+        part="control", system=system, seen=angle_about_z, end=3.0, step=0.01, damped=True, still=(0.0,),
         motion=lambda t: columns(start * np.exp(-decay * t) * (np.cos(w * t) + decay / w * np.sin(w * t))),
+        poles=(*[0.0] * 3, *[-decay + 1j * w] * 3, *[1j * math.sqrt(k / m)] * 3),
     )  # fmt: skip

@@ -93,7 +93,6 @@ def _is(field: str, value: Any) -> Callable[[Array], Array]:
 
 _NOT_EXPLICIT, _NOT_ENERGY = EVERY - {EXPLICIT}, EVERY - {ENERGY}
 _IN_TIME = frozenset({EXPLICIT, IMPLICIT})
-_MOTIONS = frozenset({EXPLICIT, IMPLICIT, ENERGY})
 _EXPLICIT = frozenset({EXPLICIT})
 
 FAMILIES = (
@@ -152,14 +151,15 @@ FAMILIES = (
     Family("a force or torque by a law", "loads", EVERY, which=lambda found: _at_markers(found) & (found["law"] != 0)),
     Family("an orbital frame", "fields", EVERY, which=_is("kind", fields.ORBIT)),
     Family("an acceleration field", "fields", EVERY, which=_is("kind", fields.LAW)),
-    Family("a reaction wheel", "wheels", _MOTIONS, "leave it out: the body's inertia has that of the wheel at rest"),
-    Family("a thruster", "thrusters", _MOTIONS, "use a Force"),
-    Family("an attitude controller", "controllers", _MOTIONS, "leave it out, or use simulate"),
+    Family("a reaction wheel", "wheels", EVERY),
+    Family("a thruster", "thrusters", EVERY),
+    Family("an attitude controller", "controllers", EVERY),
+    # equilibria and modes are those of the state before any event
     Family(
-        "an event that stops a run", "events", _EXPLICIT, "use rk4, heun or dopri5",
+        "an event that stops a run", "events", frozenset({EXPLICIT, STATIC, MODES}), "use rk4, heun or dopri5",
         which=lambda found: found["stops"] != 0,
     ),
-    Family("an event", "events", frozenset({EXPLICIT, IMPLICIT, ENERGY}), "use simulate", which=_is("stops", 0)),
+    Family("an event", "events", EVERY, which=_is("stops", 0)),
     Family("a beam", "beams", EVERY, which=_is("paper", 0)),
     Family(
         "a beam with the paper's damping", "beams", _NOT_ENERGY, "use `damping` 'objective', or generalized-alpha",

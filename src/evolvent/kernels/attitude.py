@@ -25,6 +25,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, spring_law_at
 from evolvent.kernels.drive import drive
+from evolvent.kernels.fields import ORBIT
 from evolvent.kernels.profile import profile
 from evolvent.kernels.rigid import FREE, add_wrench, point_kinematics
 from evolvent.kernels.rotations import cross, turn, turn_back
@@ -149,6 +150,49 @@ def drag_torque(wheels, i, rate):
     return drag
 
 
+@inlined
+def torque_on(wheels, i):
+    """Torque on wheel i about its axis, after `actuator_forces`, N m."""
+    return wheels[i].motor - wheels[i].drag + wheels[i].coriolis
+
+
+@inlined
+def add_frame_torques(y, model):
+    """Coriolis moments of orbital frames on the spin of wheels: -w0 x h on the body, S n . (w x w0) on the wheel.
+
+    The fields' points (`kernels.fields`) turn with the body and have no such part. Both together do no work.
+    """
+    wheels, bodies, fields = model.wheels, model.bodies, model.fields
+    for i in range(wheels.size):
+        b, n = wheels[i].body, wheels[i].axis
+        w, F, h = bodies[b].w, bodies[b].F, wheels[i].inertia * y[wheels[i].iv]
+        nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
+        wheels[i].coriolis = 0.0
+        for k in range(fields.size):
+            if fields[k].kind == ORBIT:
+                frame, scale = fields[k].w, fields[k].scale
+                gx, gy, gz = cross(frame[0], frame[1], frame[2], nx, ny, nz)
+                F[3] -= scale * h * gx
+                F[4] -= scale * h * gy
+                F[5] -= scale * h * gz
+                wheels[i].coriolis += scale * wheels[i].inertia * (gx * w[0] + gy * w[1] + gz * w[2])
+
+
+@inlined
+def add_frame_tangents(c_rate, model, matrix):
+    """c_rate times the derivatives of `add_frame_torques` by velocities, as residuals."""
+    wheels, bodies, fields, n_q = model.wheels, model.bodies, model.fields, model.info.nq
+    for i in range(wheels.size):
+        b, n, at = wheels[i].body, wheels[i].axis, wheels[i].iv - n_q
+        for k in range(fields.size):
+            if fields[k].kind == ORBIT and bodies[b].motion == FREE:
+                f = turn_back(bodies[b].R, fields[k].w[0], fields[k].w[1], fields[k].w[2])
+                g, S = cross(f[0], f[1], f[2], n[0], n[1], n[2]), c_rate * fields[k].scale * wheels[i].inertia
+                for c in range(3):
+                    add_entry(matrix, bodies[b].iv + 3 - n_q + c, at, S * g[c])
+                    add_entry(matrix, at, bodies[b].iv + 3 - n_q + c, -S * g[c])
+
+
 @indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, MODEL))
 def actuator_forces(t, y, model):
     """Torques on wheels into `motor` and `drag`; forces of thrusters onto their bodies.
@@ -166,6 +210,7 @@ def actuator_forces(t, y, model):
         wheels[i].drag = drag_torque(wheels, i, rate)
         lost += wheels[i].drag * rate
         driven += wheels[i].motor * rate
+    add_frame_torques(y, model)
     for i in range(thrusters.size):
         b, x, e = thrusters[i].body, thrusters[i].local, thrusters[i].direction
         f = thrusters[i].force + thrusters[i].command
@@ -190,7 +235,7 @@ def add_wheels(y, model):
         b, S, n = wheels[i].body, wheels[i].inertia, wheels[i].axis
         nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
         take_inertia(bodies, b, S, nx, ny, nz)
-        add_reaction(bodies, b, wheels[i].motor - wheels[i].drag, S * y[wheels[i].iv], nx, ny, nz)
+        add_reaction(bodies, b, torque_on(wheels, i), S * y[wheels[i].iv], nx, ny, nz)
 
 
 @inlined
@@ -201,8 +246,7 @@ def actuator_rates(y, model, dy):
         b, n = wheels[i].body, wheels[i].axis
         nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
         dy[wheels[i].iq] = y[wheels[i].iv]
-        torque = wheels[i].motor - wheels[i].drag
-        dy[wheels[i].iv] = torque / wheels[i].inertia - acceleration_about(bodies, b, nx, ny, nz)
+        dy[wheels[i].iv] = torque_on(wheels, i) / wheels[i].inertia - acceleration_about(bodies, b, nx, ny, nz)
     for i in range(thrusters.size):
         dy[thrusters[i].iv] = thrusters[i].push
 
@@ -224,7 +268,7 @@ def note_reactions(y, model):
     for i in range(wheels.size):
         b, n = wheels[i].body, wheels[i].axis
         nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
-        add_reaction(bodies, b, wheels[i].motor - wheels[i].drag, wheels[i].inertia * y[wheels[i].iv], nx, ny, nz)
+        add_reaction(bodies, b, torque_on(wheels, i), wheels[i].inertia * y[wheels[i].iv], nx, ny, nz)
 
 
 @inlined
@@ -238,7 +282,7 @@ def add_wheel_residual(y, a, n_q, model, F):
         b, S, n, at = wheels[i].body, wheels[i].inertia, wheels[i].axis, wheels[i].iv - n_q
         own, h = S * a[at], S * y[wheels[i].iv]
         row = bodies[b].iv - n_q
-        F[at] += own - (wheels[i].motor - wheels[i].drag)
+        F[at] += own - torque_on(wheels, i)
         if bodies[b].motion == FREE:
             w = bodies[b].iv + 3
             gx, gy, gz = cross(y[w], y[w + 1], y[w + 2], n[0], n[1], n[2])
@@ -271,8 +315,9 @@ def add_inertia_of_wheels(c_mass, n_q, model, matrix):
             along = axis_on(bodies, b, n)
             add_entry(matrix, at, row, S * along)
             add_entry(matrix, row, at, S * along)
-    for i in range(model.thrusters.size):
-        add_entry(matrix, model.thrusters[i].iv - n_q, model.thrusters[i].iv - n_q, c_mass)
+    for i in range(model.thrusters.size):  # without masses, in statics, an impulse is held
+        at = model.thrusters[i].iv - n_q
+        add_entry(matrix, at, at, c_mass if c_mass != 0.0 else 1.0)
 
 
 @inlined
@@ -339,7 +384,7 @@ def add_wheel_step(h, dv, ym, n_q, model, F):
     for i in range(wheels.size):
         b, S, n, at = wheels[i].body, wheels[i].inertia / h, wheels[i].axis, wheels[i].iv - n_q
         row = bodies[b].iv - n_q
-        F[at] += S * dv[at] - (wheels[i].motor - wheels[i].drag)
+        F[at] += S * dv[at] - torque_on(wheels, i)
         if bodies[b].motion == FREE:
             for c in range(3):
                 F[at] += S * n[c] * dv[row + 3 + c]
@@ -462,6 +507,8 @@ def add_actuator_tangents(t, y, c_rate, model, matrix):
         add_entry(matrix, wheels[i].iv - n_q, wheels[i].iv - n_q, slope)
     for k in range(model.controllers.size):
         add_controller_tangent(t, y, k, c_rate, model, matrix)
+    if c_rate != 0.0:
+        add_frame_tangents(c_rate, model, matrix)
 
 
 # ---------------------------------------------------------------------------------------------- energy, momentum, bound

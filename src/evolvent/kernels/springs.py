@@ -143,9 +143,9 @@ def spring_tangents(t, y, c_rate, model, matrix):
         b = marker_kinematics(y, model.markers, points, bodies, mb)
         dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
         length = math.sqrt(dx * dx + dy * dy + dz * dz)
-        if length == 0.0:
+        if length == 0.0 and (springs[k].length != 0.0 or springs[k].law != 0):
             continue
-        nx, ny, nz = dx / length, dy / length, dz / length
+        nx, ny, nz = (dx / length, dy / length, dz / length) if length > 0.0 else (0.0, 0.0, 0.0)
         rate = nx * (b[3] - a[3]) + ny * (b[4] - a[4]) + nz * (b[5] - a[5])
         extension = length - springs[k].length
         elastic, damped = spring_tension(springs, k, extension, rate, t, model.parameters)
@@ -161,7 +161,7 @@ def spring_tangents(t, y, c_rate, model, matrix):
                 faster, _ = spring_tension(springs, k, extension, rate + e, t, model.parameters)
                 slower, _ = spring_tension(springs, k, extension, rate - e, t, model.parameters)
                 along += c_rate * (faster - slower) / (2.0 * e)
-        across = tension / length
+        across = tension / length if length > 0.0 else springs[k].stiffness  # of a spring without length of its own
         p = along - across
         K00, K11, K22 = across + p * nx * nx, across + p * ny * ny, across + p * nz * nz
         K01, K02, K12 = p * nx * ny, p * nx * nz, p * ny * nz

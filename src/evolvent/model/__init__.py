@@ -92,7 +92,7 @@ RECORDS: dict[str, np.dtype] = {
     "wheels": _record(
         "body iq iv profile law first last",
         "axis inertia torque torque_limit rate_limit viscous friction slip",
-        "command motor drag motor0 drag0",
+        "command motor drag coriolis motor0 drag0",
         axis=_3,
     ),
     "thrusters": _record(

@@ -20,7 +20,7 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow.implicit import energies, residual, tangent
 from evolvent.flow.powers import COUPLED_ENERGY
-from evolvent.kernels import body_contact, contact, coordinate, hinge, loads, rigid, sparse_lu
+from evolvent.kernels import attitude, body_contact, contact, coordinate, hinge, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
@@ -107,7 +107,8 @@ def turning(factor, spin, y, model, a):
 
     Notes
     -----
-    Of a free body's rotation it is J^-1 (w x J w), so that J a is the torque that the turn asks for.
+    Of a free body's rotation it is J^-1 (w x (J w + h)), h the momentum of its wheels, so that J a is the torque that
+    the turn asks for.
     """
     for i in range(a.size):
         a[i] = 0.0
@@ -134,11 +135,12 @@ def turning(factor, spin, y, model, a):
         ax, ay, az = _twice(spin, y[q] - spin[3], y[q + 1] - spin[4], y[q + 2] - spin[5])
         a[at], a[at + 1], a[at + 2] = factor * ax, factor * ay, factor * az
         w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
+        h = attitude.wheel_momentum(b, y, model)
         gx, gy, gz = cross(
             w[0], w[1], w[2],
-            J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2],
-            J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2],
-            J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2],
+            J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2] + h[0],
+            J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2] + h[1],
+            J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2] + h[2],
         )  # fmt: skip
         # Cramer's rule
         c0 = J[1, 1] * J[2, 2] - J[1, 2] * J[2, 1], J[1, 2] * J[2, 0] - J[1, 0] * J[2, 2]
@@ -154,8 +156,8 @@ def turning(factor, spin, y, model, a):
             a[at + 3 + c] = factor * s / det
 
 
-@indirect(void(REAL, VECTOR, MODEL, SPARSE))
-def add_turning_tangent(factor, spin, model, matrix):
+@indirect(void(REAL, VECTOR, VECTOR, MODEL, SPARSE))
+def add_turning_tangent(factor, spin, y, model, matrix):
     """Add factor d(M a)/dq of the turn's accelerations to a matrix."""
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
@@ -185,10 +187,11 @@ def add_turning_tangent(factor, spin, model, matrix):
             continue
         at, J = bodies[b].iv - n_q, bodies[b].inertia
         w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
+        p = attitude.wheel_momentum(b, y, model)
         h = (
-            J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2],
-            J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2],
-            J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2],
+            J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2] + p[0],
+            J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2] + p[1],
+            J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2] + p[2],
         )
         for e in range(3):
             for c in range(3):
@@ -260,7 +263,7 @@ def _note(iteration, r, b):
 def _factor(t, shift, factor, model, matrix, b):
     """Tangent of the state and its factors, `shift` (1/s2) times the mass added; returns as `sparse_lu.factor` does."""
     tangent(t, b.y, b.la, shift, 0.0, 1.0, model, matrix)
-    add_turning_tangent(factor, b.spin, model, matrix)
+    add_turning_tangent(factor, b.spin, b.y, model, matrix)
     b.loop.stiffest = 0.0
     for i in range(b.weight.size):
         b.loop.stiffest = max(b.loop.stiffest, abs(diagonal(matrix, i)) * b.weight[i] * b.weight[i])

@@ -32,8 +32,9 @@ def growing_motions(work: Work) -> Array | None:
 
 
 def has_gyroscopic_forces(work: Work) -> bool:
-    """Whether a steady turn or an orbital frame brings in forces that can stabilize where the energy is not least."""
-    return bool(np.any(work.balance.spin[:3])) or work.model.fields.size > 0
+    """Whether a steady turn, an orbital frame or wheels bring in forces that can stabilize where the energy rises."""
+    turns = np.any(work.balance.spin[:3]) or np.any(work.balance.y[work.model.wheels["iv"]])
+    return bool(turns) or work.model.fields.size > 0
 
 
 def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...]:
@@ -43,13 +44,15 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     whole = work.tangent(0.0, 0.0)
     K = whole[:n_v, :n_v]
     M = work.mass()
-    C = _dampers(work) if damped else sparse.csr_matrix((n_v, n_v))
+    C = _dampers(work) if damped else _spin_of_wheels(work)
     joints, gradients = work.model.flexible.joints, whole[n_v:, :n_v]
     held = np.array([joint.holds(work.time, joints, k) for k in range(work.n_j)], dtype=bool)
     penalties = np.flatnonzero(held & (joints["stiffness"] > 0.0))
     G = gradients[np.flatnonzero(held & (joints["stiffness"] == 0.0))]
     if work.redundancy is not None:
         G = independent(G, work.redundancy.rank)
+    impulses = work.model.thrusters["iv"] - work.n_q  # which are sums over time, not motions
+    G = sparse.vstack([G, sparse.identity(n_v, format="csr")[impulses]])
     K = _completed(work, K)
     # the multiplier of a penalty is its stiffness times its gap and its damping times the gap's rate
     g = gradients[penalties]
@@ -91,6 +94,17 @@ def _dampers(work: Work) -> sparse.csr_matrix:
     return found
 
 
+def _spin_of_wheels(work: Work) -> sparse.csr_matrix:
+    """Derivative of w x h by the rates of bodies, h the momentum of their wheels: gyroscopic, so no damper."""
+    found = sparse.lil_matrix((work.n_v, work.n_v))
+    for wheel in work.model.wheels:
+        body, h = work.model.bodies[wheel["body"]], wheel["inertia"] * work.balance.y[wheel["iv"]] * wheel["axis"]
+        if body["motion"] == rigid.FREE:
+            turn = slice(int(body["iv"]) + 3 - work.n_q, int(body["iv"]) + 6 - work.n_q)
+            found[turn, turn] -= _skew(h)
+    return found.tocsr()
+
+
 def _rubs(model: Any) -> bool:
     return any(
         bool(np.any(rows["friction"] > 0.0)) for rows in (model.flexible.cylinders, model.flexible.body_contacts)
@@ -104,7 +118,7 @@ def has_symmetric_stiffness(work: Work) -> bool:
         return False
     if np.any(model.flexible.beam_loads["kind"] == FIELD) or _rubs(model):
         return False
-    if np.any(model.fields["kind"] == fields.LAW):
+    if np.any(model.fields["kind"] == fields.LAW) or model.thrusters.size or model.controllers.size:
         return False
     if np.any(families.follows(model.flexible.beam_loads)) or np.any(model.loads["law"] != 0):
         return False
@@ -121,7 +135,7 @@ def has_symmetric_stiffness(work: Work) -> bool:
 def gyroscopic(work: Work, M: sparse.csr_matrix, rate: Array) -> sparse.csr_matrix:
     """Forces of velocities in a frame that turns at `rate` (3,).
 
-    They are 2 M W x u', and of a free body's rotation J w^ - (J w)^ + w^ J.
+    They are 2 M W x u', of a free body's rotation J w^ - (J w)^ + w^ J, and between it and a wheel S w x n.
     """
     model, n_v = work.model, work.n_v
     W = _skew(rate)
@@ -138,13 +152,23 @@ def gyroscopic(work: Work, M: sparse.csr_matrix, rate: Array) -> sparse.csr_matr
                     at = int(body["iv"]) - work.n_q
                     turns[at : at + 3, at : at + 3] = 2.0 * W
                     J, w = body["inertia"], body["R"].T @ rate
-                    own.append((at + 3, J @ _skew(w) - _skew(J @ w) + _skew(w) @ J))
+                    rows = slice(at + 3, at + 6)
+                    own.append((rows, rows, J @ _skew(w) - _skew(J @ w) + _skew(w) @ J))
             continue
         for first in range(where.start, where.stop, 3):
             turns[first : first + 3, first : first + 3] = 2.0 * W
+    for wheel in model.wheels:
+        body, at = model.bodies[wheel["body"]], int(wheel["iv"]) - work.n_q
+        if body["motion"] == rigid.FREE:
+            first, across = (
+                int(body["iv"]) + 3 - work.n_q,
+                wheel["inertia"] * np.cross(body["R"].T @ rate, wheel["axis"]),
+            )
+            own += [(slice(first, first + 3), slice(at, at + 1), across[:, None])]
+            own += [(slice(at, at + 1), slice(first, first + 3), -across[None])]
     found = (M @ turns.tocsr()).tolil()
-    for first, block in own:
-        found[first : first + 3, first : first + 3] = block
+    for rows, columns, block in own:
+        found[rows, columns] = block
     return found.tocsr()
 
 

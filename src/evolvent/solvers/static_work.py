@@ -90,7 +90,9 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     """A copy of a model for statics: driven bodies stand where they are at `time`, ramps are over."""
     copy = model.copy()
     flexible = copy.flexible
-    rigid.kinematics(time, np.zeros(int(model.info.ny)), copy)
+    y = np.zeros(int(model.info.ny))
+    y[copy.bodies["iq"][copy.bodies["motion"] == rigid.FREE] + 3] = 1.0  # quaternions of no turn
+    rigid.kinematics(time, y, copy)
     driven = copy.bodies["motion"] == rigid.DRIVEN
     copy.bodies["rate"][driven], copy.bodies["path"][driven] = 0.0, 0
     for scratch in ("v", "w", "F"):
@@ -122,7 +124,9 @@ class Work:
         start = np.array(assembly.y if y is None else y, dtype=float)
         if start.shape != assembly.y.shape or not np.all(np.isfinite(start)):
             raise InputError(f"y has the shape {start.shape}; it must be {assembly.y.shape}, finite numbers")
+        spinning = start[model.wheels["iv"]]
         start[self.n_q :] = 0.0
+        start[model.wheels["iv"]] = spinning  # whose momentum is felt by what turns
         weight, _ = sizes(assembly)
         slopes = [
             int(row["iq"]) + 3 * k
@@ -190,7 +194,7 @@ class Work:
     def turning_tangent(self) -> sparse.csr_matrix:
         """What the accelerations of the turn add to the tangent, (nv, nv)."""
         clear(self.matrix)
-        eq.add_turning_tangent(1.0, self.balance.spin, self.model, self.matrix)
+        eq.add_turning_tangent(1.0, self.balance.spin, self.balance.y, self.model, self.matrix)
         return sparse_of(self.matrix)[: self.n_v, : self.n_v]
 
     @property
@@ -353,7 +357,8 @@ def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:
 def spare_of(model: mdl.Model) -> int:
     """Pivots that statics may defer: without masses a beam or a body may be held by its joints only."""
     bodies = int(np.sum(model.bodies["motion"] != rigid.DRIVEN))
-    return min(6 * (model.flexible.beams.size + bodies) + 3 * int(np.sum(model.points["mass"] > 0.0)), MOST_DEFERRED)
+    points, wheels = int(np.sum(model.points["mass"] > 0.0)), model.wheels.size
+    return min(6 * (model.flexible.beams.size + bodies) + 3 * points + wheels, MOST_DEFERRED)
 
 
 def sparse_of(matrix: SparseBlocks) -> sparse.csr_matrix:
