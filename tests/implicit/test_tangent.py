@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from evolvent import System, parts
+from evolvent import System, parts, spring_law
 from evolvent.assembly.assembled import Assembly
 from evolvent.parts.base import unit
 from implicit.rigs import RUBBER, SQUARE, Equations, start_step
@@ -124,7 +124,20 @@ def test_joints_between_bodies_and_points(kind: str, stiffness: float, rng: np.r
     assert worst(equations, la) < 1e-7
 
 
-def test_springs(rng: np.random.Generator) -> None:
+@spring_law
+def hardening(extension, rate, t, p):
+    return p[0] * extension + p[1] * extension**3
+
+
+LAWS: dict[str, dict] = {
+    "stiffness": {"stiffness": 3e3},
+    "law": {"law": hardening, "parameters": (3e3, 2e4)},
+    "expression": {"law": "k*x + c*x**3", "constants": {"k": 3e3, "c": 2e4}},
+}
+
+
+@pytest.mark.parametrize("fields", LAWS.values(), ids=LAWS)
+def test_springs(fields: dict, rng: np.random.Generator) -> None:
     system = System()
     bodies(system)
     ends: Sequence[tuple] = [
@@ -134,7 +147,7 @@ def test_springs(rng: np.random.Generator) -> None:
         ((0.1, 0.7, 0.3), "other"),
     ]
     for a, b in ends:
-        system.add(parts.Spring(a=a, b=b, stiffness=3e3, length=0.4))
+        system.add(parts.Spring(a=a, b=b, length=0.4, **fields))
     system.add(parts.Spring(a=(0.5, 0.1, 0.2), b="other", stiffness=1e3, lateral_stiffness=500.0, lateral_damping=3.0))
     equations = disturbed(system.assemble(), rng)
     assert worst(equations, np.zeros(0)) < 1e-7

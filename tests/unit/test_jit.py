@@ -97,7 +97,7 @@ import json
 from evolvent.compiled import jit
 from evolvent.kernels import flexible
 jit.load([flexible.add_gravity])
-print(json.dumps({"loaded": int(jit.ADDRESSES[flexible.add_gravity.slot]) != 0}))
+print(json.dumps({"loaded": flexible.add_gravity.is_loaded}))
 """
 
 

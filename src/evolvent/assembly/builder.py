@@ -127,7 +127,7 @@ class Builder:
         self.laws[address] = law
         return address
 
-    def expression(self, run: Any, kind: str, code: Sequence[float], text: str) -> dict[str, int]:
+    def expression(self, run: Any, kind: str, code: Sequence[float], text: str, slope: Any = None) -> dict[str, int]:
         """Store an expression as the law of a row; returns the row's fields.
 
         Parameters
@@ -135,10 +135,11 @@ class Builder:
         run : compiled function of `evolvent.kernels.expression` with the signature of a law of that kind
         code : its parameters
         text : what messages call it
+        slope : compiled function, its derivative along a direction
         """
         first, last = self.parameters(code)
         self.expressions[first] = run, text
-        return {"law": laws.law_address(run, kind), "first": first, "last": last}
+        return {"law": laws.law_address(run, kind, slope), "first": first, "last": last}
 
     def find(self, name: str, family: str) -> int:
         """Index of an already added part."""

@@ -57,7 +57,6 @@ def absent(model: Model) -> frozenset[str]:
         "flexible": f.elements.size,
         "flow.energy_momentum.add_elements": f.elements.size,
         "flow.energy_momentum.add_element_tangents": f.elements.size,
-        "flow.energy_momentum.add_springs": model.springs.size,
         "gear": f.gear_coordinates.size,
         "hinge": f.hinges.size,
         "hinge.add_synchronization_tangents": ties.size,

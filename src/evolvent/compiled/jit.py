@@ -187,9 +187,11 @@ def entry(*kinds: Any) -> Callable[[Any], Any]:
 #: Functions of one module that may be called by address.
 _SLOTS = 64
 _MODULES = [module_name(path) for path in sources()]
-#: Index 0: address of `_load_now`. The others: of the functions made by `indirect`, 0 until they are loaded. A struct
-#: that such functions take refers to this table.
-ADDRESSES = np.zeros(1 + _SLOTS * len(_MODULES), dtype=np.int64)
+#: Index 0: address of `_load_now`. The others: of the functions made by `indirect`, that of `_not_loaded`, which stands
+#: at index 1, until they are loaded. A struct that such functions take refers to this table.
+ADDRESSES = np.zeros(2 + _SLOTS * len(_MODULES), dtype=np.int64)
+#: Status that `_not_loaded` returns, which no function of numba does.
+_NOT_LOADED = -77
 _counts: dict[str, int] = {}
 _BY_SLOT: dict[int, Any] = {}
 #: Functions that were loaded because compiled code called them.
@@ -200,7 +202,7 @@ _refused: list[BaseException] = []
 
 @ctypes.CFUNCTYPE(None, ctypes.c_int64)
 def _load_now(slot: int) -> None:
-    """Load a function that compiled code calls, which is not loaded; where the address stays 0, that code raises."""
+    """Load a function that compiled code calls, which is not loaded; where it still is not, that code raises."""
     try:
         loaded_late.append(_BY_SLOT[slot])
         _BY_SLOT[slot].load()
@@ -208,6 +210,13 @@ def _load_now(slot: int) -> None:
         _refused.append(error)
 
 
+@ctypes.CFUNCTYPE(ctypes.c_int32)
+def _not_loaded() -> int:
+    """Stand for a function that is not loaded, whatever its arguments: its caller tests the status in any case."""
+    return _NOT_LOADED
+
+
+ADDRESSES[:] = ctypes.cast(_not_loaded, ctypes.c_void_p).value or 0
 ADDRESSES[0] = ctypes.cast(_load_now, ctypes.c_void_p).value or 0
 
 
@@ -221,18 +230,24 @@ def _call(compiled: Any, arguments: tuple[Any, ...]) -> Any:
     raise _refused.pop()
 
 
+def _load_late(context: Any, builder: Any, table: Any, slot: Any) -> Any:
+    """Code that loads a function which is not loaded, and returns from its caller where that fails; its address."""
+    unknown = builder.load(builder.gep(table, [cgutils.intp_t(1)]))
+    load_now = ir.FunctionType(ir.VoidType(), [unknown.type]).as_pointer()
+    builder.call(builder.inttoptr(builder.load(table), load_now), [slot])
+    loaded = builder.load(builder.gep(table, [slot]))
+    with cgutils.if_unlikely(builder, builder.icmp_unsigned("==", loaded, unknown)):
+        context.call_conv.return_user_exc(builder, RuntimeError, ("a function could not be loaded",))
+    return loaded
+
+
 def _address(context: Any, builder: Any, kind: Any, holder: Any, slot: Any) -> Any:
     """Code for the address of a function from the table of a struct; a function that is not loaded is, first."""
-    table = load_attribute(context, builder, kind, holder, "addresses")
-    place = builder.gep(table.data, [slot])
-    known = builder.load(place)
+    table = load_attribute(context, builder, kind, holder, "addresses").data
+    known, unknown = (builder.load(builder.gep(table, [at])) for at in (slot, cgutils.intp_t(1)))
     before = builder.block
-    with builder.if_then(builder.icmp_unsigned("==", known, known.type(0)), likely=False):
-        kind_of_load = ir.FunctionType(ir.VoidType(), [known.type])
-        builder.call(builder.inttoptr(builder.load(table.data), kind_of_load.as_pointer()), [slot])
-        loaded = builder.load(place)
-        with cgutils.if_unlikely(builder, builder.icmp_unsigned("==", loaded, known.type(0))):
-            context.call_conv.return_user_exc(builder, RuntimeError, ("a function could not be loaded",))
+    with builder.if_then(builder.icmp_unsigned("==", known, unknown), likely=False):
+        loaded = _load_late(context, builder, table, slot)
         after = builder.block
     found = builder.phi(known.type)
     found.add_incoming(known, before)
@@ -258,7 +273,7 @@ class Indirect(Linked):
         self.is_followed, self.options = is_followed(function.__module__), f"{signature} disjoint={disjoint}"
         functools.update_wrapper(self, function)
         module = function.__module__
-        place = 1 + (_MODULES.index(module) * _SLOTS if module in _MODULES else 0)
+        place = 2 + (_MODULES.index(module) * _SLOTS if module in _MODULES else 0)
         counted = module if module in _MODULES else ""
         number = _counts[counted] = _counts.get(counted, -1) + 1
         if number >= _SLOTS:
@@ -293,14 +308,25 @@ class Indirect(Linked):
 
         def codegen(context: Any, builder: Any, _: Any, values: Any) -> Any:
             called = context.call_conv.get_function_type(signature.return_type, signature.args).as_pointer()
-            address = _address(context, builder, kind, values[holder], cgutils.intp_t(slot))
-            pointer = builder.inttoptr(address, called)
-            status, result = context.call_conv.call_function(
-                builder, pointer, signature.return_type, signature.args, values
-            )
+            table, at = load_attribute(context, builder, kind, values[holder], "addresses").data, cgutils.intp_t(slot)
+
+            def call(address: Any) -> Any:
+                pointer = builder.inttoptr(address, called)
+                return context.call_conv.call_function(builder, pointer, signature.return_type, signature.args, values)
+
+            status, result = call(builder.load(builder.gep(table, [at])))
+            kept = cgutils.alloca_once_value(builder, result)
             with cgutils.if_unlikely(builder, status.is_error):
-                context.call_conv.return_status_propagate(builder, status)
-            return result
+                missing = builder.icmp_signed("==", status.code, status.code.type(_NOT_LOADED))
+                with builder.if_else(missing) as (is_missing, has_failed):
+                    with is_missing:  # the test of the status is needed anyway: a test of the address would cost more
+                        again, result = call(_load_late(context, builder, table, at))
+                        with cgutils.if_unlikely(builder, again.is_error):
+                            context.call_conv.return_status_propagate(builder, again)
+                        builder.store(result, kept)
+                    with has_failed:
+                        context.call_conv.return_status_propagate(builder, status)
+            return builder.load(kept)
 
         return signature, codegen
 
@@ -315,7 +341,7 @@ class Indirect(Linked):
     @property
     def is_loaded(self) -> bool:
         """Whether its address is in the table."""
-        return bool(ADDRESSES[self.slot])
+        return bool(ADDRESSES[self.slot] != ADDRESSES[1])
 
     def load(self) -> None:
         """Compile it, or load it from the cache folder, and enter its address."""
@@ -394,7 +420,7 @@ local_vector = _plain_vector if config.DISABLE_JIT else _local_vector
 
 def unload() -> None:
     """Take every address out of the table, as at the start of a process."""
-    ADDRESSES[1:] = 0
+    ADDRESSES[2:] = ADDRESSES[1]
     loaded_late.clear()
 
 
@@ -489,6 +515,15 @@ LAWS = {
     "element": types.UniTuple(f8, 2)(f8, f8[::1], f8[::1], f8[::1], f8[::1]),
     "motor": f8(f8, f8, f8, f8[::1]),
 }
+#: Signatures of their derivatives along a direction, which `compiled.laws` makes of them by dual numbers. Of a scalar
+#: law: (x, dx, v, dv, t, parameters). Positions, velocities and forces in vectors are then value and derivative, one
+#: after the other.
+SLOPES = {
+    "force": LAWS["force"],
+    "spring": f8(f8, f8, f8, f8, f8, f8[::1]),
+    "motor": f8(f8, f8, f8, f8, f8, f8[::1]),
+    "element": f8(f8, f8[::1], f8[::1], f8[::1], f8[::1]),
+}
 #: Only used without compilation: addresses are then indices in this list; 0 stands for no law.
 PLAIN: list[Any] = [None]
 
@@ -499,8 +534,31 @@ def pointer_of(compiled: Any, signature: Any) -> int:
     return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
 
 
-def _make_lookup(signature: Any) -> Any:
-    """A compiled function int64 -> callable of `signature`."""
+def _word(context: Any, builder: Any, address: Any, at: int) -> Any:
+    """Code for a word of the pair of addresses, of a law and of its derivative, that a model refers to."""
+    pair = builder.inttoptr(address, ir.IntType(64).as_pointer())
+    return builder.load(builder.gep(pair, [cgutils.intp_t(at)]))
+
+
+def _has_slope(address: int) -> bool:
+    return False
+
+
+@intrinsic
+def _compiled_has_slope(typing_context, address):  # type: ignore[no-untyped-def]
+    def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        found = _word(context, builder, args[0], 1)
+        return builder.icmp_unsigned("!=", found, found.type(0))
+
+    return types.boolean(types.int64), codegen
+
+
+#: ``has_slope(address)``: whether the law at an address has a derivative by dual numbers.
+has_slope = _has_slope if config.DISABLE_JIT else _compiled_has_slope
+
+
+def _make_lookup(signature: Any, at: int = 0) -> Any:
+    """A compiled function int64, the address of a pair of addresses -> callable of `signature`."""
     if config.DISABLE_JIT:
         return PLAIN.__getitem__
 
@@ -510,7 +568,7 @@ def _make_lookup(signature: Any) -> Any:
 
         def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
             struct = cgutils.create_struct_proxy(function_type)(context, builder)
-            pointer = builder.inttoptr(args[0], context.get_value_type(types.voidptr))
+            pointer = builder.inttoptr(_word(context, builder, args[0], at), context.get_value_type(types.voidptr))
             struct.c_addr = pointer
             struct.jit_addr = pointer
             return struct._getvalue()
@@ -572,3 +630,7 @@ drive_law_at = _make_lookup(LAWS["drive"])
 event_law_at = _make_lookup(LAWS["event"])
 element_law_at = _make_lookup(LAWS["element"])
 motor_law_at = _make_lookup(LAWS["motor"])
+force_slope_at = _make_lookup(SLOPES["force"], 1)
+spring_slope_at = _make_lookup(SLOPES["spring"], 1)
+element_slope_at = _make_lookup(SLOPES["element"], 1)
+motor_slope_at = _make_lookup(SLOPES["motor"], 1)

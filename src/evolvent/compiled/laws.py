@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import functools
 import math
+import warnings
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
+import numpy as np
 from numba import config, njit, types
 from numba.core.errors import NumbaError
 from numba.core.typeinfer import register_dispatcher
 
 from evolvent.base.errors import InputError, counted
 from evolvent.compiled.codecache import LawCache, snapshot
-from evolvent.compiled.jit import LAWS, PLAIN, Kernel, pointer_of
+from evolvent.compiled.jit import LAWS, PLAIN, SLOPES, Kernel, pointer_of
 
 #: How a law of each kind is called, and what it returns.
 FORMS = {
@@ -40,6 +42,57 @@ def _compile_law(signature: Any, function: Callable) -> Any:
     compiled.disable_compile()
     compiled.py_func = function
     return functools.update_wrapper(compiled, function)
+
+
+def _along(kind: str, function: Callable) -> Callable:
+    """A function of the signature `SLOPES[kind]`: the derivative of a law along a direction, by dual numbers."""
+    from evolvent.compiled.dual import dual, dual_vector, slope_of  # which takes a moment to tell numba what it defines
+
+    first = getattr(function, "time_first", None)
+    law = njit(error_model="numpy", _nrt=False, boundscheck=True)(function if first is None else first)
+
+    def spring(x: Any, dx: Any, v: Any, dv: Any, t: float, parameters: Any) -> Any:
+        return slope_of(law(dual(x, dx), dual(v, dv), t, parameters))
+
+    def motor(x: Any, dx: Any, v: Any, dv: Any, t: float, parameters: Any) -> Any:
+        return slope_of(law(t, dual(x, dx), dual(v, dv), parameters))
+
+    def force(x: Any, v: Any, t: float, parameters: Any) -> Any:
+        fx, fy, fz = law(dual_vector(x), dual_vector(v), t, parameters)
+        return slope_of(fx), slope_of(fy), slope_of(fz)
+
+    def force_time_first(x: Any, v: Any, t: float, parameters: Any) -> Any:
+        fx, fy, fz = law(t, dual_vector(x), dual_vector(v), parameters)
+        return slope_of(fx), slope_of(fy), slope_of(fz)
+
+    def element(t: float, x: Any, v: Any, parameters: Any, f: Any) -> float:
+        law(t, dual_vector(x), dual_vector(v), parameters, dual_vector(f))
+        return 0.0
+
+    made: dict[str, Callable] = {"spring": spring, "motor": motor, "element": element}
+    made["force"] = force if first is None else force_time_first
+    found = made[kind]
+    found.__name__, found.__module__ = f"{function.__name__}_slope", function.__module__
+    return found
+
+
+def _slope_address(law: Any, kind: str) -> int:
+    """Address of the derivative of a user's law, which the law keeps; 0 where it has none, or is not differentiated.
+
+    Warns
+    -----
+    UserWarning
+        Where it calls what dual numbers cannot pass: it is differentiated by central differences.
+    """
+    if kind not in SLOPES:
+        return 0
+    try:
+        law.slope = _compile_law(SLOPES[kind], _along(kind, law.py_func))
+    except (NumbaError, TypeError) as error:
+        why = _one_line(str(error))
+        warnings.warn(f"{describe_law(law)} is differentiated by central differences: {why}", stacklevel=2)
+        return 0
+    return pointer_of(law.slope, SLOPES[kind])
 
 
 def _law(kind: str, function: Callable) -> Any:
@@ -174,7 +227,7 @@ def _time_last(function: Any) -> Any:
 
     named = {"co_filename": code.co_filename, "co_name": code.co_name, "co_firstlineno": code.co_firstlineno}
     ordered.__code__ = ordered.__code__.replace(**named)
-    ordered.__name__ = function.__name__
+    ordered.__name__, ordered.time_first = function.__name__, function  # type: ignore[attr-defined]
     return ordered
 
 
@@ -245,8 +298,14 @@ def motor_law(function: Callable) -> Any:
     return _law("motor", function)
 
 
-def law_address(law: Any, kind: str) -> int:
-    """Address of a compiled law of the given `kind`; the caller keeps the law alive as long as the address.
+def law_address(law: Any, kind: str, slope: Kernel | None = None) -> int:
+    """Address of a pair of addresses, of a compiled law of a `kind` and of its derivative along a direction or 0.
+
+    The caller keeps the law alive as long as the address.
+
+    Parameters
+    ----------
+    slope : derivative of one of the package's own laws
 
     Raises
     ------
@@ -257,10 +316,25 @@ def law_address(law: Any, kind: str) -> int:
         PLAIN.append(law)
         return len(PLAIN) - 1
     if isinstance(law, Kernel):  # the package's own law, which runs an expression
-        law.load()
-        return pointer_of(law.dispatcher, LAWS[kind])
+        pair = _pair(law, kind)
+        if pair[0] == 0:
+            law.load()
+            pair[0] = pointer_of(law.dispatcher, LAWS[kind])
+            if slope is not None:
+                slope.load()
+                pair[1] = pointer_of(slope.dispatcher, SLOPES[kind])
+        return int(pair.ctypes.data)
     signature = LAWS[kind]
     signatures = getattr(law, "nopython_signatures", None)
     if signatures is None or [s.args for s in signatures] != [signature.args]:
         raise TypeError(f"the law {getattr(law, '__name__', law)!r} must be decorated with @evolvent.{kind}_law")
-    return pointer_of(law, signature)
+    pair = _pair(law, kind)
+    if pair[0] == 0:
+        pair[:] = pointer_of(law, signature), _slope_address(law, kind)
+    return int(pair.ctypes.data)
+
+
+def _pair(law: Any, kind: str) -> np.ndarray:
+    """Addresses of a law and of its derivative, which the law keeps."""
+    pairs: dict[str, np.ndarray] = law.__dict__.setdefault("_pairs", {})
+    return pairs.setdefault(kind, np.zeros(2, dtype=np.int64))

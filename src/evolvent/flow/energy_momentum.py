@@ -87,7 +87,7 @@ class EnergyStep(Struct):
     rods0, rods1 : (rod elements, 15) float, of `rod_step.measure_rods` at both ends
     rods, rods_before : (rod elements, 6) float, changes of the rods' strains over this step and the one before
     R0, R1 : (nb, 3, 3) float, and x0, x1 : (nb, 3) float, rotations and positions of bodies
-    gap0, gap1 : (nj,) float, gaps of the joints; length0, length1 : (ns,) float, lengths of the springs
+    gap0, gap1 : (nj,) float, gaps of the joints
     hinge0, hinge1 : (nh, 3) float, of `hinge_step.measure_hinges`
     powers : (N_POWERS,) float, means over the step; contact : (2,) float, J, what normal forces and friction take
     """
@@ -113,8 +113,6 @@ class EnergyStep(Struct):
     x1: np.ndarray = array(2)
     gap0: np.ndarray = array(1)
     gap1: np.ndarray = array(1)
-    length0: np.ndarray = array(1)
-    length1: np.ndarray = array(1)
     hinge0: np.ndarray = array(2)
     hinge1: np.ndarray = array(2)
     powers: np.ndarray = array(1)
@@ -130,8 +128,7 @@ def measure(end, model, work):
     t = work.step.t + (work.step.h if end == 1 else 0.0)
     y = work.y1 if end == 1 else work.y0
     R, x = (work.R1, work.x1) if end == 1 else (work.R0, work.x0)
-    gaps, lengths = (work.gap1, work.length1) if end == 1 else (work.gap0, work.length0)
-    bodies, markers = model.bodies, model.markers
+    gaps, bodies = work.gap1 if end == 1 else work.gap0, model.bodies
     rigid.kinematics(t, y, model)
     for b in range(bodies.size):
         for i in range(3):
@@ -141,10 +138,8 @@ def measure(end, model, work):
     for k in range(gaps.size):
         joint.joint_geometry(t, y, k, model)
         gaps[k] = model.flexible.joints[k].gap
-    for k in range(lengths.size):
-        a = springs.marker_kinematics(y, markers, model.points, bodies, model.springs[k].a)
-        b = springs.marker_kinematics(y, markers, model.points, bodies, model.springs[k].b)
-        lengths[k] = math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
+    if model.springs.size > 0:
+        springs.measure_springs(end, y, model)
     if model.flexible.rods.size > 0:
         rod_step.measure_rods(model, work.rods1 if end == 1 else work.rods0)
     if model.flexible.hinges.size > 0:
@@ -275,7 +270,7 @@ def residual(model, work):
         powers[STIFFNESS_DAMPING] += viscous
         powers[MARKER_LOADS] += heat
     if model.springs.size > 0:
-        lost, given = add_springs(tm, model, work)
+        lost, given = springs.spring_step_forces(tm, ym, h, model)
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given
     if model.loads.size > 0:
@@ -287,7 +282,7 @@ def residual(model, work):
         powers[JOINTS] += hinge_step.add_hinge_step(tm, ym, h, f.switches, work.hinge0, work.hinge1, model, F)
         powers[DRIVEN] += coordinate.motor_power(model)
     if f.custom_forces.size > 0:
-        _, lost, given = custom.add_custom_forces(tm, ym, model, F)
+        lost, given = custom.add_custom_forces(tm, ym, model)
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given
     if attitude.has_actuators(model):
@@ -339,38 +334,6 @@ def add_elements(model, work):
                 / h
             )
     return by_mass, by_stiffness
-
-
-@inlined
-def _scale_of(work, k):
-    """2/(l0 + l1) of a spring, by which its mean vector becomes the direction of its force; 0 without a length."""
-    total = work.length0[k] + work.length1[k]
-    return 2.0 / total if total > 0.0 else 0.0
-
-
-@indirect(types.UniTuple(REAL, 2)(REAL, MODEL, ENERGY_STEP))
-def add_springs(t, model, work):
-    """Forces of all springs over the step; returns (power dissipated, power of users' laws), W."""
-    markers, own, bodies, rows, h = model.markers, model.points, model.bodies, model.springs, work.step.h
-    dissipated = given = 0.0
-    for k in range(rows.size):
-        a = springs.marker_kinematics(work.ym, markers, own, bodies, rows[k].a)
-        b = springs.marker_kinematics(work.ym, markers, own, bodies, rows[k].b)
-        scale = _scale_of(work, k)
-        ex, ey, ez = scale * (b[0] - a[0]), scale * (b[1] - a[1]), scale * (b[2] - a[2])
-        mean, rate = 0.5 * (work.length0[k] + work.length1[k]), (work.length1[k] - work.length0[k]) / h
-        elastic, damping = springs.spring_tension(rows, k, mean - rows[k].length, rate, t, model.parameters)
-        if rows[k].law != 0:
-            given -= elastic * rate
-        dissipated += damping * rate
-        if rows[k].lateral_stiffness != 0.0 or rows[k].lateral_damping != 0.0:
-            fx, fy, fz, power = springs.lateral_force(rows, k, b[0] - a[0], b[1] - a[1], b[2] - a[2], b[3], b[4], b[5])
-            dissipated += power
-            springs.push_marker(markers, own, bodies, rows[k].b, b[0], b[1], b[2], fx, fy, fz)
-        T = elastic + damping
-        springs.push_marker(markers, own, bodies, rows[k].a, a[0], a[1], a[2], T * ex, T * ey, T * ez)
-        springs.push_marker(markers, own, bodies, rows[k].b, b[0], b[1], b[2], -T * ex, -T * ey, -T * ez)
-    return dissipated, given
 
 
 @inlined
@@ -488,7 +451,7 @@ def tangent(scale, model, work, matrix):
             work.rods_before, work.rods, matrix,
         )  # fmt: skip
     if model.springs.size > 0:
-        springs.spring_tangents(tm, work.ym, c_rate, model, matrix)
+        springs.spring_tangents(tm, work.ym, h, c_rate, model, matrix)
     if f.hinges.size > 0:
         hinge.add_hinge_tangents(work.ym, c_rate, model, matrix)
     if f.custom_forces.size > 0:

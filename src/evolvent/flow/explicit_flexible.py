@@ -63,7 +63,7 @@ def add_flexible_forces(t, y, s, model, dy):
         F[i] = 0.0
         P[i] = 0.0
     points.pass_to_beams(n_q, model.points, F)
-    by_mass = by_stiffness = by_contact = by_joints = given = by_laws = 0.0
+    by_mass = by_stiffness = by_contact = by_joints = given = 0.0
     account = n_q + n_v + N_ACCOUNTS
     if f.elements.size > 0:
         by_mass, by_stiffness = flexible.add_elements(y, dy[n_q : n_q + n_v], model, F)
@@ -100,17 +100,14 @@ def add_flexible_forces(t, y, s, model, dy):
     for k in range(f.joints.size):
         if joint.is_penalty(t, s, f.joints, k):
             by_joints += joint.add_penalty(t, y, k, model, F)
-    if f.custom_forces.size > 0:
-        _, by_laws, work = custom.add_custom_forces(t, y, model, F)
-        given += work
-    if f.joints.size > 0 or f.hinges.size > 0 or f.custom_forces.size > 0:
+    if f.joints.size > 0 or f.hinges.size > 0:
         points.take_forces(n_q, model.points, F)
     if f.beams.size > 0 or f.rods.size > 0:
         dy[account + BY_MASS] = by_mass
         dy[account + BY_STIFFNESS] = by_stiffness
         dy[account + BY_CONTACT] = by_contact
         dy[account + BY_JOINTS] = by_joints
-    return by_mass + by_stiffness + by_contact + by_joints + by_laws, given
+    return by_mass + by_stiffness + by_contact + by_joints, given
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))

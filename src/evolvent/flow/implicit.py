@@ -100,7 +100,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[JOINTS] += lost
         powers[DRIVEN] += coordinate.motor_power(model)
     if f.custom_forces.size > 0:
-        _, lost, given = custom.add_custom_forces(t, y, model, F)
+        lost, given = custom.add_custom_forces(t, y, model)
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given
     if attitude.has_actuators(model):
@@ -156,7 +156,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     if f.rods.size > 0:
         rod.add_rod_tangents(c_rate, model, matrix)
     if model.springs.size > 0:
-        springs.spring_tangents(t, y, c_rate, model, matrix)
+        springs.spring_tangents(t, y, 0.0, c_rate, model, matrix)
     if f.hinges.size > 0:
         hinge.add_hinge_tangents(y, c_rate, model, matrix)
     if f.custom_forces.size > 0:
@@ -194,7 +194,7 @@ def energies(t, y, model, out):
     if f.rods.size > 0:
         rod.add_rod_energies(model, out)
     if model.springs.size > 0:
-        out[1] += springs.springs_energy(y, model)
+        out[1] += springs.evaluate_springs(t, y, model)
     if f.custom_forces.size > 0:
         out[1] += custom.custom_energies(t, y, model)
     for k in range(f.cylinders.size):
@@ -256,9 +256,10 @@ def is_isolated(t, model):
     for k in range(f.custom_forces.size):
         if f.custom_forces[k].balanced == 0.0:
             return False
-    for k in range(f.custom_points.size):
-        if f.custom_points[k].on == ON_BODY and bodies[f.custom_points[k].index].motion != rigid.FREE:
-            return False
+        for i in range(f.custom_forces[k].points):
+            m = f.custom_forces[k].first_marker + i
+            if markers[m].kind == springs.ON_BODY and bodies[markers[m].index].motion != rigid.FREE:
+                return False
     for k in range(f.cylinders.size):
         if f.cylinders[k].touching > 0.0 and bodies[f.cylinders[k].body].motion != rigid.FREE:
             return False

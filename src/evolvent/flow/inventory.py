@@ -34,7 +34,7 @@ def inventory(t, y, s, model, out):
         attitude.add_wheel_energy(y, model, out, KINETIC)
         attitude.add_wheel_momenta(y, model, H)
     if model.springs.size > 0:
-        out[ELASTIC] += springs.springs_energy(y, model)
+        out[ELASTIC] += springs.evaluate_springs(t, y, model)
     for p in range(model.threads.size):
         thread.thread_inventory(y, s, model, p, out)
     if has_flexible(model):

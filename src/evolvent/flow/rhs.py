@@ -10,6 +10,7 @@ from evolvent.kernels import (
     attitude,
     constraint_rows,
     coordinate,
+    custom,
     fields,
     flexible,
     loads,
@@ -70,6 +71,10 @@ def apply_forces(t, y, s, model, dy):
     if model.springs.size > 0:
         dissipated, law_power = springs.spring_forces(t, y, model)
         load_power += law_power
+    if model.flexible.custom_forces.size > 0:
+        lost, given = custom.add_custom_forces(t, y, model)
+        dissipated += lost
+        load_power += given
     if model.loads.size > 0:
         load_power += loads.concentrated_loads(t, y, model)
     has_fields = model.fields.size > 0

@@ -26,6 +26,7 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, spring_law_at
 from evolvent.kernels.drive import drive
 from evolvent.kernels.fields import ORBIT
+from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.profile import profile
 from evolvent.kernels.rigid import FREE, add_wrench, point_kinematics
 from evolvent.kernels.rotations import cross, turn, turn_back
@@ -125,8 +126,8 @@ def command(t, y, model):
 
 
 @inlined
-def motor_torque(t, angle, rate, model, i):
-    """Torque of the motor of wheel i at an angle and rate relative to its body, limited, N m."""
+def wanted_by_motor(t, angle, rate, model, i):
+    """Torque that the motor of wheel i is asked for at an angle and rate relative to its body, N m."""
     wheels = model.wheels
     u = wheels[i].torque + wheels[i].command
     if wheels[i].profile >= 0:
@@ -134,11 +135,23 @@ def motor_torque(t, angle, rate, model, i):
     if wheels[i].law != 0:
         p = model.parameters[wheels[i].first : wheels[i].last]
         u += spring_law_at(wheels[i].law)(angle, rate, t, p)
+    return u
+
+
+@inlined
+def limited_torque(u, rate, wheels, i):
+    """What the motor of wheel i gives of a torque u that it is asked for, N m."""
     u = min(max(u, -wheels[i].torque_limit), wheels[i].torque_limit)
     if u * rate > 0.0 and wheels[i].rate_limit < math.inf:
         left = (wheels[i].rate_limit - abs(rate)) / (FADE * wheels[i].rate_limit)
         u *= min(max(left, 0.0), 1.0)
     return u
+
+
+@inlined
+def motor_torque(t, angle, rate, model, i):
+    """Torque of the motor of wheel i at an angle and rate relative to its body, limited, N m."""
+    return limited_torque(wanted_by_motor(t, angle, rate, model, i), rate, model.wheels, i)
 
 
 @inlined
@@ -418,15 +431,12 @@ def add_wheel_step_tangent(c_mass, n_q, R0, R1, model, matrix):
 
 @inlined
 def by_command(t, y, model, i):
-    """Derivative of the motor's torque of wheel i by its command."""
+    """Derivative of the motor's torque of wheel i by its command, or by what else it is asked for."""
     wheels = model.wheels
-    u, d = wheels[i].command, 1e-6 * (1e-3 + abs(wheels[i].command))
-    wheels[i].command = u + d
-    slope = motor_torque(t, y[wheels[i].iq], y[wheels[i].iv], model, i)
-    wheels[i].command = u - d
-    slope -= motor_torque(t, y[wheels[i].iq], y[wheels[i].iv], model, i)
-    wheels[i].command = u
-    return slope / (2.0 * d)
+    angle, rate = y[wheels[i].iq], y[wheels[i].iv]
+    u = wanted_by_motor(t, angle, rate, model, i)
+    d = 1e-6 * (1e-3 + abs(u))
+    return (limited_torque(u + d, rate, wheels, i) - limited_torque(u - d, rate, wheels, i)) / (2.0 * d)
 
 
 @inlined
@@ -497,13 +507,14 @@ def add_actuator_tangents(t, y, c_rate, model, matrix):
         angle, rate = y[wheels[i].iq], y[wheels[i].iv]
         d = 1e-6 * (1.0 + abs(rate))
         slope = drag_torque(wheels, i, rate + d) - drag_torque(wheels, i, rate - d)
-        if wheels[i].law != 0 or wheels[i].rate_limit < math.inf:
-            slope -= motor_torque(t, angle, rate + d, model, i) - motor_torque(t, angle, rate - d, model, i)
+        if wheels[i].rate_limit < math.inf:
+            u = wanted_by_motor(t, angle, rate, model, i)
+            slope -= limited_torque(u, rate + d, wheels, i) - limited_torque(u, rate - d, wheels, i)
         slope *= c_rate / (2.0 * d)
         if wheels[i].law != 0:
-            d = 1e-6 * (1.0 + abs(angle))
-            far = motor_torque(t, angle + d, rate, model, i) - motor_torque(t, angle - d, rate, model, i)
-            slope -= far / (2.0 * d)
+            p = model.parameters[wheels[i].first : wheels[i].last]
+            own = spring_law_slope(wheels[i].law, angle, 1.0, rate, c_rate, t, p, 1.0)
+            slope -= by_command(t, y, model, i) * own
         add_entry(matrix, wheels[i].iv - n_q, wheels[i].iv - n_q, slope)
     for k in range(model.controllers.size):
         add_controller_tangent(t, y, k, c_rate, model, matrix)

@@ -13,6 +13,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined, motor_law_at
 from evolvent.kernels.drive import drive
+from evolvent.kernels.law_slopes import motor_law_slope
 from evolvent.kernels.profile import profile
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL
 
@@ -23,8 +24,6 @@ BY_PROFILE, BY_LAW, BY_MOTION = 0, 1, 2
 RELAX = 0.5
 #: Part of the friction below which it is round-off that a coordinate moves back.
 _NEAR = 1e-6
-#: Steps of central differences of users' laws, of the coordinate or its rate (or of 1).
-_DIFFERENCE = 1e-6
 
 
 # ------------------------------------------------------------------------------------------------ friction
@@ -78,12 +77,6 @@ def count_slipping(model):
 
 
 @inlined
-def _law_torque(t, x, v, motors, k, model):
-    """Torque of a motor by a user's law."""
-    return motor_law_at(motors[k].law)(t, x, v, model.parameters[motors[k].first : motors[k].last])
-
-
-@inlined
 def _following_torque(t, x, v, motors, k, model):
     """Torque of a motor that follows a drive's motion, and its derivatives by x and v.
 
@@ -123,7 +116,7 @@ def add_motors(t, share, s, model):
         elif motors[k].kind == BY_PROFILE:
             torque = profile(t, motors[k].first, model)
         elif motors[k].kind == BY_LAW:
-            torque = _law_torque(t, x, v, motors, k, model)
+            torque = motor_law_at(motors[k].law)(t, x, v, model.parameters[motors[k].first : motors[k].last])
         else:
             torque = _following_torque(t, x, v, motors, k, model)[0]
         if motors[k].kind != BY_MOTION and abs(torque) > motors[k].limit:
@@ -156,12 +149,9 @@ def measure_motor_slopes(model):
         if motors[k].kind == BY_MOTION:
             _, slope, damper = _following_torque(t, x, v, motors, k, model)
         elif motors[k].kind == BY_LAW and abs(motors[k].torque) < motors[k].limit:
-            d = _DIFFERENCE * max(1.0, abs(x))
-            slope = _law_torque(t, x + d, v, motors, k, model) - _law_torque(t, x - d, v, motors, k, model)
-            slope *= 0.5 / d
-            d = _DIFFERENCE * max(1.0, abs(v))
-            damper = _law_torque(t, x, v + d, motors, k, model) - _law_torque(t, x, v - d, motors, k, model)
-            damper *= 0.5 / d
+            p = model.parameters[motors[k].first : motors[k].last]
+            slope = motor_law_slope(motors[k].law, x, 1.0, v, 0.0, t, p)
+            damper = motor_law_slope(motors[k].law, x, 0.0, v, 1.0, t, p)
         hinges[h].motor_slope -= slope
         hinges[h].motor_damper -= damper
 

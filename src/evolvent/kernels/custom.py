@@ -1,22 +1,20 @@
 """User-defined laws between points: forces on point masses, bodies, nodes of beams and the ground.
 
-A point is a side (`evolvent.kernels.sides`). Scratch of a law between k points, m = 3 k: positions, velocities, forces
-and other forces, (m,) each, then derivatives of the forces, (m, m).
+A point is a marker (`evolvent.kernels.springs`), one after the other. Scratch of a law between k points, m = 3 k:
+positions, velocities, forces and other forces, (m,) each, values and slopes for `kernels.law_slopes`, (6 m,), and
+derivatives of the forces, (m, m).
 """
 
-import numpy as np
 from numba import types, void
 
-from evolvent.compiled.jit import MATRIX, REAL, VECTOR, element_law_at, indirect, inlined, kernel, matrix_view
-from evolvent.kernels import rigid
+from evolvent.compiled.jit import REAL, VECTOR, element_law_at, indirect, inlined, kernel, matrix_view
+from evolvent.kernels.law_slopes import add_element_law_gradient
 from evolvent.kernels.rotations import cross
-from evolvent.kernels.sides import ON_BODY, add_turning, pull, side_columns, side_vector
-from evolvent.kernels.sparse import SPARSE, first_entry
+from evolvent.kernels.sides import add_general_product, add_turning
+from evolvent.kernels.sparse import SPARSE
+from evolvent.kernels.springs import ON_BODY, marker_columns, marker_kinematics, push_marker
 from evolvent.model import MODEL
 
-_I = types.int64
-#: Steps of the central differences, in parts of the distance of the points.
-STEP = 1e-5
 #: Resultants this small beside the forces are round-off; so are asymmetries of derivatives by differences.
 ROUND_OFF, ASYMMETRY = 1e-10, 1e-6
 
@@ -24,20 +22,16 @@ ROUND_OFF, ASYMMETRY = 1e-10, 1e-6
 def scratch_size(points):
     """Numbers of scratch that a law between so many points needs. Not compiled."""
     m = 3 * points
-    return 4 * m + m * m
+    return 10 * m + m * m
 
 
 @inlined
 def _gather(y, model, k):
     """Write positions and velocities of the points of law k into its scratch; returns 3 times their number."""
-    forces, points, work = model.flexible.custom_forces, model.flexible.custom_points, model.flexible.custom
-    count, first = forces[k].points, forces[k].first_point
-    m = 3 * count
-    for i in range(count):
-        p = first + i
-        u = side_vector(
-            y, model.bodies, points[p].on, points[p].index, points[p].iq, points[p].iv, points[p].local, True
-        )
+    forces, work = model.flexible.custom_forces, model.flexible.custom
+    m = 3 * forces[k].points
+    for i in range(forces[k].points):
+        u = marker_kinematics(y, model.markers, model.points, model.bodies, forces[k].first_marker + i)
         for c in range(3):
             work[3 * i + c] = u[c]
             work[m + 3 * i + c] = u[3 + c]
@@ -57,44 +51,31 @@ def _evaluate(t, model, k, m, out):
     return element_law_at(forces[k].law)(t, work[0:m], work[m : 2 * m], parameters, work[out : out + m])
 
 
-@inlined
-def _add_forces(y, t, k, model, F):
-    """Forces of law k; returns the energy stored, the power dissipated, and that of forces without a stated energy.
+@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, MODEL))
+def add_custom_forces(t, y, model):
+    """Forces of all users' laws onto bodies and points; returns powers, W: dissipated, and of laws without an energy.
 
     A law that has given neither an energy nor a power so far states none: its forces do work, as loads do.
     """
-    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
-    forces, points, work = flexible.custom_forces, flexible.custom_points, flexible.custom
-    m, given = _gather(y, model, k), 0.0
-    stored, lost = _evaluate(t, model, k, m, 2 * m)
-    forces[k].balanced = _is_balanced(work, m)
-    if stored != 0.0 or lost != 0.0:
-        forces[k].stated = 1.0
-    if forces[k].stated == 0.0:
-        for i in range(m):
-            given += work[2 * m + i] * work[m + i]
-    for i in range(forces[k].points):
-        p, x, f = forces[k].first_point + i, 3 * i, 2 * m + 3 * i
-        pull(
-            F, bodies, n_q, points[p].on, points[p].index, points[p].iv, (work[x], work[x + 1], work[x + 2]), True,
-            -work[f], -work[f + 1], -work[f + 2],
-        )  # fmt: skip
-    return stored, lost, given
-
-
-@indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, MODEL, VECTOR))
-def add_custom_forces(t, y, model, F):
-    """Forces of all users' laws; returns the energy stored (J), the power dissipated, and that of those without energy.
-
-    The powers are in W; see `_add_forces`.
-    """
-    energy = power = given = 0.0
-    for k in range(model.flexible.custom_forces.size):
-        stored, lost, work = _add_forces(y, t, k, model, F)
-        energy += stored
+    forces, work = model.flexible.custom_forces, model.flexible.custom
+    markers, points, bodies = model.markers, model.points, model.bodies
+    power = given = 0.0
+    for k in range(forces.size):
+        m = _gather(y, model, k)
+        stored, lost = _evaluate(t, model, k, m, 2 * m)
         power += lost
-        given += work
-    return energy, power, given
+        forces[k].balanced = _is_balanced(work, m)
+        if stored != 0.0 or lost != 0.0:
+            forces[k].stated = 1.0
+        for i in range(m if forces[k].stated == 0.0 else 0):
+            given += work[2 * m + i] * work[m + i]
+        for i in range(forces[k].points):
+            x, f = 3 * i, 2 * m + 3 * i
+            push_marker(
+                markers, points, bodies, forces[k].first_marker + i, work[x], work[x + 1], work[x + 2],
+                work[f], work[f + 1], work[f + 2],
+            )  # fmt: skip
+    return power, given
 
 
 @indirect(REAL(REAL, VECTOR, MODEL))
@@ -134,26 +115,9 @@ def _spread(work, first, count):
     return found
 
 
-@inlined
-def _differences(t, model, k, m, at, step, scale, K):
-    """Add -scale times central differences of the forces of law k by the numbers from scratch[at] on to K."""
-    work = model.flexible.custom
-    for j in range(m):
-        kept = work[at + j]
-        work[at + j] = kept + step
-        _evaluate(t, model, k, m, 2 * m)
-        high = work[at + j]
-        work[at + j] = kept - step
-        _evaluate(t, model, k, m, 3 * m)
-        part = scale / (high - work[at + j])
-        work[at + j] = kept
-        for i in range(m):
-            K[i, j] -= part * (work[2 * m + i] - work[3 * m + i])
-
-
 @indirect(void(REAL, VECTOR, REAL, MODEL, SPARSE))
 def add_custom_tangents(t, y, c_rate, model, matrix):
-    """Tangents of all user-defined laws between points, by central differences of their forces.
+    """Tangents of all user-defined laws between points.
 
     Notes
     -----
@@ -163,13 +127,13 @@ def add_custom_tangents(t, y, c_rate, model, matrix):
     forces, work = flexible.custom_forces, flexible.custom
     for k in range(forces.size):
         m = _gather(y, model, k)
-        K = matrix_view(work, 4 * m, m, m)
+        K, p = matrix_view(work, 10 * m, m, m), model.parameters[forces[k].first : forces[k].last]
         for i in range(m):
             for j in range(m):
                 K[i, j] = 0.0
         size = _spread(work, 0, m)
         size = size if size > 0.0 else 1.0
-        _differences(t, model, k, m, 0, STEP * size, 1.0, K)
+        add_element_law_gradient(forces[k].law, p, t, work, m, 0, size, -1.0, K)
         largest = asymmetry = 0.0
         for i in range(m):
             for j in range(m):
@@ -183,7 +147,7 @@ def add_custom_tangents(t, y, c_rate, model, matrix):
                     K[i, j] = K[j, i] = 0.5 * (K[i, j] + K[j, i])
         if c_rate != 0.0:
             speed = max(_spread(work, m, m), size)  # of points at rest: their distance in a second
-            _differences(t, model, k, m, m, STEP * speed, c_rate, K)
+            add_element_law_gradient(forces[k].law, p, t, work, m, m, speed, -c_rate, K)
         _evaluate(t, model, k, m, 2 * m)
         _add_products(model, k, m, K, matrix)
 
@@ -191,54 +155,13 @@ def add_custom_tangents(t, y, c_rate, model, matrix):
 @inlined
 def _add_products(model, k, m, K, matrix):
     """Add derivatives K of the forces of law k, and what turns of bodies change, to the points' unknowns."""
-    flexible = model.flexible
-    forces, points, work = flexible.custom_forces, flexible.custom_points, flexible.custom
-    Ja, Jb = flexible.J[0], flexible.J[1]
+    forces, markers, work = model.flexible.custom_forces, model.markers, model.flexible.custom
+    Ja, Jb = model.flexible.J[0], model.flexible.J[1]
     for i in range(forces[k].points):
-        p = forces[k].first_point + i
-        at, n = side_columns(model, points[p].on, points[p].index, points[p].iv, points[p].local, True, Ja)
-        if n == 0:
-            continue
+        p, f = forces[k].first_marker + i, 2 * m + 3 * i
+        at, n = marker_columns(model, p, Ja)
         for j in range(forces[k].points):
-            q = forces[k].first_point + j
-            bt, o = side_columns(model, points[q].on, points[q].index, points[q].iv, points[q].local, True, Jb)
-            _add_point_block(matrix, at, n, Ja, K, 3 * i, 3 * j, bt, o, Jb)
-        if points[p].on == ON_BODY and model.bodies[points[p].index].motion != rigid.DRIVEN:
-            f = 2 * m + 3 * i
-            add_turning(
-                matrix, model, points[p].index, points[p].local, -work[f], -work[f + 1], -work[f + 2],
-            )  # fmt: skip
-
-
-@indirect(void(SPARSE, _I, _I, MATRIX, MATRIX, _I, _I, _I, _I, MATRIX))
-def _add_point_block(matrix, at, n, J, K, row, column, bt, m, L):
-    """Add J^T K[row : row + 3, column : column + 3] L; rows of unknowns at, at + 1 ..., columns bt, bt + 1 ..."""
-    if n == 0 or m == 0:
-        return
-    to, right, down = first_entry(matrix, at, bt)
-    if to < 0:
-        return
-    values = matrix.values
-    for c in range(m):
-        for r in range(n):
-            value = 0.0
-            for i in range(3):
-                for j in range(3):
-                    value += J[i, r] * K[row + i, column + j] * L[j, c]
-            values[to + r * down + c * right] += value
-
-
-def states_of_points(model, y, k):
-    """Positions and velocities, (3 k,) each, of the points of law k; after `kinematics`. Not compiled."""
-    row, points = model.flexible.custom_forces[k], model.flexible.custom_points
-    x, v = [], []
-    for p in points[int(row["first_point"]) : int(row["first_point"] + row["points"])]:
-        if p["on"] == ON_BODY:
-            body = model.bodies[int(p["index"])]
-            arm = np.array(body["R"]) @ p["local"]
-            x.append(body["x"] + arm)
-            v.append(body["v"] + np.cross(body["w"], arm))
-        else:
-            x.append(y[int(p["iq"]) :][:3])
-            v.append(y[int(p["iv"]) :][:3])
-    return np.concatenate(x), np.concatenate(v)
+            bt, o = marker_columns(model, forces[k].first_marker + j, Jb)
+            add_general_product(matrix, at, n, Ja, K, 3 * i, 3 * j, bt, o, Jb, 1.0)
+        if markers[p].kind == ON_BODY:
+            add_turning(matrix, model, markers[p].index, markers[p].local, -work[f], -work[f + 1], -work[f + 2])

@@ -198,8 +198,8 @@ def derivatives_of_two(instruction, a, a1, a2, b, b1, b2):
 
 
 @kernel
-def evaluate_with_derivatives(p, at, t):
-    """Value of a program of the only variable t, and its first and second derivatives by it."""
+def evaluate_with_derivatives(p, at, variables, rates):
+    """Value of a program, and its first and second derivatives along the direction `rates` of its variables."""
     values, firsts, seconds = local_vector(), local_vector(), local_vector()
     i, end = at + 1, at + 1 + int(p[at])
     top, a, a1, a2 = 0, 0.0, 0.0, 0.0
@@ -209,7 +209,11 @@ def evaluate_with_derivatives(p, at, t):
         if instruction <= VARIABLE:
             values[top], firsts[top], seconds[top] = a, a1, a2
             top += 1
-            a, a1, a2 = (p[i], 0.0, 0.0) if instruction == CONSTANT else (t, 1.0, 0.0)
+            a2 = 0.0
+            if instruction == CONSTANT:
+                a, a1 = p[i], 0.0
+            else:
+                a, a1 = variables[int(p[i])], rates[int(p[i])]
             i += 1
         elif instruction == INTEGER_POWER:
             n = int(p[i])
@@ -266,11 +270,41 @@ def force_expression(x, v, t, p):
     return evaluate(p, 0, variables), evaluate(p, second, variables), evaluate(p, third, variables)
 
 
+@entry(REAL, REAL, REAL, REAL, REAL, VECTOR)
+@kernel
+def scalar_expression_slope(x, dx, v, dv, t, p):
+    """Derivative of `spring_expression` and of `motor_expression` along (dx, dv)."""
+    variables, rates = local_vector(), local_vector()
+    variables[0], variables[1], variables[2] = x, v, t
+    rates[0], rates[1], rates[2] = dx, dv, 0.0
+    return evaluate_with_derivatives(p, 0, variables, rates)[1]
+
+
+@entry(VECTOR, VECTOR, REAL, VECTOR)
+@kernel
+def force_expression_slope(x, v, t, p):
+    """Derivative of `force_expression` along a direction; x, v : (6,) float, values and derivatives by turns."""
+    variables, rates = local_vector(), local_vector()
+    for c in range(3):
+        variables[c], rates[c] = x[2 * c], x[2 * c + 1]
+        variables[3 + c], rates[3 + c] = v[2 * c], v[2 * c + 1]
+    variables[6], rates[6] = t, 0.0
+    second = 1 + int(p[0])
+    third = second + 1 + int(p[second])
+    return (
+        evaluate_with_derivatives(p, 0, variables, rates)[1],
+        evaluate_with_derivatives(p, second, variables, rates)[1],
+        evaluate_with_derivatives(p, third, variables, rates)[1],
+    )
+
+
 @entry(REAL, VECTOR)
 @kernel
 def drive_expression(t, p):
     """Angle of a drive, and its derivatives by t."""
-    return evaluate_with_derivatives(p, 0, t)
+    variables, rates = local_vector(), local_vector()
+    variables[0], rates[0] = t, 1.0
+    return evaluate_with_derivatives(p, 0, variables, rates)
 
 
 @entry(REAL, VECTOR, VECTOR)

@@ -10,6 +10,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, force_law_at, indirect, inlined, kernel
 from evolvent.kernels.flexible import CABLE
+from evolvent.kernels.law_slopes import add_force_law_gradient
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
@@ -18,8 +19,6 @@ from evolvent.model import MODEL
 
 #: Kinds of fields: an orbital frame, an acceleration by a user's law.
 ORBIT, LAW = 0, 1
-#: Step of the central differences of a law, in parts of 1 m (m/s) or of the distance (speed).
-STEP = 1e-6
 
 
 @kernel
@@ -50,30 +49,23 @@ def acceleration(t, model, x, v):
 
 
 @kernel
-def gradient(t, model, x, v, c_rate, A):
-    """A : (3, 3) = d a/dx + c_rate d a/dv of the fields' sum, by central differences; x and v are left as they were."""
-    for c in range(3):
-        A[0, c], A[1, c], A[2, c] = _difference(t, model, x, v, x, c)
-        if c_rate != 0.0:
-            gx, gy, gz = _difference(t, model, x, v, v, c)
-            A[0, c] += c_rate * gx
-            A[1, c] += c_rate * gy
-            A[2, c] += c_rate * gz
-
-
-@kernel
-def _difference(t, model, x, v, at, c):
-    """Derivative of the fields' sum by at[c], where `at` is x or v: three floats."""
-    kept = at[c]
-    step = STEP * (1.0 + abs(kept))
-    at[c] = kept + step
-    fx, fy, fz = acceleration(t, model, x, v)
-    high = at[c]
-    at[c] = kept - step
-    gx, gy, gz = acceleration(t, model, x, v)
-    scale = 1.0 / (high - at[c])
-    at[c] = kept
-    return scale * (fx - gx), scale * (fy - gy), scale * (fz - gz)
+def gradient(t, model, x, v, c_x, c_v, A, row):
+    """A[row : row + 3, :3] = c_x d a/dx + c_v d a/dv of the fields' sum; x and v are left as they were."""
+    fields = model.fields
+    for i in range(3):
+        for j in range(3):
+            A[row + i, j] = 0.0
+    for k in range(fields.size):
+        scale = fields[k].scale
+        if fields[k].kind == LAW:
+            p = model.parameters[fields[k].first : fields[k].last]
+            add_force_law_gradient(fields[k].law, p, t, x, v, c_x, c_v, scale, A, row)
+            continue
+        K, w = fields[k].K, fields[k].w
+        for j in range(3):
+            turned = cross(w[0], w[1], w[2], 1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2))
+            for i in range(3):
+                A[row + i, j] += scale * (c_x * K[i, j] - 2.0 * c_v * turned[i])
 
 
 @inlined
@@ -158,7 +150,7 @@ def add_field_tangents(t, y, c_rate, model, matrix):
     for i in range(points.size):
         for c in range(3):
             x[c], v[c] = y[points[i].iq + c], y[points[i].iv + c]
-        gradient(t, model, x, v, c_rate, A)
+        gradient(t, model, x, v, 1.0, c_rate, A, 0)
         add_block(matrix, points[i].iv - n_q, points[i].iv - n_q, A, 0, 0, 3, 3, -points[i].mass)
     for k in range(on.size):
         if on[k].body >= 0:
@@ -175,7 +167,7 @@ def add_field_tangents(t, y, c_rate, model, matrix):
                     K[i, j] = 0.0
             last = element
         n = _element_point(y, model, k, x, v)
-        gradient(t, model, x, v, c_rate, A)
+        gradient(t, model, x, v, 1.0, c_rate, A, 0)
         for i in range(n):
             for j in range(n):
                 s = on[k].mass * on[k].S[i] * on[k].S[j]
@@ -207,17 +199,13 @@ def _add_body_point(t, k, c_rate, model, matrix):
     b, m, w, L, own = on[k].body, on[k].mass, model.bodies[on[k].body].w, f.J[1], f.e[2]
     dx, dy, dz = _body_point(model, k, x, v)
     ax, ay, az = acceleration(t, model, x, v)
-    gradient(t, model, x, v, 0.0, A)
+    gradient(t, model, x, v, 1.0, c_rate, A, 0)
     at, n = side_columns(model, ON_BODY, b, -1, on[k].local, True, J)
     if c_rate != 0.0:  # a turn of the body turns the point's velocity about the centre
         ux, uy, uz = cross(w[0], w[1], w[2], dx, dy, dz)
         own[0], own[1], own[2] = turn_back(model.bodies[b].R, ux, uy, uz)
         side_columns(model, ON_BODY, b, -1, own, False, L)
-        for c in range(3):
-            A[3, c], A[4, c], A[5, c] = _difference(t, model, x, v, v, c)
-            A[0, c] += c_rate * A[3, c]
-            A[1, c] += c_rate * A[4, c]
-            A[2, c] += c_rate * A[5, c]
+        gradient(t, model, x, v, 0.0, 1.0, A, 3)
     for i in range(n):
         for j in range(n):
             value = 0.0

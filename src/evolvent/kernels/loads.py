@@ -5,7 +5,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, force_law_at, indirect, inlined
-from evolvent.kernels.node_loads import law_gradient
+from evolvent.kernels.law_slopes import force_law_gradient
 from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rigid import DRIVEN, FREE
 from evolvent.kernels.rotations import cross, turn, turn_back
@@ -196,16 +196,13 @@ def _law_slopes(t, k, value, c_rate, model, G):
     loads = model.loads
     p = model.parameters[loads[k].first : loads[k].last]
     q = model.parameters[loads[k].law_first : loads[k].law_last]
-    law_gradient(loads[k].law, q, t, model, 1.0 if c_rate != 0.0 else 0.0, G)
+    x, v = model.scratch[1], model.scratch[2]
+    force_law_gradient(loads[k].law, q, t, x, v, 1.0, 0.0, G, 0)
+    force_law_gradient(loads[k].law, q, t, x, v, 0.0, 1.0 if c_rate != 0.0 else 0.0, G, 3)
     for c in range(3):
         for d in range(3):
-            G[3 + c, d] = G[c, d]
-    if c_rate != 0.0:
-        law_gradient(loads[k].law, q, t, model, 0.0, G)
-    for c in range(3):
-        for d in range(3):
-            G[3 + c, d] = value * p[c] * (G[3 + c, d] - G[c, d])
             G[c, d] *= value * p[c]
+            G[3 + c, d] *= value * p[c]
 
 
 @inlined

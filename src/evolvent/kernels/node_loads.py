@@ -12,6 +12,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, force_law_at, indirect, inlined, kernel
 from evolvent.kernels.flexible import CABLE
+from evolvent.kernels.law_slopes import force_law_gradient
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
@@ -178,30 +179,6 @@ def add_following_load(t, y, k, value, model, P):
                 P[at + half + 3 + c] += s * S[3]
 
 
-@kernel
-def law_gradient(law, p, t, model, c_rate, A):
-    """A : (3, 3) = d f/dx + c_rate d f/dv of a law at position and velocity in model.scratch[1:], by differences."""
-    for c in range(3):
-        A[0, c] = A[1, c] = A[2, c] = 0.0
-        for of in range(1, 3):
-            scale = 1.0 if of == 1 else c_rate
-            if scale == 0.0:
-                continue
-            x, v = model.scratch[1], model.scratch[2]
-            kept = model.scratch[of, c]
-            step = STEP * (1.0 + abs(kept))
-            model.scratch[of, c] = kept + step
-            fx, fy, fz = force_law_at(law)(x, v, t, p)
-            high = model.scratch[of, c]
-            model.scratch[of, c] = kept - step
-            gx, gy, gz = force_law_at(law)(x, v, t, p)
-            scale /= high - model.scratch[of, c]
-            model.scratch[of, c] = kept
-            A[0, c] += scale * (fx - gx)
-            A[1, c] += scale * (fy - gy)
-            A[2, c] += scale * (fz - gz)
-
-
 @inlined
 def add_following_tangents(t, y, c_rate, model, matrix):
     """Tangents of all loads on beams that follow their beam or a law."""
@@ -259,7 +236,7 @@ def _add_line_tangent(t, y, k, c_rate, model, matrix):
                 K[i, j] = 0.0
         for xi, weight in GAUSS:
             S = _line_point(y, element, xi, model)
-            law_gradient(row.law, p, t, model, c_rate, A)
+            force_law_gradient(row.law, p, t, model.scratch[1], model.scratch[2], 1.0, c_rate, A, 0)
             for i in range(4):
                 for j in range(4):
                     s = row.now * weight * length * S[i] * S[j]

@@ -116,6 +116,24 @@ def add_product(matrix, at, n, J, Kxx, Kxy, Kxz, Kyy, Kyz, Kzz, bt, m, L, scale)
             values[to + r * down + c * right] += J[0, r] * kx + J[1, r] * ky + J[2, r] * kz
 
 
+@indirect(void(SPARSE, _I, _I, MATRIX, MATRIX, _I, _I, _I, _I, MATRIX, REAL))
+def add_general_product(matrix, at, n, J, K, row, column, bt, m, L, scale):
+    """Add scale J^T K[row : row + 3, column : column + 3] L, as `add_product`."""
+    if n == 0 or m == 0:
+        return
+    to, right, down = first_entry(matrix, at, bt)
+    if to < 0:
+        return
+    values = matrix.values
+    for c in range(m):
+        x, y, z = scale * L[0, c], scale * L[1, c], scale * L[2, c]
+        kx = K[row, column] * x + K[row, column + 1] * y + K[row, column + 2] * z
+        ky = K[row + 1, column] * x + K[row + 1, column + 1] * y + K[row + 1, column + 2] * z
+        kz = K[row + 2, column] * x + K[row + 2, column + 1] * y + K[row + 2, column + 2] * z
+        for r in range(n):
+            values[to + r * down + c * right] += J[0, r] * kx + J[1, r] * ky + J[2, r] * kz
+
+
 @indirect(void(SPARSE, MODEL, _I, VECTOR, REAL, REAL, REAL))
 def add_turning(matrix, model, index, local, fx, fy, fz):
     """Add what a turn of a body changes in the generalised force of f . du, f fixed in inertial axes.

@@ -1,13 +1,20 @@
-"""Markers (points fixed to the ground, to a body or to a point mass) and spring-dampers between two of them."""
+"""Spring-dampers between two markers (points fixed to the ground, to a body or to a point mass).
+
+A force is defined over an interval of length h; a state is an interval of length 0. `measure_springs` notes the lengths
+l0, l1 at both ends of a step; along the mean vector e between the ends of the spring the force is T e / l, with the
+mean length l = (l0 + l1)/2 and T of the mean extension and of the rate (l1 - l0)/h: its work is T (l1 - l0). Of a state
+l = abs(e), and the rate is that of l. What a record holds of its last evaluation is listed in `model.RESULTS`.
+"""
 
 import math
 
 import numpy as np
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined, kernel, spring_law_at
+from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined, spring_law_at
+from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import DRIVEN, add_wrench, point_kinematics
-from evolvent.kernels.sides import ON_COORDINATES, add_product, add_turning, side_columns
+from evolvent.kernels.sides import ON_COORDINATES, add_general_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL, family_type
 
@@ -38,31 +45,32 @@ def push_marker(markers, points, bodies, k, x, y, z, fx, fy, fz):
         add_wrench(bodies[i].F, x - bodies[i].x[0], y - bodies[i].x[1], z - bodies[i].x[2], fx, fy, fz)
 
 
-@entry(family_type("springs"), types.int64, REAL, REAL, REAL, VECTOR)
 @inlined
-def spring_tension(springs, k, extension, rate, t, parameters):
-    """Elastic (or law) part and damping part of the tension of spring k, N."""
-    if springs[k].law != 0:
-        p = parameters[springs[k].first : springs[k].last]
-        return spring_law_at(springs[k].law)(extension, rate, t, p), 0.0
-    return springs[k].stiffness * extension, springs[k].damping * rate
+def marker_columns(model, marker, J):
+    """Write the columns J of a marker (`sides.side_columns`); returns its first unknown and their number."""
+    index, local = model.markers[marker].index, model.markers[marker].local
+    if model.markers[marker].kind == ON_POINT:
+        return side_columns(model, ON_COORDINATES, -1, model.points[index].iv, local, True, J)
+    return side_columns(model, ON_BODY, index, -1, local, True, J)
 
 
 @inlined
-def spring_energy(stiffness, extension):
-    """U = k e^2 / 2, J; the tension is dU/de = k e, its derivative k."""
-    return 0.5 * stiffness * extension * extension
+def distance(ex, ey, ez, vx, vy, vz):
+    """Length of a vector, its direction (zeros without a length) and the rate of its length: five floats."""
+    length = math.sqrt(ex * ex + ey * ey + ez * ez)
+    scale = 1.0 / length if length != 0.0 else 0.0
+    nx, ny, nz = scale * ex, scale * ey, scale * ez
+    return length, nx, ny, nz, nx * vx + ny * vy + nz * vz
 
 
-@kernel
-def lateral_force(springs, k, ex, ey, ez, vx, vy, vz):
-    """Force of spring k on its end b across the axis of its mount on the ground, and the power it dissipates.
+@inlined
+def lateral_force(u, stiffness, damping, ex, ey, ez, vx, vy, vz):
+    """Force of a spring on its end b across the axis u of its mount on the ground, and the power it dissipates.
 
     Notes
     -----
-    Of the part s of the spring's vector across the axis u: -(k_l s + c_l s'), with the energy k_l s^2 / 2.
+    Of the part s of the spring's vector across the axis: -(k_l s + c_l s'), with the energy k_l s^2 / 2.
     """
-    u, stiffness, damping = springs[k].axis, springs[k].lateral_stiffness, springs[k].lateral_damping
     along = ex * u[0] + ey * u[1] + ez * u[2]
     rate = vx * u[0] + vy * u[1] + vz * u[2]
     wx, wy, wz = vx - rate * u[0], vy - rate * u[1], vz - rate * u[2]
@@ -75,129 +83,190 @@ def lateral_force(springs, k, ex, ey, ez, vx, vy, vz):
 
 
 @inlined
-def lateral_energy(springs, k, ex, ey, ez):
+def spring_energy(stiffness, extension):
+    """U = k e^2 / 2, J; the tension is dU/de = k e, its derivative k."""
+    return 0.5 * stiffness * extension * extension
+
+
+@inlined
+def lateral_energy(u, stiffness, ex, ey, ez):
     """k_l s^2 / 2, J."""
-    u = springs[k].axis
     along = ex * u[0] + ey * u[1] + ez * u[2]
-    return 0.5 * springs[k].lateral_stiffness * (ex * ex + ey * ey + ez * ez - along * along)
+    return 0.5 * stiffness * (ex * ex + ey * ey + ez * ez - along * along)
 
 
-@indirect(REAL(VECTOR, MODEL))
-def springs_energy(y, model):
-    """Energy of all springs that have a stiffness (a user's law has none that is known), J."""
+@entry(VECTOR, REAL, types.int64, MODEL)
+@inlined
+def spring_ends(y, h, k, model):
+    """Both ends of spring k (six floats each), its length, the direction of its force, and the rate of its length."""
     springs, markers, points, bodies = model.springs, model.markers, model.points, model.bodies
-    energy = 0.0
+    a = marker_kinematics(y, markers, points, bodies, springs[k].a)
+    b = marker_kinematics(y, markers, points, bodies, springs[k].b)
+    if h == 0.0:
+        found = distance(b[0] - a[0], b[1] - a[1], b[2] - a[2], b[3] - a[3], b[4] - a[4], b[5] - a[5])
+        return a, b, found
+    length, rate = 0.5 * (springs[k].length0 + springs[k].length1), (springs[k].length1 - springs[k].length0) / h
+    scale = 1.0 / length if length != 0.0 else 0.0  # by which the mean vector becomes the direction of the force
+    return a, b, (length, scale * (b[0] - a[0]), scale * (b[1] - a[1]), scale * (b[2] - a[2]), rate)
+
+
+@inlined
+def evaluate_spring(t, y, h, k, model):
+    """Evaluate spring k; extension, rate and tension go into its record.
+
+    Returns
+    -------
+    a, b, n : its ends (six floats each) and the direction of its force
+    length, T : its length and tension
+    lost, given : power that its damping along n takes, and that of a user's law, W
+    """
+    springs = model.springs
+    a, b, (length, nx, ny, nz, rate) = spring_ends(y, h, k, model)
+    extension = length - springs[k].length
+    elastic = damping = given = 0.0
+    if length == 0.0:  # without a line there is no force
+        pass
+    elif springs[k].law == 0:
+        elastic, damping = springs[k].stiffness * extension, springs[k].damping * rate
+    else:
+        p = model.parameters[springs[k].first : springs[k].last]
+        elastic = spring_law_at(springs[k].law)(extension, rate, t, p)
+        given = -elastic * rate
+    T = elastic + damping
+    springs[k].extension, springs[k].rate, springs[k].tension = extension, rate, T
+    return a, b, (nx, ny, nz), length, T, damping * rate, given
+
+
+@inlined
+def has_lateral(springs, k):
+    """Whether spring k has a force across the axis of its mount."""
+    return springs[k].lateral_stiffness != 0.0 or springs[k].lateral_damping != 0.0
+
+
+@inlined
+def lateral_of(springs, k, a, b):
+    """`lateral_force` of spring k with the ends a and b."""
+    return lateral_force(
+        springs[k].axis, springs[k].lateral_stiffness, springs[k].lateral_damping,
+        b[0] - a[0], b[1] - a[1], b[2] - a[2], b[3], b[4], b[5],
+    )  # fmt: skip
+
+
+@inlined
+def add_springs(t, y, h, model):
+    """Forces of all springs over an interval of length h about the mean state y, or at the state y (h = 0)."""
+    springs, markers, points, bodies = model.springs, model.markers, model.points, model.bodies
+    dissipated = law_power = 0.0
     for k in range(springs.size):
-        if springs[k].law == 0:
-            a = marker_kinematics(y, markers, points, bodies, springs[k].a)
-            b = marker_kinematics(y, markers, points, bodies, springs[k].b)
-            dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-            extension = math.sqrt(dx * dx + dy * dy + dz * dz) - springs[k].length
-            energy += spring_energy(springs[k].stiffness, extension)
-            energy += lateral_energy(springs, k, dx, dy, dz)
-    return energy
+        a, b, n, _, T, lost, given = evaluate_spring(t, y, h, k, model)
+        dissipated += lost
+        law_power += given
+        if has_lateral(springs, k):
+            fx, fy, fz, rubbed = lateral_of(springs, k, a, b)
+            dissipated += rubbed
+            push_marker(markers, points, bodies, springs[k].b, b[0], b[1], b[2], fx, fy, fz)
+        fx, fy, fz = T * n[0], T * n[1], T * n[2]
+        push_marker(markers, points, bodies, springs[k].a, a[0], a[1], a[2], fx, fy, fz)
+        push_marker(markers, points, bodies, springs[k].b, b[0], b[1], b[2], -fx, -fy, -fz)
+    return dissipated, law_power
 
 
 @indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, MODEL))
 def spring_forces(t, y, model):
     """Forces of all springs onto bodies and points; returns (power dissipated, power of the laws), W."""
-    springs, markers, points, bodies = model.springs, model.markers, model.points, model.bodies
-    parameters = model.parameters
-    dissipated = 0.0
-    law_power = 0.0
+    return add_springs(t, y, 0.0, model)
+
+
+@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, REAL, MODEL))
+def spring_step_forces(t, y, h, model):
+    """`spring_forces` over a step of length h, after `measure_springs`; y : mean state, with the rates of the step."""
+    return add_springs(t, y, h, model)
+
+
+@indirect(void(types.int64, VECTOR, MODEL))
+def measure_springs(end, y, model):
+    """Lengths of all springs at the start (0) or the end (1) of a step, and their directions at the end."""
+    springs = model.springs
     for k in range(springs.size):
-        a, b = springs[k].a, springs[k].b
-        ax, ay, az, avx, avy, avz = marker_kinematics(y, markers, points, bodies, a)
-        bx, by, bz, bvx, bvy, bvz = marker_kinematics(y, markers, points, bodies, b)
-        ex, ey, ez = bx - ax, by - ay, bz - az
-        length = math.sqrt(ex * ex + ey * ey + ez * ez)
-        if length == 0.0:
-            continue
-        scale = 1.0 / length
-        ex *= scale
-        ey *= scale
-        ez *= scale
-        rate = ex * (bvx - avx) + ey * (bvy - avy) + ez * (bvz - avz)
-        elastic, damping = spring_tension(springs, k, length - springs[k].length, rate, t, parameters)
-        if springs[k].law != 0:
-            law_power -= elastic * rate
-        dissipated += damping * rate
-        if springs[k].lateral_stiffness != 0.0 or springs[k].lateral_damping != 0.0:
-            fx, fy, fz, power = lateral_force(springs, k, bx - ax, by - ay, bz - az, bvx, bvy, bvz)
-            dissipated += power
-            push_marker(markers, points, bodies, b, bx, by, bz, fx, fy, fz)
-        T = elastic + damping
-        push_marker(markers, points, bodies, a, ax, ay, az, T * ex, T * ey, T * ez)
-        push_marker(markers, points, bodies, b, bx, by, bz, -T * ex, -T * ey, -T * ez)
-    return dissipated, law_power
+        _, _, (length, nx, ny, nz, _) = spring_ends(y, 0.0, k, model)
+        if end == 0:
+            springs[k].length0 = length
+        else:
+            springs[k].length1 = length
+            springs[k].end[0], springs[k].end[1], springs[k].end[2] = nx, ny, nz
 
 
-@indirect(void(REAL, VECTOR, REAL, MODEL, SPARSE))
-def spring_tangents(t, y, c_rate, model, matrix):
-    """Tangents of all springs; those of users' laws by central differences."""
-    springs, bodies, points = model.springs, model.bodies, model.points
+@indirect(REAL(REAL, VECTOR, MODEL))
+def evaluate_springs(t, y, model):
+    """Evaluate all springs at a state, after `kinematics`, into their records; returns the energy that they store, J.
+
+    Notes
+    -----
+    U = k e^2 / 2, and k_l s^2 / 2 across the axis. A user's law has no energy that is known.
+    """
+    springs, energy = model.springs, 0.0
+    for k in range(springs.size):
+        a, b, _, length, _, lost, _ = evaluate_spring(t, y, 0.0, k, model)
+        springs[k].distance, springs[k].stored = length, 0.0
+        fx, fy, fz, rubbed = lateral_of(springs, k, a, b)
+        springs[k].lateral[0], springs[k].lateral[1], springs[k].lateral[2] = fx, fy, fz
+        springs[k].lost = lost + rubbed
+        if springs[k].law == 0:
+            extension, kl = springs[k].extension, springs[k].lateral_stiffness
+            springs[k].stored = spring_energy(springs[k].stiffness, extension)
+            springs[k].stored += lateral_energy(springs[k].axis, kl, b[0] - a[0], b[1] - a[1], b[2] - a[2])
+        energy += springs[k].stored
+    return energy
+
+
+@indirect(void(REAL, VECTOR, REAL, REAL, MODEL, SPARSE))
+def spring_tangents(t, y, h, c_rate, model, matrix):
+    """Tangents of all springs; over a step of length h > 0 twice the derivatives by what its end moves.
+
+    Notes
+    -----
+    With the direction n of the force and the length l of the interval, the force T n on the ends changes by
+    T/l + (T_e + c_rate T_v - T/l) n m^T, m = n of a state and the direction at the end of a step.
+    """
+    springs, K = model.springs, model.flexible.K12
     Ja, Jb = model.flexible.J[0], model.flexible.J[1]
     for k in range(springs.size):
         ma, mb = springs[k].a, springs[k].b
-        a = marker_kinematics(y, model.markers, points, bodies, ma)
-        b = marker_kinematics(y, model.markers, points, bodies, mb)
-        dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-        length = math.sqrt(dx * dx + dy * dy + dz * dz)
+        a, b, n, length, tension, _, _ = evaluate_spring(t, y, h, k, model)
         if length == 0.0 and (springs[k].length != 0.0 or springs[k].law != 0):
             continue
-        nx, ny, nz = (dx / length, dy / length, dz / length) if length > 0.0 else (0.0, 0.0, 0.0)
-        rate = nx * (b[3] - a[3]) + ny * (b[4] - a[4]) + nz * (b[5] - a[5])
-        extension = length - springs[k].length
-        elastic, damped = spring_tension(springs, k, extension, rate, t, model.parameters)
-        tension = elastic + damped
-        along = springs[k].stiffness + c_rate * springs[k].damping
-        if springs[k].law != 0:
-            d = 1e-6 * length
-            more, _ = spring_tension(springs, k, extension + d, rate, t, model.parameters)
-            less, _ = spring_tension(springs, k, extension - d, rate, t, model.parameters)
-            along = (more - less) / (2.0 * d)
-            if c_rate != 0.0:
-                e = 1e-6 * max(abs(rate), length)  # of a spring at rest: its length in a second
-                faster, _ = spring_tension(springs, k, extension, rate + e, t, model.parameters)
-                slower, _ = spring_tension(springs, k, extension, rate - e, t, model.parameters)
-                along += c_rate * (faster - slower) / (2.0 * e)
-        across = tension / length if length > 0.0 else springs[k].stiffness  # of a spring without length of its own
-        p = along - across
-        K00, K11, K22 = across + p * nx * nx, across + p * ny * ny, across + p * nz * nz
-        K01, K02, K12 = p * nx * ny, p * nx * nz, p * ny * nz
-        sideways = springs[k].lateral_stiffness + c_rate * springs[k].lateral_damping
-        if sideways != 0.0:
-            u = springs[k].axis
-            K00 += sideways * (1.0 - u[0] * u[0])
-            K11 += sideways * (1.0 - u[1] * u[1])
-            K22 += sideways * (1.0 - u[2] * u[2])
-            K01 -= sideways * u[0] * u[1]
-            K02 -= sideways * u[0] * u[2]
-            K12 -= sideways * u[1] * u[2]
-        ra, na = _marker_columns(model, ma, Ja)
-        rb, nb = _marker_columns(model, mb, Jb)
-        add_product(matrix, ra, na, Ja, K00, K01, K02, K11, K12, K22, ra, na, Ja, 1.0)
-        add_product(matrix, rb, nb, Jb, K00, K01, K02, K11, K12, K22, rb, nb, Jb, 1.0)
-        add_product(matrix, ra, na, Ja, K00, K01, K02, K11, K12, K22, rb, nb, Jb, -1.0)
-        add_product(matrix, rb, nb, Jb, K00, K01, K02, K11, K12, K22, ra, na, Ja, -1.0)
-        for side in range(2):
-            marker, sign = (ma, -1.0) if side == 0 else (mb, 1.0)
-            if model.markers[marker].kind == ON_BODY:
-                s = sign * tension
-                gx, gy, gz = s * nx, s * ny, s * nz
-                if side == 1 and sideways != 0.0:
-                    fx, fy, fz, _ = lateral_force(springs, k, dx, dy, dz, b[3] - a[3], b[4] - a[4], b[5] - a[5])
-                    gx, gy, gz = gx - fx, gy - fy, gz - fz
-                add_turning(matrix, model, model.markers[marker].index, model.markers[marker].local, gx, gy, gz)
+        m = n if h == 0.0 else (springs[k].end[0], springs[k].end[1], springs[k].end[2])
+        across = tension / length if length > 0.0 else springs[k].stiffness  # the same along any line
+        p = spring_slope(t, springs[k].extension, springs[k].rate, c_rate, k, model) - across
+        sideways, u = springs[k].lateral_stiffness + c_rate * springs[k].lateral_damping, springs[k].axis
+        for i in range(3):
+            for j in range(3):
+                K[i, j] = p * n[i] * m[j] - sideways * u[i] * u[j]
+            K[i, i] += across + sideways
+        ra, na = marker_columns(model, ma, Ja)
+        rb, nb = marker_columns(model, mb, Jb)
+        add_general_product(matrix, ra, na, Ja, K, 0, 0, ra, na, Ja, 1.0)
+        add_general_product(matrix, rb, nb, Jb, K, 0, 0, rb, nb, Jb, 1.0)
+        add_general_product(matrix, ra, na, Ja, K, 0, 0, rb, nb, Jb, -1.0)
+        add_general_product(matrix, rb, nb, Jb, K, 0, 0, ra, na, Ja, -1.0)
+        f = lateral_of(springs, k, a, b)
+        if model.markers[ma].kind == ON_BODY:
+            fx, fy, fz = -tension * n[0], -tension * n[1], -tension * n[2]
+            add_turning(matrix, model, model.markers[ma].index, model.markers[ma].local, fx, fy, fz)
+        if model.markers[mb].kind == ON_BODY:
+            fx, fy, fz = tension * n[0] - f[0], tension * n[1] - f[1], tension * n[2] - f[2]
+            add_turning(matrix, model, model.markers[mb].index, model.markers[mb].local, fx, fy, fz)
 
 
+@entry(REAL, REAL, REAL, REAL, types.int64, MODEL)
 @inlined
-def _marker_columns(model, marker, J):
-    """Columns of a marker: its first unknown and their number."""
-    index, local = model.markers[marker].index, model.markers[marker].local
-    if model.markers[marker].kind == ON_POINT:
-        return side_columns(model, ON_COORDINATES, -1, model.points[index].iv, local, True, J)
-    return side_columns(model, ON_BODY, index, -1, local, True, J)
+def spring_slope(t, extension, rate, c_rate, k, model):
+    """Derivative of the tension of spring k by its extension, and c_rate times that by its rate."""
+    springs = model.springs
+    if springs[k].law == 0:
+        return springs[k].stiffness + c_rate * springs[k].damping
+    p, length = model.parameters[springs[k].first : springs[k].last], extension + springs[k].length
+    return spring_law_slope(springs[k].law, extension, 1.0, rate, c_rate, t, p, max(length, 1e-3))
 
 
 # ---------------------------------------------------------------------------------------------- bound; not compiled
@@ -215,45 +284,24 @@ def add_spring_bound(y, model, body, point):
     k (x_a - x_b)^2 <= 2 k (x_a^2 + x_b^2): blocks count twice where both ends move. After `kinematics`.
     """
     markers, moves = model.markers, model.bodies["motion"] != DRIVEN
-    for number, spring in enumerate(model.springs):
-        ends = [int(spring["a"]), int(spring["b"])]
-        x = [np.array(marker_kinematics(y, markers, model.points, model.bodies, k)[:3]) for k in ends]
-        free = [markers["kind"][k] == ON_POINT or moves[markers["index"][k]] for k in ends]
-        e = x[1] - x[0]
-        length = float(np.linalg.norm(e))
-        e = e / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
-        along = np.outer(e, e)
-        tight = max(1.0 - float(spring["length"]) / length, 0.0) if length > 0.0 else 0.0
-        stiffness, damping = float(spring["stiffness"]), float(spring["damping"])
-        if spring["law"] != 0:
-            stiffness, damping = law_slopes(model, number, length - float(spring["length"]), max(length, 1e-3))
-        across = np.eye(3) - np.outer(spring["axis"], spring["axis"])
-        blocks = [
-            stiffness * (along + tight * (np.eye(3) - along)) + float(spring["lateral_stiffness"]) * across,
-            damping * along + float(spring["lateral_damping"]) * across,
-        ]
-        for k, position, moving in zip(ends, x, free, strict=True):
-            index = markers["index"][k]
-            for what in range(2):
-                block = blocks[what] * (2.0 if all(free) else 1.0)
-                if not moving:
-                    continue
-                if markers["kind"][k] == ON_POINT:
-                    point[what, index] += block
-                else:
-                    d = position - model.bodies["x"][index]
-                    arm = np.array([[0.0, -d[2], d[1]], [d[2], 0.0, -d[0]], [-d[1], d[0], 0.0]])
-                    J = np.hstack([np.eye(3), -arm])
-                    body[what, index] += J.T @ block @ J
-
-
-def law_slopes(model, k, extension, scale):
-    """Stiffness and damping of a spring with a law at the start, by central differences; never below zero."""
-
-    def tension(e, rate):
-        return float(spring_tension(model.springs, k, e, rate, 0.0, model.parameters)[0])
-
-    d = 1e-6 * scale
-    stiffness = (tension(extension + d, 0.0) - tension(extension - d, 0.0)) / (2.0 * d)
-    damping = (tension(extension, d) - tension(extension, -d)) / (2.0 * d)
-    return max(stiffness, 0.0), max(damping, 0.0)
+    for k, spring in enumerate(model.springs):
+        *ends, (length, *n, _) = spring_ends(y, 0.0, k, model)
+        extension = length - float(spring["length"])
+        tight, e = (max(extension / length, 0.0), n) if length > 0.0 else (0.0, [1.0, 0.0, 0.0])
+        stiffness = spring_slope(0.0, extension, 0.0, 0.0, k, model)
+        damping = spring_slope(0.0, extension, 0.0, 1.0, k, model) - stiffness
+        along, across = np.outer(e, e), np.eye(3) - np.outer(spring["axis"], spring["axis"])
+        blocks = np.array([
+            max(stiffness, 0.0) * (along + tight * (np.eye(3) - along)) + float(spring["lateral_stiffness"]) * across,
+            max(damping, 0.0) * along + float(spring["lateral_damping"]) * across,
+        ])  # fmt: skip
+        rows = [markers[int(spring[end])] for end in ("a", "b")]
+        free = [row["kind"] == ON_POINT or bool(moves[row["index"]]) for row in rows]
+        for row, end, moving in zip(rows, ends, free, strict=True):
+            felt = blocks * (2.0 if all(free) else 1.0)
+            if moving and row["kind"] == ON_POINT:
+                point[:, row["index"]] += felt
+            elif moving:
+                d = np.array(end[:3]) - model.bodies["x"][row["index"]]
+                J = np.hstack([np.eye(3), -np.array([[0.0, -d[2], d[1]], [d[2], 0.0, -d[0]], [-d[1], d[0], 0.0]])])
+                body[:, row["index"]] += J.T @ felt @ J

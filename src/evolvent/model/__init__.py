@@ -62,8 +62,12 @@ RECORDS: dict[str, np.dtype] = {
     # without mass: a node of a beam, whose coordinates it has
     "points": _record("iq iv", "mass compliance", "f", f=_3),
     "markers": _record("kind index", "local", local=_3),
+    # of a step: lengths at both ends, and direction at its end; the others are in `RESULTS`, and lost: W, dissipated
     "springs": _record(
-        "a b law first last", "stiffness damping length lateral_stiffness lateral_damping axis", axis=_3
+        "a b law first last",
+        "stiffness damping length lateral_stiffness lateral_damping axis",
+        "length0 length1 end distance extension rate tension lateral stored lost",
+        axis=_3, end=_3, lateral=_3,
     ),
     "links": _record("a b sense", "length drum axis zero", axis=_3, zero=_3),
     # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
@@ -161,11 +165,10 @@ RECORDS: dict[str, np.dtype] = {
     "synchronizations": _record(
         "a b account", "ratio_a ratio_b offset stiffness damping", "torque energy lost lost0"
     ),
-    # a user-defined law between points, which are sides (`kernels.sides`). balanced: 1 where the last forces had
+    # a user-defined law between points, which are markers, from first_marker on. balanced: 1 where the last forces had
     # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric;
     # stated: 1 once the law has given an energy or a power
-    "custom_forces": _record("law first last first_point points", "", "balanced symmetric stated"),
-    "custom_points": _record("on index iq iv", "local", "", local=_3),
+    "custom_forces": _record("law first last first_marker points", "", "balanced symmetric stated"),
     # angles and travels of gears, which are joints (`kernels.gear`); first, last of a joint: its coordinates
     "gear_coordinates": _record(
         "kind body other", "axis zero local centre factor", "force torque x",
@@ -220,10 +223,25 @@ RECORDS: dict[str, np.dtype] = {
     # -1, and of the constants of the elements; now: last amplitudes
     "thermal_loads": _record("beam rod temperature gradient_y gradient_z constants", "", "now", now=_6),
 }  # fmt: skip
+#: Fields of records that are results of a part, as their last evaluation left them: name of the result, its unit, and
+#: what it is. `observe` evaluates the records at every sample (`observe.view.View.records`).
+RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
+    "springs": {
+        "distance": ("length", "m", "length"),
+        "extension": ("extension", "m", "length minus the natural length"),
+        "rate": ("extension_rate", "m s-1", "rate of the extension"),
+        "tension": ("force", "N", "tension, elastic and damping part, positive where the spring pulls"),
+        "lateral": (
+            "lateral_force", "N",
+            "force on end b across the axis of the mount, elastic and damping part, inertial axes",
+        ),
+        "stored": ("energy_elastic", "J", "elastic energy"),
+    },
+}  # fmt: skip
 #: Families that stand in `Flexible`.
 FLEXIBLE = (
     "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
-    "custom_points", "body_contacts", "motors", "synchronizations", "rods", "rod_elements", "gear_coordinates",
+    "body_contacts", "motors", "synchronizations", "rods", "rod_elements", "gear_coordinates",
     "thermal_loads",
 )  # fmt: skip
 
@@ -270,7 +288,6 @@ class Flexible(Struct):
     contact_points: Array = array(1, RECORDS["contact_points"])
     beam_loads: Array = array(1, RECORDS["beam_loads"])
     custom_forces: Array = array(1, RECORDS["custom_forces"])
-    custom_points: Array = array(1, RECORDS["custom_points"])
     body_contacts: Array = array(1, RECORDS["body_contacts"])
     motors: Array = array(1, RECORDS["motors"])
     synchronizations: Array = array(1, RECORDS["synchronizations"])

@@ -12,7 +12,6 @@ from pydantic_core import PydanticCustomError, core_schema
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
 from evolvent.parts.base import Part, PointReferences
 
 
@@ -86,20 +85,14 @@ class CustomForce(Part):
         return self.law, self.parameters
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write a row of the family `custom_forces`, and one of `custom_points` for each point."""
-        found = [builder.location(where, f"{name}.points[{k}]") for k, where in enumerate(self.points)]
-        if not found:
+        """Write a row of the family `custom_forces`, and a marker for each point."""
+        own = [builder.marker(where, f"{name}.points[{k}]", nodes=True) for k, where in enumerate(self.points)]
+        if not own:
             raise InputError(f"{name}.points is empty; a custom force needs a point to act on")
-        law, parameters = self.law_and_parameters(np.array([at.x for at in found]))
+        law, parameters = self.law_and_parameters(np.array([builder.marker_state(marker)[0] for marker in own]))
         if law is None:
             raise InputError(f"{name}.law is missing; it must be a function under @evolvent.element_law")
         first, last = builder.parameters(parameters)
-        first_point = len(builder.rows["custom_points"])
-        for family, index, local, iq, iv, *_ in found:
-            on = ON_BODY if family == "bodies" else ON_COORDINATES
-            builder.add("custom_points", on=on, index=index if on == ON_BODY else -1, iq=iq, iv=iv, local=local)
         address = builder.law(law, "element")
-        row = builder.add(
-            "custom_forces", law=address, first=first, last=last, first_point=first_point, points=len(found)
-        )
+        row = builder.add("custom_forces", law=address, first=first, last=last, first_marker=own[0], points=len(own))
         builder.names[name] = ("custom_forces", row)

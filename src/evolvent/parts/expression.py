@@ -32,6 +32,11 @@ _RUN = {
     "event": kernels.event_expression,
     "motor": kernels.motor_expression,
 }
+_SLOPES = {
+    "spring": kernels.scalar_expression_slope,
+    "motor": kernels.scalar_expression_slope,
+    "force": kernels.force_expression_slope,
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -216,4 +221,4 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
     code = [*before, *(number for program in programs for number in program.code)]
     shown = ", ".join(repr(program.text) for program in programs)
     what = "the expression" if len(programs) == 1 else "the expressions"
-    return builder.expression(_RUN[kind], kind, code, f"{what} {shown}")
+    return builder.expression(_RUN[kind], kind, code, f"{what} {shown}", _SLOPES.get(kind))

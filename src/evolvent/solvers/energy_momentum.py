@@ -147,9 +147,9 @@ def is_held(model: Any, t: float = -math.inf) -> bool:
     fixed += [~free[hinges["body"]], ~free[hinges["other"][hinges["on"] == sides.ON_BODY]]]
     fixed += [~free[f.cylinders["body"]], ~free[f.body_contacts["a"]], ~free[f.body_contacts["b"]]]
     fixed += [~free[f.gear_coordinates["body"]], ~free[f.gear_coordinates["other"]]]
-    used = np.concatenate([model.springs["a"], model.springs["b"]]).astype(int)
-    places = f.custom_points
-    fixed += [~free[places["index"][places["on"] == sides.ON_BODY]], f.custom_forces["points"] == 1]
+    own = [np.arange(row["first_marker"], row["first_marker"] + row["points"]) for row in f.custom_forces]
+    used = np.concatenate([model.springs["a"], model.springs["b"], *own]).astype(int)
+    fixed += [f.custom_forces["points"] == 1]
     fixed += [~free[markers["index"][used][markers["kind"][used] == springs.ON_BODY]]]
     return any(bool(np.any(one)) for one in fixed)
 
@@ -179,7 +179,6 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         **{name: np.zeros((n_b, 3, 3)) for name in ("R0", "R1")},
         **{name: np.zeros((n_b, 3)) for name in ("x0", "x1")},
         **{name: np.zeros(n_j) for name in ("gap0", "gap1")},
-        **{name: np.zeros(model.springs.size) for name in ("length0", "length1")},
         **{name: np.zeros((f.hinges.size, 3)) for name in ("hinge0", "hinge1")},
         powers=np.zeros(N_POWERS),
         contact=np.zeros(2),

@@ -143,9 +143,8 @@ def _couple_forces(graph: _Graph) -> None:
             ends += [graph.body[row["body"]], graph.body[row["other"]] if on_body else graph.of(int(row["iv"]))]
         graph.couple(*ends)
     for force in model.flexible.custom_forces:
-        places = model.flexible.custom_points[int(force["first_point"]) : int(force["first_point"] + force["points"])]
-        on_body = places["on"] == sides.ON_BODY
-        graph.couple(*graph.body[places["index"][on_body]], *(graph.of(int(iv)) for iv in places["iv"][~on_body]))
+        own = model.markers[int(force["first_marker"]) :][: int(force["points"])]
+        graph.couple(*(_block_of_marker(graph, marker) for marker in own))
     for cylinder in model.flexible.cylinders[model.flexible.cylinders["under"] < 0]:
         for point in model.flexible.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
             graph.couple(*(graph.of(int(iv)) for iv in point["iv"]), graph.body[cylinder["body"]])

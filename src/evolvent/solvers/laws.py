@@ -15,7 +15,7 @@ from evolvent.assembly.families import owner
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.compiled import laws
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import coordinate, custom, drive, hinge, loads, springs
+from evolvent.kernels import coordinate, drive, hinge, loads, springs
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.rigid import FREE
 
@@ -251,12 +251,7 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
     if _is_of_time(use):
         yield (time,)
     elif use.family == "springs":
-        a, b = (
-            np.array(springs.marker_kinematics(y, model.markers, model.points, model.bodies, use.row[side]))
-            for side in ("a", "b")
-        )
-        length = float(np.linalg.norm(b[:3] - a[:3]))
-        rate = float((b - a)[:3] @ (b - a)[3:]) / length if length > 0.0 else 0.0
+        length, *_, rate = springs.spring_ends(y, 0.0, use.number, model)[2]
         yield length - float(use.row["length"]), rate, time
     elif use.family == "spools":
         yield float(y[use.row["spool_q"]]), float(y[use.row["spool_v"]]), time
@@ -290,7 +285,9 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
             if not everywhere:
                 break
     elif use.family == "custom_forces":
-        yield time, *custom.states_of_points(model, y, use.number)
+        own = range(int(use.row["first_marker"]), int(use.row["first_marker"] + use.row["points"]))
+        states = [springs.marker_kinematics(y, model.markers, model.points, model.bodies, m) for m in own]
+        yield time, *(np.array(states)[:, part].ravel() for part in (slice(3), slice(3, 6)))
     else:
         yield time, y
 

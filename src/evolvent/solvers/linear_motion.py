@@ -180,8 +180,7 @@ def _attached(model: Any) -> set[int]:
     """Bodies on which anything but elements of rods acts."""
     f, markers = model.flexible, model.markers
     found = [markers["index"][markers["kind"] == springs.ON_BODY], f.hinges["body"], f.cylinders["body"]]
-    for rows, index in ((f.joints, f.joints["index"]), (f.custom_points, f.custom_points["index"])):
-        found.append(index[rows["on"] == sides.ON_BODY])
+    found.append(f.joints["index"][f.joints["on"] == sides.ON_BODY])
     found.append(f.hinges["other"][f.hinges["on"] == sides.ON_BODY])
     return {int(b) for b in np.concatenate([np.ravel(one) for one in found])}
 

@@ -11,6 +11,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import FREE, SPIN
 from evolvent.kernels.rotor import acceleration_about, add_reaction
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, side_columns
@@ -26,8 +27,6 @@ CREEP = 1e-6
 WINDOW = 1e-5
 #: Part of a segment by which a free spool may run past the end of its thread.
 OVERRUN = 1e-6
-#: Relative steps of the central differences of motors' laws.
-_DIFFERENCE = 1e-6
 
 
 @inlined
@@ -88,14 +87,10 @@ def add_spool_tangent(t, y, c_mass, c_rate, along, p, model, matrix):
     if threads[p].spool_switch >= 0 and s[threads[p].spool_switch] == 0:
         own += c_rate * threads[p].spool_friction / CREEP
     if threads[p].motor_law != 0:
-        d = _DIFFERENCE * max(1.0, abs(phi))
-        own -= (spool_torques(t, phi + d, rate, s, model, p)[0] - spool_torques(t, phi - d, rate, s, model, p)[0]) / (
-            2.0 * d
-        )
-        d = _DIFFERENCE * max(1.0, abs(rate))
-        own -= (spool_torques(t, phi, rate + d, s, model, p)[0] - spool_torques(t, phi, rate - d, s, model, p)[0]) * (
-            c_rate / (2.0 * d)
-        )
+        own -= spring_law_slope(
+            threads[p].motor_law, phi, 1.0, rate, c_rate, t,
+            model.parameters[threads[p].motor_first : threads[p].motor_last], 1.0,
+        )  # fmt: skip
     b, Y = threads[p].body, threads[p].chord
     at = bodies[b].iv - n_q
     if bodies[b].motion == SPIN:

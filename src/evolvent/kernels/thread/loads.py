@@ -6,8 +6,8 @@ from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.fields import acceleration, gradient
+from evolvent.kernels.law_slopes import force_law_gradient
 from evolvent.kernels.loads import AT_MARKER, FRAME, LAW, NODE, RADIATION, node_share, thread_load
-from evolvent.kernels.node_loads import law_gradient
 from evolvent.kernels.profile import window
 from evolvent.kernels.rotations import turn, turn_back
 from evolvent.kernels.sides import ON_BODY, side_columns
@@ -130,7 +130,7 @@ def add_node_load_tangents(t, c_rate, model, matrix):
             k, at = threads[p].node + i, threads[p].iv + 3 * i - n_q
             node_motion(threads, nodes, s, p, i, e, x, v)
             if model.fields.size > 0:
-                gradient(t, model, x, v, c_rate, A)
+                gradient(t, model, x, v, 1.0, c_rate, A, 0)
                 add_block(matrix, at, at, A, 0, 0, 3, 3, -nodes[k].mass)
             for a in range(loads.size):
                 if loads[a].kind < AT_MARKER and loads[a].target == p and loads[a].kind != RADIATION:
@@ -149,15 +149,14 @@ def _add_node_load(t, c_rate, a, p, at, share, model, matrix):
     if loads[a].law != 0:
         if loads[a].kind == NODE:
             value = share * window(t, q[4], q[5], q[6])
-            law_gradient(
-                loads[a].law, model.parameters[loads[a].law_first : loads[a].law_last], t, model, c_rate, A
-            )  # fmt: skip
+            own = model.parameters[loads[a].law_first : loads[a].law_last]
+            force_law_gradient(loads[a].law, own, t, x, v, 1.0, c_rate, A, 0)
             if turns:
                 for d in range(3):
                     A[0, d], A[1, d], A[2, d] = turn(R, A[0, d], A[1, d], A[2, d])
         else:
             value = share
-            law_gradient(loads[a].law, q, t, model, c_rate, A)
+            force_law_gradient(loads[a].law, q, t, x, v, 1.0, c_rate, A, 0)
         add_block(matrix, at, at, A, 0, 0, 3, 3, -value)
     if turns:
         fx, fy, fz = thread_load(t, loads, model, bodies, a, body, model.threads[p].chord, x, v, e)

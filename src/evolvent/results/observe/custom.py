@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.kernels.sides import ON_BODY
 from evolvent.results.observe.variables import Observed
 from evolvent.results.observe.view import View
-
-Array = np.ndarray
 
 
 def observe_custom(view: View, name: str) -> Observed:
     """Positions of the points, forces on them, energy and dissipated power of a custom force."""
     row, found = view.model.flexible.custom_forces[view.index(name)], Observed()
-    x, v = states_of_points(view, int(row["first_point"]), int(row["points"]))
+    own = range(int(row["first_marker"]), int(row["first_marker"] + row["points"]))
+    x, v = (np.stack(of, axis=1) for of in zip(*(view.marker(marker) for marker in own), strict=True))
     law = view.assembly.laws[int(row["law"])]
     parameters = np.ascontiguousarray(view.model.parameters[int(row["first"]) : int(row["last"])])
     forces, values = np.zeros_like(x), np.zeros((view.t.size, 2))
@@ -28,14 +26,3 @@ def observe_custom(view: View, name: str) -> Observed:
         found.drawn = [{"line": {"points": "position", "kind": "spring" if x.shape[1] == 2 else "line"}}]
     found.plots = ["energy_elastic"]
     return found
-
-
-def states_of_points(view: View, first: int, count: int) -> tuple[Array, Array]:
-    """Positions and velocities of points, inertial axes: (nt, k, 3), m and m/s."""
-    x, v = np.zeros((2, view.t.size, count, 3))
-    for i, point in enumerate(view.model.flexible.custom_points[first : first + count]):
-        if point["on"] == ON_BODY:
-            x[:, i], v[:, i] = view.on_body(int(point["index"]), point["local"])
-        else:
-            x[:, i], v[:, i] = view.coordinates(int(point["iq"])), view.coordinates(int(point["iv"]))
-    return x, v

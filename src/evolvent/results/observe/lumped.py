@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.kernels import rigid
-from evolvent.kernels.springs import spring_tension
+from evolvent.kernels.springs import evaluate_springs
 from evolvent.results.motion import quaternions
 from evolvent.results.observe.joints import reactions
 from evolvent.results.observe.shapes import solids_of
@@ -97,41 +97,15 @@ def observe_point(view: View, name: str) -> Observed:
 
 
 def observe_spring(view: View, name: str) -> Observed:
-    """Length, extension, its rate, and the force of a spring-damper."""
+    """What the record of a spring-damper holds, and its ends."""
     index, found = view.index(name), Observed()
     row = view.model.springs[index]
-    (a, va), (b, vb) = view.marker(int(row["a"])), view.marker(int(row["b"]))
-    apart, moves = b - a, vb - va
-    length = norm(apart)
-    e = np.divide(apart, length[:, None], out=np.zeros_like(apart), where=length[:, None] > 0.0)
-    extension, rate = length - float(row["length"]), dot(e, moves)
-    found.scalar("length", length, "m", "length")
-    found.scalar("extension", extension, "m", "length minus the natural length")
-    found.scalar("extension_rate", rate, "m s-1", "rate of the extension")
-    tension = np.where(length > 0.0, _tension(view, index, extension, rate), 0.0)  # without a line there is no force
-    found.scalar("force", tension, "N", "tension, elastic and damping part, positive where the spring pulls")
-    stored = 0.5 * float(row["stiffness"]) * extension**2
-    if row["lateral_stiffness"] > 0.0 or row["lateral_damping"] > 0.0:
-        off, slip = (u - (u @ row["axis"])[:, None] * row["axis"] for u in (apart, moves))
-        force = -float(row["lateral_stiffness"]) * off - float(row["lateral_damping"]) * slip
-        text = "force on end b across the axis of the mount, elastic and damping part, inertial axes"
-        found.vector("lateral_force", np.where(length[:, None] > 0.0, force, 0.0), "N", text)
-        stored = stored + 0.5 * float(row["lateral_stiffness"]) * dot(off, off)
-    if row["law"] == 0:
-        found.scalar("energy_elastic", stored, "J", "elastic energy")
+    without = set() if row["law"] == 0 else {"stored"}
+    if row["lateral_stiffness"] == 0.0 and row["lateral_damping"] == 0.0:
+        without.add("lateral")
+    found.results("springs", view.records("springs", evaluate_springs)[:, index], without)
+    (a, _), (b, _) = view.marker(int(row["a"])), view.marker(int(row["b"]))
     found.along("ends", "end", np.stack([a, b], axis=1), "m", "ends a and b, inertial axes")
     found.drawn = [{"line": {"points": "ends", "kind": "spring", "values": ["force"]}}]
     found.plots = ["force"]
     return found
-
-
-def _tension(view: View, index: int, extension: Array, rate: Array) -> Array:
-    """Tension of a spring, N: by its stiffness and damping, or of a user's law, called sample by sample."""
-    springs = view.model.springs
-    if springs["law"][index] == 0:
-        return springs["stiffness"][index] * extension + springs["damping"][index] * rate
-    parts = [
-        spring_tension(springs, index, x, v, t, view.model.parameters)
-        for x, v, t in zip(extension.tolist(), rate.tolist(), view.t.tolist(), strict=True)
-    ]
-    return np.array([elastic + damping for elastic, damping in parts]).reshape(view.t.size)

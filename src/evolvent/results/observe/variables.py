@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Collection
 from typing import Any, NamedTuple
 
 import numpy as np
+
+from evolvent.model import RESULTS
 
 Array = np.ndarray
 #: Names of the three components of a vector.
@@ -60,6 +63,18 @@ class Observed:
         """Add numbers (nt, n) or vectors (nt, n, 3) over a dimension of the part's own."""
         dims = ("time", dimension, "axis")[: np.ndim(values)]
         self.variables[name] = Variable(dims, np.asarray(values, dtype=float), units, long_name)
+
+    def results(self, family: str, rows: Array, without: Collection[str] = ()) -> None:
+        """Add the fields of a family's records that are results (`model.RESULTS`), but those `without`.
+
+        Parameters
+        ----------
+        rows : (nt,) records of one part
+        """
+        for field, described in RESULTS[family].items():
+            if field not in without:
+                add = self.scalar if rows[field].ndim == 1 else self.vector
+                add(described[0], rows[field], *described[1:])
 
     def coordinate(self, name: str, dimension: str, values: Array, units: str, long_name: str) -> None:
         """Add a coordinate (n,) of a dimension of the part's own; of the dimension's name, it numbers its entries."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from evolvent.kernels import contact, flexible, rigid, sides, springs
 from evolvent.kernels.drive import drive
 from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.model import Model
 from evolvent.results.motion import rotation_matrices
 from evolvent.results.observe.variables import cross, norm, turned
 from evolvent.solvers import heating
@@ -70,6 +72,7 @@ class View:
         self.explicit = solution.method in METHODS
         self._poses: dict[int, Pose] = {}
         self._sides: dict[Any, Side] = {}
+        self._records: dict[str, Array] = {}
 
     @classmethod
     def of(cls, solution: Solution) -> View:
@@ -99,7 +102,7 @@ class View:
         found = object.__new__(View)
         found.__dict__.update(self.__dict__)
         found.t, found.y, found.s = np.zeros(1), self.assembly.y[None], self.assembly.s[None]
-        found._poses, found._sides = {}, {}
+        found._poses, found._sides, found._records = {}, {}, {}
         return found
 
     @property
@@ -164,6 +167,19 @@ class View:
             point = self.model.points[row["index"]]
             return self.coordinates(int(point["iq"])), self.coordinates(int(point["iv"]))
         return self.on_body(int(row["index"]), row["local"])
+
+    def records(self, family: str, evaluate: Callable[[float, Array, Model], Any]) -> Array:
+        """Records (nt, n) of a family as `evaluate`, of a time, a state and the model, leaves them at every sample."""
+        if family not in self._records:
+            model = self.model.copy()
+            rows = getattr(model, family)
+            found = np.empty((self.t.size, rows.size), dtype=rows.dtype)
+            for k, (t, y) in enumerate(zip(self.t.tolist(), self.y, strict=True)):
+                rigid.kinematics(t, y, model)
+                evaluate(t, y, model)
+                found[k] = rows
+            self._records[family] = found
+        return self._records[family]
 
     def nodes(self, index: int) -> tuple[Array, Array]:
         """Coordinates and rates of a beam's nodes: (nt, n + 1, vectors, 3), m and 1, m/s and 1/s."""

@@ -9,12 +9,11 @@ Axes: inertial, y up. State of a case: position x of the centre of mass, quatern
 first), velocity v and angular velocity w in inertial axes, and the energy that the dampers have taken.
 """
 
-import math
-
 import numpy as np
 from numba.np import numpy_support
 
 from evolvent.compiled.jit import inlined, kernel
+from evolvent.kernels.springs import distance, lateral_force
 
 WIDTH = 8
 #: Rows of a state.
@@ -66,9 +65,7 @@ def pull(bodies, spring):
 
     Notes
     -----
-    e = attachment - ground, l = abs(e), n = e / l: the axial force is -(k (l - l0) + c l') n, with the energy
-    k (l - l0)^2 / 2; of the part s = e - (e . u) u across the mount's axis u, the lateral force is -(k_l s + c_l s'),
-    with the energy k_l s^2 / 2.
+    As `evolvent.kernels.springs`, with e = attachment - ground.
     """
     y, R, F, M, power = bodies.y, bodies.R, bodies.F, bodies.M, bodies.power
     own = bodies.spring  # in the same record as what is written: else the compiler must fear that they overlap
@@ -87,26 +84,19 @@ def pull(bodies, spring):
         vx = y[V, c] + oy * dz - oz * dy
         vy = y[V + 1, c] + oz * dx - ox * dz
         vz = y[V + 2, c] + ox * dy - oy * dx
-        length = math.sqrt(ex * ex + ey * ey + ez * ez)
-        inverse = 1.0 / length
-        nx, ny, nz = ex * inverse, ey * inverse, ez * inverse
-        rate = nx * vx + ny * vy + nz * vz
+        length, nx, ny, nz, rate = distance(ex, ey, ez, vx, vy, vz)
         damping = own[DAMPING, c] * rate
         T = own[STIFFNESS, c] * (length - own[LENGTH, c]) + damping
-        ux, uy, uz = own[AXIS, c], own[AXIS + 1, c], own[AXIS + 2, c]
-        along, along_rate = ex * ux + ey * uy + ez * uz, vx * ux + vy * uy + vz * uz
-        sx, sy, sz = vx - along_rate * ux, vy - along_rate * uy, vz - along_rate * uz
-        kl, cl = own[LATERAL, c], own[LATERAL_DAMPING, c]
-        fx = -T * nx - kl * (ex - along * ux) - cl * sx
-        fy = -T * ny - kl * (ey - along * uy) - cl * sy
-        fz = -T * nz - kl * (ez - along * uz) - cl * sz
+        u = (own[AXIS, c], own[AXIS + 1, c], own[AXIS + 2, c])
+        fx, fy, fz, rubbed = lateral_force(u, own[LATERAL, c], own[LATERAL_DAMPING, c], ex, ey, ez, vx, vy, vz)
+        fx, fy, fz = fx - T * nx, fy - T * ny, fz - T * nz
         F[0, c] += fx
         F[1, c] += fy
         F[2, c] += fz
         M[0, c] += dy * fz - dz * fy
         M[1, c] += dz * fx - dx * fz
         M[2, c] += dx * fy - dy * fx
-        power[0, c] += damping * rate + cl * (sx * sx + sy * sy + sz * sz)
+        power[0, c] += damping * rate + rubbed
 
 
 @inlined
