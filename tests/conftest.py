@@ -45,6 +45,14 @@ def call(monkeypatch, capsys, tmp_path):
 
 
 @pytest.fixture
+def sketched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are files of one byte, for tests of what is written where: drawing them takes a second or more a run."""
+    from evolvent.view import plots
+
+    monkeypatch.setattr(plots, "picture", lambda figure, kind, **_: b"-")
+
+
+@pytest.fixture
 def book(request: pytest.FixtureRequest) -> Book:
     """Where a test enters what it has found against a reference (`tests/book.py`)."""
     return Book(request.node.nodeid.split("[")[0].removeprefix("tests/"))

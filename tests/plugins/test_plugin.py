@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import importlib
 import json
 import math
@@ -36,20 +38,71 @@ def installed(tmp_path_factory):
     return folder / "site"
 
 
-@pytest.fixture
-def command(installed, tmp_path):
-    """Run `evolvent` with the package installed; returns exit code, output and errors."""
+@pytest.fixture(scope="module")
+def environment(installed):
+    """Variables of a process that finds the package."""
     source = str(pathlib.Path(evolvent.__file__).parents[1])
     before = os.environ.get("PYTHONPATH", "")
     env = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, [source, str(installed), before]))}
     del env["EVOLVENT_PLUGINS"]
+    return env
+
+
+@pytest.fixture
+def program(environment, tmp_path):
+    """Run the program `evolvent` with the package installed; returns exit code, output and errors."""
 
     def run(*words: str) -> tuple[int, str, str]:
         line = [sys.executable, "-m", "evolvent", *words]
-        done = subprocess.run(line, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
+        done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
         return done.returncode, done.stdout, done.stderr
 
     return run
+
+
+#: A process that runs one command line after another: a list of words on every line of its input.
+COMMANDS = """
+import contextlib, io, json, os, sys
+from evolvent.commands import cli
+for line in sys.stdin:
+    folder, *sys.argv = json.loads(line)
+    os.chdir(folder)
+    out, err, code = io.StringIO(), io.StringIO(), 0
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            cli.main()
+        except SystemExit as ended:
+            code = ended.code
+    print(json.dumps([code, out.getvalue(), err.getvalue()]), flush=True)
+"""
+
+
+@contextlib.contextmanager
+def one_process(environment):
+    """Such a process: a function of a folder and words that returns exit code, output and errors."""
+    line = [sys.executable, "-c", COMMANDS]
+    with subprocess.Popen(line, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+
+        def run(folder: pathlib.Path, *words: str) -> tuple[int, str, str]:
+            process.stdin.write(json.dumps([str(folder), "evolvent", *words]) + "\n")
+            process.stdin.flush()
+            return tuple(json.loads(process.stdout.readline()))
+
+        yield run
+        process.stdin.close()
+
+
+@pytest.fixture(scope="module")
+def commands(environment):
+    """A process that has the package installed."""
+    with one_process(environment) as run:
+        yield run
+
+
+@pytest.fixture
+def command(commands, tmp_path):
+    """Run a command line with the package installed; returns exit code, output and errors."""
+    return functools.partial(commands, tmp_path)
 
 
 @pytest.fixture
@@ -66,8 +119,8 @@ def cable(monkeypatch):
     return importlib.import_module("evolvent_pantograph.cable")
 
 
-def test_the_command_finds_the_system(command, tmp_path):
-    code, out, err = command("list")
+def test_the_command_finds_the_system(program, command, tmp_path):
+    code, out, err = program("list")
     assert (code, err) == (0, "")
     assert "pantograph " in out
     assert "A mast of four scissor cells springs open" in out
@@ -173,31 +226,34 @@ def test_pages_of_the_package_show_its_keys(installed, tmp_path):
     assert "no system and no kind of part is called 'pantografh'; did you mean 'pantograph'?" in done.stderr
 
 
-def test_a_package_that_cannot_be_loaded_harms_no_other(command, tmp_path, installed):
+def test_a_package_that_cannot_be_loaded_harms_no_other(environment, tmp_path, installed):
     broken = installed / "broken-0.1.dist-info"
     broken.mkdir()
     (broken / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 0.1\n")
     points = "[evolvent.systems]\nbroken = no_such_module:System\n[evolvent.parts]\nhoop = no_such_module:Hoop\n"
     (broken / "entry_points.txt").write_text(points)
     try:
-        code, out, err = command("list")
-        assert code == 0
-        assert "pantograph" in out
-        assert "the system 'broken' of 'no_such_module:System' cannot be loaded: ModuleNotFoundError" in err
-        (tmp_path / "case.yaml").write_text("system: broken\n")
-        code, _, err = command("run", "case.yaml")
-        assert code == 2
-        assert "the system 'broken' of 'no_such_module:System' cannot be loaded" in err
-        # a part stops the cases that use it, and no others
-        (tmp_path / "case.yaml").write_text("parts: {a: {kind: point, mass: 1 kg}}\nsimulate: {until: 1 s}\n")
-        assert command("run", "case.yaml", "--no-figures")[0] == 0
-        code, out, err = command("parts")
-        assert code == 0
-        assert "tension-cable " in out
-        assert "the plug-in 'hoop' of the package 'broken' cannot be loaded: ModuleNotFoundError" in err
-        code, _, err = command("run", "case.yaml", "--set", "parts.a.kind=hoop")
-        assert code == 2
-        assert err.startswith("evolvent: parts.a.kind is 'hoop'; the plug-in 'hoop' of the package 'broken' cannot be")
+        with one_process(environment) as run:
+            code, out, err = run(tmp_path, "list")
+            assert code == 0
+            assert "pantograph" in out
+            assert "the system 'broken' of 'no_such_module:System' cannot be loaded: ModuleNotFoundError" in err
+            (tmp_path / "case.yaml").write_text("system: broken\n")
+            code, _, err = run(tmp_path, "run", "case.yaml")
+            assert code == 2
+            assert "the system 'broken' of 'no_such_module:System' cannot be loaded" in err
+            # a part stops the cases that use it, and no others
+            (tmp_path / "case.yaml").write_text("parts: {a: {kind: point, mass: 1 kg}}\nsimulate: {until: 1 s}\n")
+            assert run(tmp_path, "run", "case.yaml", "--no-figures")[0] == 0
+            code, out, err = run(tmp_path, "parts")
+            assert code == 0
+            assert "tension-cable " in out
+            assert "the plug-in 'hoop' of the package 'broken' cannot be loaded: ModuleNotFoundError" in err
+            code, _, err = run(tmp_path, "run", "case.yaml", "--set", "parts.a.kind=hoop")
+            assert code == 2
+            assert err.startswith(
+                "evolvent: parts.a.kind is 'hoop'; the plug-in 'hoop' of the package 'broken' cannot be"
+            )
     finally:
         shutil.rmtree(broken)
 
@@ -212,7 +268,7 @@ ENDINGS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("line", ENDINGS)
-def test_a_package_that_ends_the_process_is_named_and_harms_no_other(command, tmp_path, installed, line):
+def test_a_package_that_ends_the_process_is_named_and_harms_no_other(program, tmp_path, installed, line):
     ending = installed / "ending-0.1.dist-info"
     ending.mkdir()
     (ending / "METADATA").write_text("Metadata-Version: 2.1\nName: ending\nVersion: 0.1\n")
@@ -221,7 +277,7 @@ def test_a_package_that_ends_the_process_is_named_and_harms_no_other(command, tm
     (installed / "ends_it.py").write_text(f"import sys\n{line}\n")
     part = f"the plug-in 'hoop' of the package 'ending' cannot be loaded: {ENDINGS[line]}\n"
     try:
-        code, out, err = command("list")
+        code, out, err = program("list")
         assert code == 0
         assert "pantograph" in out
         assert err.count(f"evolvent: the system 'ending' of 'ends_it:System' cannot be loaded: {ENDINGS[line]}\n") == 1
@@ -229,12 +285,12 @@ def test_a_package_that_ends_the_process_is_named_and_harms_no_other(command, tm
         if line not in ("sys.exit(3)", "raise KeyboardInterrupt"):
             return
         (tmp_path / "case.yaml").write_text("parts: {a: {kind: point, mass: 1 kg}}\nsimulate: {until: 1 s}\n")
-        code, _, err = command("run", "case.yaml", "--no-figures", "-o", "run.nc")
+        code, _, err = program("run", "case.yaml", "--no-figures", "-o", "run.nc")
         assert code == 0
         assert f"evolvent: {part}" in err
         assert all("cannot be loaded" in line for line in err.splitlines())
         (tmp_path / "case.yaml").write_text("system: ending\n")
-        code, _, err = command("run", "case.yaml")
+        code, _, err = program("run", "case.yaml")
         assert code == 2
         assert "the system 'ending' of 'ends_it:System' cannot be loaded" in err
     finally:

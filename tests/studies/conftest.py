@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from evolvent.design import studies
+
 #: A grid of 6 cases.
 STUDY = {
     "study": "short",
@@ -20,6 +22,20 @@ STUDY = {
 def study():
     """A copy of the study that may be changed."""
     return copy.deepcopy(STUDY)
+
+
+@pytest.fixture(scope="session")
+def swept(tmp_path_factory):
+    """The folder of the study, swept here in batches of two."""
+    folder = tmp_path_factory.mktemp("swept") / "s"
+    studies.sweep(copy.deepcopy(STUDY) | {"batch": 2}, output=folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def whole():
+    """Results of the study, computed here."""
+    return studies.sweep(copy.deepcopy(STUDY))
 
 
 @pytest.fixture

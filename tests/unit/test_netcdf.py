@@ -1,4 +1,4 @@
-"""NetCDF files that are written by h5py alone: the same to read as those of h5netcdf, in every attribute."""
+"""NetCDF files that are written and read by h5py alone: as those of h5netcdf, in every attribute."""
 
 import importlib.metadata
 
@@ -84,3 +84,53 @@ def test_what_is_not_plain_is_left_to_xarray(sample, tmp_path):
         assert read.sizes == dataset.sizes
     with h5py.File(tmp_path / "0.nc") as file:
         assert file["position"].compression == "gzip"
+
+
+@pytest.fixture
+def tree(sample):
+    """A run with a part, which has coordinates of its own."""
+    part = sample[["position", "small", "names"]].rename_dims(axis="node").drop_vars(["axis", "station"])
+    part = part.assign_attrs(kind="beam", texts=["a", "b"]).drop_vars("time").assign_coords(node=[1, 2, 3])
+    return xr.DataTree(sample, children={"boom": xr.DataTree(part)})
+
+
+def as_xarray_reads(path):
+    """A run or data set with its values, read by xarray."""
+    with xr.open_datatree(path, engine="h5netcdf", decode_times=False) as found:
+        found.load()
+    return found if found.children else found.to_dataset()
+
+
+@pytest.mark.parametrize("kind", ["sample", "tree"])
+def test_what_is_read_is_what_xarray_reads(request, kind, tmp_path, monkeypatch):
+    run = request.getfixturevalue(kind)
+    results.save(run, tmp_path / "run.nc")
+    theirs = as_xarray_reads(tmp_path / "run.nc")
+    monkeypatch.setattr(xr, "open_datatree", None)
+    with (tmp_path / "run.nc").open("rb") as file:
+        ours = netcdf.read(file)
+    assert type(ours) is type(theirs)
+    xr.testing.assert_identical(ours, theirs)
+    for (name, one), other in zip(netcdf.datasets(ours).items(), netcdf.datasets(theirs).values(), strict=True):
+        assert list(one.variables) == list(other.variables), name
+        for held, found in ((one, other), *((one[key], other[key]) for key in one.variables)):
+            assert list(held.attrs) == list(found.attrs)
+            assert [type(value) for value in held.attrs.values()] == [type(value) for value in found.attrs.values()]
+    assert ours.attrs.pop(results.DIGEST) == results.digest(run)
+    assert netcdf.is_plain(ours)
+
+
+def test_what_was_not_written_here_is_read_by_xarray(tree, tmp_path):
+    packed = tree.to_dataset()
+    packed["position"].encoding = {"zlib": True, "complevel": 4}
+    packed["small"].encoding = {"dtype": "int16", "scale_factor": 2.0, "_FillValue": -1}
+    packed.to_netcdf(tmp_path / "packed.nc", engine="h5netcdf")
+    deep = tree.copy()
+    deep["boom/tip"] = xr.DataTree(xr.Dataset({"deflection": ("time", np.arange(7.0))}))
+    deep.to_netcdf(tmp_path / "deep.nc", engine="h5netcdf")
+    for path in (tmp_path / "packed.nc", tmp_path / "deep.nc"):
+        with path.open("rb") as file:
+            with pytest.raises(netcdf.NotPlain):
+                netcdf._read(file)
+            file.seek(0)
+            xr.testing.assert_identical(netcdf.read(file), as_xarray_reads(path))

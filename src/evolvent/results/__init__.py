@@ -19,7 +19,7 @@ import tempfile
 import time
 import uuid
 from collections.abc import Iterator, Mapping
-from typing import Any, BinaryIO, Literal
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -30,8 +30,6 @@ from evolvent.base.errors import HIDDEN, InputError
 from evolvent.results.figures import Number
 from evolvent.results.fine_samples import MARK
 
-#: Engine that reads and writes NetCDF files.
-_ENGINE: Literal["h5netcdf"] = "h5netcdf"
 #: How a run can end.
 STATUSES = ("success", "stopped by event", "interrupted", "failed")
 #: Those of runs that did what they were asked to.
@@ -218,7 +216,7 @@ def _opened(path: str | os.PathLike[str]) -> tuple[Any, str]:
             hint = "; `evolvent show` prints a case" if name.endswith((".yaml", ".yml")) else ""
             try:
                 safe_open.check_hdf5(file, name)
-                dataset = _load(file)
+                dataset = netcdf.read(file)
                 found = digest(dataset)
             except InputError as error:
                 raise InputError(f"{error}{hint}") from None
@@ -248,13 +246,6 @@ def _check_shown(run: Any, name: str) -> None:
     except Exception as error:  # (what follows from a value in a wrong place may be any error)
         why = f"{type(error).__name__}: {error}"
         raise InputError(f"cannot read {name!r}: it is no whole run of evolvent: it cannot be shown ({why})") from error
-
-
-def _load(file: BinaryIO) -> Any:
-    """The content of a file."""
-    with xr.open_datatree(file, engine=_ENGINE, decode_times=False) as tree:
-        found = tree.load()
-        return found if found.children else found.to_dataset()
 
 
 def _check(run: Any) -> None:

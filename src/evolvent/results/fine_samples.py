@@ -7,8 +7,8 @@ others miss: in order of the miss, until every velocity is followed to within `S
 from __future__ import annotations
 
 import heapq
-import itertools
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,8 @@ Array = np.ndarray
 MARK = "fine_sample"
 #: Equal parts of an interval between samples at whose ends a run is evaluated, and the most values of the state there.
 PARTS, MOST_VALUES = 10, 20_000_000
+#: Components of velocities that are looked at together, about.
+MOST_AT_ONCE = 200_000
 #: Miss of a velocity at which a sample is kept, of the largest range of any speed over the run.
 SHARE = 0.01
 #: The same, of the median miss of an interval: what moves as fast everywhere has no event.
@@ -161,19 +163,16 @@ def add_fine(t: Array, vectors: Array, kept: Array) -> None:
     """
     sizes = _size(vectors)
 
-    def largest(first: int, last: int) -> tuple[float, int, int, int]:
-        """Largest miss between two samples, negative, where it is, and the two."""
-        if last - first < 2:
-            return 0.0, first, first, last
-        share, inner = (t[first + 1 : last] - t[first]) / (t[last] - t[first]), slice(first + 1, last)
+    def misses(inner: Array, first: Array, last: Array) -> Array:
+        """Miss at samples between two others: (n,) of (n,) numbers."""
+        share = (t[inner] - t[first]) / (t[last] - t[first])
         of_size = np.abs(sizes[inner] - sizes[first] - share[:, None] * (sizes[last] - sizes[first]))
         straight = vectors[first] + share[:, None, None] * (vectors[last] - vectors[first])
-        miss = np.minimum(of_size, _size(vectors[inner] - straight)).max(axis=1)
-        at = int(np.argmax(miss))
-        return -float(miss[at]), first + 1 + at, first, last
+        return np.asarray(np.minimum(of_size, _size(vectors[inner] - straight)).max(axis=1))
 
-    places = np.flatnonzero(kept).tolist()
-    queue: list[Any] = [largest(*pair) for pair in itertools.pairwise(places)]
+    places = np.flatnonzero(kept)
+    block = 1 + MOST_AT_ONCE // max(vectors[0].size, 1)
+    queue = _largest_in_each(misses, places, block)
     limit = max(SHARE, -OF_MEDIAN * float(np.median([miss for miss, *_ in queue])))
     heapq.heapify(queue)
     for _ in range(len(places)):
@@ -181,5 +180,22 @@ def add_fine(t: Array, vectors: Array, kept: Array) -> None:
         if -miss <= limit:
             return
         kept[at] = True
-        heapq.heapreplace(queue, largest(first, at))
-        heapq.heappush(queue, largest(at, last))
+        before, after = _largest_in_each(misses, np.array([first, at, last]), block)
+        heapq.heapreplace(queue, before)
+        heapq.heappush(queue, after)
+
+
+def _largest_in_each(
+    misses: Callable[[Array, Array, Array], Array], places: Array, block: int
+) -> list[tuple[float, int, int, int]]:
+    """Of all pairs of neighbours: the largest miss between them, negative, where it is, and the two."""
+    between = np.delete(np.arange(places[0], places[-1]), places[:-1] - places[0])
+    pair = np.searchsorted(places, between) - 1
+    blocks = [slice(k, k + block) for k in range(0, between.size, block)]
+    found = [misses(between[one], places[pair[one]], places[pair[one] + 1]) for one in blocks]
+    miss = np.concatenate([np.zeros(0), *found])
+    most, at = np.zeros(places.size - 1), places[:-1].copy()
+    np.maximum.at(most, pair, miss)
+    equal = np.flatnonzero(miss == most[pair])[::-1]  # the first of a pair is written last
+    at[pair[equal]] = between[equal]
+    return list(zip((-most).tolist(), at.tolist(), places[:-1].tolist(), places[1:].tolist(), strict=True))

@@ -42,11 +42,11 @@ def tree_of(
     root : dict, optional, name -> (dims, values, units, long name), more variables of the root
     balances : bool, whether the root has energies and momenta
     """
-    tree = xr.DataTree(root_of(solution, root or {}, balances=balances))
-    # assigned at once: DataTree.from_dict copies the tree with every group, three times the time
-    tree.children = {name: xr.DataTree(_group(solution, name, found)) for name, found in observe(solution).items()}
-    listed = {"variables": results.variables_of(tree), "parts": json.dumps(list(tree.children))}
-    tree.attrs = attrs | listed
+    own = root_of(solution, root or {}, balances=balances)
+    groups = {name: xr.DataTree(_group(solution, name, found)) for name, found in observe(solution).items()}
+    own.attrs = attrs | {"variables": results.variables_of(own), "parts": json.dumps(list(groups))}
+    tree = xr.DataTree(own)
+    tree.children = groups  # at once: DataTree.from_dict copies the tree with every group, three times the time
     return tree
 
 
@@ -64,7 +64,8 @@ def _group(solution: Solution, name: str, found: Observed) -> xr.Dataset:
         for of in (found.variables, found.coordinates)
     )
     dataset = xr.Dataset(variables, coordinates, attrs)
-    return dataset.assign_attrs(variables=results.variables_of(dataset))
+    dataset.attrs["variables"] = results.variables_of(dataset)
+    return dataset
 
 
 def root_of(solution: Solution, more: dict[str, Any], *, balances: bool = True) -> xr.Dataset:

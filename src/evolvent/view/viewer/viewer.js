@@ -46,7 +46,7 @@ export class Viewer extends Picture {
     this.sizes.observe(this.canvas);
     this.onKey = (e) => this.key(e);
     window.addEventListener("keydown", this.onKey);
-    this.request = requestAnimationFrame((clock) => this.tick(clock));
+    this.redraw();
   }
   free() { cancelAnimationFrame(this.request); window.removeEventListener("keydown", this.onKey); this.sizes.disconnect(); this.host.replaceChildren(); }
   theme(dark) { this.host?.classList.toggle("dark", dark); super.theme(dark); }
@@ -134,7 +134,9 @@ export class Viewer extends Picture {
     this.panel.hidden = true;
     this.redraw();
   }
-  play(on) { this.playing = on; this.playButton.textContent = on ? "Pause" : "Play"; }
+  redraw() { super.redraw(); this.wake(); }
+  wake() { this.request ||= requestAnimationFrame((clock) => this.tick(clock)); }  // a still picture asks for no frames
+  play(on) { this.playing = on; this.wake(); this.playButton.textContent = on ? "Pause" : "Play"; }
   toggle() { if (!this.playing && this.now >= this.end) this.go(this.begin); this.play(!this.playing); }
   go(t) { this.now = Math.min(Math.max(t, this.begin), this.end); this.redraw(); }
   step(by) {
@@ -220,14 +222,15 @@ export class Viewer extends Picture {
   // -------------------------------------------------------------------------------------------- time
 
   tick(clock) {
-    this.request = requestAnimationFrame((next) => this.tick(next));
     const gap = this.last === null ? 0 : clock - this.last;
-    this.last = clock;
+    this.last = this.playing ? clock : null;
+    this.request = 0;
     if (this.playing) {
       this.now += Math.min(gap, 250) / 1000 * this.speed;
       if (this.now >= this.end && this.motions[0].header.repeats) this.now = this.begin + (this.now - this.begin) % (this.end - this.begin || 1);
       else if (this.now >= this.end) { this.now = this.end; this.play(false); }
       this.dirty = true;
+      this.wake();
     }
     if (!this.dirty) return;
     this.dirty = false;
