@@ -13,7 +13,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.references import split_reference
 from evolvent.base import units
 from evolvent.base.errors import InputError, nearest
-from evolvent.kernels import coordinate, joint, rigid, sides, thread
+from evolvent.kernels import axial, joint, rigid, sides, thread
 from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad
 from evolvent.parts.thread import Thread
@@ -421,7 +421,7 @@ def latches_of(solution: Solution) -> str:
     for time, kind in sorted(zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True)):
         if kind - first in names:
             row = hinges[kind - first]
-            unit = "rad/s" if row["kind"] == coordinate.ANGLE else "m/s"
+            unit = "rad/s" if row["kind"] == axial.ANGLE else "m/s"
             found.append(f"{names[kind - first]!r} at t = {time:.6g} s, at {abs(row['caught']):.4g} {unit}")
     return "; ".join(found)
 

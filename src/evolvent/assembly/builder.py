@@ -19,8 +19,8 @@ from evolvent.elements.dense import product
 from evolvent.flow.implicit import add_weight
 from evolvent.kernels import (
     ancf,
+    axial,
     constraint_rows,
-    coordinate,
     custom,
     flexible,
     hinge,
@@ -355,7 +355,7 @@ class Builder:
         s[:n] = self.released
         for k in range(hinges.size):
             hinges["switch"][k] = at = 2 * (n + k)
-            s[at] = round(float(hinges["angle"][k]) / hinge.QUARTER) if hinges["kind"][k] == coordinate.ANGLE else 0
+            s[at] = round(float(hinges["angle"][k]) / axial.QUARTER) if hinges["kind"][k] == axial.ANGLE else 0
             s[at + 1] = abs(hinges["angle"][k] - hinges["latch"][k]) <= hinge.REACHED
         return s
 

@@ -21,8 +21,8 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.base.errors import InputError
 from evolvent.kernels import (
+    axial,
     contact_laws,
-    coordinate,
     fields,
     joint,
     loads,
@@ -258,7 +258,7 @@ def _is_driven(found: Array) -> Array:
 
 
 def _is_angle(found: Array) -> Array:
-    return np.asarray(found["kind"] == coordinate.ANGLE)
+    return np.asarray(found["kind"] == axial.ANGLE)
 
 
 def _is_gear(found: Array) -> Array:

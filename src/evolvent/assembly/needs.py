@@ -14,7 +14,7 @@ from numba import config
 from evolvent.assembly import families
 from evolvent.compiled import jit
 from evolvent.compiled.codecache import Linked, names_in
-from evolvent.kernels import coordinate, drive, flexible, joint, passing, thread
+from evolvent.kernels import axial, drive, flexible, joint, passing, thread
 from evolvent.model import Model
 
 
@@ -50,7 +50,7 @@ def absent(model: Model) -> frozenset[str]:
         "coordinate.add_motors": f.motors.size,
         "coordinate.measure_motor_slopes": f.motors.size,
         "coordinate.add_synchronizations": ties.size,
-        "cord_step": np.any(joints["kind"] == joint.CORD),
+        "joint._add_cord_force": np.any(joints["kind"] == joint.CORD),
         "joint._cord_geometry": np.any(joints["kind"] == joint.CORD),
         "custom": f.custom_forces.size,
         "fields": model.fields.size,
@@ -59,9 +59,10 @@ def absent(model: Model) -> frozenset[str]:
         "flow.energy_momentum.add_element_tangents": f.elements.size,
         "gear": f.gear_coordinates.size,
         "hinge": f.hinges.size,
-        "hinge.add_synchronization_tangents": ties.size,
-        "hinge._add_outer": ties.size,
-        "hinge_step": f.hinges.size,
+        "hinge_tangent": f.hinges.size,
+        "hinge_tangent.add_synchronization_tangents": ties.size,
+        "hinge_tangent._add_outer": ties.size,
+        "hinge_tangent.add_travel_tangent": np.any(f.hinges["kind"] != axial.ANGLE),
         "joint": joints.size,
         "loads": model.loads.size,
         "passing": passing.can_pass(model),
@@ -81,7 +82,6 @@ def absent(model: Model) -> frozenset[str]:
         "thread.springs": threads.size,
         "thread.springs.spring_thread": np.any(threads["kind"] == thread.SPRINGS),
         "thread.wound": threads.size,
-        "travel": np.any(f.hinges["kind"] != coordinate.ANGLE),
         "flow.events": model.info.ne,
         "flow.events.release_nodes": threads.size,
         "flow.events.start_links": np.any(threads["kind"] == thread.INEXTENSIBLE),

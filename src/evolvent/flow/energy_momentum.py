@@ -19,7 +19,7 @@ Every force acts along the mean shape: J(qm) dq = dg of strains that are quadrat
 directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2) e, for then dR = [theta]x (R0 + R1)/2.
 So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
 h. Springs and distances have the factor 2 abs(dm)/(l0 + l1) more, contacts and cords on drums the directions of
-`kernels.contact_step`, `kernels.layer_step` and `kernels.cord_step`, rods secants of functions of an angle
+`kernels.contact_step`, `kernels.layer_step` and `kernels.cord`, rods secants of functions of an angle
 (`kernels.rod_step`). Forces by users' laws are those of the mean position;
 what they give beside the energy that they store and dissipate, of third order in h, is booked as work of loads.
 
@@ -45,14 +45,12 @@ from evolvent.kernels import (
     cable,
     contact_step,
     coordinate,
-    cord_step,
     custom,
     element_step,
     fields,
     flexible,
-    gear,
     hinge,
-    hinge_step,
+    hinge_tangent,
     joint,
     layer_step,
     loads,
@@ -87,8 +85,6 @@ class EnergyStep(Struct):
     rods0, rods1 : (rod elements, 15) float, of `rod_step.measure_rods` at both ends
     rods, rods_before : (rod elements, 6) float, changes of the rods' strains over this step and the one before
     R0, R1 : (nb, 3, 3) float, and x0, x1 : (nb, 3) float, rotations and positions of bodies
-    gap0, gap1 : (nj,) float, gaps of the joints
-    hinge0, hinge1 : (nh, 3) float, of `hinge_step.measure_hinges`
     powers : (N_POWERS,) float, means over the step; contact : (2,) float, J, what normal forces and friction take
     """
 
@@ -111,10 +107,6 @@ class EnergyStep(Struct):
     R1: np.ndarray = array(3)
     x0: np.ndarray = array(2)
     x1: np.ndarray = array(2)
-    gap0: np.ndarray = array(1)
-    gap1: np.ndarray = array(1)
-    hinge0: np.ndarray = array(2)
-    hinge1: np.ndarray = array(2)
     powers: np.ndarray = array(1)
     contact: np.ndarray = array(1)
 
@@ -128,22 +120,20 @@ def measure(end, model, work):
     t = work.step.t + (work.step.h if end == 1 else 0.0)
     y = work.y1 if end == 1 else work.y0
     R, x = (work.R1, work.x1) if end == 1 else (work.R0, work.x0)
-    gaps, bodies = work.gap1 if end == 1 else work.gap0, model.bodies
+    bodies = model.bodies
     rigid.kinematics(t, y, model)
     for b in range(bodies.size):
         for i in range(3):
             x[b, i] = bodies[b].x[i]
             for j in range(3):
                 R[b, i, j] = bodies[b].R[i, j]
-    for k in range(gaps.size):
-        joint.joint_geometry(t, y, k, model)
-        gaps[k] = model.flexible.joints[k].gap
+    joint.measure_joints(end, t, y, model)
     if model.springs.size > 0:
         springs.measure_springs(end, y, model)
     if model.flexible.rods.size > 0:
         rod_step.measure_rods(model, work.rods1 if end == 1 else work.rods0)
     if model.flexible.hinges.size > 0:
-        hinge_step.measure_hinges(y, model.flexible.switches, model, work.hinge1 if end == 1 else work.hinge0)
+        hinge.measure_hinges(end, y, model.flexible.switches, model)
     if model.flexible.body_contacts.size > 0:
         body_contact_step.measure_body_gaps(end, model)
     if model.flexible.cylinders.size > 0:
@@ -279,7 +269,8 @@ def residual(model, work):
         powers[MARKER_LOADS] += fields.add_field_forces(tm, ym, model)
         fields.add_beam_fields(tm, ym, model, P)
     if f.hinges.size > 0:
-        powers[JOINTS] += hinge_step.add_hinge_step(tm, ym, h, f.switches, work.hinge0, work.hinge1, model, F)
+        _, lost = hinge.add_hinges(tm, ym, h, f.switches, model, F)
+        powers[JOINTS] += lost
         powers[DRIVEN] += coordinate.motor_power(model)
     if f.custom_forces.size > 0:
         lost, given = custom.add_custom_forces(tm, ym, model)
@@ -289,7 +280,10 @@ def residual(model, work):
         _, given, _ = attitude.actuator_forces(tm, ym, model)  # work of motors: `attitude.end_actuator_step`
         powers[MARKER_LOADS] += given
     for k in range(f.joints.size):
-        powers[JOINTS] += _add_joint(tm, k, n_v + k, model, work)
+        if not joint.holds(work.step.t + h, f.joints, k):
+            work.la[k] = 0.0
+        _, lost = joint.add_joint_residual(work.step.t, h, ym, work.la[k], k, n_v + k, model, F, r)
+        powers[JOINTS] += lost
     _add_points(model, work)
     powers[DRIVEN] += _add_bodies(model, work)
     if attitude.has_actuators(model):
@@ -334,39 +328,6 @@ def add_elements(model, work):
                 / h
             )
     return by_mass, by_stiffness
-
-
-@inlined
-def _add_joint(t, k, row, model, work):
-    """Force of joint k along the mean, and its constraint at the end; returns the power of a penalty's damper."""
-    joints, la = model.flexible.joints, work.la[k]
-    if not joint.holds(work.step.t + work.step.h, joints, k):
-        work.la[k] = work.r[row] = 0.0
-        return 0.0
-    joint.joint_geometry(t, work.ym, k, model)
-    if joints[k].kind == joint.GEAR:
-        gear.secant_gear(k, model, work.R0, work.R1)
-    if joints[k].kind == joint.DISTANCE:
-        scale = 2.0 * (joints[k].gap + joints[k].value) / (work.gap0[k] + work.gap1[k] + 2.0 * joints[k].value)
-        for i in range(2):
-            for c in range(3):
-                joints[k].g[i, c] *= scale
-    force = la
-    if joints[k].kind == joint.ANGLE:  # the increment is 2 tan(angle/2)
-        at = joints[k].iv[1] - model.info.nq
-        p = 0.5 * work.dq[at]
-        force = la * (math.atan(p) / p if abs(p) > 1e-4 else 1.0 - p * p / 3.0)
-    if joints[k].kind == joint.CORD:
-        change = work.gap1[k] - work.gap0[k]
-        cord_step.add_cord_step(work.ym, k, la, change, work.step.h, model, model.flexible.F)
-    else:
-        joint.add_joint_force(k, force, model, model.flexible.F)
-    work.r[row] = work.gap1[k]
-    if joints[k].stiffness <= 0.0:
-        return 0.0
-    rate = (work.gap1[k] - work.gap0[k]) / work.step.h
-    work.r[row] = 0.5 * (work.gap0[k] + work.gap1[k]) + (joints[k].damping * rate - la) / joints[k].stiffness
-    return joints[k].damping * rate * rate
 
 
 @inlined
@@ -453,7 +414,7 @@ def tangent(scale, model, work, matrix):
     if model.springs.size > 0:
         springs.spring_tangents(tm, work.ym, h, c_rate, model, matrix)
     if f.hinges.size > 0:
-        hinge.add_hinge_tangents(work.ym, c_rate, model, matrix)
+        hinge_tangent.add_hinge_tangents(work.ym, c_rate, model, matrix)
     if f.custom_forces.size > 0:
         custom.add_custom_tangents(tm, work.ym, c_rate, model, matrix)
     if model.fields.size > 0:

@@ -93,7 +93,7 @@ def add_flexible_forces(t, y, s, model, dy):
         by_stiffness += viscous
         given += heat
     if f.hinges.size > 0:
-        _, by_joints = hinge.add_hinges(t, y, s, model, F)
+        _, by_joints = hinge.add_hinges(t, y, 0.0, s, model, F)
         coordinate.write_account_rates(model, dy)
         info = model.info
         info.step = min(info.step, hinge.longest_step(f.hinges))
@@ -139,7 +139,7 @@ def add_flexible_inventory(t, y, s, model, out):
         rod.add_rod_energies(model, part)
         out[ELASTIC] += part[1]
     if f.hinges.size > 0:
-        energy, _ = hinge.add_hinges(t, y, s, model, F)
+        energy, _ = hinge.add_hinges(t, y, 0.0, s, model, F)
         out[ELASTIC] += energy
     if f.custom_forces.size > 0:
         out[ELASTIC] += custom.custom_energies(t, y, model)

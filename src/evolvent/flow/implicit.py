@@ -30,6 +30,7 @@ from evolvent.kernels import (
     fields,
     flexible,
     hinge,
+    hinge_tangent,
     joint,
     loads,
     node_loads,
@@ -95,7 +96,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[MARKER_LOADS] += fields.add_field_forces(t, y, model)
         fields.add_beam_fields(t, y, model, P)
     if f.hinges.size > 0:
-        energy, lost = hinge.add_hinges(t, y, f.switches, model, F)
+        energy, lost = hinge.add_hinges(t, y, 0.0, f.switches, model, F)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
         powers[DRIVEN] += coordinate.motor_power(model)
@@ -107,7 +108,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         _, given, _ = attitude.actuator_forces(t, y, model)  # work of motors: `attitude.end_actuator_step`
         powers[MARKER_LOADS] += given
     for k in range(f.joints.size):
-        energy, lost = joint.add_joint_residual(t, y, la[k], k, n_v + k, model, F, r)
+        energy, lost = joint.add_joint_residual(t, 0.0, y, la[k], k, n_v + k, model, F, r)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
     points.add_point_residual(a, n_q, model.points, F)
@@ -158,7 +159,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     if model.springs.size > 0:
         springs.spring_tangents(t, y, 0.0, c_rate, model, matrix)
     if f.hinges.size > 0:
-        hinge.add_hinge_tangents(y, c_rate, model, matrix)
+        hinge_tangent.add_hinge_tangents(y, c_rate, model, matrix)
     if f.custom_forces.size > 0:
         custom.add_custom_tangents(t, y, c_rate, model, matrix)
     if model.fields.size > 0:

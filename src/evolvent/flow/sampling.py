@@ -1,13 +1,13 @@
-"""Compiled loop that evaluates the states of a finished run."""
+"""Compiled functions that evaluate the states of a finished run."""
 
 from __future__ import annotations
 
 from numba import types, void
 
-from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect
+from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import thread
+from evolvent.kernels import hinge, joint, rigid, springs, thread
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
@@ -53,3 +53,18 @@ def fill_observations(times, Y, S, model, position, velocity, tension, spool, R,
                 W[n, b, c] = bodies[b].w[c]
                 for d in range(3):
                     R[n, b, c, d] = bodies[b].R[c, d]
+
+
+@indirect(void(REAL, VECTOR, INTEGERS, VECTOR, MODEL))
+def evaluate(t, y, s, la, model):
+    """Fields that are results, of a state with the multipliers la of joints, into the records."""
+    f = model.flexible
+    rigid.kinematics(t, y, model)
+    if model.springs.size > 0:
+        springs.evaluate_springs(t, y, model)
+    if f.hinges.size > 0:
+        hinge.add_hinges(t, y, 0.0, s, model, f.F)
+        hinge.add_kept_friction(y, f.hinges)
+    for k in range(f.joints.size):
+        joint.joint_geometry(t, y, k, model)
+        joint.note_reaction(k, la[k], model)

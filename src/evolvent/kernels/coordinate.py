@@ -1,7 +1,7 @@
 """Laws of a joint's coordinate x, an angle or a travel: Coulomb friction, motors, synchronizations; and their accounts.
 
 A torque is the generalized force of a coordinate: N m of an angle, N of a travel. Torques are those on the left of the
-equations: a positive one resists a growing coordinate. `hinge` and `hinge_step` apply them.
+equations: a positive one resists a growing coordinate. `hinge` applies them.
 
 Friction is a spring (the bristle) in series with a slider: force = stick z, abs(force) <= friction, z the deflection
 of the bristle, which has no force at `anchor`. Within a step the anchor stays; its end moves the anchor to x - z.
@@ -17,8 +17,7 @@ from evolvent.kernels.law_slopes import motor_law_slope
 from evolvent.kernels.profile import profile
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL
 
-#: Kinds of coordinates, and of motors.
-ANGLE, TRAVEL = 0, 1
+#: Kinds of motors.
 BY_PROFILE, BY_LAW, BY_MOTION = 0, 1, 2
 #: Numerical damping of friction that sticks, under generalized-alpha.
 RELAX = 0.5
@@ -86,6 +85,7 @@ def _following_torque(t, x, v, motors, k, model):
     """
     p = model.parameters[motors[k].first : motors[k].last]
     r, rate, _ = drive(motors[k].drive, p, motors[k].law, t)
+    motors[k].reference = r
     gain, damping = motors[k].position_gain, motors[k].velocity_gain
     torque, slope, damper = gain * (r - x) + damping * (rate - v), -gain, -damping
     if damping > 0.0:
@@ -111,14 +111,14 @@ def add_motors(t, share, s, model):
         h = motors[k].hinge
         x, v = hinges[h].angle + (1.0 - share) * (hinges[h].before - hinges[h].angle), hinges[h].rate
         motors[k].on = 1.0
+        if motors[k].kind == BY_MOTION:
+            torque = _following_torque(t, x, v, motors, k, model)[0]
         if t >= motors[k].until or (motors[k].switch >= 0 and s[motors[k].switch] != 0):
             torque = motors[k].on = 0.0
         elif motors[k].kind == BY_PROFILE:
             torque = profile(t, motors[k].first, model)
         elif motors[k].kind == BY_LAW:
             torque = motor_law_at(motors[k].law)(t, x, v, model.parameters[motors[k].first : motors[k].last])
-        else:
-            torque = _following_torque(t, x, v, motors, k, model)[0]
         if motors[k].kind != BY_MOTION and abs(torque) > motors[k].limit:
             torque = math.copysign(motors[k].limit, torque)
         motors[k].time, motors[k].coordinate, motors[k].rate = t, x, v
@@ -180,7 +180,8 @@ def add_synchronizations(share, model):
         xa = hinges[a].angle + rest * (hinges[a].before - hinges[a].angle)
         xb = hinges[b].angle + rest * (hinges[b].before - hinges[b].angle)
         rate, c, d = rb * hinges[b].rate - ra * hinges[a].rate, rows[k].stiffness, rows[k].damping
-        torque = c * _stretch(rows, k, xa, xb) + d * rate
+        rows[k].stretch = _stretch(rows, k, xa, xb)
+        torque = c * rows[k].stretch + d * rate
         rows[k].torque, rows[k].lost = torque, d * rate * rate
         power += rows[k].lost
         hinges[a].applied -= ra * torque

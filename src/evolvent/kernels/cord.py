@@ -5,6 +5,9 @@ import math
 from evolvent.compiled.jit import inlined
 from evolvent.kernels.rotations import cross
 
+#: Displacement, of the distance from the drum, below which e . u differs from the change of the length by round-off.
+_SMALL = 1e-5
+
 
 @inlined
 def drum_cord(radius, sense, wound_length, d, v, n, z, omega):
@@ -48,3 +51,27 @@ def drum_cord(radius, sense, wound_length, d, v, n, z, omega):
     length = s + radius * (wrapped + 2.0 * math.pi * turns)
     rate = ex * v[0] + ey * v[1] + ez * v[2] - sense * radius * omega
     return length, rate, s, ex, ey, ez, rx, ry, rz, rx * v[0] + ry * v[1] + rz * v[2]
+
+
+@inlined
+def mean_direction(e, d, v, w, change, h):
+    """Direction of the tension of a cord over an interval along which its work is that of the change of the length.
+
+    Parameters
+    ----------
+    e : 3 floats, direction of the free part at the mean position
+    d, v : 3 floats, from the drum's centre to the cord's free end, m, and its increment over h, inertial axes
+    w : 3 floats, rad/s, increment of the drum's rotation over h
+    change, h : float, of the length, m, and length of the interval, s
+
+    Notes
+    -----
+    The length depends on the position of the free end as seen from the drum alone. With the displacement u of the end
+    against the drum, tensions along m = e + u (change - e . u)/u.u on the end and, at the same point, against it on the
+    drum do the work of the tension times the change of the length exactly, and both momenta are kept.
+    """
+    tx, ty, tz = cross(w[0], w[1], w[2], d[0], d[1], d[2])
+    ux, uy, uz = h * (v[0] - tx), h * (v[1] - ty), h * (v[2] - tz)
+    least = _SMALL * _SMALL * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+    part = (change - e[0] * ux - e[1] * uy - e[2] * uz) / max(ux * ux + uy * uy + uz * uz, least)
+    return e[0] + part * ux, e[1] + part * uy, e[2] + part * uz

@@ -7,9 +7,9 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.kernels import rigid
-from evolvent.kernels.cord import drum_cord
+from evolvent.kernels.cord import drum_cord, mean_direction
 from evolvent.kernels.drive import drive
-from evolvent.kernels.gear import add_gear, add_gear_force, gear_geometry
+from evolvent.kernels.gear import add_gear, add_gear_force, gear_geometry, measure_gear
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import (
     ON_BODY,
@@ -58,7 +58,7 @@ def _vector(y, joints, bodies, k, side, is_place):
 
 @indirect(void(REAL, VECTOR, types.int64, MODEL))
 def joint_geometry(t, y, k, model):
-    """Fill the vectors u, gradients g, gap and rate of joint k at time t.
+    """Fill the vectors u, gradients g, what is measured, gap and rate of joint k at time t.
 
     Notes
     -----
@@ -76,14 +76,14 @@ def joint_geometry(t, y, k, model):
         phi, phi_rate, _ = drive(joints[k].drive, p, joints[k].law, t)
     if kind == ANGLE:
         iq, iv = joints[k].iq[1], joints[k].iv[1]
-        joints[k].gap = y[iq] - joints[k].value - phi
+        joints[k].measured, joints[k].gap = y[iq], y[iq] - joints[k].value - phi
         joints[k].rate = y[iv] - phi_rate
         return
     if kind == CORD:
         _cord_geometry(y, k, model)
         return
     if kind == GEAR:
-        gear_geometry(k, model)
+        gear_geometry(k, 0.0, y, model)
         return
     is_place = kind != DIRECTION
     a = _vector(y, joints, bodies, k, 0, is_place)
@@ -91,7 +91,8 @@ def joint_geometry(t, y, k, model):
     for c in range(3):
         u[0, c], u[1, c] = a[c], b[c]
     if kind == DIRECTION:
-        joints[k].gap = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] - joints[k].value
+        joints[k].measured = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+        joints[k].gap = joints[k].measured - joints[k].value
         joints[k].rate = a[0] * b[3] + a[1] * b[4] + a[2] * b[5] + a[3] * b[0] + a[4] * b[1] + a[5] * b[2]
         for c in range(3):
             g[0, c], g[1, c] = b[c], a[c]
@@ -101,18 +102,20 @@ def joint_geometry(t, y, k, model):
     if kind == ALONG:
         d = _vector(y, joints, bodies, k, 2, False)
         nx, ny, nz = d[0], d[1], d[2]
-        joints[k].gap = nx * dx + ny * dy + nz * dz - joints[k].value
+        joints[k].measured = nx * dx + ny * dy + nz * dz
+        joints[k].gap = joints[k].measured - joints[k].value
         joints[k].rate = nx * vx + ny * vy + nz * vz + d[3] * dx + d[4] * dy + d[5] * dz
         u[2, 0], u[2, 1], u[2, 2] = nx, ny, nz
         g[2, 0], g[2, 1], g[2, 2] = dx, dy, dz
     elif kind == DISTANCE:
         distance = math.sqrt(dx * dx + dy * dy + dz * dz)
         nx, ny, nz = dx / distance, dy / distance, dz / distance
-        joints[k].gap = distance - joints[k].value
+        joints[k].measured, joints[k].gap = distance, distance - joints[k].value
         joints[k].rate = nx * vx + ny * vy + nz * vz
     else:
         nx, ny, nz = joints[k].along[0], joints[k].along[1], joints[k].along[2]
         gap, rate = nx * dx + ny * dy + nz * dz, nx * vx + ny * vy + nz * vz
+        joints[k].measured = gap
         if joints[k].path == INVOLUTE:
             z, e, c, r = joints[k].axis, joints[k].zero, joints[k].centre, joints[k].radius
             fx, fy, fz = cross(z[0], z[1], z[2], e[0], e[1], e[2])
@@ -160,8 +163,7 @@ def _cord_geometry(y, k, model):
     length, rate, _, ex, ey, ez, rx, ry, rz, _ = drum_cord(
         radius, joints[k].along[0], joints[k].value, d, v, n, z, omega
     )
-    joints[k].gap = length - joints[k].value
-    joints[k].rate = rate
+    joints[k].measured, joints[k].gap, joints[k].rate = length, length - joints[k].value, rate
     lx, ly, lz = turn_back(R, radius * rx, radius * ry, radius * rz)
     local = joints[k].local[0]
     local[0], local[1], local[2] = centre[0] + lx, centre[1] + ly, centre[2] + lz
@@ -171,19 +173,67 @@ def _cord_geometry(y, k, model):
     g[1, 0], g[1, 1], g[1, 2] = ex, ey, ez
 
 
-@indirect(REAL(types.int64, REAL, MODEL, VECTOR))
-def add_joint_force(k, la, model, F):
-    """Generalised forces la g of joint k; its geometry is that of the last `joint_geometry`."""
-    joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
-    if joints[k].kind == ANGLE:
-        F[joints[k].iv[1] - n_q] += la
-        index = joints[k].index[1]
-        n = bodies[index].axis
-        nx, ny, nz = turn(bodies[index].R, n[0], n[1], n[2])
-        return nx * la  # it acts on the body alone; what drives that is outside
+@inlined
+def measure_joints(end, t, y, model):
+    """Gaps of all joints at the start (end 0) or the end (1) of an interval, t and y the time and state there."""
+    joints = model.flexible.joints
+    for k in range(joints.size):
+        joint_geometry(t, y, k, model)
+        if joints[k].kind == GEAR:
+            measure_gear(k, end, y, model)
+        if end == 0:
+            joints[k].gap0 = joints[k].gap
+        else:
+            joints[k].gap1 = joints[k].gap
+
+
+@inlined
+def _secant(y, h, k, model):
+    """Make gradients of the mean state y those along which a multiplier does the work of the change of the gap."""
+    joints = model.flexible.joints
     if joints[k].kind == GEAR:
-        add_gear_force(k, la, model)
-        return 0.0
+        gear_geometry(k, h, y, model)
+    elif joints[k].kind == DISTANCE:
+        scale = 2.0 * (joints[k].gap + joints[k].value) / (joints[k].gap0 + joints[k].gap1 + 2.0 * joints[k].value)
+        for i in range(2):
+            for c in range(3):
+                joints[k].g[i, c] *= scale
+
+
+@indirect(void(VECTOR, REAL, _I, REAL, MODEL, VECTOR))
+def _add_cord_force(y, h, k, la, model, F):
+    """Generalised forces of the cord of joint k with tension -la over an interval of length h."""
+    joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
+    on, index, iv, g = joints[k].on, joints[k].index, joints[k].iv, joints[k].g
+    a = side_vector(y, bodies, ON_BODY, index[0], -1, -1, joints[k].centre, True)
+    b = side_vector(y, bodies, on[1], index[1], joints[k].iq[1], iv[1], joints[k].local[1], True)
+    d, v, w = (b[0] - a[0], b[1] - a[1], b[2] - a[2]), (b[3] - a[3], b[4] - a[4], b[5] - a[5]), bodies[index[0]].w
+    m = mean_direction((g[1, 0], g[1, 1], g[1, 2]), d, v, w, joints[k].gap1 - joints[k].gap0, h)
+    fx, fy, fz = la * m[0], la * m[1], la * m[2]
+    pull(F, bodies, n_q, ON_BODY, index[0], iv[0], b, True, -fx, -fy, -fz)
+    pull(F, bodies, n_q, on[1], index[1], iv[1], b, True, fx, fy, fz)
+
+
+@indirect(void(VECTOR, REAL, _I, REAL, MODEL, VECTOR))
+def add_joint_force(y, h, k, la, model, F):
+    """Generalised forces of joint k with the multiplier la over an interval; its geometry is that of the last call.
+
+    Parameters
+    ----------
+    y, h : mean state, and length of the interval, s; 0: the state alone
+    """
+    joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
+    kind = joints[k].kind
+    if kind == ANGLE:  # its increment is 2 tan(angle/2)
+        at, p = joints[k].iv[1], 0.5 * h * y[joints[k].iv[1]]
+        F[at - n_q] += la * (math.atan(p) / p if abs(p) > 1e-4 else 1.0 - p * p / 3.0)
+        return
+    if kind == GEAR:
+        add_gear_force(k, la, model, F)
+        return
+    if kind == CORD and h > 0.0:
+        _add_cord_force(y, h, k, la, model, F)
+        return
     for side in range(side_count(joints[k].kind)):
         g, is_place = joints[k].g[side], joints[k].kind != DIRECTION and side != 2
         if joints[k].on[side] == ON_NODE:
@@ -196,7 +246,29 @@ def add_joint_force(k, la, model, F):
             F, bodies, n_q, joints[k].on[side], joints[k].index[side], joints[k].iv[side], joints[k].u[side], is_place,
             la * g[0], la * g[1], la * g[2],
         )  # fmt: skip
-    return 0.0
+
+
+@inlined
+def note_reaction(k, la, model):
+    """Force and moment of joint k with the multiplier la on its second side, inertial axes, into its record."""
+    joints, bodies, kind = model.flexible.joints, model.bodies, model.flexible.joints[k].kind
+    u, g, force, moment = joints[k].u, joints[k].g, joints[k].force, joints[k].moment
+    for c in range(3):
+        force[c] = moment[c] = 0.0
+    joints[k].stored = penalty_energy(joints, k)
+    if kind == ANGLE:
+        n, b = bodies[joints[k].index[1]].axis, joints[k].index[1]
+        nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
+        moment[0], moment[1], moment[2] = -la * nx, -la * ny, -la * nz
+        for c in range(3):
+            u[1, c] = bodies[b].x[c]
+    elif kind == DIRECTION or (kind == ALONG and joints[k].on[0] == ON_NODE):  # of directions
+        if not (joints[k].on[0] == ON_NODE and joints[k].iq[0] == joints[k].iq[1]):  # a section keeps its shape
+            x, y, z = cross(u[1, 0], u[1, 1], u[1, 2], g[1, 0], g[1, 1], g[1, 2])
+            moment[0], moment[1], moment[2] = -la * x, -la * y, -la * z
+    elif kind != GEAR:
+        for c in range(3):
+            force[c] = -la * g[1, c]
 
 
 @inlined
@@ -230,7 +302,7 @@ def add_penalty(t, y, k, model, F):
     joints = model.flexible.joints
     joint_geometry(t, y, k, model)
     force = joints[k].stiffness * joints[k].gap + joints[k].damping * joints[k].rate
-    add_joint_force(k, force, model, F)
+    add_joint_force(y, 0.0, k, force, model, F)
     return penalty_loss(joints, k)
 
 
@@ -249,28 +321,39 @@ def penalty_values(t, s, joints):
 
 
 @inlined
-def add_joint_residual(t, y, la, k, row, model, F, r):
-    """Add joint k with the multiplier la to the forces F and its constraint to the residual, in row `row`.
+def add_joint_residual(t, h, y, la, k, row, model, F, r):
+    """Add joint k with the multiplier la to the forces F over an interval, and its constraint at the end as r[row].
 
-    A penalty is a constraint with a compliance, gap + (damping rate - la)/stiffness = 0.
+    A penalty is a constraint with a compliance, gap + (damping rate - la)/stiffness = 0, by the mean gap.
+
+    Parameters
+    ----------
+    t, h : float, s, start and length of the interval, after `measure_joints` of both ends; h = 0: y is a state
+    y : (ny,) float, mean state
 
     Returns
     -------
     energy, dissipated : float, of a penalty, J and W
     """
     joints = model.flexible.joints
-    joint_geometry(t, y, k, model)
-    if not holds(t, joints, k):
+    joint_geometry(t + 0.5 * h, y, k, model)
+    if not holds(t + h, joints, k):
         r[row] = la
         return 0.0, 0.0
-    add_joint_force(k, la, model, F)
-    r[row] = joints[k].gap
-    if model.info.exact == 0:
+    if h > 0.0:
+        _secant(y, h, k, model)
+    else:
+        joints[k].gap0 = joints[k].gap1 = joints[k].gap
+    add_joint_force(y, h, k, la, model, F)
+    gap0, gap1, stiffness, damping = joints[k].gap0, joints[k].gap1, joints[k].stiffness, joints[k].damping
+    r[row] = gap1
+    if h == 0.0 and model.info.exact == 0:
         r[row] -= joints[k].slack * model.info.compliance * la
-    if joints[k].stiffness <= 0.0:
+    if stiffness <= 0.0:
         return 0.0, 0.0
-    r[row] = joints[k].gap + (joints[k].damping * joints[k].rate - la) / joints[k].stiffness
-    return penalty_energy(joints, k), penalty_loss(joints, k)
+    rate = (gap1 - gap0) / h if h > 0.0 else joints[k].rate
+    r[row] = 0.5 * (gap0 + gap1) + (damping * rate - la) / stiffness
+    return 0.5 * stiffness * gap1 * gap1, damping * rate * rate
 
 
 @kernel

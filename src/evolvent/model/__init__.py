@@ -134,24 +134,27 @@ RECORDS: dict[str, np.dtype] = {
     "joints": _record(
         "kind on index iq iv path drive law first last event switch",
         "local along centre axis zero radius value stiffness damping until latest slack",
-        "u g gap rate",
+        "u g measured gap rate gap0 gap1 stored force moment",
         on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),
+        force=_3, moment=_3,
     ),
     # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
     # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
     # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
     # once latched. account: index of its accounts in the state (`COORDINATE_ACCOUNTS`).
-    # Of the last forces: torque, with derivatives slope and damper but for those of motors, which the tangent finds;
-    # applied: part of it from motors and synchronizations, with derivatives of the latter; u, g: second side, and
-    # derivative of the angle by it; bristle: deflection of the friction, slips: the sense in which it slips, rubs: its
-    # force, relax: of its numerical damping; lost, latch_lost: powers, W. Of the last step: before, pace, bristle0,
-    # rubs0, lost0, latch_lost0, and anchor, the coordinate at which the bristle has no force. caught: rate at which the
-    # latch has locked; peak: its largest torque
+    # Of the last forces: torque of the joint, with derivatives slope and damper of all torques but for those of motors,
+    # which the tangent finds; applied: torque of motors and synchronizations, with derivatives of the latter; u, g:
+    # second side, and direction of the force on it; p, q: parts of a second direction at the start and the end of an
+    # interval; bristle: deflection of the friction, slips: the sense in which it slips, rubs: its force, relax: of its
+    # numerical damping; stored: J; lost, latch_lost: powers, W. Of the last step: before, pace, bristle0, rubs0, lost0,
+    # latch_lost0, and anchor, the coordinate at which the bristle has no force. caught: rate at which the latch has
+    # locked; peak: its largest torque
     "hinges": _record(
         "kind body on other iq iv switch account",
         "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
         "angle rate torque before pace slope damper applied applied_slope applied_damper motor_slope motor_damper "
-        "u g bristle slips rubs relax lost latch_lost bristle0 rubs0 lost0 latch_lost0 anchor caught peak",
+        "u g p0 q0 p1 q1 bristle slips rubs relax stored lost latch_lost latch_torque bristle0 rubs0 lost0 latch_lost0 "
+        "anchor caught peak",
         axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),
     # motors on coordinates: by a profile (kind 0), a user's law (1) or PD to a drive's motion (2); account: of the
@@ -159,20 +162,21 @@ RECORDS: dict[str, np.dtype] = {
     "motors": _record(
         "hinge kind drive law first last account event switch",
         "position_gain velocity_gain limit rate_limit until latest",
-        "on time coordinate rate torque power power0",
+        "on time coordinate rate torque power power0 reference",
     ),
     # cables between two coordinates: they keep ratio_b x_b - ratio_a x_a = offset; account: of what is dissipated
     "synchronizations": _record(
-        "a b account", "ratio_a ratio_b offset stiffness damping", "torque energy lost lost0"
+        "a b account", "ratio_a ratio_b offset stiffness damping", "stretch torque energy lost lost0"
     ),
     # a user-defined law between points, which are markers, from first_marker on. balanced: 1 where the last forces had
     # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric;
     # stated: 1 once the law has given an energy or a power
     "custom_forces": _record("law first last first_marker points", "", "balanced symmetric stated"),
-    # angles and travels of gears, which are joints (`kernels.gear`); first, last of a joint: its coordinates
+    # angles and travels of gears, which are joints (`kernels.gear`); first, last of a joint: its coordinates; fields as
+    # those of hinges
     "gear_coordinates": _record(
-        "kind body other", "axis zero local centre factor", "force torque x",
-        axis=_3, zero=_3, local=_3, centre=_3, force=_3, torque=_3, x=_3,
+        "kind body on other iq iv", "axis zero local factor", "angle before rate u g p0 q0 p1 q1",
+        axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),
     # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
     # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`
@@ -223,8 +227,15 @@ RECORDS: dict[str, np.dtype] = {
     # -1, and of the constants of the elements; now: last amplitudes
     "thermal_loads": _record("beam rod temperature gradient_y gradient_z constants", "", "now", now=_6),
 }  # fmt: skip
-#: Fields of records that are results of a part, as their last evaluation left them: name of the result, its unit, and
-#: what it is. `observe` evaluates the records at every sample (`observe.view.View.records`).
+#: Families that stand in `Flexible`.
+FLEXIBLE = (
+    "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
+    "body_contacts", "motors", "synchronizations", "rods", "rod_elements", "gear_coordinates",
+    "thermal_loads",
+)  # fmt: skip
+
+
+#: Fields of records that are results: name of the variable, unit and words. Those of a coordinate are of an angle.
 RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
     "springs": {
         "distance": ("length", "m", "length"),
@@ -232,18 +243,45 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "rate": ("extension_rate", "m s-1", "rate of the extension"),
         "tension": ("force", "N", "tension, elastic and damping part, positive where the spring pulls"),
         "lateral": (
-            "lateral_force", "N",
+            "lateral_force",
+            "N",
             "force on end b across the axis of the mount, elastic and damping part, inertial axes",
         ),
         "stored": ("energy_elastic", "J", "elastic energy"),
     },
-}  # fmt: skip
-#: Families that stand in `Flexible`.
-FLEXIBLE = (
-    "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
-    "body_contacts", "motors", "synchronizations", "rods", "rod_elements", "gear_coordinates",
-    "thermal_loads",
-)  # fmt: skip
+    "hinges": {
+        "angle": ("angle", "rad", "angle of the second side as seen from the first, any number of turns"),
+        "rate": ("rate", "rad s-1", "rate of the angle"),
+        "torque": ("torque", "N m", "torque of the joint, sum of {parts}, positive against the angle"),
+        "stored": ("energy_elastic", "J", "elastic energy of spring, stops and latch"),
+        "lost": ("dissipation", "W", "power dissipated by the dampers of hinge and latch"),
+        "rubs": ("friction_torque", "N m", "torque of friction, part of that of the joint"),
+        "latch_torque": ("latch_torque", "N m", "torque in the latch, part of that of the joint"),
+        "u": ("ends", "m", "point of travel 0 on the first part, and the second end, inertial axes"),
+    },
+    "motors": {
+        "coordinate": ("angle", "rad", "angle that the motor drives"),
+        "rate": ("rate", "rad s-1", "rate of the angle"),
+        "torque": ("torque", "N m", "torque of the motor, positive where it increases the angle"),
+        "power": ("power", "W", "power of the motor"),
+        "on": ("on", "1", "1 until the motor is switched off, then 0"),
+        "reference": ("reference", "rad", "reference angle of the motor"),
+    },
+    "synchronizations": {
+        "stretch": ("difference", "rad", "difference of the angles that each loop couples, times their ratios"),
+        "torque": ("torque", "N m", "torque of each loop, at a ratio of 1"),
+        "energy": ("energy_elastic", "J", "elastic energy of the loops"),
+        "lost": ("dissipation", "W", "power dissipated by the loops"),
+    },
+    "joints": {
+        "force": ("force", "N", "force of the joint on {on}, inertial axes"),
+        "moment": ("moment", "N m", "moment of the joint on {on} about the joint's position, inertial axes"),
+        "u": ("ends", "m", "ends a and b, inertial axes"),
+        "measured": ("length", "m", "distance of the two ends"),
+        "gap": ("gap", "rad", "error of the coordinate of a"),
+        "stored": ("energy_elastic", "J", "elastic energy of the penalties that hold the joint"),
+    },
+}
 
 
 def family_type(name: str) -> Any:

@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
 from evolvent.base.units import Measured
-from evolvent.kernels import coordinate, rigid
+from evolvent.kernels import axial, rigid
 
 #: Units of an angle and what belongs to it, and those of a travel.
 ANGLE_AND_TRAVEL = (
@@ -78,7 +78,7 @@ def check_units(key: str, value: Any, kind: int) -> None:
     Parameters
     ----------
     key : str, that holds the value, for messages
-    kind : `coordinate.ANGLE` or `coordinate.TRAVEL`
+    kind : `axial.ANGLE` or `axial.TRAVEL`
     """
     if isinstance(value, Section):
         for inner in type(value).model_fields:
@@ -88,8 +88,8 @@ def check_units(key: str, value: Any, kind: int) -> None:
             check_units(key, inner, kind)
     elif isinstance(value, Measured):
         at = next((k for k, pair in enumerate(ANGLE_AND_TRAVEL) if value.unit in pair), None)
-        if at is not None and value.unit != ANGLE_AND_TRAVEL[at][kind != coordinate.ANGLE]:
-            what, wanted = ("an angle", 0) if kind == coordinate.ANGLE else ("a travel", 1)
+        if at is not None and value.unit != ANGLE_AND_TRAVEL[at][kind != axial.ANGLE]:
+            what, wanted = ("an angle", 0) if kind == axial.ANGLE else ("a travel", 1)
             raise InputError(
                 f"{key} is {float(value):g} {value.unit}, but its coordinate is {what}; give it in "
                 f"{ANGLE_AND_TRAVEL[at][wanted]}"

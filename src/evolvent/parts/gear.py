@@ -12,8 +12,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import product
-from evolvent.kernels import gear as kernels
-from evolvent.kernels import joint, rigid, sides
+from evolvent.kernels import axial, joint, rigid, sides
 from evolvent.parts.base import Part, Reference, unit
 from evolvent.parts.joint import Joint, add_row
 from evolvent.parts.joint_sides import NOTHING, across
@@ -21,7 +20,7 @@ from evolvent.parts.joint_sides import NOTHING, across
 #: Most teeth that a ratio of angles may need.
 _MOST_TEETH = 200
 #: Types of joints, and which coordinate of them a gear takes.
-_COORDINATES = {"revolute": kernels.ANGLE, "cylindrical": kernels.ANGLE, "prismatic": kernels.TRAVEL}
+_COORDINATES = {"revolute": axial.ANGLE, "cylindrical": axial.ANGLE, "prismatic": axial.TRAVEL}
 
 
 class Gear(Part):
@@ -68,7 +67,7 @@ class Gear(Part):
         )  # fmt: skip
 
     def _factors(self, name: str, found: list[dict[str, Any]]) -> tuple[float, float]:
-        if all(fields["kind"] == kernels.ANGLE for fields in found):
+        if all(fields["kind"] == axial.ANGLE for fields in found):
             teeth = fractions.Fraction(self.ratio).limit_denominator(_MOST_TEETH)
             if abs(float(teeth) - self.ratio) > 1e-9 * abs(self.ratio):
                 raise InputError(
@@ -80,11 +79,11 @@ class Gear(Part):
     def _period(self, found: list[dict[str, Any]]) -> float:
         """By what the sum q_a + ratio q_b may change while nothing has moved; 0 of travels."""
         kinds = [fields["kind"] for fields in found]
-        if kinds == [kernels.TRAVEL, kernels.TRAVEL]:
+        if kinds == [axial.TRAVEL, axial.TRAVEL]:
             return 0.0
-        if kinds == [kernels.TRAVEL, kernels.ANGLE]:
+        if kinds == [axial.TRAVEL, axial.ANGLE]:
             return abs(self.ratio) * 2.0 * math.pi
-        if kinds == [kernels.ANGLE, kernels.TRAVEL]:
+        if kinds == [axial.ANGLE, axial.TRAVEL]:
             return 2.0 * math.pi
         return 2.0 * math.pi / fractions.Fraction(self.ratio).limit_denominator(_MOST_TEETH).denominator
 
@@ -92,14 +91,14 @@ class Gear(Part):
 def _coordinate(builder: Builder, key: str, where: str) -> dict[str, Any]:
     """Fields of a coordinate: of a joint, or of a body that spins."""
     family, index = builder.names.get(where, ("", -1))
-    zero: dict[str, Any] = {"centre": np.zeros(3), "zero": np.zeros(3)}
+    zero: dict[str, Any] = {"zero": np.zeros(3)}
     if family == "bodies":
         wheel = builder.rows["bodies"][index]
         if wheel["motion"] != rigid.SPIN:
             raise InputError(f"{key} is {where!r}; it must be a body with motion 'spin', or a joint")
         local = across(wheel["axis"])[0]
         axis, start = product(wheel["R0"], wheel["axis"]), product(builder.poses[index].R, local)
-        return {**zero, "kind": kernels.ANGLE, "body": 0, "other": index, "axis": axis, "zero": start, "local": local}
+        return {**zero, "kind": axial.ANGLE, "body": 0, "other": index, "axis": axis, "zero": start, "local": local}
     part = builder.specs.get(where)
     if not isinstance(part, Joint) or part.type not in _COORDINATES:
         what = f"a joint of type {part.type!r}" if isinstance(part, Joint) else "not a joint"
@@ -113,8 +112,8 @@ def _coordinate(builder: Builder, key: str, where: str) -> dict[str, Any]:
     body, other = (int(i) for i in row["index"][:2])
     R, turned = builder.poses[body].R, builder.poses[other].R
     fields = {**zero, "kind": kind, "body": body, "other": other, "axis": product(R.T, unit(part.axis))}
-    if kind == kernels.TRAVEL:
+    if kind == axial.TRAVEL:
         x = builder.poses[other].x + product(turned, row["local"][1])
-        return {**fields, "local": row["local"][1], "centre": product(R.T, x - builder.poses[body].x)}
+        return {**fields, "local": row["local"][1], "zero": product(R.T, x - builder.poses[body].x)}
     e = across(unit(part.axis))[0]
     return {**fields, "zero": product(R.T, e), "local": product(turned.T, e)}

@@ -11,7 +11,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
-from evolvent.kernels import coordinate, rigid, sides
+from evolvent.kernels import axial, rigid, sides
 from evolvent.kernels import joint as kernels
 from evolvent.parts.base import BodyName, Part, PointReference, unit
 from evolvent.parts.checks import check_units
@@ -280,7 +280,7 @@ class PrescribedRotation(Part):
         body = builder.rows["bodies"][index]
         if body["motion"] != rigid.SPIN:
             raise InputError(f"{name}.body is {self.body!r}; only a body with motion 'spin' can be turned")
-        check_units(f"{name}.drive", self.drive, coordinate.ANGLE)
+        check_units(f"{name}.drive", self.drive, axial.ANGLE)
         drive, until = self.drive.write(builder, name), _until(self.until)
         _check_jumps(name, self.drive, until, "rad/s")
         side = Side(sides.ON_COORDINATES, index, body["iq"], body["iv"], np.zeros(3), np.zeros(3), None)
@@ -336,7 +336,7 @@ class PrescribedMotion(Part):
         b = point_side(builder, self.at, f"{name}.at")
         if b.on != sides.ON_COORDINATES:
             raise InputError(f"{name}.at is {self.at!r}; only a beam's node or a point mass can be moved so")
-        check_units(f"{name}.drive", self.drive, coordinate.ANGLE if self.radius > 0.0 else coordinate.TRAVEL)
+        check_units(f"{name}.drive", self.drive, axial.ANGLE if self.radius > 0.0 else axial.TRAVEL)
         drive, until = self.drive.write(builder, name), _until(self.until)
         _check_jumps(name, self.drive, until, "rad/s" if self.radius > 0.0 else "m/s")
         fields: dict[str, Any] = {"drive": drive.kind, "law": drive.law, "first": drive.first, "last": drive.last}

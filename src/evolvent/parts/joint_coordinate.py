@@ -11,12 +11,12 @@ import numpy as np
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location, split_reference
 from evolvent.base.errors import InputError, nearest
-from evolvent.kernels import coordinate
+from evolvent.kernels import axial
 from evolvent.parts.base import Part, unit
 from evolvent.parts.joint import Joint
 
 #: Deflection at which friction slips by default, rad and m.
-PRESLIDING = {coordinate.ANGLE: 1e-4, coordinate.TRAVEL: 1e-5}
+PRESLIDING = {axial.ANGLE: 1e-4, axial.TRAVEL: 1e-5}
 
 
 class Ends(NamedTuple):

@@ -13,7 +13,7 @@ from evolvent.assembly.references import Location
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
-from evolvent.kernels import coordinate, flexible
+from evolvent.kernels import axial, flexible
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
 from evolvent.parts.base import BodyName, JointName, PointReference, unit
 from evolvent.parts.joint_coordinate import CoordinateSpring, Ends
@@ -115,7 +115,7 @@ class RotationalSpring(CoordinateSpring):
         second = self._body(builder, name, ends) if place.family == "bodies" else self._node(builder, name, ends)
         R = builder.poses[ends.body].R
         fields = second._asdict() | {"zero": product(R.T, second.zero), "anchor": second.angle, "before": second.angle}
-        self.add_row(builder, name, coordinate.ANGLE, ends.body, product(R.T, axis), second.angle, fields)
+        self.add_row(builder, name, axial.ANGLE, ends.body, product(R.T, axis), second.angle, fields)
 
     def _body(self, builder: Builder, name: str, ends: Ends) -> _Second:
         """The second direction of a body: across the axis, at the angle that the start has."""

@@ -10,7 +10,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import product
-from evolvent.kernels import coordinate
+from evolvent.kernels import axial
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
 from evolvent.parts.base import BodyName, JointName, PointReference
 from evolvent.parts.joint_coordinate import CoordinateSpring
@@ -85,4 +85,4 @@ class TranslationalSpring(CoordinateSpring):
             "local": np.asarray(place.local, dtype=float),
             "zero": product(pose.R.T, place.x - self.travel * ends.axis - pose.x),
         }
-        self.add_row(builder, name, coordinate.TRAVEL, ends.body, product(pose.R.T, ends.axis), self.travel, fields)
+        self.add_row(builder, name, axial.TRAVEL, ends.body, product(pose.R.T, ends.axis), self.travel, fields)

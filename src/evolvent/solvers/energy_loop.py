@@ -20,7 +20,6 @@ from evolvent.kernels import (
     contact_step,
     coordinate,
     hinge,
-    hinge_step,
     joint,
     rigid,
     sparse_lu,
@@ -376,13 +375,13 @@ def fill_energies(model, work):
     energies(t, work.step.y1, model, work.energies)
     for k in range(joints.size):
         if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
-            coupled += 0.5 * joints[k].stiffness * work.step.gap1[k] * work.step.gap1[k]
+            coupled += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
     for k in range(model.flexible.cylinders.size):
         contact += model.flexible.cylinders[k].energy
     for k in range(model.flexible.body_contacts.size):
         contact += model.flexible.body_contacts[k].energy
     if model.flexible.hinges.size > 0:
-        coupled += hinge_step.hinge_energy(model.flexible.switches, model)
+        coupled += hinge.hinge_energy(model.flexible.switches, model)
     row = work.balance
     row[KINETIC], row[ELASTIC], row[BENDING] = work.energies[0], work.energies[1], work.energies[2]
     row[CONTACT], row[COUPLED] = contact, coupled
@@ -569,7 +568,6 @@ def begin(model, matrix, work):
         work.rate[i] = step.y0[model.info.nq + i]
     work.loop.fastest = fastest_rate(0.0, 1.0, work.rate, work.shares)
     for k in range(model.flexible.hinges.size):
-        model.flexible.hinges[k].angle = step.hinge1[k, 2]
         model.flexible.hinges[k].rate = 0.0
     fill_energies(model, work)
     hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
@@ -668,7 +666,7 @@ def advance(model, matrix, work, budget):
         for k in range(work.paths.size):
             if model.flexible.joints[k].path != 0:
                 joint.joint_geometry(loop.time + h, step.y0, k, model)
-                work.paths[k] = model.flexible.joints[k].gap - step.gap0[k]
+                work.paths[k] = model.flexible.joints[k].gap - model.flexible.joints[k].gap0
         iterations = solve_step(model, matrix, work)
         error = _error(model, work) if adaptive and iterations > 0 else 0.0
         if iterations > 0 and passes:

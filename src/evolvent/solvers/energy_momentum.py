@@ -178,8 +178,6 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         **{name: np.zeros((f.rod_elements.size, 6)) for name in ("rods", "rods_before")},
         **{name: np.zeros((n_b, 3, 3)) for name in ("R0", "R1")},
         **{name: np.zeros((n_b, 3)) for name in ("x0", "x1")},
-        **{name: np.zeros(n_j) for name in ("gap0", "gap1")},
-        **{name: np.zeros((f.hinges.size, 3)) for name in ("hinge0", "hinge1")},
         powers=np.zeros(N_POWERS),
         contact=np.zeros(2),
     )
@@ -292,7 +290,7 @@ class Run(implicit.Run):
 
     def gaps(self) -> np.ndarray:
         """Gaps of the joints at the end of the last step, (nj,)."""
-        return np.array(self.work.step.gap1)
+        return np.array(self.model.flexible.joints["gap1"])
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         """Times and states at which the last step may have called a user's law."""

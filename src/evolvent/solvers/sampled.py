@@ -168,7 +168,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
             add_rod_energies(model, own)
             found.balance.bending[k] += own[2]
         if f.hinges.size:
-            coupled += hinge.add_hinges(t[k], y[k], s[k], model, scratch)[0]
+            coupled += hinge.add_hinges(t[k], y[k], 0.0, s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled
         found.balance.elastic[k] -= coupled
     found.touches[:, :, TOUCHED] = np.nan

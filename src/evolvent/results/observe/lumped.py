@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from evolvent.kernels import rigid
-from evolvent.kernels.springs import evaluate_springs
 from evolvent.results.motion import quaternions
 from evolvent.results.observe.joints import reactions
 from evolvent.results.observe.shapes import solids_of
@@ -103,7 +102,7 @@ def observe_spring(view: View, name: str) -> Observed:
     without = set() if row["law"] == 0 else {"stored"}
     if row["lateral_stiffness"] == 0.0 and row["lateral_damping"] == 0.0:
         without.add("lateral")
-    found.results("springs", view.records("springs", evaluate_springs)[:, index], without)
+    found.results("springs", view.fields["springs"], index, without)
     (a, _), (b, _) = view.marker(int(row["a"])), view.marker(int(row["b"]))
     found.along("ends", "end", np.stack([a, b], axis=1), "m", "ends a and b, inertial axes")
     found.drawn = [{"line": {"points": "ends", "kind": "spring", "values": ["force"]}}]

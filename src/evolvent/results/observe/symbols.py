@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.kernels import coordinate, gear, sides, springs
+from evolvent.kernels import axial, sides, springs
 from evolvent.kernels import joint as joints
 from evolvent.kernels.constraint_rows import CENTRE
 from evolvent.kernels.flexible import NODE_VECTORS
@@ -89,7 +89,7 @@ def _hinge_seat(view: View, name: str, part: Any) -> Seat | None:
     """Where a spring of a joint is: at its joint, at that between the same parts, or at its second end."""
     row = view.model.flexible.hinges[view.index(name)]
     body, axis = int(row["body"]), np.array(row["axis"], dtype=float)
-    if row["kind"] == coordinate.TRAVEL:
+    if row["kind"] == axial.TRAVEL:
         return Seat(body, np.array(row["zero"]), axis)
     if part.joint is not None:
         return seat_of(view, part.joint)
@@ -285,7 +285,7 @@ def _gear(view: View, name: str, found: Observed) -> None:
     radii = _wheel_radii(kinds, float(part.ratio), axes, apart)
     for seat, kind, radius in zip(seats, kinds, radii, strict=True):
         axis = _own_axis(view, seat)
-        if kind == gear.TRAVEL:
+        if kind == axial.TRAVEL:
             found.drawn.append(_entry(view, found, seat, solids=[_pin(0.2, -3.0, 3.0, axis)]))
         elif radius > 0.0:
             found.drawn.append(_entry(view, found, seat, outline=_ring(radius, axis, spokes=2)))
@@ -304,14 +304,14 @@ def _wheel_radii(kinds: list[int], ratio: float, axes: list[Array], apart: Array
     Meshing wheels at the distance d have the radii d/(1 + i) and i d/(1 + i), i = r_b/r_a. A rack and pinion has the
     radius of the pinion as its ratio, or the inverse.
     """
-    if kinds == [gear.TRAVEL, gear.ANGLE]:
+    if kinds == [axial.TRAVEL, axial.ANGLE]:
         return 0.0, abs(ratio)
-    if kinds == [gear.ANGLE, gear.TRAVEL]:
+    if kinds == [axial.ANGLE, axial.TRAVEL]:
         return 1.0 / abs(ratio), 0.0
     along = float(axes[0] @ axes[1])
     off = float(np.linalg.norm(apart - (apart @ axes[0]) * axes[0]))
     signed = ratio * np.sign(along)
-    if kinds == [gear.ANGLE, gear.ANGLE] and abs(abs(along) - 1.0) < 1e-6 and signed > 0.0 and off > 0.0:
+    if kinds == [axial.ANGLE, axial.ANGLE] and abs(abs(along) - 1.0) < 1e-6 and signed > 0.0 and off > 0.0:
         return off / (1.0 + signed), signed * off / (1.0 + signed)
     share = float(np.clip(abs(ratio), 0.25, 4.0)) ** 0.5
     return -1.2 / share, -1.2 * share

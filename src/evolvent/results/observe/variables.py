@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -64,17 +64,17 @@ class Observed:
         dims = ("time", dimension, "axis")[: np.ndim(values)]
         self.variables[name] = Variable(dims, np.asarray(values, dtype=float), units, long_name)
 
-    def results(self, family: str, rows: Array, without: Collection[str] = ()) -> None:
-        """Add the fields of a family's records that are results (`model.RESULTS`), but those `without`.
+    def results(self, family: str, fields: Mapping[str, Array], index: int, without: Collection[str] = ()) -> None:
+        """Add the fields of a record that are results (`model.RESULTS`), but those `without`.
 
         Parameters
         ----------
-        rows : (nt,) records of one part
+        fields : `View.fields` of the family
         """
         for field, described in RESULTS[family].items():
             if field not in without:
-                add = self.scalar if rows[field].ndim == 1 else self.vector
-                add(described[0], rows[field], *described[1:])
+                values = fields[field][:, index]
+                (self.scalar if values.ndim == 1 else self.vector)(described[0], values, *described[1:])
 
     def coordinate(self, name: str, dimension: str, values: Array, units: str, long_name: str) -> None:
         """Add a coordinate (n,) of a dimension of the part's own; of the dimension's name, it numbers its entries."""

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from evolvent.assembly import families, needs
+from evolvent.flow.sampling import evaluate
 from evolvent.kernels import contact, flexible, rigid, sides, springs
 from evolvent.kernels.drive import drive
 from evolvent.kernels.flexible import NODE_VECTORS
-from evolvent.model import Model
+from evolvent.model import RESULTS
 from evolvent.results.motion import rotation_matrices
 from evolvent.results.observe.variables import cross, norm, turned
 from evolvent.solvers import heating
@@ -72,7 +73,6 @@ class View:
         self.explicit = solution.method in METHODS
         self._poses: dict[int, Pose] = {}
         self._sides: dict[Any, Side] = {}
-        self._records: dict[str, Array] = {}
 
     @classmethod
     def of(cls, solution: Solution) -> View:
@@ -102,6 +102,27 @@ class View:
         found = object.__new__(View)
         found.__dict__.update(self.__dict__)
         found.t, found.y, found.s = np.zeros(1), self.assembly.y[None], self.assembly.s[None]
+        found._poses, found._sides = {}, {}
+        found.__dict__.pop("fields", None)
+        return found
+
+    @functools.cached_property
+    def fields(self) -> dict[str, dict[str, Array]]:
+        """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
+        model, la = self.model.copy(), np.ascontiguousarray(self.solution.la)
+        f = model.flexible
+        f.hinges["friction"] = f.hinges["bristle"] = 0.0  # which the states have among their accounts
+        records = {name: families.records(model, name) for name in RESULTS}
+        found = {
+            name: {field: np.empty((self.t.size, *np.shape(rows[field]))) for field in RESULTS[name]}
+            for name, rows in records.items()
+        }
+        needs.load(model, evaluate)
+        for k in range(self.t.size):
+            evaluate(self.t[k], self.y[k], self.s[k], la[k], model)
+            for name, kept in found.items():
+                for field, values in kept.items():
+                    values[k] = records[name][field]
         found._poses, found._sides, found._records = {}, {}, {}
         return found
 
@@ -168,19 +189,6 @@ class View:
             return self.coordinates(int(point["iq"])), self.coordinates(int(point["iv"]))
         return self.on_body(int(row["index"]), row["local"])
 
-    def records(self, family: str, evaluate: Callable[[float, Array, Model], Any]) -> Array:
-        """Records (nt, n) of a family as `evaluate`, of a time, a state and the model, leaves them at every sample."""
-        if family not in self._records:
-            model = self.model.copy()
-            rows = getattr(model, family)
-            found = np.empty((self.t.size, rows.size), dtype=rows.dtype)
-            for k, (t, y) in enumerate(zip(self.t.tolist(), self.y, strict=True)):
-                rigid.kinematics(t, y, model)
-                evaluate(t, y, model)
-                found[k] = rows
-            self._records[family] = found
-        return self._records[family]
-
     def nodes(self, index: int) -> tuple[Array, Array]:
         """Coordinates and rates of a beam's nodes: (nt, n + 1, vectors, 3), m and 1, m/s and 1/s."""
         row = self.model.flexible.beams[index]
@@ -200,10 +208,11 @@ class View:
         q, v = int(joint["iq"][which]), int(joint["iv"][which])
         key = (on, index, q, local.tobytes(), is_point)
         if key not in self._sides:
-            self._sides[key] = self._side(on, index, q, v, local, is_point)
+            self._sides[key] = self.vector(on, index, q, v, local, is_point=is_point)
         return self._sides[key]
 
-    def _side(self, on: int, index: int, q: int, v: int, local: Array, is_point: bool) -> Side:
+    def vector(self, on: int, index: int, q: int, v: int, local: Array, *, is_point: bool) -> Side:
+        """Vector of a side (`evolvent.kernels.sides`)."""
         if on == sides.ON_COORDINATES:
             return Side(self.coordinates(q), self.coordinates(v), -1)
         if on == sides.ON_NODE:
