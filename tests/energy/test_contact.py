@@ -113,6 +113,13 @@ def test_twenty_elements_bounce_at_a_step_of_a_contact_time(part: float, book: B
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("share", [0.1, 0.3])
+def test_a_damper_beside_the_spring(share: float) -> None:
+    """The paper's law: restitution exp(-pi z/sqrt(1 - z^2)) of the share z of critical damping, pulling at the end."""
+    run = simulated(point("paper", 2.0 * share * math.sqrt(K)), 0.4, 5e-3 * CONTACT_TIME, spectral_radius=1.0)
+    assert restitution(run) == pytest.approx(math.exp(-math.pi * share / math.sqrt(1.0 - share**2)), abs=5e-3)
+
+
 @pytest.mark.parametrize("part", [0.05, 0.01])
 def test_what_the_filter_takes_from_a_bounce(part: float) -> None:
     """At the default spectral radius, 1/3, an elastic bounce loses what the step does not resolve, as its square."""

@@ -113,10 +113,11 @@ def test_spectral_radius_at_infinite_frequency(rho: float) -> None:
         assert stretch[16] / stretch[15] == pytest.approx(rho, rel=0.08)  # 1/3 is a double root: n rho^n
 
 
-def bouncing(law: str, height: float = 0.05, friction: float = 0.0) -> System:
+def bouncing(law: str, height: float = 0.05, friction: float = 0.0, damping: str = "objective") -> System:
     """A stiff short rod, free, falls onto a cylinder."""
     system = System(gravity=(0.0, -9.81, 0.0))
     given: dict[str, Any] = {"section": Rectangle(thickness=0.01, width=0.02), "material": STIFF, "elements": 2}
+    given |= {"damping": damping, "stiffness_damping": 0.0 if damping == "objective" else 1e-9}
     system.add(
         parts.Beam(length=0.1, position=(-0.03, 0.5 + height, 0.0), direction=(1, 0, 0), formulation="cable", **given),
         "rod",
@@ -196,8 +197,8 @@ def test_options_out_of_range_are_refused(change: dict[str, Any], words: str) ->
 
 
 def test_what_is_not_supported_is_refused_by_name() -> None:
-    system = bouncing("paper")
-    with pytest.raises(InputError, match="'drum' is a contact with the paper's law, which energy-momentum does not"):
+    system = bouncing("hunt-crossley", damping="paper")
+    with pytest.raises(InputError, match="'rod' is a beam with the paper's damping, which energy-momentum does not"):
         plan(system.assemble(), samples=[0.0, 1.0])
 
 

@@ -11,7 +11,7 @@ import pytest
 from evolvent import System, cases, elements, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import energy_momentum as flow
-from evolvent.kernels import layer_step, sparse
+from evolvent.kernels import contact, sparse
 from evolvent.solvers import energy_momentum
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit_setup import matrix_of
@@ -129,7 +129,7 @@ def test_the_gap_changes_by_the_work_of_a_unit_force(rng: np.random.Generator) -
     slid = np.abs(points["xi1"] + points["carrier1"] - points["xi"] - points["carrier"])[pressed]
     assert slid.max() > 0.05
     F = np.zeros(int(model.info.nv))
-    lost, _ = layer_step.add_layer_step(step.y0, step.y1, 0.05, 1.0, 0.0, 0.0, model, 0, F)
+    lost, _ = contact.add_points(step.y0, step.y1, 0.05, 0.05, 1.0, 0.0, 0.0, model, F)
     changes = points["gap1"][pressed] - points["gap"][pressed]
     expected = float(points["force"][pressed] @ changes)
     assert -F @ step.dq == pytest.approx(expected, rel=1e-9)

@@ -79,7 +79,7 @@ def start_step(assembly: Assembly, y: Array) -> None:
     model.flexible.contact_points["stick"] = 0.0
     model.flexible.contact_points["drag"] = 0.0
     Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0).residual(np.zeros(n_v), np.zeros(model.flexible.joints.size))
-    contact.end_contact_step(y, model)
+    contact.end_points(y, model)
 
 
 def run(assembly: Assembly, samples: Any, **options: Any) -> Solution:

@@ -86,7 +86,7 @@ def moved(assembly: Assembly, size: float) -> Equations:
     y = assembly.y.copy()
     y[n_q : n_q + n_v] = 0.0
     start_step(assembly, y)
-    body_contact.end_body_contacts(model)
+    body_contact.end_bodies(model)
     y1 = y.copy()
     alpha_state.displace(y, size * rng.standard_normal(n_v), model, y1)
     return Equations(assembly, 0.0, y1, np.zeros(n_v), C_MASS, C_RATE, 1e-2)

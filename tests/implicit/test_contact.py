@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import decimal
+import functools
 import math
 from collections.abc import Callable
 
@@ -14,10 +15,13 @@ from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
 from book import Book
-from evolvent.kernels import contact_laws
+from evolvent.kernels import contact_laws, surfaces
 
 Array = np.ndarray
 K = 1e4
+cylinder_gap = functools.partial(surfaces.gap_to, surfaces.CYLINDER)
+cylinder_curvature = functools.partial(surfaces.curvature, surfaces.CYLINDER, 0.0, 1.0)
+may_touch = functools.partial(surfaces.may_touch, surfaces.CYLINDER)
 LAWS = [contact_laws.PAPER, contact_laws.HUNT_CROSSLEY, contact_laws.CONSERVATIVE]
 
 exponents = st.sampled_from([1.0, 1.5, 2.0, 3.0])
@@ -52,11 +56,11 @@ def symmetric(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) 
 
 def test_gap_to_a_cylinder() -> None:
     hub = (0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.6, 1.5)
-    assert_allclose(contact_laws.cylinder_gap(3.0, 4.0, 2.0, *hub), (4.4, 0.6, 0.8, 0.0, 5.0), rtol=1e-15)
-    assert_allclose(contact_laws.cylinder_gap(0.0, -0.5, 2.5, *hub), (-0.1, 0.0, -1.0, 0.0, 0.5), rtol=1e-15)
-    assert contact_laws.cylinder_gap(0.0, 0.5, 2.51, *hub)[0] == math.inf
-    assert contact_laws.cylinder_gap(0.0, 0.0, 0.0, *hub) == (-0.6, 0.0, 0.0, 0.0, 0.0)
-    assert contact_laws.cylinder_gap(0.0, 0.5, 1e9, *hub[:7], math.inf)[0] == 0.5 - 0.6
+    assert_allclose(cylinder_gap(3.0, 4.0, 2.0, *hub), (4.4, 0.6, 0.8, 0.0, 5.0), rtol=1e-15)
+    assert_allclose(cylinder_gap(0.0, -0.5, 2.5, *hub), (-0.1, 0.0, -1.0, 0.0, 0.5), rtol=1e-15)
+    assert cylinder_gap(0.0, 0.5, 2.51, *hub)[0] == math.inf
+    assert cylinder_gap(0.0, 0.0, 0.0, *hub) == (-0.6, 0.0, 0.0, 0.0, 0.0)
+    assert cylinder_gap(0.0, 0.5, 1e9, *hub[:7], math.inf)[0] == 0.5 - 0.6
 
 
 def test_derivatives_of_the_gap_to_a_cylinder(rng: np.random.Generator) -> None:
@@ -65,11 +69,11 @@ def test_derivatives_of_the_gap_to_a_cylinder(rng: np.random.Generator) -> None:
         x = rng.standard_normal(3) * 2.0
 
         def normal(x: Array, hub: tuple = hub) -> Array:
-            return np.array(contact_laws.cylinder_gap(*x, *hub)[1:4])
+            return np.array(cylinder_gap(*x, *hub)[1:4])
 
-        _, nx, ny, nz, distance = contact_laws.cylinder_gap(*x, *hub)
-        n = gradient(lambda x, hub=hub: contact_laws.cylinder_gap(*x, *hub)[0], x, 1e-3)
-        H = symmetric(*contact_laws.cylinder_curvature(nx, ny, nz, *hub[3:6], distance))
+        _, nx, ny, nz, distance = cylinder_gap(*x, *hub)
+        n = gradient(lambda x, hub=hub: cylinder_gap(*x, *hub)[0], x, 1e-3)
+        H = symmetric(*cylinder_curvature(nx, ny, nz, *hub[3:6], distance))
         assert_allclose((nx, ny, nz), n, atol=1e-7)
         assert_allclose(H, gradient(normal, x, 1e-3), atol=1e-7 * np.abs(H).max())
 
@@ -77,15 +81,15 @@ def test_derivatives_of_the_gap_to_a_cylinder(rng: np.random.Generator) -> None:
 def test_tangent_of_a_damped_contact_on_a_cylinder(rng: np.random.Generator) -> None:
     hub = (0.1, 0.2, 0.3, *unit(rng), 3.0, math.inf)
     x, v = np.array([1.0, -0.5, 0.7]), rng.standard_normal(3)
-    v -= 2.0 * v.dot(contact_laws.cylinder_gap(*x, *hub)[1:4]) * np.array(contact_laws.cylinder_gap(*x, *hub)[1:4])
+    v -= 2.0 * v.dot(cylinder_gap(*x, *hub)[1:4]) * np.array(cylinder_gap(*x, *hub)[1:4])
 
     def force(x: Array, v: Array) -> Array:
-        gap, *n, _ = contact_laws.cylinder_gap(*x, *hub)
+        gap, *n, _ = cylinder_gap(*x, *hub)
         return contact_laws.normal_force(contact_laws.HUNT_CROSSLEY, gap, v.dot(n), 0.0, K, 1.5, 0.1)[0] * np.array(n)
 
-    gap, *normal, distance = contact_laws.cylinder_gap(*x, *hub)
+    gap, *normal, distance = cylinder_gap(*x, *hub)
     n = np.array(normal)
-    H = symmetric(*contact_laws.cylinder_curvature(*normal, *hub[3:6], distance))
+    H = symmetric(*cylinder_curvature(*normal, *hub[3:6], distance))
     f, d_gap, d_rate = contact_laws.normal_force(contact_laws.HUNT_CROSSLEY, gap, v.dot(n), 0.0, K, 1.5, 0.1)
     assert f > 0.0
     by_x = d_gap * np.outer(n, n) + d_rate * np.outer(n, H @ v) + f * H
@@ -111,16 +115,16 @@ def test_coarse_test_misses_nothing(
 ) -> None:
     a = np.array(towards) / np.linalg.norm(towards)
     near = np.array(x) + reach * np.array(offset) / max(1.0, float(np.linalg.norm(offset)))
-    if contact_laws.cylinder_gap(*near, *c, *a, radius, half_length)[0] < -1e-12:
+    if cylinder_gap(*near, *c, *a, radius, half_length)[0] < -1e-12:
         # a metre's round-off is granted to the point, not to the test
-        assert contact_laws.may_touch(*x, reach + 1e-14, *c, *a, radius, half_length)
+        assert may_touch(*x, reach + 1e-14, *c, *a, radius, half_length)
 
 
 def test_coarse_test_drops_what_is_far() -> None:
     hub = (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.6, 1.5)
-    assert not contact_laws.may_touch(1.7, 0.0, 0.0, 1.0, *hub)
-    assert not contact_laws.may_touch(0.0, 0.0, 2.6, 1.0, *hub)
-    assert contact_laws.may_touch(1.5, 0.0, 2.4, 1.0, *hub)
+    assert not may_touch(1.7, 0.0, 0.0, 1.0, *hub)
+    assert not may_touch(0.0, 0.0, 2.6, 1.0, *hub)
+    assert may_touch(1.5, 0.0, 2.4, 1.0, *hub)
 
 
 # ------------------------------------------------------------------------------------------------ normal laws

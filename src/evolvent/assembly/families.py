@@ -6,7 +6,7 @@ that it supports, so that a family which the table does not name is refused, nev
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
 `rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `gear`, `hinge`,
 `custom` (user-defined laws between points), `flexible` (beams), `rod`, `beam_loads`, `thermal`, `contact` (with
-`contact_laws` and `layers`), `body_contact`, `loads`, and for threads the package `thread`. The functions of
+`contact_laws` and `surfaces`), `body_contact`, `loads`, and for threads the package `thread`. The functions of
 `evolvent.flow` call them, family by family.
 """
 
@@ -230,7 +230,7 @@ FAMILIES = (
         "use energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
     ),
     Family(
-        "a contact with the paper's law", "cylinders", _NOT_ENERGY, "use `law` 'hunt-crossley', or generalized-alpha",
+        "a contact with the paper's law", "cylinders", EVERY,
         which=_is("law", contact_laws.PAPER),
     ),
     Family(

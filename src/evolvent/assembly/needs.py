@@ -33,19 +33,22 @@ def absent(model: Model) -> frozenset[str]:
     A name that is missing here costs compilation; one that is wrong has a function loaded when it is called.
     """
     f, threads, joints, ties = model.flexible, model.threads, model.flexible.joints, model.flexible.synchronizations
-    penalties = model.info.penalties
+    penalties, turns = model.info.penalties, np.any(f.cylinders["under"] >= 0)
     has = {
         "attitude": model.wheels.size or model.thrusters.size or model.controllers.size,
         "beam_loads": f.beam_loads.size,
         "node_loads": f.beam_loads.size and np.any(families.follows(f.beam_loads)),
         "body_contact": f.body_contacts.size,
-        "body_contact_step": f.body_contacts.size,
         "constraint_rows": model.rows.size,
         "constraint_rows.link_geometry": model.links.size,
-        "contact": f.cylinders.size,
-        "contact_step": f.cylinders.size,
-        "layers": np.any(f.cylinders["under"] >= 0),
-        "layer_step": np.any(f.cylinders["under"] >= 0),
+        "contact": f.cylinders.size or f.body_contacts.size,
+        "contact.add_points": f.cylinders.size,
+        "contact.add_point_tangents": f.cylinders.size,
+        "contact.add_turn_tangents": turns,
+        "contact.end_points": f.cylinders.size,
+        "surfaces": f.cylinders.size,
+        "surfaces.measure_turns": turns,
+        "surfaces.nearest": turns,
         "coordinate": f.hinges.size,
         "coordinate.add_motors": f.motors.size,
         "coordinate.measure_motor_slopes": f.motors.size,
@@ -92,6 +95,7 @@ def absent(model: Model) -> frozenset[str]:
         "flow.explicit_flexible.release_penalties": penalties,
         "flow.impulse": model.rows.size or threads.size,
         "flow.projection.project_links": model.links.size or model.guides.size,
+        "solvers.sampled.write_contacts": f.cylinders.size or f.body_contacts.size,
         "solvers.alpha_start.thread_accelerations": threads.size,
         "solvers.alpha_samples.keep_lengths_at_spools": threads.size,
     }

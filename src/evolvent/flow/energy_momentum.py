@@ -19,7 +19,7 @@ Every force acts along the mean shape: J(qm) dq = dg of strains that are quadrat
 directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2) e, for then dR = [theta]x (R0 + R1)/2.
 So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
 h. Springs and distances have the factor 2 abs(dm)/(l0 + l1) more, contacts and cords on drums the directions of
-`kernels.contact_step`, `kernels.layer_step` and `kernels.cord`, rods secants of functions of an angle
+`kernels.surfaces`, `kernels.body_contact` and `kernels.cord`, rods secants of functions of an angle
 (`kernels.rod_step`). Forces by users' laws are those of the mean position;
 what they give beside the energy that they store and dissipate, of third order in h, is booked as work of loads.
 
@@ -41,9 +41,8 @@ from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, N_P
 from evolvent.kernels import (
     attitude,
     beam_loads,
-    body_contact_step,
     cable,
-    contact_step,
+    contact,
     coordinate,
     custom,
     element_step,
@@ -52,7 +51,6 @@ from evolvent.kernels import (
     hinge,
     hinge_tangent,
     joint,
-    layer_step,
     loads,
     node_loads,
     points,
@@ -134,13 +132,7 @@ def measure(end, model, work):
         rod_step.measure_rods(model, work.rods1 if end == 1 else work.rods0)
     if model.flexible.hinges.size > 0:
         hinge.measure_hinges(end, y, model.flexible.switches, model)
-    if model.flexible.body_contacts.size > 0:
-        body_contact_step.measure_body_gaps(end, model)
-    if model.flexible.cylinders.size > 0:
-        contact_step.measure_gaps(y, end, model)
-        for k in range(model.flexible.cylinders.size):
-            if model.flexible.cylinders[k].under >= 0:
-                layer_step.measure_layer(y, end, model, k)
+    contact.measure(y, end, model)
 
 
 @indirect(void(MODEL, ENERGY_STEP))
@@ -228,28 +220,15 @@ def residual(model, work):
         for i in range(6):
             model.bodies[b].F[i] = 0.0
     points.clear_forces(model.points)
-    work.contact[0] = work.contact[1] = 0.0
     if f.elements.size > 0:
         powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = add_elements(model, work)
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(tm, ym, 1.0, model, P)
         if f.thermal_loads.size > 0:
             thermal.add_thermal_loads(work.step.t, work.step.t + h, ym, 1.0, model, P)
-        if f.cylinders.size > 0:
-            work.contact[0], work.contact[1] = contact_step.add_contact_step(
-                work.y0, work.y1, h, work.step.soft, work.step.chi, work.step.ratio, model, F
-            )
-            for k in range(f.cylinders.size):
-                if f.cylinders[k].under >= 0:
-                    lost, rubbed = layer_step.add_layer_step(
-                        work.y0, work.y1, h, work.step.soft, work.step.chi, work.step.ratio, model, k, F
-                    )
-                    work.contact[0] += lost
-                    work.contact[1] += rubbed
-    if f.body_contacts.size > 0:
-        lost, rubbed = body_contact_step.add_body_contact_step(h, work.step.soft, work.step.chi, work.step.ratio, model)
-        work.contact[0] += lost
-        work.contact[1] += rubbed
+    work.contact[0], work.contact[1] = contact.add_contacts(
+        work.y0, work.y1, h, h, work.step.soft, work.step.chi, work.step.ratio, model, F
+    )
     if f.rods.size > 0:
         if f.thermal_loads.size > 0:
             thermal.heat_rods(work.step.t, work.step.t + h, 1.0, model)
@@ -399,13 +378,7 @@ def tangent(scale, model, work, matrix):
         add_element_tangents(c_mass, model, work, matrix)
         if f.thermal_loads.size > 0:
             thermal.add_thermal_tangents(work.ym, model, matrix)
-        if f.cylinders.size > 0:
-            contact_step.add_contact_step_tangents(work.y0, work.y1, model, matrix)
-            for k in range(f.cylinders.size):
-                if f.cylinders[k].under >= 0:
-                    layer_step.add_layer_step_tangents(work.y1, model, k, matrix)
-    if f.body_contacts.size > 0:
-        body_contact_step.add_body_contact_step_tangents(model, matrix)
+    contact.add_tangents(work.y0, work.y1, h, 0.0, model, matrix)
     if f.rods.size > 0:
         rod_step.add_rod_step_tangents(
             model, h, work.step.chi, work.step.ratio, work.dq, work.R0, work.R1, work.x1, work.rods0, work.rods1,

@@ -8,7 +8,6 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import (
     beam_loads,
-    body_contact,
     contact,
     coordinate,
     custom,
@@ -63,7 +62,7 @@ def add_flexible_forces(t, y, s, model, dy):
         F[i] = 0.0
         P[i] = 0.0
     points.pass_to_beams(n_q, model.points, F)
-    by_mass = by_stiffness = by_contact = by_joints = given = 0.0
+    by_mass = by_stiffness = by_joints = given = 0.0
     account = n_q + n_v + N_ACCOUNTS
     if f.elements.size > 0:
         by_mass, by_stiffness = flexible.add_elements(y, dy[n_q : n_q + n_v], model, F)
@@ -76,15 +75,9 @@ def add_flexible_forces(t, y, s, model, dy):
             fields.add_beam_fields(t, y, model, P)
         for i in range(n_v):
             given += P[i] * y[n_q + i]
-        if f.cylinders.size > 0:
-            contact.add_contacts(y, -1.0, model, F)
-        for k in range(f.cylinders.size):
-            by_contact += f.cylinders[k].power
-            dy[account + IMPULSE + k] = f.cylinders[k].normal
-    if f.body_contacts.size > 0:
-        body_contact.add_body_contacts(-1.0, model)
-        for k in range(f.body_contacts.size):
-            by_contact += f.body_contacts[k].power
+    by_contact, _ = contact.add_contacts(y, y, 0.0, -1.0, 1.0, 0.0, 0.0, model, F)
+    for k in range(f.cylinders.size):
+        dy[account + IMPULSE + k] = f.cylinders[k].normal
     if f.rods.size > 0:
         if f.thermal_loads.size > 0:
             thermal.heat_rods(t, t, 1.0, model)
@@ -125,14 +118,8 @@ def add_flexible_inventory(t, y, s, model, out):
         out[ELASTIC] += part[1]
         P, H = out[P_ALL : P_ALL + 3], out[H_BODY : H_BODY + 3]
         flexible.beam_momenta(y, 0, f.elements.size, model, P, H)
-        if f.cylinders.size > 0:
-            contact.add_contacts(y, -1.0, model, F)
-        for k in range(f.cylinders.size):
-            out[ELASTIC] += f.cylinders[k].energy
-    if f.body_contacts.size > 0:
-        body_contact.add_body_contacts(-1.0, model)
-        for k in range(f.body_contacts.size):
-            out[ELASTIC] += f.body_contacts[k].energy
+    contact.add_contacts(y, y, 0.0, -1.0, 1.0, 0.0, 0.0, model, F)
+    out[ELASTIC] += contact.energy_of(model)
     if f.rods.size > 0:
         part = model.sums[1]
         part[1] = 0.0

@@ -23,7 +23,6 @@ from evolvent.flow.powers import (
 from evolvent.kernels import (
     attitude,
     beam_loads,
-    body_contact,
     contact,
     coordinate,
     custom,
@@ -75,10 +74,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
             beam_loads.add_beam_loads(t, y, factor, model, P)
         if f.thermal_loads.size > 0:
             thermal.add_thermal_loads(t, t, y, factor, model, P)
-        if f.cylinders.size > 0:
-            contact.add_contacts(y, step, model, F)
-    if f.body_contacts.size > 0:
-        body_contact.add_body_contacts(step, model)
+    contact.add_contacts(y, y, 0.0, step, 1.0, 0.0, 0.0, model, F)
     if f.rods.size > 0:
         if f.thermal_loads.size > 0:
             thermal.heat_rods(t, t, factor, model)
@@ -150,10 +146,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         flexible.add_element_tangents(y, c_mass, c_rate, model, matrix)
         if f.thermal_loads.size > 0:
             thermal.add_thermal_tangents(y, model, matrix)
-        if f.cylinders.size > 0:
-            contact.add_contact_tangents(y, c_rate, model, matrix)
-    if f.body_contacts.size > 0:
-        body_contact.add_body_contact_tangents(c_rate, model, matrix)
+    contact.add_tangents(y, y, 0.0, c_rate, model, matrix)
     if f.rods.size > 0:
         rod.add_rod_tangents(c_rate, model, matrix)
     if model.springs.size > 0:
@@ -198,10 +191,7 @@ def energies(t, y, model, out):
         out[1] += springs.evaluate_springs(t, y, model)
     if f.custom_forces.size > 0:
         out[1] += custom.custom_energies(t, y, model)
-    for k in range(f.cylinders.size):
-        out[1] += f.cylinders[k].energy
-    for k in range(f.body_contacts.size):
-        out[1] += f.body_contacts[k].energy
+    out[1] += contact.energy_of(model)
     if model.threads.size > 0:
         thread.add_thread_energies(y, model, out)
 

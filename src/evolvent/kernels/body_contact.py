@@ -1,9 +1,24 @@
-"""Contacts between two rigid bodies: their forces, tangents and what a step leaves behind.
+"""Contacts between two rigid bodies over an interval: gaps, forces, tangents and what a step leaves behind.
 
 Body a has a sphere or a capsule, a segment with a radius; body b has one as well, or a plane. The force acts at the
 point of contact on both bodies, so that momenta are kept. Friction follows the displacement of one surface along the
-other over the step: of a's material at the point of contact, from where it was in the axes of b at the step's start.
+other: of a's material at the point of contact against b's, over a step from where it was in the axes of b at its start.
 A sphere that rolls does not slide.
+
+With d from the middle of b's segment to that of a's, the axes e of a and g of b, u = d.e, v = d.g, w = e.g and the
+closest places s and t, the squared distance is
+
+    p^2 = d.d + s^2 + t^2 + 2 s u - 2 t v - 2 s t w
+
+and changes over a step, with means m of both ends, by
+
+    2 dm.dd + 2 sm du - 2 tm dv - 2 (s t)m dw + rho,
+    rho = 2 (sm + um - wm tm) ds + 2 (tm - vm - wm sm) dt
+
+where s and t depend on u, v and w alone: rho, of third order where s and t lie inside, is shared among du, dv and dw in
+proportion to them. u, v and w are quadratic in vectors that are fixed to the bodies, whose changes are
+theta x mean. So the force lam times this over p0 + p1 does the work of the gap's change exactly; it depends on the
+bodies' points against each other alone, and keeps both momenta. The distance from a plane is v.
 """
 
 import math
@@ -12,210 +27,220 @@ import numpy as np
 from numba import types, void
 
 from evolvent.compiled.jit import MATRIX, REAL, indirect, inlined
-from evolvent.kernels import contact_laws, rigid, surfaces
-from evolvent.kernels.contact import DEPTH
+from evolvent.kernels import contact_laws, rigid
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import add_turning, body_columns, turn_axis
 from evolvent.kernels.sparse import SPARSE, first_entry
+from evolvent.kernels.surfaces import END, PLANE, START, STATE, closest_positions
 from evolvent.model import MODEL
 
 _I = types.int64
+_PAIR = types.UniTuple(REAL, 2)
 
 
 @inlined
-def axes_of(row, bodies):
-    """Of the bodies' current positions: d from the middle of b to that of a, and the axes of both, inertial axes."""
-    a, b, p, q = row.a, row.b, row.place_a, row.place_b
-    px, py, pz = turn(bodies[a].R, p[0], p[1], p[2])
-    qx, qy, qz = turn(bodies[b].R, q[0], q[1], q[2])
-    xa, xb, e, g = bodies[a].x, bodies[b].x, row.axis_a, row.axis_b
-    ex, ey, ez = turn(bodies[a].R, e[0], e[1], e[2])
-    gx, gy, gz = turn(bodies[b].R, g[0], g[1], g[2])
-    d = (xa[0] + px - xb[0] - qx, xa[1] + py - xb[1] - qy, xa[2] + pz - xb[2] - qz)
-    return d, (ex, ey, ez), (gx, gy, gz)
+def _axes_of(row, bodies):
+    """Of the bodies' current positions: arms of both middles, and the axes of both, inertial axes."""
+    A, B, p, q, e, g = bodies[row.a].R, bodies[row.b].R, row.place_a, row.place_b, row.axis_a, row.axis_b
+    return (
+        turn(A, p[0], p[1], p[2]), turn(B, q[0], q[1], q[2]), turn(A, e[0], e[1], e[2]), turn(B, g[0], g[1], g[2])
+    )  # fmt: skip
 
 
 @inlined
-def measure(row, d, e, g):
-    """Gap and normal (from b to a): (gap, distance, normal, u, v, w, s, t), of `surfaces.closest_positions`."""
-    u = d[0] * e[0] + d[1] * e[1] + d[2] * e[2]
-    v = d[0] * g[0] + d[1] * g[1] + d[2] * g[2]
-    w = e[0] * g[0] + e[1] * g[1] + e[2] * g[2]
-    if row.surface == surfaces.PLANE:
-        return v - row.radius, v, g, u, v, w, 0.0, 0.0
-    s, t = surfaces.closest_positions(u, v, w, row.half_a, row.half_b)
-    x, y, z = d[0] + s * e[0] - t * g[0], d[1] + s * e[1] - t * g[1], d[2] + s * e[2] - t * g[2]
-    distance = math.sqrt(x * x + y * y + z * z)
-    scale = 1.0 / distance if distance > 0.0 else 0.0
-    return distance - row.radius, distance, (scale * x, scale * y, scale * z), u, v, w, s, t
+def _apart(row, bodies, p, q):
+    """d, from the middle of b to that of a."""
+    x, z = bodies[row.a].x, bodies[row.b].x
+    return x[0] + p[0] - z[0] - q[0], x[1] + p[1] - z[1] - q[1], x[2] + p[2] - z[2] - q[2]
 
 
-@inlined
-def position_of(row, bodies, e, s, n):
-    """Where a's surface touches b, inertial axes: on the line from its axis along the normal n."""
-    p, x = row.place_a, bodies[row.a].x
-    px, py, pz = turn(bodies[row.a].R, p[0], p[1], p[2])
-    r = row.radius_a
-    return x[0] + px + s * e[0] - r * n[0], x[1] + py + s * e[1] - r * n[1], x[2] + pz + s * e[2] - r * n[2]
-
-
-@inlined
-def push(row, bodies, at, f):
-    """Add the force f on a, and -f on b, both at the point `at`, to the bodies' wrenches and the contact's moments."""
-    A, B, xa, xb = bodies[row.a].F, bodies[row.b].F, bodies[row.a].x, bodies[row.b].x
-    rigid.add_wrench(A, at[0] - xa[0], at[1] - xa[1], at[2] - xa[2], f[0], f[1], f[2])
-    rigid.add_wrench(B, at[0] - xb[0], at[1] - xb[1], at[2] - xb[2], -f[0], -f[1], -f[2])
-    x, y, z = cross(at[0] - xa[0], at[1] - xa[1], at[2] - xa[2], f[0], f[1], f[2])
-    m = row.moment_a
-    m[0], m[1], m[2] = m[0] + x, m[1] + y, m[2] + z
-    x, y, z = cross(at[0] - xb[0], at[1] - xb[1], at[2] - xb[2], -f[0], -f[1], -f[2])
-    m = row.moment_b
-    m[0], m[1], m[2] = m[0] + x, m[1] + y, m[2] + z
-    m = row.f
-    m[0], m[1], m[2] = m[0] + f[0], m[1] + f[1], m[2] + f[2]
-
-
-@inlined
-def clear(row):
-    """Clear what a contact holds of the last forces."""
-    contact_laws.clear_point(row)
-    f, g, m, k, s = row.f, row.rubbing, row.moment_a, row.moment_b, row.slide
-    for i in range(3):
-        f[i] = g[i] = m[i] = k[i] = s[i] = 0.0
-    row.energy, row.power = 0.0, 0.0
-
-
-@indirect(void(REAL, MODEL))
-def add_body_contacts(step, model):
-    """Forces of all contacts between bodies into the bodies' wrenches, by the bodies' current positions.
-
-    Parameters
-    ----------
-    step : float, s, as of `contact.add_contacts`
-    """
-    bodies, rows = model.bodies, model.flexible.body_contacts
+@indirect(void(_I, MODEL))
+def measure_bodies(what, model):
+    """Gaps by the bodies' current positions, as `surfaces.measure_points`."""
+    rows = model.flexible.body_contacts
     for k in range(rows.size):
         row = rows[k]
-        clear(row)
-        d, e, g = axes_of(row, bodies)
-        gap, distance, n, _, _, _, s, t = measure(row, d, e, g)
-        row.gap1, row.distance, row.s1, row.t1 = gap, distance, s, t
-        normal = row.n
-        normal[0], normal[1], normal[2] = n
-        at = position_of(row, bodies, e, s, n)
-        c = row.c
-        c[0], c[1], c[2] = at
-        if gap >= 0.0:
+        p, q, e, g = _axes_of(row, model.bodies)
+        d = _apart(row, model.bodies, p, q)
+        u = d[0] * e[0] + d[1] * e[1] + d[2] * e[2]
+        v = d[0] * g[0] + d[1] * g[1] + d[2] * g[2]
+        w = e[0] * g[0] + e[1] * g[1] + e[2] * g[2]
+        distance, s, t, (nx, ny, nz) = v, 0.0, 0.0, g
+        if row.surface != PLANE:
+            s, t = closest_positions(u, v, w, row.half_a, row.half_b)
+            x, y, z = d[0] + s * e[0] - t * g[0], d[1] + s * e[1] - t * g[1], d[2] + s * e[2] - t * g[2]
+            distance = math.sqrt(x * x + y * y + z * z)
+            scale = 1.0 / distance if distance > 0.0 else 0.0
+            nx, ny, nz = scale * x, scale * y, scale * z
+        gap = distance - row.radius
+        if what == START:
+            row.gap, row.distance0, row.u0, row.v0, row.w0, row.s0, row.t0 = gap, distance, u, v, w, s, t
             continue
-        vx, vy, vz = _relative_velocity(row, bodies, at)
-        rate = n[0] * vx + n[1] * vy + n[2] * vz
-        force, d_gap, d_rate = contact_laws.pushing_force(
-            row.law, gap, rate, row.gap, row.stiffness, row.exponent, row.damping, row.viscous
-        )
-        row.force, row.d_gap, row.d_rate = force, d_gap, d_rate
-        push(row, bodies, at, (force * n[0], force * n[1], force * n[2]))
-        row.energy = contact_laws.contact_energy(gap, row.stiffness, row.exponent)
-        row.damper1 = force - contact_laws.elastic_force(gap, row.stiffness, row.exponent)[0]
-        row.power = -row.damper1 * rate
-        if row.friction > 0.0:
-            row.energy += _rub(row, bodies, at, n, force, step)
+        row.gap1, row.distance, row.u1, row.v1, row.w1, row.s1, row.t1 = gap, distance, u, v, w, s, t
+        n = row.n1
+        n[0], n[1], n[2] = nx, ny, nz
+        if what == END:
+            row.energy = contact_laws.contact_energy(gap, row.stiffness, row.exponent)
 
 
 @inlined
-def _relative_velocity(row, bodies, at):
+def _shares(row):
+    """Changes of the distance by d, u, v and w over a step: factors of 2 dm.dd, du, dv and dw."""
+    if row.surface == PLANE:
+        return 0.0, 0.0, 1.0, 0.0
+    s, t = 0.5 * (row.s0 + row.s1), 0.5 * (row.t0 + row.t1)
+    u, v, w = 0.5 * (row.u0 + row.u1), 0.5 * (row.v0 + row.v1), 0.5 * (row.w0 + row.w1)
+    ds, dt = row.s1 - row.s0, row.t1 - row.t0
+    rho = 2.0 * ((s + u - w * t) * ds + (t - v - w * s) * dt)
+    by_u, by_v, by_w = 2.0 * s, -2.0 * t, -(row.s0 * row.t0 + row.s1 * row.t1)
+    length = min(row.half_a, row.half_b)
+    du = row.u1 - row.u0 if row.half_a > 0.0 else 0.0
+    dv = row.v1 - row.v0 if row.half_b > 0.0 else 0.0
+    dw = length * (row.w1 - row.w0)
+    total = du * du + dv * dv + dw * dw
+    if rho != 0.0 and total > 0.0:
+        by_u, by_v, by_w = by_u + rho * du / total, by_v + rho * dv / total, by_w + rho * length * dw / total
+    scale = 1.0 / (row.distance0 + row.distance)
+    return scale, scale * by_u, scale * by_v, scale * by_w
+
+
+@indirect(_PAIR(REAL, REAL, REAL, REAL, REAL, MODEL))
+def add_bodies(h, step, soft, chi, ratio, model):
+    """`contact.add_contacts` of two bodies."""
+    rows, bodies, lost, rubbed = model.flexible.body_contacts, model.bodies, 0.0, 0.0
+    if h == 0.0:
+        measure_bodies(STATE, model)
+    for k in range(rows.size):
+        row = rows[k]
+        contact_laws.clear_point(row)
+        n, c, rubbing, slide, on_a, on_b, n1 = row.n, row.c, row.rubbing, row.slide, row.on_a, row.on_b, row.n1
+        for i in range(3):
+            on_a[i] = on_a[3 + i] = on_b[i] = on_b[3 + i] = rubbing[i] = slide[i] = 0.0
+            n[i] = n1[i]
+        A, B, stiffness, exponent = bodies[row.a], bodies[row.b], row.stiffness, row.exponent
+        p, q, e, g = _axes_of(row, bodies)
+        d, s, size, by_u, by_v, by_w = _apart(row, bodies, p, q), row.s1, 1.0, 0.0, 0.0, 0.0
+        if h != 0.0:
+            by_d, by_u, by_v, by_w = _shares(row)
+            for i in range(3):
+                n[i] = 2.0 * by_d * d[i] + by_u * e[i] + by_v * g[i]
+            s, size = 0.5 * (row.s0 + row.s1), math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+        unit, r, xa, xb = (n[0] / size, n[1] / size, n[2] / size), row.radius_a, A.x, B.x
+        c[0] = xa[0] + p[0] + s * e[0] - r * unit[0]  # where a's surface touches b
+        c[1] = xa[1] + p[1] + s * e[1] - r * unit[1]
+        c[2] = xa[2] + p[2] + s * e[2] - r * unit[2]
+        before = contact_laws.contact_energy(row.gap, stiffness, exponent)
+        stored = contact_laws.contact_energy(row.gap1, stiffness, exponent)
+        row.energy, row.power = stored, 0.0
+        if h == 0.0 and row.gap1 >= 0.0:
+            continue
+        arm_a, arm_b = (c[0] - xa[0], c[1] - xa[1], c[2] - xa[2]), (c[0] - xb[0], c[1] - xb[1], c[2] - xb[2])
+        v = _relative_velocity(A, B, arm_a, arm_b)
+        rate = n[0] * v[0] + n[1] * v[1] + n[2] * v[2]
+        lam, filtered = contact_laws.press(row, row, row.gap, row.gap1, rate, h, soft, chi, ratio)
+        if h == 0.0:
+            row.power = -row.damper1 * rate
+            lost += row.power
+        elif lam == 0.0:
+            lost += before - stored
+            rubbed += contact_laws.bristle_energy(row, row)
+            continue
+        else:
+            lost += (lam - filtered) * (row.gap - row.gap1) - (stored - before)
+        f = (lam * n[0], lam * n[1], lam * n[2])
+        if h == 0.0:
+            rigid.add_wrench(on_a, arm_a[0], arm_a[1], arm_a[2], f[0], f[1], f[2])
+            rigid.add_wrench(on_b, arm_b[0], arm_b[1], arm_b[2], -f[0], -f[1], -f[2])
+        else:  # forces at the middles, and moments by the axes
+            rigid.add_wrench(on_a, p[0], p[1], p[2], f[0], f[1], f[2])
+            rigid.add_wrench(on_b, q[0], q[1], q[2], -f[0], -f[1], -f[2])
+            ax, ay, az = cross(
+                e[0], e[1], e[2],
+                lam * (by_u * d[0] + by_w * g[0]), lam * (by_u * d[1] + by_w * g[1]), lam * (by_u * d[2] + by_w * g[2]),
+            )  # fmt: skip
+            bx, by, bz = cross(
+                g[0], g[1], g[2],
+                lam * (by_v * d[0] + by_w * e[0]), lam * (by_v * d[1] + by_w * e[1]), lam * (by_v * d[2] + by_w * e[2]),
+            )  # fmt: skip
+            on_a[3], on_a[4], on_a[5] = on_a[3] + ax, on_a[4] + ay, on_a[5] + az
+            on_b[3], on_b[4], on_b[5] = on_b[3] + bx, on_b[4] + by, on_b[5] + bz
+        if row.friction > 0.0:
+            f, slip, held = _rub(row, A, B, arm_a, arm_b, v, unit, lam, h, step)
+            rubbed += slip if h != 0.0 else 0.0
+            row.energy += held
+            rubbing[0], rubbing[1], rubbing[2] = f
+            rigid.add_wrench(on_a, arm_a[0], arm_a[1], arm_a[2], f[0], f[1], f[2])
+            rigid.add_wrench(on_b, arm_b[0], arm_b[1], arm_b[2], -f[0], -f[1], -f[2])
+        for i in range(6):
+            A.F[i] += on_a[i]
+            B.F[i] += on_b[i]
+    return lost, rubbed
+
+
+@inlined
+def _relative_velocity(A, B, arm_a, arm_b):
     """Velocity of a's material at a point against that of b's."""
-    xa, xb, wa, wb = bodies[row.a].x, bodies[row.b].x, bodies[row.a].w, bodies[row.b].w
-    ax, ay, az = cross(wa[0], wa[1], wa[2], at[0] - xa[0], at[1] - xa[1], at[2] - xa[2])
-    bx, by, bz = cross(wb[0], wb[1], wb[2], at[0] - xb[0], at[1] - xb[1], at[2] - xb[2])
-    va, vb = bodies[row.a].v, bodies[row.b].v
+    va, vb, wa, wb = A.v, B.v, A.w, B.w
+    ax, ay, az = cross(wa[0], wa[1], wa[2], arm_a[0], arm_a[1], arm_a[2])
+    bx, by, bz = cross(wb[0], wb[1], wb[2], arm_b[0], arm_b[1], arm_b[2])
     return va[0] + ax - vb[0] - bx, va[1] + ay - vb[1] - by, va[2] + az - vb[2] - bz
 
 
 @inlined
-def _slide(row, bodies, at):
-    """How far a's material at a point has moved against b since the step's start, body axes of b."""
-    xa, xb, X, Q = bodies[row.a].x, bodies[row.b].x, row.X, row.Q
-    lx, ly, lz = turn_back(bodies[row.a].R, at[0] - xa[0], at[1] - xa[1], at[2] - xa[2])
-    mx, my, mz = turn_back(bodies[row.b].R, at[0] - xb[0], at[1] - xb[1], at[2] - xb[2])
-    qx, qy, qz = turn(Q, lx, ly, lz)
-    return mx - X[0] - qx, my - X[1] - qy, mz - X[2] - qz
+def _rub(row, A, B, arm_a, arm_b, v, n, lam, h, step):
+    """`contact_laws.rub` of two bodies: the bristle's axes are those of b."""
+    axes, s, slide, X = contact_laws.body_axes(B.R), (h * v[0], h * v[1], h * v[2]), row.slide, row.X
+    if h == 0.0 and step > 0.0:
+        x, y, z = turn_back(A.R, arm_a[0], arm_a[1], arm_a[2])
+        qx, qy, qz = turn(row.Q, x, y, z)
+        x, y, z = turn_back(B.R, arm_b[0], arm_b[1], arm_b[2])
+        s = turn(B.R, x - X[0] - qx, y - X[1] - qy, z - X[2] - qz)
+    s = contact_laws.tangential(s[0], s[1], s[2], n[0], n[1], n[2])
+    slide[0], slide[1], slide[2] = contact_laws.into_axes(axes, s)
+    x, y, z = contact_laws.from_axes(axes, row.stick)
+    u = contact_laws.tangential(x, y, z, n[0], n[1], n[2])
+    return contact_laws.rub(row, row, axes, u, s, lam, step)
 
 
-@inlined
-def _rub(row, bodies, at, n, force, step):
-    """Friction of a contact onto the bodies; returns the energy of its bristle, J."""
-    R, s, q = bodies[row.b].R, row.slide, row.stick
-    sx = sy = sz = 0.0
-    if step > 0.0:
-        sx, sy, sz = _slide(row, bodies, at)
-        sx, sy, sz = turn(R, sx, sy, sz)
-        sx, sy, sz = contact_laws.tangential(sx, sy, sz, n[0], n[1], n[2])
-        s[0], s[1], s[2] = turn_back(R, sx, sy, sz)
-    ux, uy, uz = turn(R, q[0], q[1], q[2])
-    ux, uy, uz = contact_laws.tangential(ux, uy, uz, n[0], n[1], n[2])
-    found = contact_laws.friction(
-        ux, uy, uz, sx, sy, sz, force, row.friction, row.stick_stiffness, row.stick_damping if step > 0.0 else 0.0, step
-    )
-    f = (found[0], found[1], found[2])
-    q, d, t, g = row.stick1, row.drag1, row.t, row.rubbing
-    q[0], q[1], q[2] = turn_back(R, found[3], found[4], found[5])
-    d[0], d[1], d[2] = turn_back(R, f[0], f[1], f[2])
-    t[0], t[1], t[2] = found[8], found[9], found[10]
-    g[0], g[1], g[2] = f
-    row.along, row.across, row.by_normal = found[11], found[12], found[13]
-    push(row, bodies, at, f)
-    return 0.5 * row.stick_stiffness * (found[3] ** 2 + found[4] ** 2 + found[5] ** 2)
-
-
-@indirect(void(REAL, MODEL, SPARSE))
-def add_body_contact_tangents(c_rate, model, matrix):
-    """Tangents of all contacts between bodies, c_rate times the derivatives by velocity included.
+@indirect(void(REAL, REAL, MODEL, SPARSE))
+def add_body_tangents(h, c_rate, model, matrix):
+    """`contact.add_tangents` of two bodies.
 
     Left out is how a turn of a capsule moves the point on its axis from which the distance is measured.
     """
-    f, bodies = model.flexible, model.bodies
-    rows, K = f.body_contacts, f.K12
+    rows, bodies, K, factor = model.flexible.body_contacts, model.bodies, model.flexible.K12, 1.0 if h == 0.0 else 2.0
     for k in range(rows.size):
-        row = rows[k]
-        if row.force == 0.0:
+        row, lam = rows[k], rows[k].force
+        if lam == 0.0:
             continue
-        _, e, g = axes_of(row, bodies)
-        n, t, c = row.n, row.t, row.c
-        normal = row.d_gap + c_rate * row.d_rate
-        H = curvature(row, n, e, g)
+        _, _, e, g = _axes_of(row, bodies)
+        n, n1, t, c, r, rubbing = row.n, row.n1, row.t, row.c, row.radius_a, row.rubbing
+        slope, size, part = row.d_gap + c_rate * row.d_rate, 1.0, 1.0
+        if h != 0.0:
+            size = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+            part = row.distance / (row.distance0 + row.distance)
+        unit = (n[0] / size, n[1] / size, n[2] / size)
+        on_a = 1.0 if abs(row.s1) < row.half_a else 0.0
+        on_b = 1.0 if abs(row.t1) < row.half_b else 0.0
+        bent = 1.0 / row.distance if row.surface != PLANE and row.distance > 0.0 else 0.0
+        if on_a * on_b != 0.0:  # of two axes that cross the distance is one from a plane
+            bent = 0.0
         for i in range(3):
             for j in range(3):
-                K[i, j] = -normal * n[i] * n[j] - row.force * H[3 * i + j]
-        r = row.radius_a
-        at = (c[0] + r * n[0], c[1] + r * n[1], c[2] + r * n[2])
-        add_pair(matrix, model, row.a, row.b, at, (-row.force * n[0], -row.force * n[1], -row.force * n[2]), K)
+                same = 1.0 if i == j else 0.0
+                H = bent * (same - n1[i] * n1[j] - on_a * e[i] * e[j] - on_b * g[i] * g[j])
+                K[i, j] = -factor * (slope * n[i] * n1[j] + lam * (H * part))
+        at = (c[0] + r * unit[0], c[1] + r * unit[1], c[2] + r * unit[2])
+        add_pair(matrix, model, row.a, row.b, at, (-lam * n[0], -lam * n[1], -lam * n[2]), K)
         if row.along == 0.0 and row.across == 0.0 and row.by_normal == 0.0:
             continue
         for i in range(3):
             for j in range(3):
-                same = 1.0 if i == j else 0.0
-                tt = t[i] * t[j]
-                K[i, j] = row.along * tt + row.across * (same - n[i] * n[j] - tt)
-                K[i, j] += row.by_normal * normal * t[i] * n[j]
-        q = row.rubbing
-        add_pair(matrix, model, row.a, row.b, (c[0], c[1], c[2]), (-q[0], -q[1], -q[2]), K)
-
-
-@inlined
-def curvature(row, n, e, g):
-    """d2 gap / dx2 of a point of a, 1/m: 9 numbers, row by row."""
-    f = 1.0 / row.distance if row.surface != surfaces.PLANE and row.distance > 0.0 else 0.0
-    along_a = 1.0 if abs(row.s1) < row.half_a else 0.0
-    along_b = 1.0 if abs(row.t1) < row.half_b else 0.0
-    if along_a * along_b != 0.0:  # of two axes that cross the distance is one from a plane
-        f = 0.0
-    xx = f * (1.0 - n[0] * n[0] - along_a * e[0] * e[0] - along_b * g[0] * g[0])
-    yy = f * (1.0 - n[1] * n[1] - along_a * e[1] * e[1] - along_b * g[1] * g[1])
-    zz = f * (1.0 - n[2] * n[2] - along_a * e[2] * e[2] - along_b * g[2] * g[2])
-    xy = -f * (n[0] * n[1] + along_a * e[0] * e[1] + along_b * g[0] * g[1])
-    xz = -f * (n[0] * n[2] + along_a * e[0] * e[2] + along_b * g[0] * g[2])
-    yz = -f * (n[1] * n[2] + along_a * e[1] * e[2] + along_b * g[1] * g[2])
-    return xx, xy, xz, xy, yy, yz, xz, yz, zz
+                same, tt = 1.0 if i == j else 0.0, t[i] * t[j]
+                drag = row.along * tt + row.across * (same - unit[i] * unit[j] - tt)
+                K[i, j] = factor * (drag + row.by_normal * slope * t[i] * n1[j])
+        f = (-rubbing[0], -rubbing[1], -rubbing[2])
+        add_pair(matrix, model, row.a, row.b, (c[0], c[1], c[2]), f, K)
 
 
 @indirect(void(SPARSE, MODEL, _I, _I, types.UniTuple(REAL, 3), types.UniTuple(REAL, 3), MATRIX))
@@ -274,47 +299,20 @@ def add_pair(matrix, model, a, b, at, f, K):
                     matrix.values[to + r * down] -= value
 
 
-@indirect(types.UniTuple(REAL, 2)(MODEL))
-def end_body_contacts(model):
-    """Make the end of a step the start of the next; returns what friction and normal damping took, J.
-
-    As `contact.end_contact_step`.
-    """
-    bodies, rows = model.bodies, model.flexible.body_contacts
-    slip = damped = 0.0
+@indirect(_PAIR(MODEL))
+def end_bodies(model):
+    """`contact.end_contacts` of two bodies."""
+    bodies, rows, slip, damped = model.bodies, model.flexible.body_contacts, 0.0, 0.0
     for k in range(rows.size):
         row = rows[k]
-        if math.isfinite(row.gap):
-            damped -= 0.5 * (row.damper + row.damper1) * (row.gap1 - row.gap)
-        row.gap, row.damper = row.gap1, row.damper1
-        if row.friction == 0.0:
-            continue
-        half, u, u1, d, d1, s = 0.5 * row.stick_stiffness, row.stick, row.stick1, row.drag, row.drag1, row.slide
-        for i in range(3):
-            slip -= 0.5 * (d[i] + d1[i]) * s[i]
-            new = u1[i] if row.force > 0.0 else 0.0
-            slip += half * (u[i] * u[i] - new * new)
-            u[i], d[i] = new, d1[i]
-        A, B, X, Q = bodies[row.a], bodies[row.b], row.X, row.Q
-        xa, xb = A.x, B.x
-        X[0], X[1], X[2] = turn_back(B.R, xa[0] - xb[0], xa[1] - xb[1], xa[2] - xb[2])
+        by_slip, by_damping = contact_laws.end_point(row, row, row.gap, row.gap1, row.slide)
+        slip, damped = slip + by_slip, damped + by_damping
+        A, B, X, Q, xa, xb = bodies[row.a].R, bodies[row.b].R, row.X, row.Q, bodies[row.a].x, bodies[row.b].x
+        X[0], X[1], X[2] = turn_back(B, xa[0] - xb[0], xa[1] - xb[1], xa[2] - xb[2])
         for i in range(3):
             for j in range(3):
-                total = 0.0
-                for m in range(3):
-                    total += B.R[m, i] * A.R[m, j]
-                Q[i, j] = total
+                Q[i, j] = B[0, i] * A[0, j] + B[1, i] * A[1, j] + B[2, i] * A[2, j]
     return slip, damped
-
-
-@inlined
-def count_body_contacts(model):
-    """A number that encodes which bodies touch, as `contact.count_touching`."""
-    rows, total = model.flexible.body_contacts, 0
-    for k in range(rows.size):
-        if rows[k].gap1 < 0.0:
-            total += 1 + 104729 * (k + 1)
-    return total
 
 
 def add_body_contact_bound(model, blocks):
@@ -323,31 +321,13 @@ def add_body_contact_bound(model, blocks):
     Of every contact as if its bodies touched, in any direction, and twice as of springs (`solvers.stability`).
     """
     for row in model.flexible.body_contacts:
-        own = (row["exponent"] * row["stiffness"] * (DEPTH * row["radius_a"]) ** (row["exponent"] - 1.0), 0.0)
-        if row["law"] == contact_laws.PAPER:
-            own = (own[0], row["damping"])
+        own = contact_laws.bound_of(row, "radius_a")
         both = 2.0 if np.all(model.bodies["motion"][[row["a"], row["b"]]] != rigid.DRIVEN) else 1.0
         for body, place, axis, half in (
             (row["a"], row["place_a"], row["axis_a"], row["half_a"]),
             (row["b"], row["place_b"], row["axis_b"], row["half_b"]),
         ):
-            arm = model.bodies["R"][body] @ (place + half * axis)
-            x, y, z = arm
+            x, y, z = model.bodies["R"][body] @ (place + half * axis)
             J = np.hstack([np.eye(3), [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]])
             for k in range(2):
                 blocks[k, body] += both * own[k] * (J.T @ J)
-
-
-@inlined
-def write_contact(row, out):
-    """Force on a, moments, friction, point, normal force, gap and energy of a contact: the first 18 numbers of out."""
-    f, p, q, g, c = row.f, row.moment_a, row.moment_b, row.rubbing, row.c
-    for i in range(3):
-        out[i], out[3 + i], out[6 + i], out[9 + i], out[12 + i] = f[i], p[i], q[i], g[i], c[i]
-    out[15], out[16], out[17] = row.force, row.gap1, row.energy
-
-
-def contact_values(rows):
-    """Numbers (n, 18) of all contacts, those of `write_contact`. Not compiled."""
-    vectors = [np.array(rows[name]) for name in ("f", "moment_a", "moment_b", "rubbing", "c")]
-    return np.concatenate([*vectors, np.stack([rows["force"], rows["gap1"], rows["energy"]], axis=1)], axis=1)

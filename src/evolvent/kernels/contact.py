@@ -1,317 +1,500 @@
-"""Beams against surfaces: all contact points of a model, their forces, tangents and what a step leaves behind."""
+"""Contacts of beams with surfaces and with one another, and of two bodies: forces, tangents, what a step leaves behind.
+
+All forces are those of an interval of length h between two states, whose gaps `surfaces` measures and whose laws are
+those of `contact_laws`; h = 0 is a state (explicit methods, generalized-alpha, statics, modes), else bodies hold their
+mean positions over a step that conserves energy. The reaction acts at the same point: momenta are kept.
+"""
 
 import math
 
-import numpy as np
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels import contact_laws, layers, rigid, surfaces
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel, matrix_view
+from evolvent.kernels import body_contact, contact_laws, rigid, surfaces
+from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import add_relative, add_relative_body, body_columns
-from evolvent.kernels.sparse import SPARSE, add_block
+from evolvent.kernels.sparse import SPARSE, add_block, add_inner, first_entry, inner
 from evolvent.model import MODEL
 
-#: Depth of a contact, of the cylinder's radius, at which the bound of the explicit step takes its stiffness.
-DEPTH = 1e-3
-
-
-@indirect(void(VECTOR, REAL, MODEL, VECTOR))
-def add_contacts(y, step, model, F):
-    """Forces of all contacts into F and the bodies' wrenches; fills cylinders and contact points.
-
-    Parameters
-    ----------
-    step : float, s, length of the step that ends in the state y; 0 where a run begins; below 0 without steps (statics,
-        explicit methods)
-
-    Notes
-    -----
-    Forces are those of the state y: the law CONSERVATIVE, which takes the mean over a step, acts as HUNT_CROSSLEY. Of a
-    cylinder: F, force and torque on its body at the body's origin; normal, the sum of the normal forces; energy; power
-    that normal damping takes; touching, the number of contact points that overlap it.
-    """
-    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
-    cylinders, contacts = flexible.cylinders, flexible.contact_points
-    for k in range(cylinders.size):
-        if cylinders[k].under >= 0:
-            layers.add_layers(y, step, model, k, F)
-            continue
-        body = cylinders[k].body
-        R, X, V, w = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w
-        o, axis, G = cylinders[k].centre, cylinders[k].axis, cylinders[k].F
-        cx, cy, cz = turn(R, o[0], o[1], o[2])
-        cx, cy, cz = cx + X[0], cy + X[1], cz + X[2]
-        ax, ay, az = turn(R, axis[0], axis[1], axis[2])
-        radius, half, law = cylinders[k].radius, cylinders[k].half_length, cylinders[k].law
-        surface = cylinders[k].surface
-        stiffness, exponent, damping = cylinders[k].stiffness, cylinders[k].exponent, cylinders[k].damping
-        mu = cylinders[k].friction
-        for i in range(6):
-            G[i] = 0.0
-        normal = energy = power = touching = 0.0
-        element, near = -1, False
-        for i in range(cylinders[k].first, cylinders[k].last):
-            iq = contacts[i].iq
-            if contacts[i].element != element:
-                element = contacts[i].element
-                near = False
-                for j in (0, 2):
-                    at, reach = iq[j], contacts[i].reach
-                    near = near or surfaces.may_touch(
-                        surface, y[at], y[at + 1], y[at + 2], reach, cx, cy, cz, ax, ay, az, radius, half
-                    )
-            contact_laws.clear_point(contacts[i])
-            if not near:
-                continue
-            x, yy, z = contact_laws.point_position(y, iq, contacts[i].S)
-            gap, nx, ny, nz, distance = surfaces.gap_to(surface, x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
-            contacts[i].gap1 = gap
-            if gap >= 0.0:
-                continue
-            vx, vy, vz = contact_laws.point_position(y, contacts[i].iv, contacts[i].S)
-            dx, dy, dz = x - X[0], yy - X[1], z - X[2]
-            bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
-            rate = nx * (vx - V[0] - bx) + ny * (vy - V[1] - by) + nz * (vz - V[2] - bz)
-            force, d_gap, d_rate = contact_laws.pushing_force(
-                law, gap, rate, contacts[i].gap, stiffness, exponent, damping, contacts[i].viscous
-            )
-            contacts[i].force, contacts[i].distance = force, distance
-            contacts[i].d_gap, contacts[i].d_rate = d_gap, d_rate
-            n, f = contacts[i].n, contacts[i].f
-            n[0], n[1], n[2] = nx, ny, nz
-            fx, fy, fz = force * nx, force * ny, force * nz
-            if mu > 0.0:
-                tx, ty, tz, stored = friction_force(
-                    contacts[i], cylinders[k], R, (dx, dy, dz), (nx, ny, nz), force, step
-                )
-                fx, fy, fz = fx + tx, fy + ty, fz + tz
-                energy += stored
-            f[0], f[1], f[2] = fx, fy, fz
-            energy += contact_laws.contact_energy(gap, stiffness, exponent)
-            contacts[i].damper1 = force - contact_laws.elastic_force(gap, stiffness, exponent)[0]
-            power -= contacts[i].damper1 * rate
-            touching += 1.0
-            normal += force
-            for j in range(4):
-                at, s = contacts[i].iv[j] - n_q, contacts[i].S[j]
-                F[at] -= s * fx
-                F[at + 1] -= s * fy
-                F[at + 2] -= s * fz
-            rigid.add_wrench(G, dx, dy, dz, -fx, -fy, -fz)
-        for i in range(6):
-            bodies[body].F[i] += G[i]
-        cylinders[k].normal, cylinders[k].energy, cylinders[k].power = normal, energy, power
-        cylinders[k].touching = touching
+_I = types.int64
+_PAIR = types.UniTuple(REAL, 2)
 
 
 @inlined
-def friction_force(point, cylinder, R, place, normal, force, step):
-    """Friction on a contact point by its normal force, N, and the energy of its bristle, J: (x, y, z, energy).
-
-    Parameters
-    ----------
-    point : record of the contact point, whose bristle and tangent are filled in
-    cylinder : record; R : (3, 3) float, rotation of its body
-    point, normal : 3 floats each, of the point from the body's origin, and out of the cylinder; inertial axes
-    """
-    nx, ny, nz = normal
-    sx, sy, sz = 0.0, 0.0, 0.0
-    if step > 0.0:
-        q = point.anchor
-        px, py, pz = turn(R, q[0], q[1], q[2])
-        sx, sy, sz = contact_laws.tangential(place[0] - px, place[1] - py, place[2] - pz, nx, ny, nz)
-    q = point.stick
-    ux, uy, uz = turn(R, q[0], q[1], q[2])
-    ux, uy, uz = contact_laws.tangential(ux, uy, uz, nx, ny, nz)
-    found = contact_laws.friction(
-        ux, uy, uz, sx, sy, sz, force, cylinder.friction,
-        cylinder.stick_stiffness, cylinder.stick_damping if step > 0.0 else 0.0, step,
-    )  # fmt: skip
-    q, d, t = point.stick1, point.drag1, point.t
-    q[0], q[1], q[2] = turn_back(R, found[3], found[4], found[5])
-    d[0], d[1], d[2] = found[0], found[1], found[2]
-    t[0], t[1], t[2] = found[8], found[9], found[10]
-    point.along, point.across, point.by_normal = found[11], found[12], found[13]
-    stored = 0.5 * cylinder.stick_stiffness * (found[3] ** 2 + found[4] ** 2 + found[5] ** 2)
-    return found[0], found[1], found[2], stored
-
-
-@indirect(void(VECTOR, REAL, MODEL, SPARSE))
-def add_contact_tangents(y, c_rate, model, matrix):
-    """Tangents of all contacts, c_rate times the derivatives by velocity included."""
-    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
-    cylinders, contacts = flexible.cylinders, flexible.contact_points
-    J, K, W = flexible.J[1], flexible.K12, flexible.K24
-    for r in range(12):
-        for c in range(12):
-            W[r, c] = 0.0
-    for k in range(cylinders.size):
-        if cylinders[k].under >= 0:
-            layers.add_layer_tangents(k, c_rate, model, matrix)
-            continue
-        body = cylinders[k].body
-        moves = bodies[body].motion != rigid.DRIVEN
-        R, X, V, w, axis = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w, cylinders[k].axis
-        ax, ay, az = turn(R, axis[0], axis[1], axis[2])
-        o, surface, half = cylinders[k].centre, cylinders[k].surface, cylinders[k].half_length
-        cx, cy, cz = turn(R, o[0], o[1], o[2])
-        last = -1  # contact point whose element's sum is in W
-        for i in range(cylinders[k].first, cylinders[k].last):
-            force = contacts[i].force
-            if force == 0.0 or contacts[i].gap1 == math.inf:
-                continue
-            n, t = contacts[i].n, contacts[i].t
-            x, yy, z = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)
-            vx, vy, vz = contact_laws.point_position(y, contacts[i].iv, contacts[i].S)
-            dx, dy, dz = x - X[0], yy - X[1], z - X[2]
-            u = (dx - cx) * ax + (dy - cy) * ay + (dz - cz) * az
-            H = surfaces.curvature(surface, u, half, n[0], n[1], n[2], ax, ay, az, contacts[i].distance)
-            bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
-            vx, vy, vz = vx - V[0] - bx, vy - V[1] - by, vz - V[2] - bz
-            turned = (
-                H[0] * vx + H[3] * vy + H[4] * vz,
-                H[3] * vx + H[1] * vy + H[5] * vz,
-                H[4] * vx + H[5] * vy + H[2] * vz,
-            )
-            normal, d_rate = contacts[i].d_gap + c_rate * contacts[i].d_rate, contacts[i].d_rate
-            along, across, by_normal = contacts[i].along, contacts[i].across, contacts[i].by_normal
-            # minus d(force)/dx; friction follows the normal force
-            for a in range(3):
-                for b in range(3):
-                    nn, tt = n[a] * n[b], t[a] * t[b]
-                    same = 1.0 if a == b else 0.0
-                    h = H[a] if a == b else H[2 + a + b]
-                    change = normal * n[b] + d_rate * turned[b]
-                    K[a, b] = along * tt + across * (same - nn - tt) - force * h - (n[a] - by_normal * t[a]) * change
-            if last >= 0 and contacts[last].element != contacts[i].element:
-                add_sum(matrix, contacts[last].iv, n_q, W)
-            last = i
-            add_share(W, contacts[i].S, K)
-            if not moves:
-                continue
-            q = flexible.e[2]
-            q[0], q[1], q[2] = turn_back(R, dx, dy, dz)
-            body_columns(model, body, q, True, J)
-            f = (-contacts[i].f[0], -contacts[i].f[1], -contacts[i].f[2])
-            for p in range(4):
-                row = contacts[i].iv[p] - n_q
-                add_relative(matrix, model, body, J, K, f, row, contacts[i].S[p])
-            add_relative_body(matrix, model, body, True, J, K, f)
-        if last >= 0:
-            add_sum(matrix, contacts[last].iv, n_q, W)
+def any_contact(model):
+    """Whether a model has contacts."""
+    return model.flexible.cylinders.size > 0 or model.flexible.body_contacts.size > 0
 
 
 @inlined
-def add_share(W, S, K):
-    """Add the tangent K of a contact point with the shape functions S to its element's sum W."""
-    for p in range(4):
-        for q in range(4):
-            s = S[p] * S[q]
-            for a in range(3):
-                for b in range(3):
-                    W[3 * p + a, 3 * q + b] += s * K[a, b]
+def measure(y, what, model):
+    """Gaps of all contacts by the state y and the bodies' current positions (`surfaces.measure_points`)."""
+    if model.flexible.cylinders.size > 0:
+        surfaces.measure_points(y, what, model)
+    if model.flexible.body_contacts.size > 0:
+        body_contact.measure_bodies(what, model)
 
 
-@kernel
-def add_sum(matrix, iv, n_q, W):
-    """Add the sum of the tangents of an element's contact points, by the two vectors of each of its nodes; clear it."""
-    for r in (0, 2):
-        for c in (0, 2):
-            add_block(matrix, iv[r] - n_q, iv[c] - n_q, W, 3 * r, 3 * c, 6, 6, 1.0)
-    for r in range(12):
-        for c in range(12):
-            W[r, c] = 0.0
+@inlined
+def add_contacts(y0, y1, h, step, soft, chi, ratio, model, F):
+    """Forces of all contacts over an interval into F and the bodies' wrenches; fills the records with results.
 
+    Parameters
+    ----------
+    y0, y1 : (ny,) float, states at both ends, whose gaps are measured; of a state both are the same
+    h : float, s, length of the step that conserves energy, or 0 of a state
+    step : float, s, length of the step that ends in y1; 0 where a run begins; below 0 without steps (statics, explicit)
+    soft, chi, ratio : float, of `contact_laws.press`; 1, 0 and 0 of a state
 
-@indirect(types.UniTuple(REAL, 2)(VECTOR, MODEL))
-def end_contact_step(y, model):
-    """Make the end of a step the start of the next; returns what friction and normal damping took, J.
-
-    Notes
-    -----
-    Friction takes the work of its force over the step less what the bristles keep, -F . s - (U1 - U0), with the mean F
-    of both ends as of the work of all else: with the force of the end alone the energy balance would gain in proportion
-    to the step.
+    Returns
+    -------
+    lost, rubbed : float, J, what normal forces (but for the filter) and friction take; of a state W, and 0
     """
-    flexible, bodies = model.flexible, model.bodies
-    cylinders, contacts = flexible.cylinders, flexible.contact_points
+    lost = rubbed = 0.0
+    if model.flexible.cylinders.size > 0:
+        lost, rubbed = add_points(y0, y1, h, step, soft, chi, ratio, model, F)
+    if model.flexible.body_contacts.size > 0:
+        by_bodies, by_rubbing = body_contact.add_bodies(h, step, soft, chi, ratio, model)
+        lost, rubbed = lost + by_bodies, rubbed + by_rubbing
+    return lost, rubbed
+
+
+@inlined
+def add_tangents(y0, y1, h, c_rate, model, matrix):
+    """Add the derivative of `add_contacts` by y1, twice that of a step; with c_rate times that by velocity."""
+    if model.flexible.cylinders.size > 0:
+        add_point_tangents(y0, y1, h, c_rate, model, matrix)
+    if model.flexible.body_contacts.size > 0:
+        body_contact.add_body_tangents(h, c_rate, model, matrix)
+
+
+@inlined
+def end_contacts(y, model):
+    """Make the end of a step the start of the next; what friction and damping took, J (`contact_laws.end_point`)."""
     slip = damped = 0.0
-    for k in range(cylinders.size):
-        body = cylinders[k].body
-        R, X, mu = bodies[body].R, bodies[body].x, cylinders[k].friction
-        for i in range(cylinders[k].first, cylinders[k].last):
-            gap, gap1 = contacts[i].gap, contacts[i].gap1
-            if math.isfinite(gap) and math.isfinite(gap1):
-                damped -= 0.5 * (contacts[i].damper + contacts[i].damper1) * (gap1 - gap)
-            contacts[i].gap, contacts[i].damper = gap1, contacts[i].damper1
-            if mu > 0.0 and cylinders[k].under >= 0:  # along the turn below and the axis; anchor: displacement
-                q, u, u1, d, d1 = (
-                    contacts[i].anchor,
-                    contacts[i].stick,
-                    contacts[i].stick1,
-                    contacts[i].drag,
-                    contacts[i].drag1,
-                )
-                for c in range(2):
-                    new = u1[c] if contacts[i].force > 0.0 else 0.0
-                    slip -= 0.5 * (d[c] + d1[c]) * q[c]
-                    slip += 0.5 * cylinders[k].stick_stiffness * (u[c] * u[c] - new * new)
-                    d[c], u[c] = d1[c], new
-            elif mu > 0.0:
-                x, yy, z = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)
-                q, u, u1 = contacts[i].anchor, contacts[i].stick, contacts[i].stick1
-                x, yy, z = turn_back(R, x - X[0], yy - X[1], z - X[2])
-                d, d1 = contacts[i].drag, contacts[i].drag1
-                fx, fy, fz = turn_back(R, d1[0], d1[1], d1[2])
-                slip -= 0.5 * ((d[0] + fx) * (x - q[0]) + (d[1] + fy) * (yy - q[1]) + (d[2] + fz) * (z - q[2]))
-                q[0], q[1], q[2] = x, yy, z
-                d[0], d[1], d[2] = fx, fy, fz
-                half = 0.5 * cylinders[k].stick_stiffness
-                slip += half * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
-                for c in range(3):
-                    u[c] = u1[c] if contacts[i].force > 0.0 else 0.0
-                slip -= half * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
-        if cylinders[k].under >= 0:
-            layers.end_layer_step(y, model, k)
+    if model.flexible.cylinders.size > 0:
+        slip, damped = end_points(y, model)
+    if model.flexible.body_contacts.size > 0:
+        by_bodies, damped_bodies = body_contact.end_bodies(model)
+        slip, damped = slip + by_bodies, damped + damped_bodies
     return slip, damped
 
 
-@indirect(types.int64(MODEL))
-def count_touching(model):
-    """Sum over cylinders of contact points that overlap them, weighted by their index: changes where the set does."""
-    cylinders, contacts = model.flexible.cylinders, model.flexible.contact_points
-    total = 0
+@inlined
+def energy_of(model):
+    """Energy of all contacts by the last forces, J, of bristles too."""
+    cylinders, rows, total = model.flexible.cylinders, model.flexible.body_contacts, 0.0
     for k in range(cylinders.size):
-        for i in range(cylinders[k].first, cylinders[k].last):
-            if contacts[i].gap1 < 0.0:
-                total += 1 + 7919 * i
+        total += cylinders[k].energy
+    for k in range(rows.size):
+        total += rows[k].energy
     return total
 
 
 @inlined
-def write_friction(point, out):
-    """Friction on a contact point, N, of the last forces: out : (3,)."""
-    f, n = point.f, point.n
-    for i in range(3):
-        out[i] = f[i] - point.force * n[i] if point.force > 0.0 else 0.0
-
-
-def friction_values(points):
-    """Friction (n, 3) on contact points, N: that of `write_friction`. Not compiled."""
-    pressed = (points["force"] > 0.0)[:, None]
-    return np.where(pressed, points["f"] - points["force"][:, None] * points["n"], 0.0)
-
-
-def contact_bound(flexible):
-    """Stiffness (N/m) and damping (N s/m) of all contact points in contact: (2, points) float. Not compiled.
-
-    Of laws with an exponent above 1 the stiffness is that at the depth `DEPTH`.
-    """
-    found = np.zeros((2, flexible.contact_points.size))
-    for row in flexible.cylinders:
-        inside = slice(row["first"], row["last"])
-        found[0, inside] += row["exponent"] * row["stiffness"] * (DEPTH * row["radius"]) ** (row["exponent"] - 1.0)
-        if row["law"] == contact_laws.PAPER:
-            found[1, inside] += row["damping"]
+def pressed(model):
+    """A number that encodes which contacts press: it changes where the set does."""
+    contacts, rows, found = model.flexible.contact_points, model.flexible.body_contacts, 0
+    for i in range(contacts.size):
+        if contacts[i].force != 0.0:
+            found += i * i + 1
+    for i in range(rows.size):
+        if rows[i].force != 0.0:
+            found += 104729 * (i * i + 1)
     return found
+
+
+def clear_history(model):
+    """Forget the steps before. Not compiled."""
+    f = model.flexible
+    for rows in (f.contact_points, f.body_contacts):
+        rows["gap"], rows["gap1"] = math.inf, math.inf
+        for name in ("force", "stick", "stick1", "t", "sank", "drag", "drag1", "damper"):
+            rows[name] = 0.0
+    f.contact_points["rest"], f.contact_points["rest1"], f.contact_points["carrier"] = 0.0, 0.0, -1
+    f.body_contacts["energy"] = 0.0
+
+
+@indirect(_PAIR(VECTOR, VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL, VECTOR))
+def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
+    """`add_contacts` of contact points of beams.
+
+    Of a cylinder: F, force and torque on its body at the body's origin; normal, the sum of the normal forces; energy;
+    power that normal damping takes; touching, the number of contact points that overlap it.
+    """
+    flexible, bodies, n_q, lost, rubbed = model.flexible, model.bodies, model.info.nq, 0.0, 0.0
+    cylinders, contacts, elements = flexible.cylinders, flexible.contact_points, flexible.elements
+    if h == 0.0:
+        surfaces.measure_points(y1, surfaces.STATE, model)
+    for k in range(cylinders.size):
+        row, G, body = cylinders[k], cylinders[k].F, bodies[cylinders[k].body]
+        half = NODE_VECTORS[flexible.beams[row.under].kind] if row.under >= 0 else 0
+        o, a = surfaces.frame(bodies, row)
+        for c in range(6):
+            G[c] = 0.0
+        normal = energy = power = 0.0
+        for i in range(row.first, row.last):
+            point = contacts[i]
+            contact_laws.clear_point(point)
+            if h == 0.0 and not point.gap1 < 0.0:
+                continue
+            gap0, gap1 = contact_laws.depths(point, h)
+            before = contact_laws.contact_energy(gap0, row.stiffness, row.exponent)
+            stored = contact_laws.contact_energy(gap1, row.stiffness, row.exponent)
+            kept, lam, filtered = contact_laws.bristle_energy(point, row), 0.0, 0.0
+            p = arm = u = (0.0, 0.0, 0.0)
+            c, L = -1, (0.0, 0.0, 0.0, 0.0)
+            if gap1 < 0.0 or gap0 < 0.0:
+                p, arm, u, c, L = _place(y0, y1, point, row, body, elements, half, h)
+                rate = point.n1[0] * u[0] + point.n1[1] * u[1] + point.n1[2] * u[2]
+                lam, filtered = contact_laws.press(point, row, gap0, gap1, rate, h, soft, chi, ratio)
+                power -= point.damper1 * rate
+            if h != 0.0 and lam == 0.0:
+                lost += before - stored
+                rubbed += kept
+                energy += stored
+                continue
+            m, unit, fell, same = _normal(point, row, elements, p, u, c, o, a, gap0 - gap1, h)
+            if not same:
+                point.force, point.rest1 = 0.0, max(-point.gap1, 0.0)
+                lost += before
+                rubbed += kept
+                continue
+            if h != 0.0:
+                lost += lam * fell - (stored - before) - filtered * (gap0 - gap1)
+            f, n, whole = (lam * m[0], lam * m[1], lam * m[2]), point.n, point.f
+            if row.friction > 0.0:
+                drag, slip, held = _rub(y1, point, row, body, elements, half, u, arm, p, a, unit, lam, h, step)
+                f = (f[0] + drag[0], f[1] + drag[1], f[2] + drag[2])
+                energy += held
+                rubbed += slip if h != 0.0 else 0.0
+            energy += stored
+            normal += lam
+            n[0], n[1], n[2] = m
+            whole[0], whole[1], whole[2] = f
+            _push(F, G, point, elements, c, L, half, arm, f, n_q)
+        for c in range(6):
+            body.F[c] += G[c]
+        row.normal, row.energy, row.power = normal, energy, power
+        lost += power
+    return lost, rubbed
+
+
+@inlined
+def _place(y0, y1, point, row, body, elements, half, h):
+    """Where a contact point is over an interval: (p, arm, u, c, L).
+
+    p (m): mean position; arm (m): from the origin of the surface's body, or from the point below; u: displacement over
+    a step (m), or velocity of a state (m/s), against the obstacle; c, L: element below, -1 of none, and its factors.
+    """
+    X, v, w, L = body.x, body.v, body.w, (0.0, 0.0, 0.0, 0.0)
+    x0, y00, z0 = surfaces.point_position(y0, point.iq, point.S)
+    x1, y11, z1 = surfaces.point_position(y1, point.iq, point.S)
+    p = (0.5 * (x0 + x1), 0.5 * (y00 + y11), 0.5 * (z0 + z1))
+    ux, uy, uz = surfaces.point_position(y1, point.iv, point.S) if h == 0.0 else (x1 - x0, y11 - y00, z1 - z0)
+    if row.under < 0:
+        arm = (p[0] - X[0], p[1] - X[1], p[2] - X[2])
+        bx, by, bz = cross(w[0], w[1], w[2], arm[0], arm[1], arm[2])
+        if h == 0.0:
+            return p, arm, (ux - v[0] - bx, uy - v[1] - by, uz - v[2] - bz), -1, L
+        return p, arm, (ux - h * (v[0] + bx), uy - h * (v[1] + by), uz - h * (v[2] + bz)), -1, L
+    c, xi = surfaces.below(point, h)
+    L, at = surfaces.shape(elements[c].length, xi), elements[c].iq
+    a, b = surfaces.combined(y0, at, half, L), surfaces.combined(y1, at, half, L)
+    arm = (0.5 * (x0 + x1 - a[0] - b[0]), 0.5 * (y00 + y11 - a[1] - b[1]), 0.5 * (z0 + z1 - a[2] - b[2]))
+    if h == 0.0:
+        vx, vy, vz = surfaces.combined(y1, elements[c].iv, half, L)
+        return p, arm, (ux - vx, uy - vy, uz - vz), c, L
+    bx, by, bz = cross(w[0], w[1], w[2], arm[0], arm[1], arm[2])
+    return p, arm, (ux - b[0] + a[0] - h * bx, uy - b[1] + a[1] - h * by, uz - b[2] + a[2] - h * bz), c, L
+
+
+@inlined
+def _normal(point, row, elements, p, u, c, o, a, sank, h):
+    """Direction of the normal force over an interval, unit normal, fall of the gap by its work, whether it lasts."""
+    n, fell = point.n1, sank
+    m, unit, same = (n[0], n[1], n[2]), (n[0], n[1], n[2]), True
+    if row.under >= 0:
+        m, unit, same = surfaces.turn_normal(point, u, elements[c].length, h)
+        fell = -(m[0] * u[0] + m[1] * u[1] + m[2] * u[2])
+    elif h != 0.0:
+        m = surfaces.step_normal(row, point, (p[0] - o[0], p[1] - o[1], p[2] - o[2]), a)
+        size = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
+        unit = (m[0] / size, m[1] / size, m[2] / size)
+    return m, unit, fell, same
+
+
+@inlined
+def _push(F, G, point, elements, c, L, half, arm, f, n_q):
+    """Add the force f on a contact point to F, and its reaction to F or the body's wrench G."""
+    for j in range(4):
+        at, s = point.iv[j] - n_q, point.S[j]
+        F[at] -= s * f[0]
+        F[at + 1] -= s * f[1]
+        F[at + 2] -= s * f[2]
+        if c >= 0:
+            at, s = elements[c].iv + 3 * (j % 2 + half * (j // 2)) - n_q, L[j]
+            F[at] += s * f[0]
+            F[at + 1] += s * f[1]
+            F[at + 2] += s * f[2]
+    x, y, z = cross(arm[0], arm[1], arm[2], f[0], f[1], f[2])
+    if c < 0:
+        G[0], G[1], G[2] = G[0] - f[0], G[1] - f[1], G[2] - f[2]
+    G[3], G[4], G[5] = G[3] - x, G[4] - y, G[5] - z
+
+
+@inlined
+def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step):
+    """`contact_laws.rub` of a contact point with the unit normal n; u, arm, p : m, of `_place`.
+
+    Notes
+    -----
+    Against a body the bristle's axes are those of the body; the displacement of a state is that from where the point
+    was in these at the step's start, `anchor`; that of a step, means over it, does the exact work. Against a turn the
+    bristle lies along the turn and the axis, and turns with the coil; the displacement of a state, which `anchor`
+    keeps, is that from what was below at the step's start.
+    """
+    s, q, layered = u if h != 0.0 else (0.0, 0.0, 0.0), point.anchor, row.under >= 0
+    axes = contact_laws.body_axes(body.R)
+    if layered:
+        ex, ey, ez = cross(a[0], a[1], a[2], n[0], n[1], n[2])
+        size = math.sqrt(ex * ex + ey * ey + ez * ez)
+        ex, ey, ez = ex / size, ey / size, ez / size
+        axes = ((ex, ey, ez), cross(n[0], n[1], n[2], ex, ey, ez), (0.0, 0.0, 0.0))
+    if h == 0.0 and step > 0.0 and not layered:
+        x, yy, z = turn(body.R, q[0], q[1], q[2])
+        s = (arm[0] - x, arm[1] - yy, arm[2] - z)
+    elif h == 0.0 and step > 0.0 and point.carrier >= 0:
+        c, off = point.carrier, point.offset
+        x, yy, z = surfaces.combined(y, elements[c].iq, half, surfaces.shape(elements[c].length, point.xi))
+        s = (p[0] - x - off * a[0], p[1] - yy - off * a[1], p[2] - z - off * a[2])
+    s = contact_laws.tangential(s[0], s[1], s[2], n[0], n[1], n[2])
+    b = contact_laws.from_axes(axes, point.stick)
+    if layered:
+        q[0], q[1], q[2] = contact_laws.into_axes(axes, s)
+    else:
+        b = contact_laws.tangential(b[0], b[1], b[2], n[0], n[1], n[2])
+    return contact_laws.rub(point, row, axes, b, s, lam, step)
+
+
+@indirect(_PAIR(VECTOR, MODEL))
+def end_points(y, model):
+    """`end_contacts` of contact points of beams."""
+    flexible, bodies, slip, damped = model.flexible, model.bodies, 0.0, 0.0
+    cylinders, contacts, elements = flexible.cylinders, flexible.contact_points, flexible.elements
+    for k in range(cylinders.size):
+        row, R, X = cylinders[k], bodies[cylinders[k].body].R, bodies[cylinders[k].body].x
+        _, a = surfaces.frame(bodies, row)
+        for i in range(row.first, row.last):
+            point = contacts[i]
+            q, slide = point.anchor, (0.0, 0.0, 0.0)
+            if row.under >= 0:
+                if point.force != 0.0:
+                    slide = (q[0], q[1], q[2])
+                point.carrier, point.xi = point.carrier1, point.xi1
+                if point.carrier >= 0:
+                    c, half = point.carrier, NODE_VECTORS[flexible.beams[row.under].kind]
+                    L = surfaces.shape(elements[c].length, point.xi)
+                    px, py, pz = surfaces.point_position(y, point.iq, point.S)
+                    x, yy, z = surfaces.combined(y, elements[c].iq, half, L)
+                    point.offset = (px - x) * a[0] + (py - yy) * a[1] + (pz - z) * a[2]
+            elif row.friction > 0.0:
+                x, yy, z = surfaces.point_position(y, point.iq, point.S)
+                x, yy, z = turn_back(R, x - X[0], yy - X[1], z - X[2])
+                slide = (x - q[0], yy - q[1], z - q[2])
+                q[0], q[1], q[2] = x, yy, z
+            by_slip, by_damping = contact_laws.end_point(
+                point, row, point.gap + point.rest, point.gap1 + point.rest, slide
+            )
+            slip, damped, point.rest = slip + by_slip, damped + by_damping, point.rest1
+    return slip, damped
+
+
+@indirect(void(VECTOR, VECTOR, REAL, REAL, MODEL, SPARSE))
+def add_point_tangents(y0, y1, h, c_rate, model, matrix):
+    """`add_tangents` of contact points of beams."""
+    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
+    cylinders, contacts = flexible.cylinders, flexible.contact_points
+    J, K, W, factor = flexible.J[1], flexible.K12, flexible.K24, 1.0 if h == 0.0 else 2.0
+    for k in range(cylinders.size):
+        if cylinders[k].under >= 0:
+            add_turn_tangents(y1, h, c_rate, model, k, matrix)
+            continue
+        _clear(W, 12)
+        row, b = cylinders[k], cylinders[k].body
+        moves, R, X = bodies[b].motion != rigid.DRIVEN, bodies[b].R, bodies[b].x
+        o, a = surfaces.frame(bodies, row)
+        element, nodes = -1, (0, 0)  # whose sum is in W
+        for i in range(row.first, row.last):
+            point, lam = contacts[i], contacts[i].force
+            if lam == 0.0:
+                continue
+            S, n, t = point.S, point.n, point.t
+            x0, y00, z0 = surfaces.point_position(y0, point.iq, S)
+            x1, y11, z1 = surfaces.point_position(y1, point.iq, S)
+            arm = (0.5 * (x0 + x1) - X[0], 0.5 * (y00 + y11) - X[1], 0.5 * (z0 + z1) - X[2])
+            unit, slope, share, total = (n[0], n[1], n[2]), 1.0, 0.0, point.distance + point.offset
+            if h == 0.0:
+                u = (x1 - o[0]) * a[0] + (y11 - o[1]) * a[1] + (z1 - o[2]) * a[2]
+                H = surfaces.curvature(
+                    row.surface, u, row.half_length, n[0], n[1], n[2], a[0], a[1], a[2], point.distance
+                )
+                g = _state_slope(y1, point, bodies[b], arm, H, c_rate)
+            else:
+                slope, H = point.d_gap, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+                g, share = surfaces.step_end(row, point, (x1 - x0, y11 - y00, z1 - z0), a)
+                size = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+                unit = (n[0] / size, n[1] / size, n[2] / size)
+            for p in range(3):
+                for q in range(3):
+                    same, tt = 1.0 if p == q else 0.0, t[p] * t[q]
+                    bent = H[p] if p == q else H[2 + p + q]
+                    if h != 0.0 and row.surface != surfaces.PLANE:
+                        bent = (same - share * a[p] * a[q] - n[p] * g[q]) / total
+                    drag = point.along * tt + point.across * (same - unit[p] * unit[q] - tt)
+                    by_normal = slope * (n[p] - point.by_normal * t[p]) * g[q]  # friction follows the normal force
+                    K[p, q] = factor * (drag - by_normal - lam * bent)
+            if element >= 0 and element != point.element:
+                _add_sum(matrix, nodes, 2, W)
+            element, nodes = point.element, (point.iv[0] - n_q, point.iv[2] - n_q)
+            for p in range(4):
+                for q in range(4):
+                    s = S[p] * S[q]
+                    for r in range(3):
+                        for c in range(3):
+                            W[3 * p + r, 3 * q + c] += s * K[r, c]
+            if not moves:
+                continue
+            local = flexible.e[2]
+            local[0], local[1], local[2] = turn_back(R, arm[0], arm[1], arm[2])
+            body_columns(model, b, local, True, J)
+            f = (-point.f[0], -point.f[1], -point.f[2])
+            for p in range(4):
+                add_relative(matrix, model, b, J, K, f, point.iv[p] - n_q, S[p])
+            add_relative_body(matrix, model, b, True, J, K, f)
+        if element >= 0:
+            _add_sum(matrix, nodes, 2, W)
+
+
+@inlined
+def _state_slope(y, point, body, arm, H, c_rate):
+    """Derivative of a state's normal force by the point's position."""
+    n, V, w, S = point.n, body.v, body.w, point.S
+    vx, vy, vz = surfaces.point_position(y, point.iv, S)
+    bx, by, bz = cross(w[0], w[1], w[2], arm[0], arm[1], arm[2])
+    vx, vy, vz = vx - V[0] - bx, vy - V[1] - by, vz - V[2] - bz
+    normal, d_rate = point.d_gap + c_rate * point.d_rate, point.d_rate
+    return (
+        normal * n[0] + d_rate * (H[0] * vx + H[3] * vy + H[4] * vz),
+        normal * n[1] + d_rate * (H[3] * vx + H[1] * vy + H[5] * vz),
+        normal * n[2] + d_rate * (H[4] * vx + H[5] * vy + H[2] * vz),
+    )
+
+
+@inlined
+def _clear(W, size):
+    """Clear the sum of the tangents of contact points."""
+    for r in range(size):
+        for c in range(size):
+            W[r, c] = 0.0
+
+
+@kernel
+def _add_sum(matrix, nodes, count, W):
+    """Add the sum W of the tangents of contact points between `count` nodes, from the unknowns given on; clear it."""
+    for p in range(count):
+        for q in range(count):
+            add_block(matrix, nodes[p], nodes[q], W, 6 * p, 6 * q, 6, 6, 1.0)
+    _clear(W, 6 * count)
+
+
+@indirect(void(VECTOR, REAL, REAL, MODEL, _I, SPARSE))
+def add_turn_tangents(y1, h, c_rate, model, k, matrix):
+    """Tangents of cylinder k's layer, within the pattern of the matrix or through inner unknowns.
+
+    Notes
+    -----
+    Any part of a turn may lie on any part of the next. Where the pattern does not couple them, inner unknowns do, which
+    costs more, and without the part by which the normal turns: with u the displacement of p against r, as columns U of
+    the coordinates, and K = -df/du, the forces add U K U^T to the matrix, as eliminating z = U^T x does from
+    A x + U K z and U^T x - z = 0: along n alone without friction.
+    """
+    flexible, n_q = model.flexible, model.info.nq
+    row, contacts, elements = flexible.cylinders[k], flexible.contact_points, flexible.elements
+    half, W, factor = NODE_VECTORS[flexible.beams[row.under].kind], flexible.K24, 1.0 if h == 0.0 else 2.0
+    K, B, C = matrix_view(flexible.work, 0, 3, 24), flexible.work[72:80], flexible.work[80:88]
+    upper, lower, coupled, nodes = -1, -1, False, (0, 0, 0, 0)  # whose sum is in W
+    _clear(W, 24)
+    for i in range(row.first, row.last):
+        point = contacts[i]
+        if point.force == 0.0:
+            continue
+        c, xi = surfaces.below(point, h)
+        if point.element != upper or c != lower:
+            if coupled:
+                _add_sum(matrix, nodes, 4, W)
+            upper, lower = point.element, c
+            q, at = elements[upper].iv - n_q, elements[c].iv - n_q
+            nodes = (q, q + 3 * half, at, at + 3 * half)
+            coupled = _couples(matrix, nodes)
+        S, L = point.S, surfaces.shape(elements[c].length, xi)
+        D = surfaces.shape(elements[c].length, point.xi1) if point.carrier1 == c else L
+        for q in range(4):
+            B[q], C[q], B[4 + q], C[4 + q] = S[q], S[q], -L[q], -D[q]
+        slope = -factor * (point.d_gap + c_rate * point.d_rate)
+        if not coupled:
+            _add_inner(matrix, point, row, factor, slope, elements[c].iv, half, n_q, B)
+            continue
+        n, n1, t = point.n, point.n1, point.t
+        size, along = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), factor * point.along
+        across = factor * point.across
+        e, T, bent = surfaces.turning(y1, elements, point.carrier1, half, point.xi1, n1)
+        lam = point.force if point.carrier1 == c else 0.0
+        for a in range(3):
+            for b in range(3):
+                tt = t[a] * t[b]
+                drag = along * tt + across * ((1.0 if a == b else 0.0) - n[a] * n[b] / (size * size) - tt)
+                by_normal = slope * (n[a] - point.by_normal * t[a]) * n1[b] - lam * bent * e[a] * e[b]
+                for q in range(8):
+                    K[a, 3 * q + b] = by_normal * C[q] + drag * B[q]
+                for q in range(4):
+                    K[a, 12 + 3 * q + b] += lam * e[a] * n1[b] * T[q]
+        for p in range(8):
+            for a in range(3):
+                for q in range(24):
+                    W[3 * p + a, q] += B[p] * K[a, q]
+    if coupled:
+        _add_sum(matrix, nodes, 4, W)
+
+
+@inlined
+def _couples(matrix, nodes):
+    """Whether the pattern of a matrix couples the first two of four nodes with the others."""
+    found = True
+    for p in range(2):
+        for q in range(2, 4):
+            found = found and first_entry(matrix, nodes[p], nodes[q])[0] >= 0
+    return found
+
+
+@inlined
+def _add_inner(matrix, point, row, factor, slope, lower, half, n_q, B):
+    """Add the tangent of a contact point through inner unknowns, B: factors of its 8 vectors."""
+    n, n1, t = point.n, point.n1, point.t
+    along, across, rubs = factor * point.along, factor * point.across, row.friction > 0.0
+    square, size = n[0] * n[0] + n[1] * n[1] + n[2] * n[2], math.sqrt(abs(slope) + along + across)
+    if not size > 0.0:
+        return
+    q = inner(matrix, 3 if rubs else 1)
+    for j in range(8):
+        at, s = point.iv[j] if j < 4 else lower + 3 * (j % 2 + half * (j // 2 - 2)), B[j]
+        for a in range(3):
+            if rubs:
+                for b in range(3):
+                    same, tt = 1.0 if a == b else 0.0, t[a] * t[b]
+                    value = along * tt + across * (same - n[a] * n[b] / square - tt)
+                    value += slope * (n[a] - point.by_normal * t[a]) * n1[b]
+                    add_inner(matrix, at - n_q + a, q + b, s * value / size, size * s * same)
+            else:
+                add_inner(matrix, at - n_q + a, q, s * n[a] * slope / size, size * s * n1[a])

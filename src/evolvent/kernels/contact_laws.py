@@ -1,10 +1,24 @@
-"""Contact of points: gaps, normal laws and friction that sticks, each with its energy and its derivatives.
+"""Forces of a contact over an interval: normal laws and friction that sticks, with their energies and derivatives.
 
 A gap is positive outside and negative where bodies overlap; a normal n points from the obstacle to the point, so that
-a force f >= 0 pushes the point by f n. With rate = n . v, the derivatives of f n by the point's position x and
-velocity v are
+a force f >= 0 pushes the point by f n. An interval of length 0 is a state. With rate = n . v, the derivatives of its
+force f n by the point's position x and velocity v are
 
     f_gap n n^T + f_rate n (H v)^T + f H    and    f_rate n n^T,      H = d2 gap / dx2.
+
+Over a step of length h that conserves energy, with V = K <delta>^(n + 1)/(n + 1), the contact's energy, its damping d,
+and the rate (delta1 - delta0)/h
+
+    lam = (V1 - V0)/(delta1 - delta0) (1 + d rate)+     does the work of V's change, less what the damping takes;
+    lam = K <delta1>^n (1 + d rate)+                    the force of the step's end, never gives back more than V.
+
+A point in contact at the step's start has the first, which is of second order; one that meets the surface has the
+second under the law HUNT_CROSSLEY, which is easier to solve and makes a bounce shorter than the step partly plastic,
+and the first under CONSERVATIVE. PAPER's damper takes c (delta1 - delta0)/h, depths of points outside being 0: what it
+takes is never below 0, and its force does not jump.
+
+Contact points of beams and contacts between bodies are records with the same fields. Of the step's start: gap, stick
+(bristle), drag (friction), damper; of its end those with 1. The bristle's axes are fixed to the obstacle.
 """
 
 import math
@@ -13,89 +27,10 @@ from evolvent.compiled.jit import inlined
 
 #: Normal laws: of the paper; Hunt-Crossley; elastic work equal to the change of energy over a step.
 PAPER, HUNT_CROSSLEY, CONSERVATIVE = 0, 1, 2
-
-# ------------------------------------------------------------------------------------------------ gaps
-
-
-@inlined
-def may_touch(x, y, z, reach, cx, cy, cz, ax, ay, az, radius, half_length):
-    """Whether any point within `reach` (m) of (x, y, z) may touch the cylinder of `cylinder_gap`: the coarse test.
-
-    Never False where one does, to round-off.
-    """
-    dx, dy, dz = x - cx, y - cy, z - cz
-    along = dx * ax + dy * ay + dz * az
-    if abs(along) > half_length + reach:
-        return False
-    px, py, pz = dx - along * ax, dy - along * ay, dz - along * az
-    limit = radius + reach
-    return px * px + py * py + pz * pz <= limit * limit
-
-
-@inlined
-def cylinder_gap(x, y, z, cx, cy, cz, ax, ay, az, radius, half_length):
-    """Gap between a point and a cylinder's surface.
-
-    Parameters
-    ----------
-    x, y, z : float, m, the point
-    cx, cy, cz : float, m, the middle of the cylinder
-    ax, ay, az : float, its axis, a unit vector
-    radius, half_length : float, m; `half_length` may be infinite
-
-    Returns
-    -------
-    gap : float, m, negative inside, infinite beyond the ends
-    nx, ny, nz : float, d gap / dx, the unit vector from the axis to the point; zero on the axis
-    distance : float, m, from the axis
-
-    Notes
-    -----
-    The ends do not push: a point that passes one in contact loses its contact energy.
-    """
-    dx, dy, dz = x - cx, y - cy, z - cz
-    along = dx * ax + dy * ay + dz * az
-    px, py, pz = dx - along * ax, dy - along * ay, dz - along * az
-    distance = math.sqrt(px * px + py * py + pz * pz)
-    scale = 1.0 / distance if distance > 0.0 else 0.0
-    gap = distance - radius if abs(along) <= half_length else math.inf
-    return gap, px * scale, py * scale, pz * scale, distance
-
-
-@inlined
-def cylinder_curvature(nx, ny, nz, ax, ay, az, distance):
-    """H = d2 gap / dx2 = (I - n n^T - a a^T) / distance, 1/m: (xx, yy, zz, xy, xz, yz)."""
-    f = 1.0 / distance if distance > 0.0 else 0.0
-    return (
-        f * (1.0 - nx * nx - ax * ax),
-        f * (1.0 - ny * ny - ay * ay),
-        f * (1.0 - nz * nz - az * az),
-        f * (-nx * ny - ax * ay),
-        f * (-nx * nz - ax * az),
-        f * (-ny * nz - ay * az),
-    )
-
-
-@inlined
-def point_position(y, at, S):
-    """Position (or velocity) of a contact point of a beam, S . (the four vectors at `at`)."""
-    return (
-        S[0] * y[at[0]] + S[1] * y[at[1]] + S[2] * y[at[2]] + S[3] * y[at[3]],
-        S[0] * y[at[0] + 1] + S[1] * y[at[1] + 1] + S[2] * y[at[2] + 1] + S[3] * y[at[3] + 1],
-        S[0] * y[at[0] + 2] + S[1] * y[at[1] + 2] + S[2] * y[at[2] + 2] + S[3] * y[at[3] + 2],
-    )
-
+#: Depth of a contact, of the radius, at which the bound of the explicit step takes its stiffness.
+DEPTH = 1e-3
 
 # ------------------------------------------------------------------------------------------------ normal laws
-
-
-@inlined
-def clear_point(point):
-    """Clear what a contact point holds of the step's end."""
-    point.force, point.along, point.across, point.by_normal = 0.0, 0.0, 0.0, 0.0
-    point.damper1, point.gap1 = 0.0, math.inf
-    d = point.drag1
-    d[0] = d[1] = d[2] = 0.0
 
 
 @inlined
@@ -279,9 +214,9 @@ def friction(ux, uy, uz, sx, sy, sz, normal, coefficient, stiffness, damping, st
     -----
     Return mapping, with K = k + c/h and the trial force T = k (u + s) + c s/h: where |T| <= mu N the bristle takes all
     of s, F = -T; else the point slips by (|T| - mu N) / K along t = T/|T|, and F = -mu N t. A stuck bristle is an
-    elastic spring whose state is not touched: it cannot creep. Its energy is k u^2 / 2; without a normal force it lets
-    go. Over a step -F . s = change of energy + dissipated + (c/h + k/2) |u1 - u0|^2, where k/2 |u1 - u0|^2 comes from
-    taking the force at the step's end; accounts take the mean of both ends (`touch.end_contact_step`).
+    elastic spring whose state is not touched: it cannot creep. Its energy is k u^2 / 2; without a normal force it is
+    released. Over a step -F . s = change of energy + dissipated + (c/h + k/2) |u1 - u0|^2, where k/2 |u1 - u0|^2 comes
+    from taking the force at the step's end; balances take the mean of both ends (`end_point`).
     """
     if not normal > 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -311,3 +246,197 @@ def friction(ux, uy, uz, sx, sy, sz, normal, coefficient, stiffness, damping, st
         limit * K * scale,
         coefficient,
     )
+
+
+# ------------------------------------------------------------------------------------------------ over an interval
+
+
+@inlined
+def clear_point(point):
+    """Clear what a contact has of its last forces."""
+    point.force, point.along, point.across, point.by_normal, point.damper1 = 0.0, 0.0, 0.0, 0.0, 0.0
+    d, q = point.drag1, point.stick1
+    for i in range(3):
+        d[i] = q[i] = 0.0
+
+
+@inlined
+def depths(point, h):
+    """Gaps of a contact point's law over an interval: those of a step less the depth that the point keeps, `rest`."""
+    if h == 0.0:
+        return point.gap, point.gap1
+    point.rest1 = max(-point.gap1, 0.0)
+    if not math.isfinite(point.gap):  # arrives
+        return point.gap + point.rest, math.inf
+    point.rest1 = min(point.rest, point.rest1)
+    return point.gap + point.rest, point.gap1 + point.rest
+
+
+@inlined
+def press(point, row, gap0, gap1, rate, h, soft, chi, ratio):
+    """Normal force over an interval (N), into the contact with its derivatives, and the part of it that filters (N).
+
+    Parameters
+    ----------
+    row : record with the law
+    gap0, gap1 : float, m, at both ends; rate : float, m/s, of a state
+    h : float, s, 0 of a state
+    soft, chi, ratio : float, of a step: factor of the stiffness, filter, length of the step beside that before it
+    """
+    filtered = 0.0
+    if h == 0.0:
+        force, d_gap, d_rate = pushing_force(
+            row.law, gap1, rate, gap0, row.stiffness, row.exponent, row.damping, point.viscous
+        )
+        point.damper1 = force - elastic_force(gap1, row.stiffness, row.exponent)[0]
+    else:
+        force, d_gap, filtered = _mean_force(row, point.viscous, gap0, gap1, h, soft, chi, ratio * point.sank)
+        d_rate = 0.0
+    point.force, point.d_gap, point.d_rate = force, d_gap, d_rate
+    return force, filtered
+
+
+@inlined
+def _mean_force(row, viscous, gap0, gap1, h, soft, chi, sank):
+    """Normal force over a step, its derivative by the gap at the end, and the filter's part of it.
+
+    Parameters
+    ----------
+    viscous : float, kg^(1/2), of `sliding_damper`
+    chi, sank : float, of the filter, and how far the point sank over the step before, of this step's length, m
+    """
+    stiffness, exponent = soft * row.stiffness, row.exponent
+    if gap0 < 0.0 or row.law == CONSERVATIVE:
+        elastic, slope, _ = normal_force(CONSERVATIVE, gap1, 0.0, gap0, stiffness, exponent, 0.0)
+    else:
+        elastic, slope = elastic_force(gap1, stiffness, exponent)
+    if row.law == PAPER:  # by the change of the depth, which does not jump where the point arrives
+        if math.isfinite(gap0):
+            drag, d_rate = sliding_damper(gap0, gap1, (gap1 - gap0) / h, stiffness, exponent, viscous)
+            elastic += drag + row.damping / h * (min(gap0, 0.0) - min(gap1, 0.0))
+            slope += (d_rate - (row.damping if gap1 < 0.0 else 0.0)) / h
+        return elastic, slope, 0.0
+    if row.damping != 0.0 and elastic != 0.0 and math.isfinite(gap0):
+        factor = 1.0 + row.damping * (gap0 - gap1) / h
+        if not factor > 0.0:
+            return 0.0, 0.0, 0.0
+        elastic, slope = elastic * factor, slope * factor - elastic * row.damping / h
+    if viscous != 0.0 and math.isfinite(gap0):
+        drag, d_rate = sliding_damper(gap0, gap1, (gap1 - gap0) / h, stiffness, exponent, viscous)
+        if elastic + drag <= 0.0:
+            return 0.0, 0.0, 0.0
+        elastic, slope = elastic + drag, slope + d_rate / h
+    filtered = 0.0
+    if is_filtered(row, gap0):
+        # the change of the depth, whose work is exact also where the point leaves
+        part = 1.0 if gap1 < 0.0 else gap0 / (gap0 - gap1)
+        k = 0.5 * chi * stiffness
+        filtered = k * part * (gap0 - min(gap1, 0.0) - sank)
+        if elastic + filtered <= 0.0:
+            return 0.0, 0.0, 0.0
+        elastic, slope = elastic + filtered, slope - (k if gap1 < 0.0 else filtered / (gap1 - gap0))
+    return elastic, slope, filtered
+
+
+@inlined
+def is_filtered(row, gap0):
+    """Whether the filter acts on a point: one that is in contact, with a stiffness that is a constant."""
+    return row.law == HUNT_CROSSLEY and row.exponent == 1.0 and gap0 < 0.0
+
+
+@inlined
+def from_axes(axes, q):
+    """Vector with the components q along three axes."""
+    a, b, c = axes
+    return (
+        a[0] * q[0] + b[0] * q[1] + c[0] * q[2],
+        a[1] * q[0] + b[1] * q[1] + c[1] * q[2],
+        a[2] * q[0] + b[2] * q[1] + c[2] * q[2],
+    )
+
+
+@inlined
+def into_axes(axes, v):
+    """Components of a vector along three axes."""
+    a, b, c = axes
+    return (
+        a[0] * v[0] + a[1] * v[1] + a[2] * v[2],
+        b[0] * v[0] + b[1] * v[1] + b[2] * v[2],
+        c[0] * v[0] + c[1] * v[1] + c[2] * v[2],
+    )
+
+
+@inlined
+def body_axes(R):
+    """Axes of a body, the columns of its rotation matrix (of a step: of the mean of both ends)."""
+    return (R[0, 0], R[1, 0], R[2, 0]), (R[0, 1], R[1, 1], R[2, 1]), (R[0, 2], R[1, 2], R[2, 2])
+
+
+@inlined
+def rub(point, row, axes, u, s, normal, step):
+    """Friction on a contact over an interval, what its slip takes, and the energy of its bristle: (force, J, J).
+
+    Parameters
+    ----------
+    axes : of the bristle; u, s : m, the bristle at the start, and the displacement over the step, inertial axes
+    normal : float, N; step : float, s, length of the step that ends here, 0 or less without one
+
+    Notes
+    -----
+    The force is that of the step's end, and never gives back more than the bristle's energy.
+    """
+    damping = row.stick_damping if step > 0.0 else 0.0
+    found = friction(u[0], u[1], u[2], s[0], s[1], s[2], normal, row.friction, row.stick_stiffness, damping, step)
+    f = (found[0], found[1], found[2])
+    q, q1, d, t, half = point.stick, point.stick1, point.drag1, point.t, 0.5 * row.stick_stiffness
+    before = half * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
+    q1[0], q1[1], q1[2] = into_axes(axes, (found[3], found[4], found[5]))
+    d[0], d[1], d[2] = into_axes(axes, f)
+    t[0], t[1], t[2] = found[8], found[9], found[10]
+    point.along, point.across, point.by_normal = found[11], found[12], found[13]
+    after = half * (q1[0] * q1[0] + q1[1] * q1[1] + q1[2] * q1[2])
+    return f, -(f[0] * s[0] + f[1] * s[1] + f[2] * s[2]) - (after - before), after
+
+
+@inlined
+def bristle_energy(point, row):
+    """Energy of a bristle at the start of a step, J."""
+    q = point.stick
+    return 0.5 * row.stick_stiffness * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
+
+
+@inlined
+def end_point(point, row, gap0, gap1, slide):
+    """Make the end of a step the start of the next; what friction and normal damping took by mean forces (J, J).
+
+    Parameters
+    ----------
+    gap0, gap1 : float, m, of the step's law; slide : displacement over the step, m, in the bristle's axes
+
+    Notes
+    -----
+    Of forces at states friction takes their work over the step less what the bristles keep, -F . s - (U1 - U0), with
+    the mean F of both ends as of the work of all else: with the force of the end alone the energy balance would gain in
+    proportion to the step. A step that conserves energy has its own balance (`press`, `rub`).
+    """
+    slip = damped = 0.0
+    point.sank = gap0 - gap1 if is_filtered(row, gap0) and gap1 < 0.0 else 0.0
+    if math.isfinite(gap0) and math.isfinite(gap1):
+        damped = -0.5 * (point.damper + point.damper1) * (gap1 - gap0)
+    point.gap, point.damper = point.gap1, point.damper1
+    half, u, u1, d, d1 = 0.5 * row.stick_stiffness, point.stick, point.stick1, point.drag, point.drag1
+    for i in range(3):
+        slip -= 0.5 * (d[i] + d1[i]) * slide[i]
+        new = u1[i] if point.force > 0.0 else 0.0
+        slip += half * (u[i] * u[i] - new * new)
+        u[i], d[i] = new, d1[i]
+    return slip, damped
+
+
+def bound_of(row, radius):
+    """Stiffness (N/m) and damping (N s/m) of a contact for the bound of the explicit step. Not compiled.
+
+    Of laws with an exponent above 1 the stiffness is that at the depth `DEPTH`; radius : str, name of its field.
+    """
+    stiffness = row["exponent"] * row["stiffness"] * (DEPTH * row[radius]) ** (row["exponent"] - 1.0)
+    return stiffness, row["damping"] if row["law"] == PAPER else 0.0

@@ -10,7 +10,7 @@ methods with fixed steps, for within a stable one nothing comes as deep as it si
 import math
 
 from evolvent.compiled.jit import CUBE, MATRIX, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import contact_laws, surfaces
+from evolvent.kernels import surfaces
 from evolvent.kernels.rotations import turn, turn_back
 from evolvent.model import MODEL
 
@@ -98,7 +98,7 @@ def passing(y0, R0, x0, y1, R1, x1, model):
         half, radius = cylinders[k].half_length, cylinders[k].radius
         for i in range(cylinders[k].first, cylinders[k].last):
             iq, S = contacts[i].iq, contacts[i].S
-            u = _seen(R0, x0, b, contact_laws.point_position(y0, iq, S))
-            v = _seen(R1, x1, b, contact_laws.point_position(y1, iq, S))
+            u = _seen(R0, x0, b, surfaces.point_position(y0, iq, S))
+            v = _seen(R1, x1, b, surfaces.point_position(y1, iq, S))
             largest = max(largest, _beside(u, v, o, axis, half, radius, 0.0))
     return largest

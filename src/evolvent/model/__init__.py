@@ -186,36 +186,37 @@ RECORDS: dict[str, np.dtype] = {
         "F normal energy power touching",
         centre=_3, axis=_3, F=_6,
     ),
-    # a contact point is S . (four vectors of its element). Of the step's start: gap, point and bristle (body axes);
-    # of its end: those with 1, normal, force and its derivatives, part of the force that damps; drag: friction of the
-    # start (body axes), drag1 of the end (inertial axes). Of layers: element and point below at the step's start and
-    # end, how far off along the axis that was; `anchor` is what it moved by against what is below. n0, n1: normals of
-    # layers at both ends of an energy-momentum step, rest: depth that a point keeps there (`kernels.layer_step`);
-    # sank: change of the gap over the step before, of `kernels.contact_step`'s filter; viscous: of
-    # `contact_laws.sliding_damper`
+    # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the
+    # axis and place `xi` on it (m), point `anchor` in body axes (m), bristle `stick` (m) and friction `drag` (N) in the
+    # bristle's axes, part `damper` of the normal force (N); of its end: those with 1, `distance`, position x (m) and
+    # normal n1. Of the interval: normal force (N) with derivatives d_gap and d_rate, n: its direction, f: whole force
+    # (N), and t, along, across, by_normal of `contact_laws.friction`. Of turns: element and point below, carrier and
+    # xi, normals n0 and n1 at both ends, how far `offset` off along the axis the start was; `anchor` is what it moved
+    # by against what is below. rest: depth that a point keeps (`surfaces.measure_points`); sank: change of the gap over
+    # the step before, of the filter of `contact_laws.press`; viscous: of `contact_laws.sliding_damper`
     "contact_points": _record(
         "element iq iv carrier carrier1", "S reach viscous",
         "xi xi1 offset "
         "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
         "drag drag1 "
-        "n0 n1 rest rest1 sank",
-        n0=_3, n1=_3,
+        "x n0 n1 rest rest1 sank",
+        x=_3, n0=_3, n1=_3,
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
     # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
     # one, or a plane with the normal axis_b; radius: sum of both; first: the first of its part. Of the step's start:
-    # position X and rotation Q of a in the axes of b, and what ends in 0; of its end: what ends in 1. f: force on a,
-    # rubbing: friction on a, c: point of contact, inertial axes; moment_a, moment_b: about the bodies' origins
+    # position X and rotation Q of a in the axes of b, and what ends in 0; of its end: what ends in 1. rubbing: friction
+    # on a (N), c: point of contact (m), inertial axes; on_a, on_b: force (N) and moment (N m) at the bodies' origins
     "body_contacts": _record(
         "a b first law surface",
         "place_a axis_a place_b axis_b half_a half_b radius_a radius stiffness exponent damping friction "
         "stick_stiffness stick_damping viscous",
         "X Q gap stick damper drag gap1 stick1 damper1 drag1 slide "
         "distance0 distance u0 v0 w0 s0 t0 u1 v1 w1 s1 t1 n n1 t "
-        "f rubbing c moment_a moment_b force d_gap d_rate along across by_normal energy power sank",
+        "rubbing c on_a on_b force d_gap d_rate along across by_normal energy power sank",
         place_a=_3, axis_a=_3, place_b=_3, axis_b=_3,
-        X=_3, Q=_33, stick=_3, drag=_3, stick1=_3, drag1=_3, slide=_3, n=_3, n1=_3, t=_3, f=_3, rubbing=_3, c=_3,
-        moment_a=_3, moment_b=_3,
+        X=_3, Q=_33, stick=_3, drag=_3, stick1=_3, drag1=_3, slide=_3, n=_3, n1=_3, t=_3, rubbing=_3, c=_3,
+        on_a=_6, on_b=_6,
     ),
     # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
     # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;

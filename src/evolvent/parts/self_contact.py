@@ -11,7 +11,6 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError, counted
 from evolvent.elements.dense import dot, product
-from evolvent.kernels.layers import UNKNOWN
 from evolvent.parts.base import BeamName, BodyName, unit
 from evolvent.parts.contact import Contact
 
@@ -70,7 +69,7 @@ class SelfContact(Contact):
             self._thicken(builder, name, beam, owner)
         first = len(builder.rows["contact_points"])
         for fields in self.contact_points(builder, over):
-            builder.add("contact_points", carrier=UNKNOWN, **fields)
+            builder.add("contact_points", carrier=-1, **fields)
         index = builder.add(
             "cylinders",
             body=body,

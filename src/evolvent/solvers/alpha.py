@@ -22,7 +22,7 @@ from numba import types
 
 from evolvent.compiled.jit import REAL, indirect
 from evolvent.flow.implicit import residual
-from evolvent.kernels import body_contact, contact, coordinate, sparse_lu
+from evolvent.kernels import contact, coordinate, sparse_lu
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -98,8 +98,7 @@ def iterate(t1, h, coasts, model, matrix, work):
         residual(t1, y, dv1, la, h, 1.0, model, r, work.powers[0])
         if not is_finite(r):
             return NOT_FINITE
-        touching = contact.count_touching(model) if model.flexible.cylinders.size > 0 else 0
-        touching += body_contact.count_body_contacts(model)
+        touching = contact.pressed(model)
         if model.flexible.hinges.size > 0:
             touching += coordinate.count_slipping(model)
         if touching != loop.contact_set:

@@ -7,7 +7,7 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies
-from evolvent.kernels import attitude, body_contact, contact, coordinate, joint
+from evolvent.kernels import attitude, contact, coordinate, joint
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import WORKSPACE
 from evolvent.solvers.balance import (
@@ -34,7 +34,7 @@ def add_step_to_balance(t, h, model, work):
     Notes
     -----
     Work of loads, drives and wheels is the mean of the forces of both ends times the displacement; losses by mass,
-    stiffness, springs and joints are the mean power times h; friction is that of `contact.end_contact_step` and
+    stiffness, springs and joints are the mean power times h; friction is that of `contact.end_contacts` and
     `coordinate.end_coordinate_step`.
     """
     balance, f = work.balance, model.flexible
@@ -53,18 +53,13 @@ def add_step_to_balance(t, h, model, work):
     lost, driven = attitude.end_actuator_step(h, 0.5, work.dq, work.y, model)
     balance.by_springs += lost
     balance.drives += driven
-    if f.cylinders.size > 0:
-        slip, damped = contact.end_contact_step(work.y, model)
-        balance.by_friction += slip
-        balance.by_contact += damped
+    slip, damped = contact.end_contacts(work.y, model)
+    balance.by_friction += slip
+    balance.by_contact += damped
     if f.hinges.size > 0:
         balance.by_friction += coordinate.end_coordinate_step(h, 1.0, work.y, f.switches, model)
     for k in range(f.cylinders.size):
         work.impulse[k] += h * f.cylinders[k].normal
-    if f.body_contacts.size > 0:
-        slip, damped = body_contact.end_body_contacts(model)
-        balance.by_friction += slip
-        balance.by_contact += damped
     for k in range(f.body_contacts.size):
         work.touched[k] += h * f.body_contacts[k].force
 

@@ -8,7 +8,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.implicit import keep_momentum, residual
-from evolvent.kernels import attitude, body_contact, contact, coordinate, hinge, rigid, thread, user_events
+from evolvent.kernels import attitude, contact, coordinate, hinge, rigid, thread, user_events
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.passing import note_places, passing
 from evolvent.kernels.sparse import SPARSE
@@ -50,10 +50,7 @@ def begin(model, matrix, work):
     if status != DONE:
         return status
     t = work.loop.time
-    if model.flexible.cylinders.size > 0:
-        contact.end_contact_step(work.y, model)
-    if model.flexible.body_contacts.size > 0:
-        body_contact.end_body_contacts(model)
+    contact.end_contacts(work.y, model)
     for i in range(work.dq.size):
         work.loads1[i] = model.flexible.P[i]
     keep_momentum(t, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
@@ -79,7 +76,7 @@ def advance(model, matrix, work, budget):
     loop, options = work.loop, work.options
     adaptive = options.tolerance > 0.0
     near = 10.0 * options.smallest  # times closer than this are one
-    passes = model.flexible.body_contacts.size > 0 or model.flexible.cylinders.size > 0
+    passes = contact.any_contact(model)
     if passes:
         rigid.kinematics(loop.time, work.y, model)
         note_places(model.bodies, work.R0, work.x0)

@@ -7,13 +7,13 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import body_contact, contact, rigid
+from evolvent.kernels import contact, rigid
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.thread import is_end, paid_out, spool
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import WORKSPACE
 from evolvent.solvers.dense import interpolate, momenta_between
-from evolvent.solvers.sampled import IMPULSE, N_CYLINDER, TOUCHED, TOUCHING
+from evolvent.solvers.sampled import IMPULSE, N_CYLINDER, TOUCHED, TOUCHING, write_contacts
 
 _I = types.int64
 
@@ -27,17 +27,12 @@ def _between(theta, a, b):
 @indirect(void(MODEL, WORKSPACE))
 def fill_forces(model, work):
     """Forces of the last residual on cylinders and bodies into the workspace, as those of the step's end."""
-    cylinders, bodies = model.flexible.cylinders, model.bodies
-    for k in range(cylinders.size):
-        row = work.cylinders[1, k]
-        for i in range(6):
-            row[i] = cylinders[k].F[i]
-        row[6], row[IMPULSE] = cylinders[k].normal, work.impulse[k]
-        row[TOUCHING], row[9] = cylinders[k].touching, cylinders[k].energy
-    for i in range(work.friction.shape[1]):
-        contact.write_friction(model.flexible.contact_points[i], work.friction[1, i])
+    bodies = model.bodies
+    if contact.any_contact(model):
+        write_contacts(model, work.cylinders[1], work.friction[1], work.touches[1])
+    for k in range(work.cylinders.shape[1]):
+        work.cylinders[1, k, IMPULSE] = work.impulse[k]
     for k in range(work.touches.shape[1]):
-        body_contact.write_contact(model.flexible.body_contacts[k], work.touches[1, k])
         work.touches[1, k, TOUCHED] = work.touched[k]
     for b in range(bodies.size):
         for i in range(6):

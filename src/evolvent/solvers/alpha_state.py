@@ -20,7 +20,7 @@ from evolvent.solvers.balance import BALANCE, EXTREMES
 BUDGET, DONE, AT_STOP, AT_RESTART = 0, 1, 2, 3
 NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = -1, -2, -3, -4, -5
 #: The loop's counters and clock. stale: 1 where the matrix must be factored again; contact_set: which points touch, as
-#: `contact.count_touching` counts; over: steps in a row at which the balance has gained too much; sample, stop: the
+#: `contact.pressed` counts; over: steps in a row at which the balance has gained too much; sample, stop: the
 #: next ones; factored_step: step of the factored matrix; quality: its worst pivot so far; gain, lowest_gain: what the
 #: balance has gained since the start, and the lowest of that so far, J; last_step: step that the algorithmic
 #: accelerations belong to; event_step: limit of the next step, on which a latch or an event lies; start_energy: J;

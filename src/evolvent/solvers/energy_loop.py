@@ -14,10 +14,7 @@ from evolvent.flow.implicit import energies
 from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, SPRINGS, STIFFNESS_DAMPING
 from evolvent.kernels import (
     attitude,
-    body_contact,
-    body_contact_step,
     contact,
-    contact_step,
     coordinate,
     hinge,
     joint,
@@ -41,7 +38,7 @@ from evolvent.solvers.balance import (
 )
 from evolvent.solvers.dense import interpolate, momenta_between
 from evolvent.solvers.least_norm import add_compliance
-from evolvent.solvers.sampled import TOUCHED
+from evolvent.solvers.sampled import TOUCHED, write_contacts
 from evolvent.solvers.step_error import beside_tolerance, fastest_rate, newton_limit, note_step
 
 _I = types.int64
@@ -161,15 +158,7 @@ ENERGY_LOOP = EnergyLoop._numba_type_
 @inlined
 def _count_touching(model):
     """A number that encodes which contact points press, and which coordinates of joints slip."""
-    contacts, found = model.flexible.contact_points, 0
-    for i in range(contacts.size):
-        if contacts[i].force > 0.0:
-            found += i * i + 1
-    rows = model.flexible.body_contacts
-    for i in range(rows.size):
-        if rows[i].force > 0.0:
-            found += 104729 * (i * i + 1)
-    return found + coordinate.count_slipping(model)
+    return contact.pressed(model) + coordinate.count_slipping(model)
 
 
 @inlined
@@ -329,15 +318,15 @@ def solve_step(model, matrix, work):
     step = work.step.step
     step.soft = 1.0
     _predict(True, model, work)
-    contacts = model.flexible.cylinders.size + model.flexible.body_contacts.size
-    found = iterate(PLAIN if contacts > 0 else STAGED, 0, model, matrix, work)
+    contacts = contact.any_contact(model)
+    found = iterate(PLAIN if contacts else STAGED, 0, model, matrix, work)
     if found > 0:
         return found
     _predict(False, model, work)
     found = iterate(PLAIN, 1, model, matrix, work)
     if found > 0:
         return found + PLAIN
-    if contacts == 0:
+    if not contacts:
         return found
     _predict(False, model, work)
     work.loop.stages += 1
@@ -370,21 +359,17 @@ def solve_step(model, matrix, work):
 def fill_energies(model, work):
     """Energies of the step's end into the balance."""
     t = work.step.step.t + work.step.step.h
-    joints, coupled, contact = model.flexible.joints, 0.0, 0.0
+    joints, coupled = model.flexible.joints, 0.0
     rigid.kinematics(t, work.step.y1, model)
     energies(t, work.step.y1, model, work.energies)
     for k in range(joints.size):
         if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
             coupled += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
-    for k in range(model.flexible.cylinders.size):
-        contact += model.flexible.cylinders[k].energy
-    for k in range(model.flexible.body_contacts.size):
-        contact += model.flexible.body_contacts[k].energy
     if model.flexible.hinges.size > 0:
         coupled += hinge.hinge_energy(model.flexible.switches, model)
     row = work.balance
     row[KINETIC], row[ELASTIC], row[BENDING] = work.energies[0], work.energies[1], work.energies[2]
-    row[CONTACT], row[COUPLED] = contact, coupled
+    row[CONTACT], row[COUPLED] = contact.energy_of(model), coupled
 
 
 @inlined
@@ -428,14 +413,11 @@ def accept(model, work):
     lost, driven = attitude.end_actuator_step(h, 1.0, step.dq, step.y1, model)
     row[BY_SPRINGS] += lost
     row[DRIVES] += driven
-    if f.cylinders.size > 0:
-        contact_step.end_contacts(model)
+    contact.end_contacts(step.y1, model)
     if f.hinges.size > 0:
         row[BY_FRICTION] += coordinate.end_coordinate_step(h, 0.5, step.y1, f.switches, model)
     for k in range(f.cylinders.size):
         work.impulse[k] += h * f.cylinders[k].normal
-    if f.body_contacts.size > 0:
-        body_contact_step.end_body_contact_step(model)
     for k in range(f.body_contacts.size):
         work.touched[k] += h * f.body_contacts[k].force
     for b in range(model.bodies.size):
@@ -476,17 +458,10 @@ def keep_samples(model, work):
 def _keep_wrenches(n, model, work):
     """Keep the forces of the step on cylinders, contact points and bodies as those of sample n."""
     f = model.flexible
-    for k in range(f.cylinders.size):
-        row = work.out_cylinders[n, k]
-        for i in range(6):
-            row[i] = f.cylinders[k].F[i]
-        row[6], row[8], row[9] = f.cylinders[k].normal, f.cylinders[k].touching, f.cylinders[k].energy
+    if contact.any_contact(model):
+        write_contacts(model, work.out_cylinders[n], work.out_friction[n], work.out_touches[n])
     for i in range(f.contact_points.size):
         work.out_points[n, i] = f.contact_points[i].force
-    for i in range(work.out_friction.shape[1]):
-        contact.write_friction(f.contact_points[i], work.out_friction[n, i])
-    for k in range(f.body_contacts.size):
-        body_contact.write_contact(f.body_contacts[k], work.out_touches[n, k])
     for b in range(model.bodies.size):
         for i in range(6):
             work.out_bodies[n, b, i] = work.wrenches[b, i]
@@ -647,7 +622,7 @@ def advance(model, matrix, work, budget):
     """Go on for `budget` steps or to the last sample; returns a status."""
     step, loop, options = work.step, work.loop, work.options
     adaptive, near, end = options.tolerance > 0.0, 10.0 * options.smallest, work.samples[work.samples.size - 1]
-    passes = model.flexible.body_contacts.size > 0 or model.flexible.cylinders.size > 0
+    passes = contact.any_contact(model)
     for _ in range(budget):
         if loop.sample == work.samples.size:
             return DONE

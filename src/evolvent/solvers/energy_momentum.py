@@ -17,8 +17,7 @@ from evolvent.flow import energy_momentum as flow
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import (
-    body_contact_step,
-    contact_step,
+    contact,
     joint,
     rigid,
     rod,
@@ -159,8 +158,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
     assembly, model, times = of.assembly, of.assembly.model, of.times
     f, n_v, n_b = model.flexible, int(model.info.nv), model.bodies.size
     n_j, n_c, fields = f.joints.size, f.cylinders.size, len(BALANCE.names or ())
-    contact_step.clear_gaps(model)
-    body_contact_step.clear_body_gaps(model)
+    contact.clear_history(model)
     chi = float(of.options.chi)
     f.switches[:] = assembly.s
     until = f.joints["until"]

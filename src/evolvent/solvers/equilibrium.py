@@ -20,7 +20,7 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow.implicit import energies, residual, tangent
 from evolvent.flow.powers import COUPLED_ENERGY
-from evolvent.kernels import attitude, body_contact, contact, coordinate, hinge, loads, rigid, sparse_lu
+from evolvent.kernels import attitude, contact, coordinate, hinge, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
@@ -469,17 +469,9 @@ def probe(t, step, factor, shift, model, matrix, b):
 @indirect(void(REAL, MODEL, _WORKSPACE, VECTOR))
 def accept(t, model, b, out):
     """Make the state the start of what follows; out : (5,) energies (3), of contacts, of hinges and penalties."""
-    if model.flexible.cylinders.size > 0:
-        contact.end_contact_step(b.y, model)
-    if model.flexible.body_contacts.size > 0:
-        body_contact.end_body_contacts(model)
+    contact.end_contacts(b.y, model)
     if model.flexible.hinges.size > 0:
         coordinate.end_coordinate_step(0.0, 1.0, b.y, model.flexible.switches, model)
     hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
     energies(t, b.y, model, out[:3])
-    out[3] = 0.0
-    for k in range(model.flexible.cylinders.size):
-        out[3] += model.flexible.cylinders[k].energy
-    for k in range(model.flexible.body_contacts.size):
-        out[3] += model.flexible.body_contacts[k].energy
-    out[4] = b.powers[COUPLED_ENERGY]
+    out[3], out[4] = contact.energy_of(model), b.powers[COUPLED_ENERGY]

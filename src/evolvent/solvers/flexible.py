@@ -12,7 +12,7 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import contact, hinge, rigid
+from evolvent.kernels import contact_laws, hinge, rigid
 from evolvent.kernels.flexible import NODE_VECTORS, beam_rates
 from evolvent.solvers.static_work import velocity_slice
 
@@ -134,7 +134,9 @@ def _contact_products(model: mdl.Model, y: np.ndarray) -> Callable[[int, np.ndar
     G = sparse.csr_matrix((S.ravel(), (rows.ravel(), columns.ravel())), shape=(3 * contacts.size, n_v))
     along = np.array([y[q[1] : q[1] + 3] + y[q[3] : q[3] + 3] for q in contacts["iq"]])
     along /= np.linalg.norm(along, axis=1)[:, None]
-    values = contact.contact_bound(f)
+    values = np.zeros((2, contacts.size))
+    for row in f.cylinders:
+        values[:, row["first"] : row["last"]] += np.array(contact_laws.bound_of(row, "radius"))[:, None]
     dy = np.zeros_like(y)
 
     def product(what: int, x: np.ndarray) -> np.ndarray:

@@ -58,7 +58,7 @@ def pattern_of(model: mdl.Model, *, layers: bool = False) -> Pattern:
     Parameters
     ----------
     layers : bool, whether turns that lie on one another are coupled where they do so at present
-        (`kernels.layer_step.measure_layer`); else they are left to inner unknowns
+        (`kernels.surfaces.measure_turns`); else they are left to inner unknowns
     """
     graph = _Graph(model)
     _add_coordinates(graph)

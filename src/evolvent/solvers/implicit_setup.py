@@ -10,11 +10,10 @@ from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import joint, rigid
+from evolvent.kernels import contact, joint, rigid
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.drive import FREE
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
-from evolvent.kernels.layers import UNKNOWN
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import alpha_state, graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
@@ -194,16 +193,6 @@ def check_start(assembly: Assembly, t: float) -> None:
             )
 
 
-def clear_history(model: mdl.Model) -> None:
-    """Forget what a run leaves in its model: contacts before the step, friction."""
-    f = model.flexible
-    f.contact_points["gap"], f.contact_points["carrier"] = np.inf, UNKNOWN
-    f.contact_points["stick"] = 0.0
-    f.contact_points["drag"] = 0.0
-    f.body_contacts["gap"] = np.inf
-    f.body_contacts["stick"], f.body_contacts["drag"], f.body_contacts["damper"] = 0.0, 0.0, 0.0
-
-
 def options_of(rho: float, **given: float) -> np.record:
     """Options of a run by the spectral radius at infinite frequency (see `evolvent.solvers.alpha`)."""
     alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
@@ -228,7 +217,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     ends = [beam_loads["start"] + beam_loads["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
     stops = np.unique(np.concatenate(ends))
     stops = stops[(stops > times[0]) & (stops < times[-1])]
-    clear_history(model)
+    contact.clear_history(model)
     adaptive = options.tolerance > 0.0
     step = 0.1 * options.span if adaptive else options.span
     loop = zeros_record(

@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import void
 
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
+from evolvent.compiled.jit import MATRIX, indirect
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import body_contact, constraint_rows, hinge, joint
+from evolvent.kernels import constraint_rows, hinge, joint
 from evolvent.kernels.flexible import beam_energies
 from evolvent.kernels.rod import add_rod_energies
 from evolvent.solvers import balance as eb
@@ -104,6 +106,38 @@ def rubbing_points(model: mdl.Model) -> int:
     return model.flexible.contact_points.size if np.any(model.flexible.cylinders["friction"] > 0.0) else 0
 
 
+@indirect(void(mdl.MODEL, MATRIX, MATRIX, MATRIX))
+def write_contacts(model, cylinders, friction, touches):
+    """Write what the last contacts' forces left in their records as a sample's `Sampled`, but for impulses."""
+    rows, points, pairs = model.flexible.cylinders, model.flexible.contact_points, model.flexible.body_contacts
+    for k in range(cylinders.shape[0]):
+        for i in range(6):
+            cylinders[k, i] = rows[k].F[i]
+        cylinders[k, 6], cylinders[k, 8], cylinders[k, 9] = rows[k].normal, rows[k].touching, rows[k].energy
+    for i in range(friction.shape[0]):
+        f, n, lam = points[i].f, points[i].n, points[i].force
+        for j in range(3):
+            friction[i, j] = f[j] - lam * n[j] if lam > 0.0 else 0.0
+    for k in range(touches.shape[0]):
+        row = pairs[k]
+        p, q, f, c = row.on_a, row.on_b, row.rubbing, row.c
+        for i in range(3):
+            touches[k, i], touches[k, 3 + i], touches[k, 6 + i] = p[i], p[3 + i], q[3 + i]
+            touches[k, 9 + i], touches[k, 12 + i] = f[i], c[i]
+        touches[k, 15], touches[k, 16], touches[k, 17] = row.force, row.gap1, row.energy
+
+
+def forces_of(model: mdl.Model) -> tuple[Array, Array, Array, Array]:
+    """Of the last forces: `cylinders`, `wrenches`, `touches` and `friction` of a sample, without impulses."""
+    f = model.flexible
+    cylinders, touches = np.zeros((f.cylinders.size, N_CYLINDER)), np.zeros((f.body_contacts.size, N_TOUCH))
+    friction = np.zeros((rubbing_points(model), 3))
+    if f.cylinders.size or f.body_contacts.size:
+        write_contacts(model, cylinders, friction, touches)
+    touches[:, TOUCHED] = np.nan
+    return cylinders, model.bodies["F"].copy(), touches, friction
+
+
 def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
     """Energy balances of an explicit method's states, from their accounts; energies of joints count as elastic.
 
@@ -141,28 +175,20 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     found = empty(model, t.size)
     found.balance[:] = balances(model, y, sums)
-    needs.load(model, rhs)
+    needs.load(model, rhs, write_contacts)
     dy, own, scratch = np.zeros_like(assembly.y), np.zeros(3), np.zeros(n_v)
     rows, columns, signs = _same_constraints(assembly)
     for k in range(t.size):
         rhs(t[k], y[k], s[k], model, dy)
         found.acceleration[k] = dy[n_q : n_q + n_v]
-        found.wrenches[k] = model.bodies["F"]
+        found.cylinders[k], found.wrenches[k], found.touches[k], _ = forces_of(model)
+        found.balance.contact[k] = found.cylinders[k, :, 9].sum() + found.touches[k, :, 17].sum()
         found.la[k], coupled = joint.penalty_values(t[k], s[k], f.joints)
         found.la[k, columns] = signs * model.la[rows]
         if f.beams.size:
             own[:] = 0.0
             beam_energies(y[k], 0, f.elements.size, model, own)
             found.balance.bending[k] = own[2]
-            found.cylinders[k, :, :6] = f.cylinders["F"]
-            found.cylinders[k, :, 6] = f.cylinders["normal"]
-            found.cylinders[k, :, 8] = f.cylinders["touching"]
-            found.cylinders[k, :, 9] = f.cylinders["energy"]
-            found.balance.contact[k] = f.cylinders["energy"].sum()
-        for i in range(f.body_contacts.size):
-            found.balance.contact[k] += f.body_contacts["energy"][i]
-        if f.body_contacts.size:
-            found.touches[k, :, :TOUCHED] = body_contact.contact_values(f.body_contacts)
         if f.rods.size:
             own[:] = 0.0
             add_rod_energies(model, own)
@@ -171,7 +197,6 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
             coupled += hinge.add_hinges(t[k], y[k], 0.0, s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled
         found.balance.elastic[k] -= coupled
-    found.touches[:, :, TOUCHED] = np.nan
     if f.cylinders.size:
         first = n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE
         found.cylinders[:, :, 7] = y[:, first : first + f.cylinders.size]

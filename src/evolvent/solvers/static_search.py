@@ -10,13 +10,11 @@ import numpy as np
 
 from evolvent.assembly.families import bodies_of
 from evolvent.kernels import loads, springs
-from evolvent.kernels.body_contact import contact_values
-from evolvent.kernels.contact import friction_values
 from evolvent.solvers import balance as eb
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.linear_motion import growing_motions, has_gyroscopic_forces, has_symmetric_stiffness
 from evolvent.solvers.rod_messages import bending_hint
-from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, TOUCHED, empty, rubbing_points
+from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, forces_of, rubbing_points
 from evolvent.solvers.solution import NEWTON, Path, Solution
 from evolvent.solvers.static_work import MOST_ITERATIONS, Work, add_turn
 
@@ -84,22 +82,13 @@ class Search:
     def _store_point(self, factor: float) -> None:
         """Accept the state, and keep it as a point of the path."""
         w = self.work
-        b, f = w.balance, w.model.flexible
-        energies = np.zeros(5)
+        b, f, energies = w.balance, w.model.flexible, np.zeros(5)
         eq.accept(w.time, w.model, b, energies)
         b.loop.factor = self.reached = factor
         self.worst = min(self.worst, float(b.loop.quality))
-        cylinders = np.zeros((f.cylinders.size, N_CYLINDER))
-        for k in range(f.cylinders.size):
-            row = f.cylinders[k]
-            cylinders[k, :6], cylinders[k, 6], cylinders[k, 8] = row["F"], row["normal"], row["touching"]
-            cylinders[k, 9] = row["energy"]
+        forces = forces_of(w.model)
         y = b.y.copy()
         add_turn(w.model, b.spin * math.sqrt(max(factor, 0.0)), y)
-        wrenches = w.model.bodies["F"].copy()
-        touches = np.zeros((f.body_contacts.size, N_TOUCH))
-        touches[:, :TOUCHED], touches[:, TOUCHED] = contact_values(f.body_contacts), np.nan
-        forces = cylinders, wrenches, touches, friction_values(f.contact_points)[: rubbing_points(w.model)]
         self.kept.append((factor, y, f.switches.copy(), b.la.copy(), energies, f.P.copy(), *forces))
         self.marks.append(len(self.newton))
         if self.progress is not None:

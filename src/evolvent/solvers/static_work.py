@@ -23,7 +23,8 @@ from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers import ordering, redundancy
-from evolvent.solvers.implicit_setup import clear_history, matrix_of, sizes
+from evolvent.solvers.implicit_setup import matrix_of, sizes
+from evolvent.solvers.sampled import write_contacts
 
 Array = np.ndarray
 
@@ -100,7 +101,7 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     flexible.beam_loads["ramp"] = 0.0
     for load in copy.loads[copy.loads["kind"] >= loads.AT_MARKER]:
         copy.parameters[load["first"] + loads.RAMP] = 0.0
-    clear_history(copy)
+    contact.clear_history(copy)
     flexible.cylinders["stick_damping"] = 0.0
     flexible.body_contacts["stick_damping"] = 0.0
     return copy
@@ -157,14 +158,14 @@ class Work:
             **moves,
         )
         model.flexible.switches[:] = assembly.s
-        needs.load(model, eq.balance, eq.relax, eq.follow, eq.probe, eq.accept)
+        needs.load(model, eq.balance, eq.relax, eq.follow, eq.probe, eq.accept, write_contacts)
         # friction is that of displacements from here on
         b = self.balance
         residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
         if model.flexible.cylinders.size:
-            contact.end_contact_step(b.y, model)
+            contact.end_points(b.y, model)
         if model.flexible.body_contacts.size:
-            body_contact.end_body_contacts(model)
+            body_contact.end_bodies(model)
 
     def allow_redundant(self) -> None:
         """Allow constraints that others imply: the tangent with masses is singular only by them."""

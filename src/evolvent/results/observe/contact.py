@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from evolvent.kernels import surfaces
 from evolvent.results.observe.shapes import capsule, disc
-from evolvent.results.observe.variables import Observed, dot, norm, turned
+from evolvent.results.observe.variables import Observed
 from evolvent.results.observe.view import View
 
+Array = np.ndarray
 #: Share of a run over which the mean force is taken: single samples depend on the mesh and on the contact's stiffness.
 WINDOW = 0.04
 
@@ -30,7 +29,7 @@ def observe_contact(view: View, name: str) -> Observed:
     found.scalar("points", values[:, 8], "1", "contact points that touch")
     found.scalar("energy_elastic", values[:, 9], "J", "elastic energy of the contact and of what sticks by friction")
     inside = slice(int(row["first"]), int(row["last"]))
-    force, gap = view.contacts
+    force, gap, places, normals = view.contacts
     text = "normal force of each contact point, positive where it pushes: of the sample, or the mean over its step"
     found.along("point_force", "contact_point", force[:, inside], "N", text)
     text = "distance of each contact point, negative where it overlaps, NaN where it is too far away or past the edge"
@@ -47,7 +46,7 @@ def observe_contact(view: View, name: str) -> Observed:
     )
     part = view.part(name)
     if int(row["under"]) < 0:
-        _add_vectors(found, view, row, inside)
+        _add_vectors(found, view, places[:, inside], normals[:, inside], inside)
     if int(row["under"]) >= 0 or int(row["surface"]) == surfaces.CYLINDER:
         pushes = {"size": "point_force", "arc": "arc", "beam": "beam", "body": part.body}
         found.drawn = [{"pushes": pushes | {"centre": list(part.centre), "axis": list(part.axis)}}]
@@ -63,26 +62,12 @@ def observe_contact(view: View, name: str) -> Observed:
     return found
 
 
-def _add_vectors(found: Observed, view: View, row: Any, inside: slice) -> None:
+def _add_vectors(found: Observed, view: View, places: Array, normals: Array, inside: slice) -> None:
     """Positions of the contact points, and the vectors of their forces."""
-    points = view.model.flexible.contact_points[inside]
-    at = points["iq"][:, :, None] + np.arange(3)
-    places = np.einsum("kj,tkjc->tkc", points["S"], view.y[:, at])
-    pose = view.pose(int(row["body"]))
-    centre = pose.x + turned(pose.R, row["centre"])
-    axis = np.broadcast_to(turned(pose.R, row["axis"]), centre.shape)[:, None]
-    d = places - centre[:, None]
-    along = dot(d, axis)
-    if row["surface"] == surfaces.CAPSULE:
-        along = np.clip(along, -row["half_length"], row["half_length"])
-    normal = d - along[..., None] * axis
-    if row["surface"] == surfaces.PLANE:
-        normal = np.broadcast_to(axis, d.shape)
-    normal = normal / np.maximum(norm(normal), 1e-300)[..., None]
     friction, kept = np.zeros(places.shape), view.solution.sampled.friction
     if kept.shape[1] > 0:
         friction = kept[:, inside]
-    whole = found.variables["point_force"].values[..., None] * normal + friction
+    whole = found.variables["point_force"].values[..., None] * normals + friction
     found.along("point_position", "contact_point", places, "m", "position of each contact point, inertial axes")
     text = "{} of each contact point on its beam, inertial axes: of the sample, or the mean over its step"
     found.along("point_friction", "contact_point", friction, "N", text.format("friction"))

@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent.assembly import families, needs
 from evolvent.flow.sampling import evaluate
-from evolvent.kernels import contact, flexible, rigid, sides, springs
+from evolvent.kernels import contact, flexible, rigid, sides, springs, surfaces
 from evolvent.kernels.drive import drive
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.model import RESULTS
@@ -240,27 +240,30 @@ class View:
         return BeamSums(out[:, 0], out[:, 1], out[:, 2], out[:, 3:6], out[:, 6:])
 
     @functools.cached_property
-    def contacts(self) -> tuple[Array, Array]:
-        """Normal forces (N) and gaps (m, negative inside) of all contact points: (nt, n) each.
+    def contacts(self) -> tuple[Array, Array, Array, Array]:
+        """Normal forces (N) and gaps (m, negative inside) (nt, n), places (m) and normals (nt, n, 3) of contact points.
 
         Those of the states alone, or forces that the solver kept; gaps are NaN beyond an obstacle's ends, and where a
-        point is too far from it.
+        point is too far from it. Places and normals are those of points on surfaces.
         """
         model = self.model.copy()
         points, F = model.flexible.contact_points, np.zeros(int(model.info.nv))
         force, gap = (np.zeros((self.t.size, points.size)) for _ in range(2))
+        place, normal = (np.zeros((self.t.size, points.size, 3)) for _ in range(2))
         damped = bool(np.any(points["viscous"] > 0.0))
         for k, y in enumerate(self.y):
             rigid.kinematics(self.t[k], y, model)
             points["gap"] = math.inf
-            contact.add_contacts(y, -1.0, model, F)
+            contact.add_points(y, y, 0.0, -1.0, 1.0, 0.0, 0.0, model, F)
             if damped:  # as if the state were the start of its step as well
                 points["gap"] = points["gap1"]
-                contact.add_contacts(y, -1.0, model, F)
+                contact.add_points(y, y, 0.0, -1.0, 1.0, 0.0, 0.0, model, F)
             force[k], gap[k] = points["force"], points["gap1"]
+            surfaces.measure_points(y, surfaces.END, model)  # far points too
+            place[k], normal[k] = points["x"], points["n1"]
         gap[gap == math.inf] = math.nan
         kept = self.solution.kept
-        return force if kept is None or kept.points is None else kept.points, gap
+        return force if kept is None or kept.points is None else kept.points, gap, place, normal
 
 
 def about(axis: Array, angle: Array) -> Array:
