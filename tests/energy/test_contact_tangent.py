@@ -8,7 +8,7 @@ import pytest
 from evolvent import System, elements, parts
 from evolvent.flow import energy_momentum as flow
 from evolvent.kernels import sparse_lu
-from evolvent.solvers.energy_momentum import plan, workspace
+from evolvent.solvers.energy_momentum import plan
 
 Array = np.ndarray
 N = 6
@@ -40,7 +40,7 @@ def laid(law: str, exponent: float, friction: float, depth: float) -> System:
 def test_tangent_of_contacts(law: str, exponent: float, friction: float, depth: float) -> None:
     """Points that stay in contact and points that arrive, damped; frictionless, slipping and sticking."""
     of = plan(laid(law, exponent, friction, depth).assemble(), samples=[0.0, 1.0], step=0.02)
-    model, work = of.assembly.model, workspace(of)
+    model, work = of.assembly.model, of.workspace()
     step, rng = work.step, np.random.default_rng(1)
     step.step.h = 0.02
     flow.measure(0, model, step)

@@ -76,7 +76,7 @@ def test_friction_between_turns_takes_energy_and_keeps_momenta(step: float) -> N
 def stepped(assembly: Assembly, h: float, rng: np.random.Generator) -> tuple[Any, Any, Array]:
     """Model and workspace of a step that has begun, and increments of its unknowns."""
     plan = energy_momentum.plan(assembly, samples=[0.0, 1.0], step=h)
-    model, step = plan.assembly.model, energy_momentum.workspace(plan).step
+    model, step = plan.assembly.model, plan.workspace().step
     step.step.t, step.step.h, step.step.ratio = 0.0, h, 0.0
     flow.measure(0, model, step)
     size = np.where(np.arange(int(model.info.nv)) < 6, 0.0, 1e-5)  # all but the hub

@@ -6,7 +6,7 @@ import pytest
 
 import evolvent
 from evolvent import results
-from evolvent.solvers import balance, drive
+from evolvent.solvers import balance, explicit_run
 
 SHORT = {
     "heliogyro": (
@@ -34,7 +34,7 @@ def failed():
     """A run that stopped half-way, since its energy balance was said to be off."""
     case, changes = SHORT["heliogyro"]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(drive, "DIVERGED", 1e-13)
+        patch.setattr(explicit_run, "DIVERGED", 1e-13)
         patch.setattr(balance, "GAINED", 1e-13)
         patch.setattr(balance, "ROUND_OFF", 0.0)
         with pytest.raises(evolvent.RunFailed) as caught:

@@ -12,7 +12,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.flow import energy_momentum as flow
 from evolvent.kernels import body_contact, sparse_lu
 from evolvent.solvers import alpha_state
-from evolvent.solvers.energy_momentum import plan, workspace
+from evolvent.solvers.energy_momentum import plan
 from implicit.rigs import Equations, start_step
 from implicit.test_tangent import C_MASS, C_RATE, worst
 
@@ -113,7 +113,7 @@ def test_beams(surface: str) -> None:
 def tangent_error(system: System, most: float, move: Array) -> float:
     """Largest error of the solution of an energy-momentum step's linear equations, beside its size."""
     of = plan(system.assemble(), samples=[0.0, 1.0], step=0.01)
-    model, work = of.assembly.model, workspace(of)
+    model, work = of.assembly.model, of.workspace()
     step, rng, worst_error = work.step, np.random.default_rng(1), 0.0
     step.step.h = 0.01
     flow.measure(0, model, step)

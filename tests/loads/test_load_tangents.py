@@ -169,7 +169,7 @@ def test_tangent_of_a_load(name: str, method: str, rng: np.random.Generator) -> 
 def step_columns(assembly: Assembly, dq: Array) -> tuple[Array, Array]:
     """As `columns`, of a step of energy-momentum with the increments dq; residuals are doubled."""
     plan = energy_momentum.plan(assembly, samples=[0.0, 1.0], step=0.01)
-    model, work = plan.assembly.model, energy_momentum.workspace(plan).step
+    model, work = plan.assembly.model, plan.workspace().step
     work.step.t, work.step.h, work.step.ratio = 0.0, 0.01, 0.0
     flow.measure(0, model, work)
 

@@ -138,18 +138,18 @@ def passes(t, y, p):
 @pytest.mark.parametrize(("method", "options"), [("rk4", {"step": 4e-4}), ("dopri5", {})])
 def test_the_log_of_events_grows(method: str, options: dict[str, float]) -> None:
     """Any number of events is logged, and a run does not depend on how often its log grew."""
-    from evolvent.solvers import drive
+    from evolvent.solvers import explicit_run
 
     assembly = oscillator(parts.Event(law=passes, parameters=(1000.0,))).assemble()
     assembly.model = assembly.model._replace(breaks=4e-4 * np.arange(1, 10_000))  # no step passes over two events
     samples = np.linspace(0.0, 4.0, 9)
     grown = []
-    grow = drive._grow_log
+    grow = explicit_run._grow_log
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(drive, "_grow_log", lambda loop: grown.append(loop) or grow(loop))
+        patch.setattr(explicit_run, "_grow_log", lambda loop: grown.append(loop) or grow(loop))
         found = solve(assembly, samples=samples, method=method, **options)
-        make = drive._workspace
-        patch.setattr(drive, "_workspace", lambda *given: grow(grow(make(*given))))
+        make = explicit_run._workspace
+        patch.setattr(explicit_run, "_workspace", lambda *given: grow(grow(make(*given))))
         once = solve(assembly, samples=samples, method=method, **options)
     assert found.success
     assert len(grown) == 2
@@ -160,9 +160,9 @@ def test_the_log_of_events_grows(method: str, options: dict[str, float]) -> None
 
 def test_an_event_that_fires_again_and_again_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     """A thousand events within a share of the run that is too small for them (here a half) are no events."""
-    from evolvent.solvers import drive
+    from evolvent.solvers import explicit_run
 
-    monkeypatch.setattr(drive, "CHATTER", 0.5)
+    monkeypatch.setattr(explicit_run, "CHATTER", 0.5)
     system = oscillator(parts.Event(law=passes, parameters=(1000.0,)))
     found = solve(system.assemble(), samples=[0.0, 4.0], method="rk4", step=4e-4)
     assert found.status == "failed"

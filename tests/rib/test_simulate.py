@@ -188,7 +188,7 @@ def test_the_papers_law_at_its_step_fails_and_says_why(step, words):
     changes |= {"rib.formulation": "full", "rib.elements": 10}
     with pytest.raises(RunFailed) as failed:
         evolvent.run("wrapped-rib", changes)
-    assert f"no solution of the step of {step:g} s" in str(failed.value)
+    assert f"no solution in the step of {step:g} s" in str(failed.value)
     assert words in str(failed.value)
     run = failed.value.run
     assert run.sizes["time"] > 10

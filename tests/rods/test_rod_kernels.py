@@ -109,7 +109,7 @@ def test_tangent_of_the_energy_momentum_step() -> None:
                   curvature=(0.0, 0.0, 0.5), stiffness_damping=1e-3, mass_damping=0.2), "rod",
     )  # fmt: skip
     plan = energy_momentum.plan(system.assemble(), samples=[0.0, 1.0], step=0.02)
-    model, step = plan.assembly.model, energy_momentum.workspace(plan).step
+    model, step = plan.assembly.model, plan.workspace().step
     step.step.h, step.step.ratio = 0.02, 1.0
     flow.measure(0, model, step)
     rng = np.random.default_rng(0)

@@ -6,15 +6,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numba import config
 from numpy.testing import assert_allclose, assert_array_equal
 
 from evolvent import elements, parts, spring_law
 from evolvent.analysis.system import System
+from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.solvers import balance as eb
-from evolvent.solvers import drive, implicit, solve
+from evolvent.solvers import drive, implicit, implicit_loop, solve
+from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.implicit_run import _OF_ALPHA, _OF_ENERGY
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
 
@@ -148,6 +152,32 @@ def test_a_plan_runs_again_as_before(method: str) -> None:
     assert_array_equal(first.y, second.y)
     for name in ("steps", "rejected_steps", "events"):
         assert first.statistics[name] == second.statistics[name], name
+
+
+def test_energy_momentum_takes_the_options_of_all_implicit_steps() -> None:
+    """The longest step bounds the steps of an adaptive run."""
+    found = solve_energy(pair(), samples=SAMPLES, tolerance=1e-2, longest_step=0.01)
+    assert found.success, found.message
+    assert found.statistics["steps"] >= 50
+    with pytest.raises(InputError, match=r"^largest_gain is -1.0; it must be"):
+        solve_energy(pair(), samples=SAMPLES, largest_gain=-1.0)
+
+
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")
+@pytest.mark.parametrize(
+    ("without", "own", "others"),
+    [
+        (_OF_ENERGY, "evolvent.solvers.alpha", "evolvent.solvers.energy_step"),
+        (_OF_ALPHA, "evolvent.solvers.energy_step", "evolvent.solvers.alpha"),
+    ],
+)
+def test_a_run_needs_no_function_of_the_other_method(without: frozenset[str], own: str, others: str) -> None:
+    model = hung_beam().model
+    found = needs.needed(model, (implicit_loop.begin, implicit_loop.advance), needs.absent(model) | without)
+    modules = {function.py_func.__module__ for function in found}
+    assert own in modules
+    assert others not in modules
+    assert ("evolvent.flow.energy_momentum" in modules) == (own == "evolvent.solvers.energy_step")
 
 
 def test_chosen_samples() -> None:

@@ -198,11 +198,10 @@ def plan(
             f"in addition to `tolerance`"
         )
     if method in _IMPLICIT:
-        options: dict[str, Any] = {"step": step}
+        options: dict[str, Any] = {"method": method, "step": step}
         options["tolerance"] = TOLERANCES[method] if tolerance is None else tolerance
         options["spectral_radius"] = SPECTRAL_RADIUS if spectral_radius is None else spectral_radius
-        solver = implicit.plan if method == implicit.NAME else energy_momentum.plan
-        return solver(assembly, samples=samples, **options), why
+        return implicit.plan(assembly, samples=samples, **options), why
     if spectral_radius is not None:
         raise InputError(
             f"spectral_radius is {spectral_radius!r}, but the method is {method}; only "

@@ -97,7 +97,7 @@ def absent(model: Model) -> frozenset[str]:
         "flow.projection.project_links": model.links.size or model.guides.size,
         "solvers.sampled.write_contacts": f.cylinders.size or f.body_contacts.size,
         "solvers.alpha_start.thread_accelerations": threads.size,
-        "solvers.alpha_samples.keep_lengths_at_spools": threads.size,
+        "solvers.implicit_samples.keep_lengths_at_spools": threads.size,
     }
     return frozenset(name for name, found in has.items() if not found)
 
@@ -161,15 +161,20 @@ def needed(model: Model, roots: tuple[Any, ...], without: frozenset[str]) -> lis
 _LOADED: weakref.WeakKeyDictionary[Model, tuple[frozenset[str], set[Any]]] = weakref.WeakKeyDictionary()
 
 
-def load(model: Model, *roots: Any) -> None:
-    """Load functions, and all that they call on a model, before they are called; what is in no cache is compiled."""
+def load(model: Model, *roots: Any, without: frozenset[str] = frozenset()) -> None:
+    """Load functions, and all that they call on a model, before they are called; what is in no cache is compiled.
+
+    Parameters
+    ----------
+    without : names that are not called either, as of `absent`
+    """
     if config.DISABLE_JIT:
         return
     if model not in _LOADED:
         _LOADED[model] = absent(model), set()
-    without, loaded = _LOADED[model]
+    lacks, loaded = _LOADED[model]
     if roots not in loaded:
-        jit.load(needed(model, roots, without))
+        jit.load(needed(model, roots, lacks | without))
         loaded.add(roots)
 
 

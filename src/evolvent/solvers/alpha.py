@@ -18,133 +18,130 @@ from __future__ import annotations
 
 import math
 
-from numba import types
+from numba import types, void
 
-from evolvent.compiled.jit import REAL, indirect
-from evolvent.flow.implicit import residual
-from evolvent.kernels import contact, coordinate, sparse_lu
-from evolvent.kernels.flexible import is_finite
-from evolvent.kernels.sparse import SPARSE
+from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.flow.implicit import keep_momentum, residual
+from evolvent.kernels import rigid
 from evolvent.model import MODEL
-from evolvent.solvers.alpha_state import (
-    NO_CONVERGENCE,
-    NOT_FINITE,
-    REDUNDANT,
-    SINGULAR,
-    WORKSPACE,
-    displace,
-    factor_at,
-)
-from evolvent.solvers.least_norm import add_compliance
-from evolvent.solvers.step_error import newton_limit
+from evolvent.solvers.alpha_state import displace
+from evolvent.solvers.implicit_state import WORKSPACE
+from evolvent.solvers.step_error import beside_tolerance
 
 _I = types.int64
 
-#: Iterations of Newton's method before a step counts as failed.
-MOST_ITERATIONS = 25
-#: Convergence slower than this has the matrix factored again.
-SLOW = 0.15
-#: A correction below this that Newton's method with a new tangent does not halve is round-off (constraints near a
-#: position where they depend on one another).
-ROUND_OFF = 1e-8
+#: Largest angle of a free body over an adaptive step, rad: a steady turn has no error by itself, but samples between
+#: the ends of a step do not show more.
+LARGEST_TURN = 0.5
 
 
-@indirect(_I(REAL, REAL, MODEL, SPARSE, WORKSPACE))
-def solve_step(t1, h, model, matrix, work):
-    """Solve one step of length h that ends at t1; returns the number of iterations, or a status below zero.
-
-    Newton's method starts from the accelerations of the step's start; of a fixed step that this does not solve, from
-    constant velocities.
-    """
-    found = iterate(t1, h, False, model, matrix, work)
-    if found > 0 or work.options.tolerance > 0.0:
-        return found
+@indirect(void(REAL, MODEL, WORKSPACE))
+def start_step(h, model, work):
+    """Make the end of the last step the start of one of length h."""
+    for i in range(work.dq.size):
+        work.a0[i], work.dv0[i] = work.a1[i], work.dv1[i]
+        work.loads0[i] = work.loads1[i]
+    if model.threads.size == 0:  # algorithmic accelerations lie off the true ones in proportion to the step
+        for i in range(work.dq.size):
+            work.a0[i] = work.dv1[i] + (work.a1[i] - work.dv1[i]) * min(h / work.loop.last, 1.0)
     for i in range(work.la.size):
-        work.la[i] = work.la0[i]
-    work.loop.stale = 1
-    return iterate(t1, h, True, model, matrix, work)
+        work.la0[i] = work.la[i]
+    for i in range(work.powers.shape[1]):
+        work.powers[1, i] = work.powers[0, i]
 
 
-@indirect(_I(REAL, REAL, types.boolean, MODEL, SPARSE, WORKSPACE))
-def iterate(t1, h, coasts, model, matrix, work):
-    """Newton's method from constant velocities (`coasts`) or accelerations; returns as `solve_step` does."""
-    n_q, n_v = model.info.nq, model.info.nv
-    options, loop = work.options, work.loop
-    y, y0, la, dq, r, x = work.y, work.y0, work.la, work.dq, work.r, work.x
-    weight, n_j, first = work.weight, work.la.size, n_v
+@inlined
+def rates(h, options):
+    """c_mass and c_rate, derivatives of the accelerations v' and of the velocities by the increments of a step."""
+    am, af, beta = options.alpha_m, options.alpha_f, options.beta
+    return (1.0 - am) / (beta * h * h * (1.0 - af)), options.gamma / (beta * h)
+
+
+@indirect(void(REAL, types.boolean, MODEL, WORKSPACE))
+def predict(h, coasts, model, work):
+    """Increments of a step of length h from constant velocities (`coasts`) or accelerations."""
+    n_q, options, y0, a0, dv0, a1, dv1 = model.info.nq, work.options, work.y0, work.a0, work.dv0, work.a1, work.dv1
     am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
-    c_mass = (1.0 - am) / (beta * h * h * (1.0 - af))
-    c_rate = gamma / (beta * h)
-    c_step = 1.0 / (beta * h * h)
-    scale = c_mass * options.mass
-    limit = newton_limit(options.newton, options.sharp, options.rates, loop.fastest, h)
-    info = model.info
-    info.compliance = 1.0 / scale
-    a0, dv0, a1, dv1 = work.a0, work.dv0, work.a1, work.dv1
-    for i in range(n_v):
+    for i in range(work.dq.size):
         if coasts:
             a1[i] = (beta - 0.5) / beta * a0[i]
             dv1[i] = ((1.0 - am) * a1[i] + am * a0[i] - af * dv0[i]) / (1.0 - af)
         else:
             dv1[i] = dv0[i]
             a1[i] = ((1.0 - af) * dv1[i] + af * dv0[i] - am * a0[i]) / (1.0 - am)
-        dq[i] = h * y0[n_q + i] + h * h * ((0.5 - beta) * a0[i] + beta * a1[i])
-        y[n_q + i] = y0[n_q + i] + h * ((1.0 - gamma) * a0[i] + gamma * a1[i])
-    displace(y0, dq, model, y)
-    if abs(loop.factored_step - h) > 1e-6 * h:
-        loop.stale = 1
-    last, ratio = math.inf, 0.0
-    for iteration in range(MOST_ITERATIONS):
-        residual(t1, y, dv1, la, h, 1.0, model, r, work.powers[0])
-        if not is_finite(r):
-            return NOT_FINITE
-        touching = contact.pressed(model)
-        if model.flexible.hinges.size > 0:
-            touching += coordinate.count_slipping(model)
-        if touching != loop.contact_set:
-            loop.contact_set = touching
-            loop.stale = 1
-        # directions of threads must be fresh, and those in which multipliers of redundant constraints are free
-        renewed = loop.stale == 1 or ratio > SLOW or model.threads.size > 0 or model.info.redundant != 0
-        if renewed:
-            found = factor_at(t1, y, la, c_mass, c_rate, scale, model, matrix, work)
-            if found < 0:
-                loop.stale = 1
-                return SINGULAR
-            if found > 0:
-                loop.stale = 1
-                return REDUNDANT
-            loop.stale = 0
-            loop.factored_step = h
-        if info.redundant != 0:
-            add_compliance(scale, 1.0, model, matrix, la, x, r)
-        for i in range(first):
-            x[i] = -r[i]
-        for k in range(n_j):
-            x[first + k] = -scale * r[first + k]
-        sparse_lu.solve(matrix, x)
-        norm = 0.0
-        for i in range(n_v):
-            d = x[i]
-            norm = max(norm, abs(d) / weight[i])
-            dq[i] += d
-            y[n_q + i] += c_rate * d
-            dv1[i] += c_mass * d
-            a1[i] += c_step * d
-        for k in range(n_j):
-            la[k] += scale * x[first + k]
-        displace(y0, dq, model, y)
-        if not math.isfinite(norm):
-            return NOT_FINITE
-        loop.iterations += 1
-        if iteration > 0:
-            ratio = norm / last if last > 0.0 else 0.0
-        left = norm * ratio / (1.0 - ratio) if ratio > 0.0 and ratio < 0.9 else norm
-        rounded = renewed and ratio > 0.5 and norm <= ROUND_OFF and model.threads.size == 0
-        settled = iteration > 0 or info.redundant == 0  # the compliance leaves what a second iteration corrects
-        if (settled and min(norm, left) <= limit) or rounded:
-            loop.left = min(norm, left)
-            return iteration + 1
-        last = norm
-    loop.stale = 1
-    return NO_CONVERGENCE
+        work.dq[i] = h * y0[n_q + i] + h * h * ((0.5 - beta) * a0[i] + beta * a1[i])
+        work.y[n_q + i] = y0[n_q + i] + h * ((1.0 - gamma) * a0[i] + gamma * a1[i])
+    displace(y0, work.dq, model, work.y)
+
+
+@indirect(void(REAL, REAL, MODEL, WORKSPACE))
+def evaluate(t1, h, model, work):
+    """Residual at the end t1 of a step."""
+    residual(t1, work.y, work.dv1, work.la, h, 1.0, model, work.r, work.powers[0])
+
+
+@indirect(void(REAL, MODEL, WORKSPACE))
+def correct(h, model, work):
+    """Add the correction work.x to the increments."""
+    n_q, y, x = model.info.nq, work.y, work.x
+    c_mass, c_rate = rates(h, work.options)
+    c_step = 1.0 / (work.options.beta * h * h)
+    for i in range(work.dq.size):
+        d = x[i]
+        work.dq[i] += d
+        y[n_q + i] += c_rate * d
+        work.dv1[i] += c_mass * d
+        work.a1[i] += c_step * d
+    displace(work.y0, work.dq, model, y)
+
+
+@indirect(void(MODEL, WORKSPACE))
+def restore_start(model, work):
+    """Restore the start of a step that is rejected, but for its state."""
+    for i in range(work.dq.size):
+        work.a1[i], work.dv1[i] = work.a0[i], work.dv0[i]
+        work.loads1[i] = work.loads0[i]
+    for i in range(work.la.size):
+        work.la[i] = work.la0[i]
+    for i in range(work.powers.shape[1]):
+        work.powers[0, i] = work.powers[1, i]
+    work.loop.factored = 0.0
+    rigid.kinematics(work.loop.time, work.y, model)
+
+
+@indirect(void(REAL, REAL, MODEL, WORKSPACE))
+def end_step(t, h, model, work):
+    """Keep the momentum and the loads at the end of a step of length h, and the places of the bodies there."""
+    keep_momentum(t, h, work.y, model.flexible.P, model, work.spare, work.kept)
+    for i in range(work.dq.size):
+        work.loads1[i] = model.flexible.P[i]
+    if h > 0.0:
+        for b in range(work.x0.shape[0]):
+            for i in range(3):
+                work.x0[b, i] = work.x1[b, i]
+                for j in range(3):
+                    work.R0[b, i, j] = work.R1[b, i, j]
+
+
+@inlined
+def local_error(h, model, work):
+    """Estimated error of a step beside the tolerance: c h^2 (a1 - a0); above 1 where a body turns too far."""
+    c, error, rates = abs(work.options.beta - 1.0 / 6.0) * h * h, 0.0, 0.0
+    for i in range(work.dq.size):
+        change = c * (work.a1[i] - work.a0[i])
+        error = max(error, abs(change) / work.weight[i])
+        rates += work.shares[i] * change * change
+    turn = _largest_turn(model, work.dq) / LARGEST_TURN
+    error = beside_tolerance(error, rates, h, work.dq, work.shares, work.loop, work.options)
+    return max(error, turn * turn * turn)
+
+
+@inlined
+def _largest_turn(model, dq):
+    """Largest angle by which a free body turns over a step, rad."""
+    bodies, n_q, square = model.bodies, model.info.nq, 0.0
+    for b in range(bodies.size):
+        if bodies[b].motion == rigid.FREE:
+            at = bodies[b].iv - n_q + 3
+            square = max(square, dq[at] * dq[at] + dq[at + 1] * dq[at + 1] + dq[at + 2] * dq[at + 2])
+    return math.sqrt(square)

@@ -6,22 +6,15 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.flow.implicit import residual
-from evolvent.kernels import joint, rigid, sparse_lu
+from evolvent.kernels import attitude, contact, coordinate, joint, rigid, sparse_lu
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers.alpha import solve_step
-from evolvent.solvers.alpha_state import (
-    DONE,
-    NOT_FINITE,
-    REDUNDANT,
-    SINGULAR,
-    WORKSPACE,
-    displace,
-    factor_at,
-    short_c_mass,
-)
+from evolvent.solvers.alpha import end_step
+from evolvent.solvers.alpha_state import displace, factor_at, short_c_mass
+from evolvent.solvers.implicit_state import DONE, NOT_FINITE, REDUNDANT, SINGULAR, WORKSPACE
+from evolvent.solvers.newton import solve_alpha
 
 _I = types.int64
 
@@ -70,6 +63,40 @@ def accelerations_at(t, state, model, matrix, work, A, la):
 
 
 @indirect(_I(MODEL, SPARSE, WORKSPACE))
+def begin(model, matrix, work):
+    """Start from the state work.y at the loop's time; returns a status."""
+    for k in range(model.flexible.hinges.size):
+        model.flexible.hinges[k].relax = coordinate.RELAX
+    status = start_accelerations(model, matrix, work)
+    if status != DONE:
+        return status
+    contact.end_contacts(work.y, model)
+    _begin_step(work.loop.time, model, work)
+    return DONE
+
+
+@indirect(_I(REAL, MODEL, SPARSE, WORKSPACE))
+def restart(after, model, matrix, work):
+    """Start again from the state work.y, with the loads and joints just `after` it; returns a status."""
+    t = work.loop.time
+    work.loop.time = after
+    status = start_accelerations(model, matrix, work)
+    work.loop.time = t
+    if status == DONE:
+        _begin_step(after, model, work)
+    return status
+
+
+@indirect(void(REAL, MODEL, WORKSPACE))
+def _begin_step(t, model, work):
+    """What the first step needs of a start at t."""
+    end_step(t, 0.0, model, work)
+    if model.flexible.hinges.size > 0:
+        coordinate.end_coordinate_step(0.0, 1.0, work.y, model.flexible.switches, model)
+    attitude.end_actuator_step(0.0, 0.5, work.dq, work.y, model)
+
+
+@indirect(_I(MODEL, SPARSE, WORKSPACE))
 def start_accelerations(model, matrix, work):
     """Accelerations and multipliers at work.y; returns a status.
 
@@ -89,7 +116,7 @@ def start_accelerations(model, matrix, work):
     residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
     c_mass = short_c_mass(options)
     found = factor_at(t, y, la, c_mass, 0.0, c_mass * options.mass, model, matrix, work)
-    work.loop.stale = 1
+    work.loop.factored = 0.0
     if found != 0:
         return SINGULAR if found < 0 else REDUNDANT
     accelerations_at(t, y, model, matrix, work, A, la)
@@ -99,7 +126,7 @@ def start_accelerations(model, matrix, work):
         work.a1[i] = A[i]
     if model.threads.size > 0:
         thread_accelerations(model, matrix, work)
-        work.loop.last_step = h
+        work.loop.last = h
         return DONE
     J, B, state, la1 = work.a0, work.dv0, work.spare, work.la0
     for i in range(n_v):
@@ -149,7 +176,7 @@ def start_accelerations(model, matrix, work):
         for i in range(n_v):
             y[n_q + i] += h * h * (J[i] - c_mass * work.x[i])
     residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
-    work.loop.last_step = h
+    work.loop.last = h
     return DONE
 
 
@@ -179,7 +206,7 @@ def thread_accelerations(model, matrix, work):
     for side in range(2):
         if found > 0:
             d = (0.5 + 0.5 * side) * h
-            found = solve_step(t + d, d, model, matrix, work)
+            found = solve_alpha(t + d, d, model, matrix, work)
             for i in range(work.y.size):
                 work.y[i] = work.y0[i]
             for i in range(work.la.size):
@@ -198,4 +225,4 @@ def thread_accelerations(model, matrix, work):
     if found > 0:
         for i in range(work.powers.shape[1]):
             work.powers[0, i] = work.powers[1, i]
-    work.loop.stale = 1
+    work.loop.factored = 0.0

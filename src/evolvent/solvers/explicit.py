@@ -12,14 +12,12 @@ release (its equation is singular where the link has no length); the adaptive me
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import types
 
-from evolvent.compiled.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
-from evolvent.compiled.pointer import Struct, array, record
-from evolvent.flow.events import DUE, apply_event, event_values, is_release
+from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.flow.events import DUE
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import hinge, rigid, thread
@@ -27,106 +25,22 @@ from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.passing import note_places, passing
 from evolvent.model import MODEL
 from evolvent.solvers.dense import cubic
-
-# status codes of a loop
-BUDGET, DONE, STOPPED, LOG_FULL, NOT_FINITE, TOO_SMALL, NO_THREAD = 0, 1, 2, 3, -1, -2, -3
-#: Part of a step without an event.
-NO_EVENT = 2.0
-#: A loop's counters and clock. sample, grid, next_break: numbers of the next sample, step of the grid and break;
-#: starts: 1 before the first step; origin: s, of the grid of steps; last_error: of the last step accepted.
-LOOP = np.dtype(
-    [(name, np.int64) for name in ("steps", "rhs_evaluations", "rejected", "events", "sample", "grid", "next_break",
-                                   "starts")]
-    + [(name, np.float64) for name in ("time", "step", "origin", "last_error")],
-    align=True,
-)  # fmt: skip
-
-
-class Method(NamedTuple):
-    """A Runge-Kutta method as data: tableau, order, and the largest |R(z)| <= 1 on the imaginary and real axis."""
-
-    name: str
-    A: np.ndarray
-    b: np.ndarray
-    c: np.ndarray
-    order: int
-
-
-def _method(name: str, order: int, rows: list[list[float]], b: list[float]) -> Method:
-    A = np.zeros((len(b), len(b)))
-    for i, row in enumerate(rows):
-        A[i + 1, : len(row)] = row
-    return Method(name, A, np.array(b), A.sum(axis=1), order)
-
-
-#: Heun's method, the explicit trapezoid (Hairer, Norsett, Wanner, Solving ODEs I, II.1).
-HEUN = _method("heun", 2, [[1.0]], [0.5, 0.5])
-#: The classical fourth-order method (ibid., table 1.2).
-RK4 = _method("rk4", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
-#: Dormand and Prince (1980), fifth order with an embedded fourth (ibid., table 5.2).
-DOPRI5 = _method(
-    "dopri5",
-    5,
-    [
-        [1 / 5],
-        [3 / 40, 9 / 40],
-        [44 / 45, -56 / 15, 32 / 9],
-        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729],
-        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656],
-        [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
-    ],
-    [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0.0],
-)
-#: b - b_hat of the Dormand-Prince pair.
-DOPRI5_ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
-#: Continuous extension of order 4 (ibid., II.6, eq. 6.12): y(t + th h) = y + h sum_i P_i(th) k_i, th^1 .. th^4.
-DOPRI5_DENSE = np.array(
-    [
-        [1.0, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432],
-        [0.0, 0.0, 0.0, 0.0],
-        [0.0, 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799],
-        [0.0, -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 / 1880347072],
-        [0.0, 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632],
-        [0.0, -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844],
-        [0.0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
-    ]
+from evolvent.solvers.explicit_events import (
+    BUDGET,
+    DONE,
+    LOG_FULL,
+    NO_EVENT,
+    NOT_FINITE,
+    STOPPED,
+    TOO_SMALL,
+    WORKSPACE,
+    bracket,
+    fire,
+    highest,
+    log_is_short,
+    next_break,
 )
 
-
-class ExplicitWorkspace(Struct):
-    """What a time loop carries from call to call.
-
-    Attributes
-    ----------
-    y, s : state, overwritten
-    loop : record (see `LOOP`)
-    samples : (nt,) float, times to keep the state at
-    out_y, out_s : (nt, ny) float, (nt, ns) int, states kept
-    log_t, log_k : (nlog,) float and int, time and number of every event; a loop returns where they run short
-    K : (stages, ny) float, stages; w, y1 : (ny,) and g, g0 : (ne,) float, scratch
-    R0, x0, R1, x1 : (nb, 3, 3) and (nb, 3) float, rotations and positions of the bodies at both ends of a step
-    """
-
-    y: np.ndarray = array(1)
-    s: np.ndarray = array(1, np.int64)
-    loop: np.record = record(LOOP)
-    samples: np.ndarray = array(1)
-    out_y: np.ndarray = array(2)
-    out_s: np.ndarray = array(2, np.int64)
-    log_t: np.ndarray = array(1)
-    log_k: np.ndarray = array(1, np.int64)
-    K: np.ndarray = array(2)
-    w: np.ndarray = array(1)
-    y1: np.ndarray = array(1)
-    g: np.ndarray = array(1)
-    g0: np.ndarray = array(1)
-    R0: np.ndarray = array(3)
-    R1: np.ndarray = array(3)
-    x0: np.ndarray = array(2)
-    x1: np.ndarray = array(2)
-
-
-_WORKSPACE = ExplicitWorkspace._numba_type_
 _I = types.int64
 
 
@@ -178,70 +92,6 @@ def stages(A, c, model, t, y, s, h, first, until, work):
 
 
 @inlined
-def highest(model, t, y, s, work):
-    """The largest value of the events that can fire (thread events always, a user's only once it was negative)."""
-    event_values(t, y, s, model, work.g)
-    value = -1.0
-    threads, brakes = 2 * model.threads.size, work.g.size - model.info.brakes
-    for k in range(work.g.size):
-        if (k < threads or k >= brakes or work.g0[k] < 0.0) and work.g[k] > value:
-            value = work.g[k]
-    return value
-
-
-@entry(types.int64)
-@inlined
-def rounds(threads):
-    """How often `fire` looks for events at one time; each round carries out one, or one of every thread."""
-    return 2 * threads + 64
-
-
-@inlined
-def log_is_short(model, work):
-    """Whether the log may not hold all that `fire` could write into it."""
-    n = model.threads.size
-    return work.log_t.size - work.loop.events < rounds(n) * (n + 1)
-
-
-@indirect(_I(MODEL, REAL, _WORKSPACE))
-def fire(model, t, work):
-    """Carry out every event that is due at time t; the releases among them together.
-
-    Returns 1 to stop the run, a negative status where it has failed.
-    """
-    y, s, g = work.y, work.s, work.g
-    threads = model.threads
-    stop = 0
-    for _ in range(rounds(threads.size)):
-        event_values(t, y, s, model, g)
-        due = -1
-        for k in range(g.size):
-            of_reels = k < 2 * threads.size or k >= g.size - model.info.brakes
-            if (of_reels and g[k] >= DUE) or (not of_reels and work.g0[k] < 0.0 and g[k] >= 0.0):
-                due = k
-                break
-        if due < 0:
-            break
-        if due >= 2 * threads.size:
-            work.g0[due] = g[due]
-        for k in range(due, g.size):
-            if k > due and not (is_release(s, threads, g, due) and is_release(s, threads, g, k)):
-                continue
-            n = work.loop.events
-            work.log_t[n] = t
-            work.log_k[n] = k
-            work.loop.events = n + 1
-        answer = apply_event(t, y, s, model, due, g)
-        if answer < 0:
-            return NO_THREAD
-        stop = max(stop, answer)
-    event_values(t, y, s, model, g)
-    for k in range(g.size):
-        work.g0[k] = g[k]
-    return stop
-
-
-@inlined
 def keep_sample(work, y):
     """Keep the state `y` as the next sample."""
     i = work.loop.sample
@@ -272,27 +122,7 @@ def keep_samples_by_cubics(t, h, time, until, model, work):
         loop.sample += 1
 
 
-@inlined
-def next_break(model, work, t):
-    """Time of the next break after t, or infinity."""
-    i = work.loop.next_break
-    while i < model.breaks.size and model.breaks[i] <= t:
-        i += 1
-    work.loop.next_break = i
-    if i < model.breaks.size:
-        return model.breaks[i]
-    return math.inf
-
-
-@inlined
-def bracket(low, f_low, high, f_high, bias):
-    """A point inside a bracket of a sign change: false position (Illinois), or the middle where that stalls."""
-    if bias or f_high == f_low:
-        return 0.5 * (low + high)
-    return min(max(low - f_low * (high - low) / (f_high - f_low), low), high)
-
-
-@indirect(_I(MODEL, _WORKSPACE))
+@indirect(_I(MODEL, WORKSPACE))
 def start_up(model, work):
     """Events due at the start, first projection and first sample; returns a status or BUDGET."""
     if work.loop.starts == 0:
@@ -308,20 +138,52 @@ def start_up(model, work):
     stop = fire(model, t, work) if work.g.size > 0 else 0
     if stop < 0:
         return stop
-    while work.loop.sample < work.samples.size and work.samples[work.loop.sample] <= t:
-        keep_sample(work, work.y)
+    keep_samples_until(t, work)
     return STOPPED if stop > 0 else BUDGET
 
 
-@indirect(_I(MATRIX, VECTOR, VECTOR, MODEL, _WORKSPACE, _I))
+@inlined
+def end_step(target, corrected, model, work):
+    """Make the end of a step at `target` the state; returns whether that is brought back onto its constraints.
+
+    Parameters
+    ----------
+    corrected : of `is_corrected`
+    """
+    for n in range(work.y.size):
+        work.y[n] = work.y1[n]
+    work.loop.time = target
+    changed = corrected and project(target, work.y, work.s, model) != 0
+    if model.flexible.hinges.size > 0:
+        hinge.note_turns(target, work.y, work.s, model)
+    return changed
+
+
+@inlined
+def end_events(at_event, target, model, work):
+    """Carry out the events at the end of a step, or note their values; returns what `fire` returns."""
+    if at_event:
+        return fire(model, target, work)
+    for k in range(work.g.size):
+        work.g0[k] = work.g[k]
+    return 0
+
+
+@inlined
+def keep_samples_until(t, work):
+    """Keep the state as the samples up to a time."""
+    while work.loop.sample < work.samples.size and work.samples[work.loop.sample] <= t:
+        keep_sample(work, work.y)
+
+
+@indirect(_I(MATRIX, VECTOR, VECTOR, MODEL, WORKSPACE, _I))
 def fixed_step(A, b, c, model, work, budget):
     """Advance with a fixed step until the last sample, an event that stops, a failure or the end of the budget."""
     y, s, loop, y1 = work.y, work.s, work.loop, work.y1
     status = start_up(model, work)
     if status != BUDGET:
         return status
-    watch, turns = work.g.size > 0, model.flexible.hinges.size > 0
-    corrected = is_corrected(model)
+    watch, corrected = work.g.size > 0, is_corrected(model)
     end, near = work.samples[work.samples.size - 1], 1e-9 * loop.step
     until = next_break(model, work, loop.time)
     for _ in range(budget):
@@ -378,28 +240,16 @@ def fixed_step(A, b, c, model, work, budget):
                     on_grid = False
                     target, h = t + high, high
         keep_samples_by_cubics(t, h, target - near, until, model, work)
-        for n in range(y.size):
-            y[n] = y1[n]
-        loop.time = target
-        if corrected:
-            project(target, y, s, model)
-        if turns:
-            hinge.note_turns(target, y, s, model)
+        end_step(target, corrected, model, work)
         if on_grid:
             loop.grid += 1
-        if watch:
-            if at_event:
-                stop = fire(model, target, work)
-                if stop < 0:
-                    return stop
-                if stop > 0:
-                    keep_rest(work, target)
-                    return STOPPED
-            else:
-                for k in range(work.g.size):
-                    work.g0[k] = work.g[k]
-        while loop.sample < work.samples.size and work.samples[loop.sample] <= target + near:
-            keep_sample(work, y)
+        stop = end_events(at_event, target, model, work)
+        if stop < 0:
+            return stop
+        if stop > 0:
+            keep_rest(work, target)
+            return STOPPED
+        keep_samples_until(target + near, work)
         if target == until:
             until = next_break(model, work, target)
             if model.info.brakes > 0:  # a motor's torque may jump
@@ -499,7 +349,7 @@ def keep_samples_before(P, t, h, time, work):
         keep_sample(work, work.w)
 
 
-@indirect(_I(MATRIX, VECTOR, VECTOR, VECTOR, MATRIX, REAL, REAL, MODEL, _WORKSPACE, _I))
+@indirect(_I(MATRIX, VECTOR, VECTOR, VECTOR, MATRIX, REAL, REAL, MODEL, WORKSPACE, _I))
 def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
     """Dormand-Prince 5(4) with proportional-integral step control, dense output and events.
 
@@ -514,8 +364,7 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
     if status != BUDGET:
         return status
     n = model.info.nq + model.info.nv
-    watch, turns = work.g.size > 0, model.flexible.hinges.size > 0
-    corrected = is_corrected(model)
+    watch, turns, corrected = work.g.size > 0, model.flexible.hinges.size > 0, is_corrected(model)
     passes = model.flexible.body_contacts.size > 0 or model.flexible.cylinders.size > 0
     end = work.samples[work.samples.size - 1]
     until = min(next_break(model, work, loop.time), end)
@@ -540,8 +389,7 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
             if not landing:
                 return TOO_SMALL
             loop.time = until  # an event fell on it, but for round-off
-            while loop.sample < work.samples.size and work.samples[loop.sample] <= until:
-                keep_sample(work, y)
+            keep_samples_until(until, work)
             until = min(next_break(model, work, until), end)
             rhs(loop.time, y, s, model, K[0])
             loop.rhs_evaluations += 1
@@ -573,28 +421,18 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
             landing = False
         else:
             keep_samples_before(P, t, h, target, work)
-        for i in range(y.size):
-            y[i] = y1[i]
-        loop.time = target
-        changed = corrected and project(target, y, s, model) != 0
-        if turns:
-            hinge.note_turns(target, y, s, model)
-        stop = 0
+        changed = end_step(target, corrected, model, work)
+        stop = end_events(part != NO_EVENT, target, model, work)
+        if stop < 0:
+            return stop
         if part != NO_EVENT:
-            stop = fire(model, target, work)
-            if stop < 0:
-                return stop
             changed = True
             following = min(following, max(loop.step, h)) * 0.1
-        elif watch:
-            for k in range(work.g.size):
-                work.g0[k] = work.g[k]
         loop.step = following
         if stop > 0:
             keep_rest(work, target)
             return STOPPED
-        while loop.sample < work.samples.size and work.samples[loop.sample] <= target:
-            keep_sample(work, y)
+        keep_samples_until(target, work)
         if landing or target >= until:
             until = min(next_break(model, work, target), end)
             changed = True

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from evolvent import model as mdl
@@ -9,14 +11,17 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
+from evolvent.flow.energy_momentum import STEP, EnergyStep
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact, joint, rigid
+from evolvent.kernels import contact, joint, rigid, sides, springs
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.drive import FREE
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
+from evolvent.kernels.rod import MEASURES
 from evolvent.kernels.sparse import SparseBlocks
-from evolvent.solvers import alpha_state, graph, ordering, reactions
+from evolvent.solvers import graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
+from evolvent.solvers.implicit_state import ENERGY, LOOP, Workspace
 from evolvent.solvers.releases import release_times
 from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, rubbing_points
 
@@ -193,83 +198,107 @@ def check_start(assembly: Assembly, t: float) -> None:
             )
 
 
-def options_of(rho: float, **given: float) -> np.record:
-    """Options of a run by the spectral radius at infinite frequency (see `evolvent.solvers.alpha`)."""
-    alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
-    beta, gamma = 1.0 / (1.0 + rho) ** 2, 2.0 / (1.0 + rho) - 0.5
-    found: np.record = zeros_record(
-        alpha_state.OPTIONS, alpha_m=alpha_m, alpha_f=alpha_f, beta=beta, gamma=gamma, **given
-    )
-    return found
+def acts_from_outside(model: mdl.Model, t: float = -math.inf) -> bool:
+    """Whether something joins, pushes or pulls on the system from outside at t, beside gravity and loads."""
+    f, free = model.flexible, model.bodies["motion"] == rigid.FREE
+    joints, hinges, markers = f.joints[t <= f.joints["until"]], f.hinges, model.markers
+    fixed = [~free[joints["index"][joints["on"] == sides.ON_BODY]], joints["kind"] == joint.ANGLE]
+    fixed += [~free[hinges["body"]], ~free[hinges["other"][hinges["on"] == sides.ON_BODY]]]
+    fixed += [~free[f.cylinders["body"]], ~free[f.body_contacts["a"]], ~free[f.body_contacts["b"]]]
+    fixed += [~free[f.gear_coordinates["body"]], ~free[f.gear_coordinates["other"]]]
+    own = [np.arange(row["first_marker"], row["first_marker"] + row["points"]) for row in f.custom_forces]
+    used = np.concatenate([model.springs["a"], model.springs["b"], *own]).astype(int)
+    fixed += [f.custom_forces["points"] == 1]
+    fixed += [~free[markers["index"][used][markers["kind"][used] == springs.ON_BODY]]]
+    return any(bool(np.any(one)) for one in fixed)
 
 
-def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options: np.record) -> alpha_state.Workspace:
+def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options: np.record) -> Workspace:
     """The loop's workspace at the start of a run; the model's history is cleared.
 
     Parameters
     ----------
     times : (nt,) float, s, of the samples
     weight : (nv,) float, size of each unknown that counts as 1
+    options : record `implicit_state.OPTIONS`
     """
-    model = assembly.model
-    n_v, n_j, n_c = int(model.info.nv), model.flexible.joints.size, model.flexible.cylinders.size
-    beam_loads = model.flexible.beam_loads
-    ends = [beam_loads["start"] + beam_loads["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
+    model, f, energy = assembly.model, assembly.model.flexible, bool(options.method == ENERGY)
+    n_v, n_j, n_c, n_b, n_t = int(model.info.nv), f.joints.size, f.cylinders.size, model.bodies.size, times.size
+    ends = [f.beam_loads["start"] + f.beam_loads["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
     stops = np.unique(np.concatenate(ends))
-    stops = stops[(stops > times[0]) & (stops < times[-1])]
+    f.switches[:] = assembly.s
     contact.clear_history(model)
-    adaptive = options.tolerance > 0.0
-    step = 0.1 * options.span if adaptive else options.span
-    loop = zeros_record(
-        alpha_state.LOOP, time=times[0], step=step, last_step=step, quality=1.0, event_step=np.inf, stale=1
-    )
-    states = {name: assembly.y.copy() for name in ("y", "y0", "spare")}
-    pairs = {name + end: np.zeros(n_v) for name in ("a", "dv", "loads") for end in "01"}
-    out, evaluated = empty(model, times.size), times.size if reactions.applies(model, adaptive=adaptive) else 0
-    balance = np.zeros(1, dtype=BALANCE)
-    fields = len(BALANCE.names or ())
-    return alpha_state.Workspace(
+    out, evaluated = empty(model, n_t), n_t if reactions.applies(model, options) else 0
+    balance, fields, logged = np.zeros(1, dtype=BALANCE), len(BALANCE.names or ()), f.hinges.size + model.events.size
+    shared = {name: assembly.y.copy() for name in ("y", "y0")} | {name: np.zeros((n_b, 3)) for name in ("x0", "x1")}
+    shared |= {name: np.zeros((n_b, 3, 3)) for name in ("R0", "R1")}
+    shared |= {"dq": np.zeros(n_v), "la": np.zeros(n_j), "r": np.zeros(n_v + n_j), "powers": np.zeros((2, N_POWERS))}
+    return Workspace(
         options=options,
-        loop=loop,
+        loop=zeros_record(
+            LOOP,
+            time=times[0],
+            step=options.first,
+            wanted=options.first,
+            last=0.0 if energy else options.first,
+            quality=1.0,
+            event_step=np.inf,
+        ),
         balance=balance.view(np.recarray)[0],
         row=balance.view(np.float64),
         row0=np.zeros(fields),
-        **states,
-        **pairs,
-        la=np.zeros(n_j),
-        la0=np.zeros(n_j),
-        dq=np.zeros(n_v),
-        r=np.zeros(n_v + n_j),
+        step=_energy_step(assembly, options, shared),
+        **shared,
+        spare=assembly.y.copy(),
+        **{
+            name: np.zeros(n_v)
+            for name in ("a1", "a0", "dv1", "dv0", "loads1", "loads0", "dq0", "rate", "acceleration")
+        },
+        **{name: np.zeros(n_j) for name in ("la0", "la1", "gaps")},
         x=np.zeros(n_v + n_j),
         weight=weight,
         shares=shares(model, weight),
-        powers=np.zeros((2, N_POWERS)),
-        gaps=np.zeros(n_j),
         energies=np.zeros(3),
         impulse=np.zeros(n_c),
-        touched=np.zeros(model.flexible.body_contacts.size),
-        touches=np.zeros((2, model.flexible.body_contacts.size, N_TOUCH)),
+        touched=np.zeros(f.body_contacts.size),
+        touches=np.zeros((2, f.body_contacts.size, N_TOUCH)),
         friction=np.zeros((2, rubbing_points(model), 3)),
         cylinders=np.zeros((2, n_c, N_CYLINDER)),
-        bodies=np.zeros((2, model.bodies.size, 6)),
-        **{name: np.zeros((model.bodies.size, 3, 3)) for name in ("R0", "R1")},
-        **{name: np.zeros((model.bodies.size, 3)) for name in ("x0", "x1")},
+        bodies=np.zeros((2, n_b, 6)),
         ends=np.zeros((evaluated, 2, assembly.y.size)),
         end_times=np.zeros((evaluated, 2)),
         kept=np.full(12, np.nan),
         momenta=np.zeros(6),
         samples=times.copy(),
-        stops=stops,
-        log_t=np.zeros(model.flexible.hinges.size + model.events.size),
-        log_k=np.zeros(model.flexible.hinges.size + model.events.size, dtype=np.int64),
-        out_y=np.zeros((times.size, assembly.y.size)),
-        out_s=np.zeros((times.size, assembly.s.size), dtype=np.int64),
+        stops=stops[(stops > times[0]) & (stops < times[-1])],
+        log_t=np.zeros(logged),
+        log_k=np.zeros(logged, dtype=np.int64),
+        out_y=np.zeros((n_t, assembly.y.size)),
+        out_s=np.zeros((n_t, assembly.s.size), dtype=np.int64),
         out_a=out.acceleration,
         out_la=out.la,
-        out_balance=np.zeros((times.size, fields)),
-        out_momenta=np.zeros((0 if model.threads.size else times.size, 6)),
+        out_balance=np.zeros((n_t, fields)),
+        out_momenta=np.zeros((0 if model.threads.size else n_t, 6)),
         out_cylinders=out.cylinders,
         out_touches=out.touches,
         out_friction=out.friction,
+        out_points=np.zeros((n_t if energy else 0, f.contact_points.size)),
         out_bodies=out.wrenches,
+    )
+
+
+def _energy_step(assembly: Assembly, options: np.record, shared: dict[str, np.ndarray]) -> EnergyStep:
+    """Arrays of a step of energy-momentum, some of them shared with the loop."""
+    model, f, n_v, chi = assembly.model, assembly.model.flexible, int(assembly.model.info.nv), float(options.chi)
+    return EnergyStep(
+        step=zeros_record(STEP, chi=chi, chi_v=chi if acts_from_outside(model) else 0.0, soft=1.0),
+        **{name: shared[name] for name in ("y0", "dq", "la", "r", "R0", "R1", "x0", "x1")},
+        y1=shared["y"],
+        ym=assembly.y.copy(),
+        **{name: np.zeros(n_v) for name in ("dv", "before")},
+        **{name: np.zeros((f.elements.size, 28)) for name in ("strains", "strains_before")},
+        **{name: np.zeros((f.rod_elements.size, MEASURES)) for name in ("rods0", "rods1")},
+        **{name: np.zeros((f.rod_elements.size, 6)) for name in ("rods", "rods_before")},
+        powers=shared["powers"][0],
+        contact=np.zeros(2),
     )

@@ -18,17 +18,18 @@ from evolvent.flow.implicit import residual
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers.alpha_start import accelerations_at
 from evolvent.solvers.alpha_state import SHORT, factor_at
+from evolvent.solvers.implicit_state import ENERGY
 
 
-def applies(model: mdl.Model, *, adaptive: bool) -> bool:
-    """Whether reactions are evaluated at the samples: of adaptive steps, without contacts and threads.
+def applies(model: mdl.Model, options: Any) -> bool:
+    """Whether reactions are evaluated at the samples: of adaptive steps of generalized-alpha, no contacts, no threads.
 
     Multipliers of fixed steps are of second order. Forces of contacts and of joints' friction belong to a step, and
     springs of threads are not resolved by one.
     """
-    if np.any(model.flexible.hinges["friction"] > 0.0):
+    if np.any(model.flexible.hinges["friction"] > 0.0) or options.method == ENERGY:
         return False
-    return adaptive and is_held(model) and _without_contacts(model) and not model.threads.size
+    return bool(options.tolerance > 0.0) and is_held(model) and _without_contacts(model) and not model.threads.size
 
 
 def _without_contacts(model: mdl.Model) -> bool:

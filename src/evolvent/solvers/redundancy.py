@@ -24,8 +24,8 @@ from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import joint, sides, sparse_lu
 from evolvent.kernels.sparse import LOST, SparseBlocks
 from evolvent.solvers import ordering
-from evolvent.solvers.implicit_messages import redundant
 from evolvent.solvers.implicit_setup import length_of
+from evolvent.solvers.messages import redundant
 
 if TYPE_CHECKING:
     import scipy.sparse as sparse

@@ -18,8 +18,10 @@ from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
 from evolvent.flow.implicit import residual
 from evolvent.flow.powers import DRIVEN, SPOOLS
 from evolvent.kernels.drive import FREE, drive
-from evolvent.solvers import alpha_energy, alpha_samples, alpha_state
 from evolvent.solvers.balance import dissipated, energy, extend, lost, potential, worked
+from evolvent.solvers.implicit_balance import fill_energies
+from evolvent.solvers.implicit_samples import begin_next
+from evolvent.solvers.implicit_state import Workspace
 
 #: Intervals in which changes of a drive's direction are looked for.
 _INTERVALS = 4096
@@ -107,7 +109,7 @@ class Releases:
             count += len(together)
         return count
 
-    def resume(self, work: alpha_state.Workspace) -> int:
+    def resume(self, work: Workspace) -> int:
         """Events at the loop's time: state, accelerations, energies and balance; returns what `fire` returns.
 
         Notes
@@ -142,12 +144,12 @@ class Releases:
         model.wheels["motor0"], model.wheels["drag0"] = model.wheels["motor"], model.wheels["drag"]
         model.thrusters["push0"] = model.thrusters["push"]
         had = energy(work.balance)
-        alpha_energy.fill_energies(t, model, work)
+        fill_energies(t, model, work)
         work.balance.released += energy(work.balance) - had
         balance = work.balance
         extend(work.loop, balance.kinetic, potential(balance), worked(balance), lost(balance))
-        work.loop.stale = 1
-        alpha_samples.next_start(model, work)
+        work.loop.factored = 0.0
+        begin_next(model, work)
         return count
 
 
@@ -156,11 +158,3 @@ def write_accounts(model: mdl.Model, y: np.ndarray, balance: Any) -> None:
     accounts = y[:, int(model.info.nq + model.info.nv) :]
     accounts[:, mdl.DISSIPATED], accounts[:, mdl.SPOOL] = dissipated(balance), balance.spools
     accounts[:, mdl.LOAD], accounts[:, mdl.DRIVE] = balance.loads, balance.drives
-
-
-def reason_of_outrun(reached: float) -> str:
-    """What happened where a drive outruns its thread."""
-    return (
-        f"the drive outruns its thread at t = {reached:.6g} s: it pays out more than there is, or reels in what is "
-        "already wound; stop the drive in time, end the run earlier, or release the thread's end"
-    )

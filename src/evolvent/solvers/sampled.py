@@ -107,7 +107,7 @@ def rubbing_points(model: mdl.Model) -> int:
 
 
 @indirect(void(mdl.MODEL, MATRIX, MATRIX, MATRIX))
-def write_contacts(model, cylinders, friction, touches):
+def write_contacts(model: mdl.Model, cylinders: Array, friction: Array, touches: Array) -> None:
     """Write what the last contacts' forces left in their records as a sample's `Sampled`, but for impulses."""
     rows, points, pairs = model.flexible.cylinders, model.flexible.contact_points, model.flexible.body_contacts
     for k in range(cylinders.shape[0]):

@@ -12,7 +12,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.flow.impulse import prepare
 from evolvent.kernels import attitude, body_contact, points, rigid, springs, thread
-from evolvent.solvers.explicit import Method
+from evolvent.solvers.explicit_methods import Method
 
 
 class Mode(NamedTuple):

@@ -123,7 +123,6 @@ class View:
             for name, kept in found.items():
                 for field, values in kept.items():
                     values[k] = records[name][field]
-        found._poses, found._sides, found._records = {}, {}, {}
         return found
 
     @property

@@ -1,4 +1,4 @@
-"""What a run by generalized-alpha keeps at its samples, between the ends of its steps."""
+"""What a run by implicit steps keeps at its samples, between the ends of its steps."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from evolvent.kernels import contact, rigid
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.thread import is_end, paid_out, spool
 from evolvent.model import MODEL
-from evolvent.solvers.alpha_state import WORKSPACE
 from evolvent.solvers.dense import interpolate, momenta_between
+from evolvent.solvers.implicit_state import ENERGY, WORKSPACE
 from evolvent.solvers.sampled import IMPULSE, N_CYLINDER, TOUCHED, TOUCHING, write_contacts
 
 _I = types.int64
@@ -40,20 +40,34 @@ def fill_forces(model, work):
 
 
 @indirect(void(MODEL, WORKSPACE))
-def next_start(model, work):
-    """Make forces and balance of now those of the start of the next step."""
+def begin_next(model, work):
+    """Make forces of the last residual, and the balance of now, those of the start of the next step."""
     fill_forces(model, work)
+    start_next(work)
+
+
+@inlined
+def start_next(work):
+    """Make forces and balance of a step's end those of the start of the next one."""
     for i in range(work.row.size):
         work.row0[i] = work.row[i]
+    _copy_forces(True, work)
+
+
+@inlined
+def _copy_forces(whole, work):
+    """Make the forces of the step's end those of its start, with the impulses if `whole`."""
     for k in range(work.cylinders.shape[1]):
         for i in range(N_CYLINDER):
-            work.cylinders[0, k, i] = work.cylinders[1, k, i]
+            if whole or i != IMPULSE:
+                work.cylinders[0, k, i] = work.cylinders[1, k, i]
     for k in range(work.friction.shape[1]):
         for i in range(3):
             work.friction[0, k, i] = work.friction[1, k, i]
     for k in range(work.touches.shape[1]):
         for i in range(work.touches.shape[2]):
-            work.touches[0, k, i] = work.touches[1, k, i]
+            if whole or i != TOUCHED:
+                work.touches[0, k, i] = work.touches[1, k, i]
     for b in range(work.bodies.shape[1]):
         for i in range(6):
             work.bodies[0, b, i] = work.bodies[1, b, i]
@@ -65,6 +79,31 @@ def _restore_wrenches(model, work):
     for b in range(model.bodies.size):
         for i in range(6):
             model.bodies[b].F[i] = work.bodies[1, b, i]
+
+
+@indirect(void(_I, REAL, MODEL, WORKSPACE))
+def keep_forces(n, theta, model, work):
+    """Keep accelerations, multipliers and forces at the part `theta` of the step as those of sample n."""
+    for i in range(work.dq.size):
+        work.out_a[n, i] = _between(theta, work.dv0[i], work.dv1[i])
+    for i in range(work.la.size):
+        work.out_la[n, i] = _between(theta, work.la0[i], work.la[i])
+    for k in range(work.cylinders.shape[1]):
+        for i in range(N_CYLINDER):
+            work.out_cylinders[n, k, i] = _between(theta, work.cylinders[0, k, i], work.cylinders[1, k, i])
+        work.out_cylinders[n, k, TOUCHING] = work.cylinders[1 if theta > 0.5 else 0, k, TOUCHING]
+    for k in range(work.friction.shape[1]):
+        for i in range(3):
+            work.out_friction[n, k, i] = _between(theta, work.friction[0, k, i], work.friction[1, k, i])
+    for k in range(work.touches.shape[1]):
+        for i in range(work.touches.shape[2]):
+            work.out_touches[n, k, i] = _between(theta, work.touches[0, k, i], work.touches[1, k, i])
+    for b in range(work.bodies.shape[1]):
+        for i in range(6):
+            work.out_bodies[n, b, i] = _between(theta, work.bodies[0, b, i], work.bodies[1, b, i])
+    if work.out_points.shape[0] > 0:
+        for i in range(work.out_points.shape[1]):
+            work.out_points[n, i] = model.flexible.contact_points[i].force
 
 
 @indirect(void(_I, REAL, REAL, REAL, MODEL, WORKSPACE))
@@ -80,25 +119,9 @@ def keep_sample(n, theta, t, h, model, work):
         keep_lengths_at_spools(theta, t, h, work.out_y[n], model, work)
     for i in range(switches.size):
         work.out_s[n, i] = switches[i]
-    for i in range(work.dq.size):
-        work.out_a[n, i] = _between(theta, work.dv0[i], work.dv1[i])
-    for i in range(work.la.size):
-        work.out_la[n, i] = _between(theta, work.la0[i], work.la[i])
+    keep_forces(n, theta, model, work)
     for i in range(work.row.size):
         work.out_balance[n, i] = _between(theta, work.row0[i], work.row[i])
-    for k in range(work.cylinders.shape[1]):
-        for i in range(N_CYLINDER):
-            work.out_cylinders[n, k, i] = _between(theta, work.cylinders[0, k, i], work.cylinders[1, k, i])
-        work.out_cylinders[n, k, TOUCHING] = work.cylinders[1 if theta > 0.5 else 0, k, TOUCHING]
-    for k in range(work.friction.shape[1]):
-        for i in range(3):
-            work.out_friction[n, k, i] = _between(theta, work.friction[0, k, i], work.friction[1, k, i])
-    for k in range(work.touches.shape[1]):
-        for i in range(work.touches.shape[2]):
-            work.out_touches[n, k, i] = _between(theta, work.touches[0, k, i], work.touches[1, k, i])
-    for b in range(work.bodies.shape[1]):
-        for i in range(6):
-            work.out_bodies[n, b, i] = _between(theta, work.bodies[0, b, i], work.bodies[1, b, i])
     if work.out_momenta.shape[0] > 0:
         momenta_between(theta, t, h, work.y0, work.y, model, work.momenta, work.out_momenta[n])
         _restore_wrenches(model, work)
@@ -153,9 +176,15 @@ def keep_lengths_at_spools(theta, t, h, y, model, work):
 
 @indirect(void(REAL, REAL, MODEL, WORKSPACE))
 def keep_samples(t, h, model, work):
-    """Keep the samples in a step of length h that starts at t, and has just been accepted."""
+    """Keep the samples in a step of length h that starts at t, and has just been accepted.
+
+    The forces of energy-momentum are those of the whole step, and of its start: those of the first step stand there.
+    """
     loop, near = work.loop, 10.0 * work.options.smallest
-    fill_forces(model, work)
+    if work.options.method == ENERGY:
+        _copy_forces(False, work)
+        if loop.steps == 1:
+            keep_forces(0, 0.0, model, work)
     while loop.sample < work.samples.size and work.samples[loop.sample] <= t + h + near:
         theta = (work.samples[loop.sample] - t) / h
         keep_sample(loop.sample, 1.0 if theta > 1.0 - 1e-9 else max(theta, 0.0), t, h, model, work)

@@ -1,0 +1,217 @@
+"""Steps of the energy-momentum method: start, increments, error estimate, end."""
+
+from __future__ import annotations
+
+import math
+
+from numba import types, void
+
+from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.flow.energy_momentum import measure, residual, tangent
+from evolvent.kernels import hinge, joint, rigid, sparse_lu
+from evolvent.kernels.sparse import SPARSE
+from evolvent.model import MODEL
+from evolvent.solvers.implicit_state import WORKSPACE
+from evolvent.solvers.step_error import beside_tolerance
+
+_I = types.int64
+
+
+@indirect(void(MODEL, WORKSPACE))
+def begin(model, work):
+    """Start from the state work.y at the loop's time."""
+    step, hinges, n_q = work.step, model.flexible.hinges, model.info.nq
+    step.step.t, step.step.h = work.loop.time, 0.0
+    for i in range(work.y.size):
+        work.y0[i] = work.y[i]
+    measure(0, model, step)
+    measure(1, model, step)
+    for i in range(work.dq.size):
+        work.rate[i] = work.y[n_q + i]
+    for k in range(hinges.size):
+        hinges[k].rate = 0.0
+
+
+@indirect(void(REAL, REAL, MODEL, WORKSPACE))
+def start_step(t, h, model, work):
+    """Start a step of length h at t from work.y0."""
+    step, last = work.step.step, work.loop.last
+    step.t, step.h, step.ratio = t, h, min(1.0, h / last) if last > 0.0 else 0.0
+    measure(0, model, work.step)
+
+
+@indirect(void(types.boolean, MODEL, WORKSPACE))
+def predict(accelerated, model, work):
+    """Increments and multipliers from which Newton's method starts: the velocity changes as before, or stays."""
+    step = work.step
+    n_q, h = model.info.nq, step.step.h
+    part = 0.5 * h / work.loop.last if accelerated and work.loop.last > 0.0 else 0.0
+    for i in range(step.dq.size):
+        step.dq[i] = h * (step.y0[n_q + i] + min(part, 1.0) * step.before[i])
+    for k in range(step.la.size):
+        step.la[k] = work.la0[k]
+
+
+@indirect(void(MODEL, WORKSPACE))
+def evaluate(model, work):
+    """Residual of the increments."""
+    residual(model, work.step)
+
+
+@indirect(_I(REAL, MODEL, SPARSE, WORKSPACE))
+def factor(scale, model, matrix, work):
+    """Assemble and factor the tangent, twice the derivatives; returns what `sparse_lu.factor` returns."""
+    model.info.compliance = 1.0 / scale
+    tangent(scale, model, work.step, matrix)
+    found = sparse_lu.factor(matrix)
+    work.loop.factorizations += 1
+    work.loop.quality = min(work.loop.quality, matrix.quality[0])
+    return found
+
+
+@inlined
+def along(work):
+    """The residual along the correction: dq . r."""
+    found = 0.0
+    for i in range(work.step.dq.size):
+        found += work.x[i] * work.step.r[i]
+    return found
+
+
+@indirect(void(REAL, MODEL, WORKSPACE))
+def shift(s, model, work):
+    """Move the increments by s times the correction, and evaluate."""
+    for i in range(work.step.dq.size):
+        work.step.dq[i] += s * work.x[i]
+    residual(model, work.step)
+
+
+@indirect(REAL(REAL, MODEL, WORKSPACE))
+def search(before, model, work):
+    """Where along the correction the residual along it vanishes, the increments being there; from 0 to 1.
+
+    Parameters
+    ----------
+    before : float, dq . r at the start, below 0
+    """
+    shift(1.0, model, work)
+    low, high, f_low, f_high = 0.0, 1.0, before, along(work)
+    if not math.isfinite(f_high):
+        f_high = -1e3 * before
+    if f_high <= 0.0 or f_high < -0.5 * before:
+        return 1.0
+    at = 1.0
+    for _ in range(8):
+        s = low + (high - low) * min(max(f_low / (f_low - f_high), 0.1), 0.9)
+        shift(s - at, model, work)
+        at = s
+        f = along(work)
+        if abs(f) < -0.3 * before:
+            break
+        if f < 0.0:
+            low, f_low = s, f
+        else:
+            high, f_high = s, f
+    return at
+
+
+@indirect(void(MODEL, WORKSPACE))
+def end_step(model, work):
+    """What the next step needs of this one; its means stand for the values at both of its ends."""
+    step, h = work.step, work.step.step.h
+    for i in range(step.dq.size):
+        work.loads0[i] = work.loads1[i] = model.flexible.P[i]
+        work.dv0[i] = work.dv1[i] = step.dv[i] / h
+        step.before[i] = step.dv[i]
+        work.acceleration[i] = _acceleration(i, work)
+        work.rate[i] = step.dq[i] / h
+    for k in range(model.thrusters.size):  # whose impulses have no rate of their own
+        work.rate[model.thrusters[k].iv - model.info.nq] = work.y[model.thrusters[k].iv]
+    for i in range(work.powers.shape[1]):
+        work.powers[1, i] = work.powers[0, i]
+    for k in range(step.la.size):
+        work.la0[k] = step.la[k]
+    for k in range(step.strains.shape[0]):
+        for i in range(step.strains.shape[1]):
+            step.strains_before[k, i] = step.strains[k, i]
+    for k in range(step.rods.shape[0]):
+        for i in range(6):
+            step.rods_before[k, i] = step.rods[k, i]
+
+
+@indirect(void(MODEL, WORKSPACE))
+def restart(model, work):
+    """Forget the step before, where loads or joints change at once."""
+    step = work.step
+    work.loop.last = work.loop.factored = 0.0
+    for i in range(step.before.size):
+        step.before[i] = 0.0
+        work.rate[i] = work.y[model.info.nq + i]
+    for k in range(step.strains_before.shape[0]):
+        for i in range(step.strains_before.shape[1]):
+            step.strains_before[k, i] = 0.0
+    for k in range(step.rods_before.shape[0]):
+        for i in range(6):
+            step.rods_before[k, i] = 0.0
+
+
+@indirect(REAL(REAL, MODEL, WORKSPACE))
+def coupled_energy(t, model, work):
+    """Energy of penalties and hinges at the end of the step, J."""
+    joints, coupled = model.flexible.joints, 0.0
+    for k in range(joints.size):
+        if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
+            coupled += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
+    if model.flexible.hinges.size > 0:
+        coupled += hinge.hinge_energy(model.flexible.switches, model)
+    return coupled
+
+
+@inlined
+def _acceleration(i, work):
+    """Acceleration of coordinate i between the middles of the step before and this one; of the first step's half."""
+    h = work.step.step.h
+    return 2.0 * (work.step.dq[i] / h - work.rate[i]) / (h + work.loop.last)
+
+
+@inlined
+def longest_turn(bodies):
+    """Time in which the driven bodies turn by 1 rad at most, s: a longer step would not see how they move."""
+    fastest = 0.0
+    for b in range(bodies.size):
+        if bodies[b].motion == rigid.DRIVEN:
+            fastest = max(fastest, abs(bodies[b].rate))
+    return 1.0 / fastest if fastest > 0.0 else math.inf
+
+
+@inlined
+def _turning_error(model, step):
+    """Error of the angles of bodies over a step, rad: they turn by 2 atan(h w/2)."""
+    bodies, n_q, largest = model.bodies, model.info.nq, 0.0
+    for b in range(bodies.size):
+        at = bodies[b].iv - n_q
+        if bodies[b].motion == rigid.FREE:
+            x, y, z = step.dq[at + 3], step.dq[at + 4], step.dq[at + 5]
+            largest = max(largest, x * x + y * y + z * z)
+        elif bodies[b].motion == rigid.SPIN:
+            largest = max(largest, step.dq[at] * step.dq[at])
+    return largest * math.sqrt(largest) / 12.0
+
+
+@inlined
+def local_error(model, work):
+    """Estimated error of the step beside the tolerance, (1/12 + chi/4) h^3 v'', by accelerations of the mean rates.
+
+    The velocities at the ends may alternate about the mean rates where damping or a constraint is stiff.
+    """
+    step, error, rates = work.step, 0.0, 0.0
+    if work.loop.last == 0.0:
+        return 0.0
+    h = step.step.h
+    c = h * h * (1.0 / 12.0 + 0.25 * work.options.chi)
+    for i in range(step.dq.size):
+        change = c * (_acceleration(i, work) - work.acceleration[i])
+        error = max(error, abs(change) / work.weight[i])
+        rates += work.shares[i] * change * change
+    error = max(error, _turning_error(model, step))
+    return beside_tolerance(error, rates, h, step.dq, work.shares, work.loop, work.options)

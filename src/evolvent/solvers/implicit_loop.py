@@ -1,0 +1,312 @@
+"""The loop of implicit steps: targets, step control, latches, events, samples and restarts, of both methods.
+
+A method has functions that start a step, predict its increments, evaluate the residual, factor the tangent, correct the
+increments, estimate the error, end the step, and start again where loads or joints change at once
+(`evolvent.solvers.alpha`, `energy_step`). What else differs stands beside a test of `options.method`. The functions of
+a method are compiled and loaded with the first of its runs (`needs.load`).
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import types
+
+from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.kernels import contact, coordinate, hinge, rigid, thread, user_events
+from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.passing import note_places, passing
+from evolvent.kernels.sparse import SPARSE
+from evolvent.model import MODEL
+from evolvent.solvers import alpha, alpha_start, energy_step, newton
+from evolvent.solvers.balance import begin_extremes, energy_of, potential_of
+from evolvent.solvers.implicit_balance import add_step_to_balance, fill_energies, has_gained, note_drives
+from evolvent.solvers.implicit_samples import begin_next, fill_forces, keep_sample, keep_samples, start_next
+from evolvent.solvers.implicit_state import (
+    AT_RESTART,
+    AT_STOP,
+    BUDGET,
+    DONE,
+    ENERGY,
+    GAINED,
+    NO_CONVERGENCE,
+    WORKSPACE,
+)
+from evolvent.solvers.step_error import fastest_rate, note_step
+
+_I = types.int64
+#: Part of a fixed step down to which generalized-alpha divides it where a thread goes slack or taut, or bodies may pass
+#: each other.
+SMALLEST_PART = 1e-4
+
+
+@indirect(_I(MODEL, SPARSE, WORKSPACE))
+def begin(model, matrix, work):
+    """Start the loop from work.y at its time: forces, energies, sample 0; returns a status."""
+    loop, n_q, energy = work.loop, model.info.nq, work.options.method == ENERGY
+    if energy:
+        energy_step.begin(model, work)
+    else:
+        status = alpha_start.begin(model, matrix, work)
+        if status != DONE:
+            return status
+    fill_energies(loop.time, model, work)
+    loop.fastest = fastest_rate(0.0, 1.0, work.y[n_q : n_q + work.dq.size], work.shares)
+    loop.start_energy = energy_of(work.balance)
+    begin_extremes(loop, work.balance.kinetic, potential_of(work.balance))
+    hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
+    user_events.start_events(loop.time, work.y, model)
+    if not energy:  # whose forces at the start are those of the first step
+        fill_forces(model, work)
+    start_next(work)
+    keep_sample(0, 1.0, loop.time, 0.0, model, work)
+    loop.sample = 1
+    return DONE
+
+
+@indirect(_I(MODEL, SPARSE, WORKSPACE, _I))
+def advance(model, matrix, work, budget):
+    """Go on for `budget` steps or to the last sample; returns a status."""
+    loop, options, energy = work.loop, work.options, work.options.method == ENERGY
+    adaptive, near = options.tolerance > 0.0, 10.0 * options.smallest  # times closer than this are one
+    end = work.samples[work.samples.size - 1]
+    passes = contact.any_contact(model)
+    if passes and not energy:
+        rigid.kinematics(loop.time, work.y, model)
+        note_places(model.bodies, work.R0, work.x0)
+    for _ in range(budget):
+        if loop.sample == work.samples.size:
+            return DONE
+        t = loop.time
+        stops = loop.stop < work.stops.size and work.stops[loop.stop] < end - near
+        target = work.stops[loop.stop] if stops else end
+        h, lands = step_length(target - t, model, work)
+        t1 = target if lands else t + h
+        before = max(1e-9 * h, 2.0 * near) if lands and stops else 0.0  # what begins or ends there has not done so yet
+        if energy:
+            h -= min(0.5 * h, before)
+        t_end = t + h if energy else t1 - before
+        iterations, error = try_step(t, t_end, h, passes, model, matrix, work)
+        if iterations <= 0 or error > 1.0:
+            restore_start(model, work)
+            if not is_tried_again(h, iterations, error, passes, model, work):
+                return iterations if iterations <= 0 else NO_CONVERGENCE
+            continue
+        part = until_event(t_end, h, model, work)
+        if part != 1.0 and h * part > options.smallest:
+            restore_start(model, work)
+            loop.event_step, loop.extended = h * part, loop.extended + (part > 1.0)
+            continue
+        accept_step(t1, t_end, h, model, work)
+        gained = has_gained(t1 >= end - near, model, work)
+        keep_samples(t, h if energy else t1 - t, model, work)
+        start_next(work)
+        if gained:
+            return GAINED
+        restarts = _latch(t1, model, work)
+        if model.events.size > 0 and user_events.fire_events(t1, model, work):
+            restarts = True
+        if adaptive:
+            loop.step = next_step(h, error, iterations, lands, work)
+        elif energy and not lands:  # which divides fixed steps
+            loop.step = min(2.0 * h, loop.wanted)
+        if lands and stops:
+            loop.stop += 1
+            restarts = True
+        if model.threads.size > 0 and ((lands and stops) or has_release(model, work)):
+            return AT_STOP
+        if restarts:
+            if energy:
+                energy_step.restart(model, work)
+                book_release(energy_of(work.balance), loop.time + 20.0 * options.smallest, model, work)
+            if adaptive and (energy or (lands and stops)):
+                shortest = options.first if energy else max(options.smallest * 10.0, 1e-3 * loop.step)
+                loop.step = min(loop.step, shortest)
+            return AT_RESTART
+    return BUDGET
+
+
+@inlined
+def step_length(left, model, work):
+    """Length of the next step, at most the time `left` to the target, and whether it lands there."""
+    loop, energy, adaptive = work.loop, work.options.method == ENERGY, work.options.tolerance > 0.0
+    h = min(loop.step, loop.event_step, hinge.longest_step(model.flexible.hinges))
+    if energy:
+        h = min(h, energy_step.longest_turn(model.bodies))
+    elif adaptive and model.threads.size > 0:
+        h = min(h, thread.longest_step(work.y, model.flexible.switches, model))
+    if h >= left * (1.0 - (1e-9 if energy else 1e-6)):  # which adds up round-off
+        return left, True
+    if adaptive and not energy and 2.0 * h > left:
+        h = 0.5 * left
+    return h, False
+
+
+@inlined
+def try_step(t, t_end, h, passes, model, matrix, work):
+    """Take a step of length h from t to t_end: (iterations, or a status below zero; error beside the tolerance)."""
+    energy, adaptive, error = work.options.method == ENERGY, work.options.tolerance > 0.0, 0.0
+    for i in range(work.y.size):
+        work.y0[i] = work.y[i]
+    if energy:
+        energy_step.start_step(t, h, model, work)
+    else:
+        alpha.start_step(h, model, work)
+    note_drives(t, h, model, work)
+    if energy:
+        iterations = newton.solve_energy(model, matrix, work)
+        if adaptive and iterations > 0:
+            error = energy_step.local_error(model, work)
+    else:
+        iterations = newton.solve_alpha(t_end, h, model, matrix, work)
+        if adaptive and iterations > 0:
+            error = alpha.local_error(h, model, work)
+    if passes and iterations > 0:
+        far = passing(work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model)
+        error = max(error, far * far * far)
+    return iterations, error
+
+
+@inlined
+def is_tried_again(h, iterations, error, passes, model, work):
+    """Whether a step without a solution, or with too large an error, is tried again; sets its length.
+
+    Energy-momentum divides fixed steps as well. Generalized-alpha does so only where a thread may go slack or bodies
+    may pass each other.
+    """
+    loop, options, energy = work.loop, work.options, work.options.method == ENERGY
+    adaptive, solved = options.tolerance > 0.0, iterations > 0
+    if not energy and not adaptive and (_goes_slack(model) or (passes and solved)) and h > SMALLEST_PART * loop.step:
+        loop.rejected += 1
+        loop.event_step = 0.35 * h
+        return True
+    if h <= options.smallest or not (adaptive or energy):
+        return False
+    if energy and not (adaptive and solved):
+        loop.divided += 1
+        loop.step = 0.5 * h
+        return True
+    loop.rejected += 1
+    loop.step = h * (max(0.2, 0.85 * error ** (-1.0 / 3.0)) if solved else 0.35)
+    return True
+
+
+@inlined
+def next_step(h, error, iterations, lands, work):
+    """Length of the next adaptive step after one of length h."""
+    before, energy = work.loop.step, work.options.method == ENERGY
+    grow = 2.0 if error == 0.0 else min(2.0, 0.85 * error ** (-1.0 / 3.0))
+    if iterations > (newton.PLAIN if energy else 10):
+        grow = min(grow, 0.6 if energy else 0.7)
+    if grow > 1.2 or grow < 1.0:
+        return min(max(h, before if lands else h) * grow, work.options.longest)
+    return before if lands or energy else h
+
+
+@inlined
+def until_event(t, h, model, work):
+    """Length of the step that ends on the first latch, release or event, as a part of the step of length h to t; or 1.
+
+    It may be longer, to end behind an event.
+    """
+    part = hinge.until_latch(model.flexible.switches, model.flexible.hinges)
+    if _has_free_spool(model):
+        part = min(part, thread.until_release(h, work.y0, work.y, model.flexible.switches, model))
+    if model.events.size > 0:
+        least = max(4.0 * work.options.smallest, user_events.SURE * work.loop.step)
+        limit, extended = work.loop.event_step, work.loop.extended
+        due = user_events.until_event(t, h, least, limit, extended, work.y, model)
+        part = due if part == 1.0 else min(part, due)
+    return part
+
+
+@inlined
+def _has_free_spool(model):
+    """Whether a thread is on a free spool."""
+    found = False
+    for p in range(model.threads.size):
+        found = found or model.threads[p].drive == FREE_SPOOL
+    return found
+
+
+@inlined
+def has_release(model, work):
+    """Whether a node on a free spool is due."""
+    return _has_free_spool(model) and thread.has_release(work.y, model.flexible.switches, model)
+
+
+@inlined
+def _goes_slack(model):
+    """Whether a thread can go slack, or stick on its spool: forces that Newton's method may not resolve in one step."""
+    found = False
+    for p in range(model.threads.size):
+        found = found or model.threads[p].slack != 0 or model.threads[p].drive == FREE_SPOOL
+    return found
+
+
+@inlined
+def restore_start(model, work):
+    """Restore the start of a step that is rejected."""
+    for i in range(work.y.size):
+        work.y[i] = work.y0[i]
+    if work.options.method != ENERGY:
+        alpha.restore_start(model, work)
+
+
+@inlined
+def accept_step(t1, t_end, h, model, work):
+    """Accept a step: its work and losses, forces and energies at its end."""
+    loop = work.loop
+    if work.options.method == ENERGY:
+        energy_step.end_step(model, work)
+    else:
+        alpha.end_step(t_end, h, model, work)
+    add_step_to_balance(t_end, h, model, work)
+    fill_forces(model, work)
+    fill_energies(t_end, model, work)
+    note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.shares))
+    loop.last, loop.event_step, loop.extended = h, math.inf, 0
+    loop.time = t1
+    loop.steps += 1
+
+
+@inlined
+def _latch(t, model, work):
+    """Latch the hinges that have reached their latches at the end of a step; returns whether any has."""
+    hinges, s, loop, found = model.flexible.hinges, model.flexible.switches, work.loop, False
+    for k in range(hinges.size):
+        if hinge.latch_reached(s, hinges, k):
+            if work.options.method == ENERGY and not found:
+                hinge.note_turns(t, work.y, s, model)  # rates at the end; those of the step are means
+            coordinate.lock(s, hinges, k)
+            work.log_t[loop.latches], work.log_k[loop.latches] = t, k
+            loop.latches += 1
+            found = True
+            user_events.release(t, -2 - k, model)
+    hinge.end_hinge_step(s, hinges)
+    return found
+
+
+@inlined
+def book_release(before, t, model, work):
+    """Count the energy that a penalty or hinge loses where it is released as a loss of the joints.
+
+    Parameters
+    ----------
+    before : float, J, energy before the release
+    """
+    fill_energies(t, model, work)
+    work.balance.by_joints += before - energy_of(work.balance)
+    for i in range(work.row.size):
+        work.row0[i] = work.row[i]
+
+
+@indirect(_I(REAL, MODEL, SPARSE, WORKSPACE))
+def restart(after, model, matrix, work):
+    """Start generalized-alpha again with the loads and joints just `after` the time reached; returns a status."""
+    before = energy_of(work.balance)
+    status = alpha_start.restart(after, model, matrix, work)
+    if status == DONE:
+        book_release(before, work.loop.time, model, work)
+        begin_next(model, work)
+    return status

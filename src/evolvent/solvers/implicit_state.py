@@ -1,0 +1,140 @@
+"""What the loop of implicit steps carries from step to step, of both methods."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evolvent.compiled.pointer import Struct, array, record, struct
+from evolvent.flow.energy_momentum import EnergyStep
+from evolvent.solvers.balance import BALANCE, EXTREMES
+
+# status codes of the loop
+BUDGET, DONE, AT_STOP, AT_RESTART = 0, 1, 2, 3
+NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = -1, -2, -3, -4, -5
+#: Methods: generalized-alpha and energy-momentum.
+ALPHA, ENERGY = 0, 1
+#: The loop's counters and clock.
+#:
+#: sample, stop: the next ones; contact_set: number that encodes which points touch; over: steps in a row at which the
+#: balance has gained too much; latches: events and latches so far; extended: whether the step was made longer to end
+#: behind an event; settling: steps until rates are smooth again after a contact; stages: solutions that needed softened
+#: contacts; divided: steps that were divided. step, wanted: length of the next step, and that of undivided fixed ones,
+#: s; event_step: its limit, on which a latch or an event lies; last: length of the step before, s; factored: length of
+#: the step whose matrix is factored, s, 0 of none; quality: its worst pivot so far; start_energy: J; gain, lowest_gain:
+#: what the balance has gained since the start, and the lowest of that so far, J; fastest: largest mean rate so far,
+#: 1/s; left, left0: what Newton's method has left in this step and in those before, beside `weight`; and the extremes
+#: of `evolvent.solvers.balance`.
+LOOP = np.dtype(
+    [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "contact_set",
+                                   "over", "latches", "extended", "settling", "stages", "divided")]
+    + [(name, np.float64) for name in ("time", "step", "wanted", "event_step", "last", "factored", "quality",
+                                       "start_energy", "gain", "lowest_gain", "fastest", "left", "left0")]
+    + list(EXTREMES),
+    align=True,
+)  # fmt: skip
+#: Options of a run.
+#:
+#: newton, sharp: correction at which an iteration has converged beside `weight`, and share of `rates` that it may
+#: leave; tolerance, rates: of coordinates and rates, 0 of fixed steps; smallest, longest, first: steps, s; gain, floor:
+#: part of the energy moved that may come from nothing, and energy (J) that is added to it; mass, span: a typical mass
+#: (kg) and time (s); then the constants of the methods.
+OPTIONS = np.dtype(
+    [("method", np.int64)]
+    + [(name, np.float64) for name in ("newton", "sharp", "tolerance", "rates", "smallest", "longest", "first", "gain",
+                                       "floor", "mass", "span", "alpha_m", "alpha_f", "beta", "gamma", "chi")],
+    align=True,
+)  # fmt: skip
+
+
+class Workspace(Struct):
+    """What the loop carries from step to step. Of a pair, 0 is the start of the step and 1 its end.
+
+    Attributes
+    ----------
+    options, loop, balance : records (see `OPTIONS`, `LOOP` and `evolvent.solvers.balance`)
+    step : EnergyStep, whose arrays of the same names are those here; y1 is y
+    row, row0 : (number of fields,) float, J, the fields of `balance`, and those of the step's start
+    y, y0, spare : (ny,) float, state at the end and the start of a step, and scratch
+    a1, a0 : (nv,) float, algorithmic accelerations
+    dv1, dv0 : (nv,) float, accelerations v', of energy-momentum the mean one of the step
+    loads1, loads0 : (nv,) float, loads
+    la, la0 : (nj,) float, multipliers; dq : (nv,) float, increments; r, x : (nv + nj,) float
+    dq0, la1 : (nv,) and (nj,) float, increments and multipliers of the last stage that has converged
+    rate, acceleration : (nv,) float, mean rates of the step before, and accelerations by it and the one before that
+    weight : (nu,) float, size of each unknown that counts as 1; shares : (nv,) float, see
+        `implicit_setup.shares`
+    kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
+    momenta : (6,) float, scratch
+    powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
+    energies : (3,) float, scratch; impulse : (nc,) float, N s, of the normal forces of each cylinder; touched : (nbc,)
+        float, likewise of each contact between bodies
+    touches, friction : (2, nbc, N_TOUCH) and (2, n, 3) float, likewise
+    cylinders, bodies : (2, nc, 10) and (2, nb, 6) float, forces (see `evolvent.solvers.sampled`), of the start first
+    samples : (nt,) float; stops : (ns,) float, times on which the loop lands and restarts
+    R0, x0, R1, x1 : (nb, 3, 3) and (nb, 3) float, rotations and positions of the bodies at both ends of a step
+    ends, end_times : (nt, 2, ny) and (nt, 2) float, s, of the steps with the samples, where reactions are evaluated
+    log_t, log_k : (nh + ne,) float and int, s, times of latches and events; their hinges, and -1 - k of event k
+    out_* : what is kept at the samples; of no row where it is not
+    """
+
+    options: np.record = record(OPTIONS)
+    loop: np.record = record(LOOP)
+    balance: np.record = record(BALANCE)
+    step: EnergyStep = struct(EnergyStep)
+    row: np.ndarray = array(1)
+    row0: np.ndarray = array(1)
+    y: np.ndarray = array(1)
+    y0: np.ndarray = array(1)
+    spare: np.ndarray = array(1)
+    a1: np.ndarray = array(1)
+    a0: np.ndarray = array(1)
+    dv1: np.ndarray = array(1)
+    dv0: np.ndarray = array(1)
+    loads1: np.ndarray = array(1)
+    loads0: np.ndarray = array(1)
+    la: np.ndarray = array(1)
+    la0: np.ndarray = array(1)
+    dq: np.ndarray = array(1)
+    r: np.ndarray = array(1)
+    x: np.ndarray = array(1)
+    dq0: np.ndarray = array(1)
+    la1: np.ndarray = array(1)
+    rate: np.ndarray = array(1)
+    acceleration: np.ndarray = array(1)
+    weight: np.ndarray = array(1)
+    shares: np.ndarray = array(1)
+    powers: np.ndarray = array(2)
+    gaps: np.ndarray = array(1)
+    energies: np.ndarray = array(1)
+    impulse: np.ndarray = array(1)
+    touched: np.ndarray = array(1)
+    touches: np.ndarray = array(3)
+    friction: np.ndarray = array(3)
+    cylinders: np.ndarray = array(3)
+    bodies: np.ndarray = array(3)
+    R0: np.ndarray = array(3)
+    R1: np.ndarray = array(3)
+    x0: np.ndarray = array(2)
+    x1: np.ndarray = array(2)
+    ends: np.ndarray = array(3)
+    end_times: np.ndarray = array(2)
+    kept: np.ndarray = array(1)
+    samples: np.ndarray = array(1)
+    stops: np.ndarray = array(1)
+    momenta: np.ndarray = array(1)
+    log_t: np.ndarray = array(1)
+    log_k: np.ndarray = array(1, np.int64)
+    out_y: np.ndarray = array(2)
+    out_s: np.ndarray = array(2, np.int64)
+    out_a: np.ndarray = array(2)
+    out_la: np.ndarray = array(2)
+    out_balance: np.ndarray = array(2)
+    out_momenta: np.ndarray = array(2)
+    out_cylinders: np.ndarray = array(3)
+    out_touches: np.ndarray = array(3)
+    out_friction: np.ndarray = array(3)
+    out_points: np.ndarray = array(2)
+    out_bodies: np.ndarray = array(3)
+
+
+WORKSPACE = Workspace._numba_type_

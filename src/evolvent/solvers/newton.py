@@ -1,0 +1,234 @@
+"""Newton's method of an implicit step: unknowns are the increments of the coordinates and the multipliers."""
+
+from __future__ import annotations
+
+import math
+
+from numba import types
+
+from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.kernels import contact, coordinate, sparse_lu
+from evolvent.kernels.flexible import is_finite
+from evolvent.kernels.passing import note_places
+from evolvent.kernels.sparse import SPARSE
+from evolvent.model import MODEL
+from evolvent.solvers import alpha, energy_step
+from evolvent.solvers.alpha_state import factor_at
+from evolvent.solvers.implicit_state import ENERGY, NO_CONVERGENCE, NOT_FINITE, REDUNDANT, SINGULAR, WORKSPACE
+from evolvent.solvers.least_norm import add_compliance
+from evolvent.solvers.step_error import newton_limit
+
+_I, _B = types.int64, types.boolean
+#: Convergence slower than this takes a new tangent.
+SLOW = 0.15
+#: A correction below this that a new tangent does not reduce is round-off: elements may be stiff, and joints near a
+#: position where they depend on one another.
+ROUND_OFF = 1e-8
+#: Share of `newton` that the corrections for momenta which are kept reach, and most corrections for them.
+SHARPER, MOST_SHARPENED = 1e-2, 4
+#: Most iterations of generalized-alpha; of energy-momentum with the contacts as they are, of the softest stage, and of
+#: one of those after it.
+MOST, PLAIN, FIRST, STAGED = 25, 20, 40, 20
+#: Power of ten of the contacts' stiffness in the softest stage, and its least rise from one stage to the next.
+SOFTEST, LEAST_RISE = -6.0, 0.5
+
+
+@inlined
+def _evaluate(t1, h, model, work):
+    """Residual of the present increments."""
+    if work.options.method == ENERGY:
+        energy_step.evaluate(model, work)
+    else:
+        alpha.evaluate(t1, h, model, work)
+
+
+@inlined
+def _count_touching(model, work):
+    """A number that encodes which contact points touch, and which coordinates of joints slip."""
+    return contact.pressed(model) + coordinate.count_slipping(model)
+
+
+@inlined
+def _factor(t1, h, scale, model, matrix, work):
+    """Assemble and factor the tangent; returns what `sparse_lu.factor` returns."""
+    if work.options.method == ENERGY:
+        return energy_step.factor(scale, model, matrix, work)
+    c_mass, c_rate = alpha.rates(h, work.options)
+    return factor_at(t1, work.y, work.la, c_mass, c_rate, scale, model, matrix, work)
+
+
+@inlined
+def _correction(scale, model, matrix, work):
+    """Solve for the correction work.x; returns its size beside `weight`."""
+    joints, n_v, r, x = model.flexible.joints, model.info.nv, work.r, work.x
+    twice = 2.0 if work.options.method == ENERGY else 1.0  # what the tangent is of the derivatives, but for constraints
+    if model.info.redundant != 0:
+        add_compliance(scale, twice, model, matrix, work.la, x, r)
+    for i in range(n_v):
+        x[i] = -twice * r[i]
+    for k in range(joints.size):
+        x[n_v + k] = -scale * r[n_v + k] * (1.0 if joints[k].stiffness <= 0.0 else twice)
+    sparse_lu.solve(matrix, x)
+    norm = 0.0
+    for i in range(n_v):
+        norm = max(norm, abs(x[i]) / work.weight[i])
+    return norm
+
+
+@inlined
+def _correct(t1, h, searches, scale, model, work):
+    """Add the correction, and evaluate; returns the part of it that is added, which a search may reduce."""
+    energy, n_v = work.options.method == ENERGY, model.info.nv
+    for k in range(work.la.size):
+        work.la[k] += (0.5 if energy else 1.0) * scale * work.x[n_v + k]
+    if not energy:
+        alpha.correct(h, model, work)
+        alpha.evaluate(t1, h, model, work)
+        return 1.0
+    before = energy_step.along(work) if searches else 0.0
+    if before < 0.0:
+        return energy_step.search(before, model, work)
+    energy_step.shift(1.0, model, work)
+    return 1.0
+
+
+@indirect(_I(REAL, REAL, _I, _B, MODEL, SPARSE, WORKSPACE))
+def iterate(t1, h, most, searches, model, matrix, work):
+    """Newton's method from the present increments: the number of iterations, or a status below zero.
+
+    It leaves the residual of the increments that it found.
+
+    Parameters
+    ----------
+    t1, h : float, s, end and length of the step
+    most : int, of iterations; searches : bool, whether along each correction the best part is looked for
+    """
+    loop, options, info, energy = work.loop, work.options, model.info, work.options.method == ENERGY
+    scale = 4.0 * options.mass / (h * h) if energy else alpha.rates(h, options)[0] * options.mass
+    info.compliance = 1.0 / scale
+    _evaluate(t1, h, model, work)
+    soft = energy and work.step.step.soft != 1.0
+    # what keeps momenta or energy takes its own tangent, and one correction more: both converge to round-off
+    keeps = energy and work.step.step.chi_v == 0.0 and not soft
+    limit = newton_limit(options.newton, options.sharp, options.rates, loop.fastest, h)
+    rounding = 0.0 if model.threads.size > 0 else ROUND_OFF
+    if energy:
+        inexact = model.flexible.elements.size + model.flexible.rods.size + work.la.size
+        rounding = min(ROUND_OFF, 1e4 * options.newton) if inexact > 0 else 0.0
+    if soft:
+        limit = options.newton
+    # directions of threads must be fresh, and those in which multipliers of redundant constraints are free
+    always, factored = model.threads.size > 0 or info.redundant != 0, loop.factored
+    stale = soft or keeps or always or (factored != h if energy else abs(factored - h) > 1e-6 * h)
+    last, ratio, touching, kept, sharpened = math.inf, 0.0, loop.contact_set, energy and not stale, 0
+    loop.factored = 0.0
+    for iteration in range(most):
+        if not is_finite(work.r):
+            return NOT_FINITE
+        now = _count_touching(model, work)
+        fresh = stale or always or (ratio > SLOW and sharpened == 0) or now != touching
+        touching = now
+        if fresh:
+            found = _factor(t1, h, scale, model, matrix, work)
+            if found != 0:
+                return SINGULAR if found < 0 else REDUNDANT
+            factored, stale = h, False
+        norm = _correction(scale, model, matrix, work)
+        if not math.isfinite(norm):
+            return NOT_FINITE
+        loop.iterations += 1
+        if sharpened > 0 and norm >= last:  # it cannot be sharpened further
+            return _converged(iteration - 1, last, touching, 0.0 if soft else factored, work)
+        if kept and iteration == 1 and norm > SLOW * last:  # the tangent of a step before does not serve here
+            kept, stale, ratio, touching = False, True, 0.0, -1
+            energy_step.predict(True, model, work)
+            energy_step.evaluate(model, work)
+            continue
+        s = _correct(t1, h, searches and (work.la.size == 0 or iteration > 0), scale, model, work)
+        if iteration > 0:
+            ratio = norm / last if last > 0.0 else 0.0
+        left = norm * ratio / (1.0 - ratio) if 0.0 < ratio < 0.9 else norm
+        rounded = fresh and ratio > 0.5 and norm <= rounding  # a new tangent does not reduce it any more
+        # of redundant constraints a second iteration corrects what the compliance leaves
+        settled = s == 1.0 and (iteration > 0 or info.redundant == 0)
+        if settled and (min(norm, left) <= limit or rounded):
+            sharp = sharpened > 0 and (left <= SHARPER * limit or ratio > 0.5)
+            if not energy or _count_touching(model, work) == touching:
+                if not keeps or sharp or rounded or sharpened == MOST_SHARPENED:
+                    return _converged(iteration, min(norm, left), touching, 0.0 if soft else factored, work)
+                sharpened += 1
+        last = norm
+    loop.contact_set = touching
+    return NO_CONVERGENCE
+
+
+@inlined
+def _converged(iteration, left, touching, factored, work):
+    """Note what Newton's method has left, and for which step its matrix serves; returns the iterations."""
+    work.loop.left, work.loop.contact_set, work.loop.factored = left, touching, factored
+    return iteration + 1
+
+
+@indirect(_I(REAL, REAL, MODEL, SPARSE, WORKSPACE))
+def solve_alpha(t1, h, model, matrix, work):
+    """Solve a step of generalized-alpha of length h that ends at t1; returns as `iterate` does.
+
+    From the accelerations of the step's start; of a fixed step that this does not solve, from constant velocities.
+    """
+    alpha.predict(h, False, model, work)
+    found = iterate(t1, h, MOST, False, model, matrix, work)
+    if found <= 0 and work.options.tolerance <= 0.0:
+        for i in range(work.la.size):
+            work.la[i] = work.la0[i]
+        work.loop.factored = 0.0
+        alpha.predict(h, True, model, work)
+        found = iterate(t1, h, MOST, False, model, matrix, work)
+    if found > 0:
+        note_places(model.bodies, work.R1, work.x1)
+    return found
+
+
+@indirect(_I(MODEL, SPARSE, WORKSPACE))
+def solve_energy(model, matrix, work):
+    """Solve a step of energy-momentum that has started; returns as `iterate` does.
+
+    First from the velocities' last change, then from constant velocities, then with contacts that are stiffened.
+    """
+    step = work.step.step
+    step.soft, t1 = 1.0, step.t + step.h
+    energy_step.predict(True, model, work)
+    contacts = contact.any_contact(model)
+    found = iterate(t1, step.h, PLAIN if contacts else STAGED, False, model, matrix, work)
+    if found > 0:
+        return found
+    energy_step.predict(False, model, work)
+    found = iterate(t1, step.h, PLAIN, True, model, matrix, work)
+    if found > 0:
+        return found + PLAIN
+    if not contacts:
+        return found
+    energy_step.predict(False, model, work)
+    work.loop.stages += 1
+    power, rise, total = SOFTEST, -0.5 * SOFTEST, 0
+    while True:
+        step.soft = 10.0**power
+        found = iterate(t1, step.h, FIRST if power == SOFTEST else STAGED, True, model, matrix, work)
+        if found > 0:
+            total += found
+            if power == 0.0:
+                return total
+            for i in range(work.step.dq.size):
+                work.dq0[i] = work.step.dq[i]
+            for k in range(work.step.la.size):
+                work.la1[k] = work.step.la[k]
+        else:
+            if power == SOFTEST or rise < LEAST_RISE:
+                step.soft = 1.0
+                return found
+            for i in range(work.step.dq.size):
+                work.step.dq[i] = work.dq0[i]
+            for k in range(work.step.la.size):
+                work.step.la[k] = work.la1[k]
+            power -= rise
+            rise *= 0.5
+        power = min(power + rise, 0.0)
