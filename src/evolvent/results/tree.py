@@ -42,11 +42,10 @@ def tree_of(
     root : dict, optional, name -> (dims, values, units, long name), more variables of the root
     balances : bool, whether the root has energies and momenta
     """
-    own = root_of(solution, root or {}, balances=balances)
-    groups = {name: xr.DataTree(_group(solution, name, found)) for name, found in observe(solution).items()}
-    own.attrs = attrs | {"variables": results.variables_of(own), "parts": json.dumps(list(groups))}
-    tree = xr.DataTree(own)
-    tree.children = groups  # at once: DataTree.from_dict copies the tree with every group, three times the time
+    tree = xr.DataTree(root_of(solution, root or {}, balances=balances))
+    # assigned at once: DataTree.from_dict copies the tree with every group, three times the time
+    tree.children = {name: xr.DataTree(_group(solution, name, found)) for name, found in observe(solution).items()}
+    tree.attrs = attrs | {"variables": results.variables_of(tree), "parts": json.dumps(list(tree.children))}
     return tree
 
 
