@@ -149,8 +149,8 @@ def test_figures_are_left_beside_the_results(call, tmp_path):
 
 def test_what_draws_is_loaded_after_the_table(tmp_path):
     code = (
-        "import sys; from evolvent.commands import cli; say = cli._say\n"
-        "cli._say = lambda text, **rest: say(f\"{'matplotlib' in sys.modules} {text}\", **rest)\n"
+        "import sys; from evolvent.commands import cli, run; say = run.say\n"
+        "run.say = lambda text, **rest: say(f\"{'matplotlib' in sys.modules} {text}\", **rest)\n"
         "sys.argv = ['evolvent', 'run', 'heliogyro', *sys.argv[1:]]; cli.main()"
     )
     command = [sys.executable, "-W", "ignore", "-c", code, *QUICK]

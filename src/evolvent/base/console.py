@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -12,6 +13,8 @@ import click
 from evolvent.base import progress
 from evolvent.base.errors import visible
 
+#: Exit code of a command that was interrupted.
+INTERRUPTED = 130
 #: A stage is shown when it has taken this long, s.
 DELAY = 1.0
 #: What the compilation of functions is called.
@@ -38,6 +41,20 @@ figure_format = click.option(
 def echo(text: str, *, err: bool = False, nl: bool = True) -> None:
     """Print a text to stdout or stderr; what it would hide is written as escapes."""
     click.echo(visible(text), err=err, nl=nl)
+
+
+def discard_output() -> None:
+    """Send what is still to be printed nowhere."""
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def say(text: str, *, styled: bool = False) -> None:
+    """Print to stdout; a reader that has gone away is no reason to stop. A styled text hides nothing any more."""
+    try:
+        (click.echo if styled else echo)(text)
+    except BrokenPipeError:
+        discard_output()
 
 
 def note(sentence: str) -> None:

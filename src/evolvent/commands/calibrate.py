@@ -5,8 +5,7 @@ from __future__ import annotations
 import click
 
 from evolvent.base import progress
-from evolvent.base.console import echo, once, showing_progress
-from evolvent.commands.sweep import INTERRUPTED
+from evolvent.base.console import INTERRUPTED, echo, once, showing_progress
 
 
 @click.command()

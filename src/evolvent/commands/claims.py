@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from evolvent.base.console import echo, note, once, showing_progress
+from evolvent.base.console import INTERRUPTED, echo, note, once, showing_progress
 from evolvent.base.errors import InputError
-from evolvent.commands.sweep import INTERRUPTED
 
 if TYPE_CHECKING:
     from evolvent.papers.ledger import Claim

@@ -6,9 +6,8 @@ import os
 
 import click
 
-from evolvent.base.console import echo, figure_format, note, once, showing_progress
+from evolvent.base.console import INTERRUPTED, echo, figure_format, note, once, showing_progress
 from evolvent.base.errors import InputError
-from evolvent.commands.sweep import INTERRUPTED
 
 #: Endings of the files of each kind.
 ENDINGS = {"table": (".md",), "figure": (".png", ".svg", ".pdf")}

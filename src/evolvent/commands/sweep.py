@@ -8,14 +8,11 @@ from typing import TYPE_CHECKING
 import click
 
 from evolvent.base import progress
-from evolvent.base.console import echo, figure_format, once, showing_progress
+from evolvent.base.console import INTERRUPTED, echo, figure_format, once, showing_progress
 from evolvent.base.errors import RunFailed
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: Exit code of a sweep that was interrupted.
-INTERRUPTED = 130
 
 
 @click.command()
