@@ -54,7 +54,7 @@ WORKS: dict[str, dict[str, Any]] = {
         "text": "A cable of 1 m, 0.02 m x 0.02 m, E = 20 MPa, 7200 kg/m3, 40 elements, pinned at one end, falls "
         "from the horizontal for 1 s; the tip is compared. Cables have neither shear nor rotary inertia, "
         "the other rods have both, and each is compared with its own theory. Explicit methods support no "
-        "constraint in evolvent: its pin is then a spring of 1 MN/m.",
+        "constraint on a beam in evolvent: its pin is then a spring of 1 MN/m.",
         "spec": CABLE,
         "size": 1.0,
     },

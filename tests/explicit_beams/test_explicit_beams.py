@@ -204,8 +204,9 @@ def test_what_explicit_methods_refuse() -> None:
     refused(
         lambda s: s.add(pin, "pin"), "'pin' is a joint that is a constraint.* `stiffness` above 0.* generalized-alpha"
     )
-    turn = parts.PrescribedRotation(body="drum", drive=parts.ConstantDrive(rate=1.0))
-    refused(lambda s: s.add(turn, "turn"), "'turn' is a joint driven along a path.*generalized-alpha")
+    path = parts.PrescribedMotion(at="rib.tip", drive=parts.ConstantDrive(rate=0.0))
+    words = r"do not support 'path' \(a joint driven along a path on a beam's node and .*generalized-alpha"
+    refused(lambda s: s.add(path, "path"), words)
     hub = parts.CylinderContact(body="ground", beams=["rib"], radius=0.6, friction=0.3)
     refused(lambda s: s.add(hub, "hub"), "'hub' is a contact with friction.*generalized-alpha")
 

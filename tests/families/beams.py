@@ -23,12 +23,13 @@ SOFT, HARD, RIGID = (elements.Material(young_modulus=E, poisson_ratio=0.0, densi
 EI, MASS = 2e6 * 0.05**4 / 12.0, 2.5
 
 
-def rod(found: System, count: int, material: Any, kind: str, **fields: Any) -> None:
-    """A beam of 1 m along x, held at its root by penalties."""
+def rod(found: System, count: int, material: Any, kind: str, stiffness: float = 1e5, **fields: Any) -> None:
+    """A beam of 1 m along x, held at its root by penalties, or constraints without a stiffness."""
+    turn = 2e4 if stiffness > 0.0 else None
     found.add(
         parts.Beam(length=1.0, section=SQUARE, material=material, elements=count, formulation="cable", **fields), "rod"
     )
-    found.add(parts.Joint(a=ORIGIN, b="rod.root", type=kind, stiffness=1e5, turn_stiffness=2e4), "root")
+    found.add(parts.Joint(a=ORIGIN, b="rod.root", type=kind, stiffness=stiffness, turn_stiffness=turn), "root")
 
 
 def cantilever(
@@ -57,6 +58,36 @@ def beam() -> Case:
     q = MASS * 0.02
     shares = SIGMA / BETA**5 * np.array([1.0, -1.0, 1.0, -1.0])
     return cantilever("rod", q / (8.0 * EI), shares, lambda found: None, gravity=0.02)
+
+
+@of("a joint that is a constraint on a beam's node")
+def clamp() -> Case:
+    """Under its weight the tip sinks by q L^4/(8 E I)."""
+    shares = SIGMA / BETA**5 * np.array([1.0, -1.0, 1.0, -1.0])
+    return cantilever("root", MASS * 0.02 / (8.0 * EI), shares, lambda found: None, gravity=0.02, stiffness=0.0)
+
+
+@of("a joint driven along a path on a beam's node")
+def drawn() -> Case:
+    """A clamped beam is drawn out at its tip, which is pinned across that: beta L = 3.9266, tan(x) = tanh(x)."""
+    rate, time = 0.01, 0.5
+
+    def system() -> System:
+        found = System()
+        rod(found, 4, SOFT, "clamp")
+        drive = parts.RampDrive(steps=[(0.0, time, rate)])
+        found.add(parts.PrescribedMotion(at="rod.tip", drive=drive, direction=(1.0, 0.0, 0.0)), "path")
+        return found
+
+    def motion(t: Array) -> Array:
+        s = np.clip(t / time, 0.0, 1.0)
+        return columns(1.0 + rate * (time * s**4 * (2.5 - 3.0 * s + s * s) + np.maximum(t - time, 0.0)))
+
+    w = 3.9266023120**2 * math.sqrt(EI / MASS)
+    return Case(
+        part="path", system=system, seen=lambda assembly, y: coordinates(assembly, y, "rod")[..., -1, 0, :1], end=1.0,
+        step=1e-4, theory=1.5e-3, motion=motion, still=(1.0,), poles=(1j * w, 1j * w),
+    )  # fmt: skip
 
 
 @of("a thermal load on a beam")

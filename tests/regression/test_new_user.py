@@ -118,10 +118,13 @@ def test_a_synchronization_is_written_with_its_units() -> None:
 
 def test_a_refusal_names_all_parts_and_the_method_that_supports_them() -> None:
     system = propped(parts.Rod)
-    with pytest.raises(InputError, match=r"'root' is a joint .*, which rk4, heun and dopri5 do not support") as error:
+    for name, z in (("one", 5.0), ("two", 6.0)):
+        system.add(parts.RigidBody(motion="spin", inertia=1.0, position=(0.0, 0.0, z)), name)
+    system.add(parts.Gear(a="one", b="two", ratio=2.0), "gear")
+    words = r"'gear' is a gear that is a constraint, which rk4, heun and dopri5 do not support"
+    with pytest.raises(InputError, match=words) as error:
         system.simulate(until=0.01, every=1e-3, method="dopri5")
-    system.add(parts.RigidBody(mass=2.0, inertia=(1.0, 1.0, 1.0)), "body")
-    system.add(parts.Joint(a=(0, 0, 5), b="body", type="spherical"), "pivot")
-    with pytest.raises(InputError, match=r"'pivot' \(a .*\); energy-momentum supports all of them$") as error:
+    system.add(parts.RotationalSpring(a="ground", b="one", friction=0.1), "bearing")
+    with pytest.raises(InputError, match=r"'bearing' \(a .*\); energy-momentum supports all of them$") as error:
         system.simulate(until=0.01, every=1e-3, method="dopri5")
     assert "\n" not in str(error.value)

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly, Pose
-from evolvent.assembly.checks import check_constraints, factored_masses, off_axis
+from evolvent.assembly.checks import check_constraints, ends_of, factored_masses, off_axis
 from evolvent.assembly.references import Location, split_reference
 from evolvent.base.errors import InputError, nearest
 from evolvent.compiled import laws
@@ -24,6 +24,7 @@ from evolvent.kernels import (
     custom,
     flexible,
     hinge,
+    joint,
     loads,
     rigid,
     rod,
@@ -447,17 +448,13 @@ class Builder:
     def _constraints(self, families: dict[str, Array]) -> tuple[Array, Array]:
         """Constraint rows in reverse Cuthill-McKee order, and their coupled pairs (r, q < r, side, side)."""
         entries: list[tuple[Any, Any, Any, Any]] = []  # kind, index, bodies, points
-        threads, links, markers = families["threads"], families["links"], families["markers"]
+        threads, joints = families["threads"], families["joints"]
         for p in np.flatnonzero(threads["kind"] == thread.INEXTENSIBLE):
             entries.append((constraint_rows.THREAD, p, (threads["body"][p], -1), (-1, -1)))
-        for k in range(links.size):
-            sides = []
-            for m in (links["a"][k], links["b"][k]):
-                on_body, index = markers["kind"][m] == springs.ON_BODY, markers["index"][m]
-                sides.append((index, -1) if on_body else (-1, index))
-            entries.append((constraint_rows.LINK, k, (sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])))
-        for k, body in enumerate(families["guides"]["body"]):
-            entries.append((constraint_rows.GUIDE, k, (body, -1), (-1, -1)))
+        points = {int(row["iq"]): k for k, row in enumerate(families["points"]) if row["mass"] > 0.0}
+        found = [(k, ends) for k, row in enumerate(joints) if (ends := ends_of(row, points)) is not None]
+        for k, ends in sorted(found, key=lambda one: joints["kind"][one[0]] not in (joint.DISTANCE, joint.CORD)):
+            entries.append((constraint_rows.JOINT, k, *ends))
         motion = families["bodies"]["motion"]
         shared: dict[tuple[str, int], list[tuple[int, int]]] = {}
         for r, (_, _, bodies, points) in enumerate(entries):
@@ -483,4 +480,7 @@ class Builder:
         for k, entry in enumerate(order):
             for field, value in zip(("kind", "index", "body", "point"), entries[entry], strict=True):
                 rows[field][k] = value
+        joints["row"] = -1
+        held = rows["kind"] == constraint_rows.JOINT
+        joints["row"][rows["index"][held]] = np.flatnonzero(held)
         return rows, np.array(coupled, dtype=np.int64).reshape(len(coupled), 4)

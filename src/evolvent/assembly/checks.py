@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly
 from evolvent.base.errors import InputError
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import constraint_rows, flexible
+from evolvent.kernels import constraint_rows, flexible, joint, sides
 
 
 def factored_masses(beams: Array, elements: Array, pools: dict[str, Array]) -> Array:
@@ -41,32 +43,64 @@ def off_axis(axis: Array, vector: Array) -> bool:
 def check_constraints(assembly: Assembly) -> None:
     """Refuse redundant links and guides, and those that the start does not meet, by name."""
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
-    if model.links.size == 0 and model.guides.size == 0:
+    joints, kinds = model.flexible.joints, {name: family for name, (family, _) in assembly.names.items()}
+    held = [(k, name) for k, name in enumerate(assembly.joint_parts) if kinds.get(name) in ("links", "guides")]
+    if not held:
         return
-    by_index = {index: name for name, (family, index) in assembly.names.items() if family == "links"}
-    guides = {index: name for name, (family, index) in assembly.names.items() if family == "guides"}
     needs.load(model, prepare)
     prepare(0.0, y, s, model)
-    for k in range(model.guides.size):
-        rate = constraint_rows.guide_geometry(model.guides, model.bodies, k)[1]
-        if abs(rate) > 1e-6 * max(1.0, np.abs(y).max()):
-            raise InputError(f"guide {guides[k]!r}: the body moves against it, at {rate:.6g}, at the start")
-    for k in range(model.links.size):
-        geometry = constraint_rows.link_geometry(y, model, k)
-        length, gap, rate = model.links["length"][k], geometry[0] - model.links["length"][k], geometry[1]
-        if abs(gap) > 1e-6 * length:
+    for k, name in sorted(held, key=lambda one: kinds[one[1]]):
+        gap, rate, length = (float(joints[field][k]) for field in ("gap", "rate", "value"))
+        moves = abs(rate) > 1e-6 * max(1.0, np.abs(y).max())
+        if kinds[name] == "guides":
+            if moves:
+                raise InputError(f"guide {name!r}: the body moves against it, at {rate:.6g}, at the start")
+        elif abs(gap) > 1e-6 * length:
             raise InputError(
-                f"link {by_index[k]!r}: its ends are {geometry[0]:.9g} m apart at the start, its length is "
-                f"{length:.9g} m"
+                f"link {name!r}: its ends are {length + gap:.9g} m apart at the start, its length is {length:.9g} m"
             )
-        if abs(rate) > 1e-6 * max(1.0, np.abs(y).max()):
+        elif moves:
             raise InputError(
-                f"link {by_index[k]!r}: its ends part at {rate:.6g} m/s at the start; give velocities that keep it"
+                f"link {name!r}: its ends part at {rate:.6g} m/s at the start; give velocities that keep it"
             )
-    bad = constraint_rows.build_rows(y, s, model)
-    if bad >= 0:
-        kind, index = int(model.rows["kind"][bad]), int(model.rows["index"][bad])
-        if kind == constraint_rows.GUIDE:
-            raise InputError(f"guide {guides[index]!r} is redundant: the other constraints already imply it")
-        name = by_index.get(index, "a thread")
-        raise InputError(f"link {name!r} is redundant: the other constraints already imply it")
+    bad = redundant_part(assembly)
+    if kinds.get(bad) in ("links", "guides", "threads"):
+        raise InputError(f"{kinds[bad][:-1]} {bad!r} is redundant: the other constraints already imply it")
+
+
+def redundant_part(assembly: Assembly) -> str:
+    """Name of a part whose row of constraint other rows imply at the start, under explicit methods; else nothing."""
+    model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
+    needs.load(model, prepare)
+    prepare(0.0, y, s, model)
+    bad = constraint_rows.build_rows(0.0, y, s, model)
+    if bad < 0:
+        return ""
+    index = int(model.rows["index"][bad])
+    if model.rows["kind"][bad] == constraint_rows.JOINT:
+        return assembly.joint_parts[index]
+    return next(name for name, found in assembly.names.items() if found == ("threads", index))
+
+
+def ends_of(row: Any, points: dict[int, int]) -> tuple[tuple[int, int], tuple[int, int]] | None:
+    """Bodies and point masses of both sides of a joint's row, -1 for none; None where explicit methods have none of it.
+
+    Parameters
+    ----------
+    points : indices of point masses by that of their first coordinate
+    """
+    if row["stiffness"] > 0.0 or row["kind"] == joint.GEAR:
+        return None
+    if row["kind"] == joint.ANGLE:
+        return (-1, int(row["index"][1])), (-1, -1)
+    bodies, masses = [-1, -1], [-1, -1]
+    for side in range(2):
+        if row["on"][side] == sides.ON_BODY:
+            bodies[side] = int(row["index"][side])
+        elif row["on"][side] == sides.ON_COORDINATES and row["kind"] != joint.DIRECTION:
+            masses[side] = points.get(int(row["iq"][side]), -1)
+        if max(bodies[side], masses[side]) < 0:
+            return None
+    if row["kind"] == joint.ALONG and (row["on"][2] != sides.ON_BODY or int(row["index"][2]) not in bodies):
+        return None
+    return (bodies[0], bodies[1]), (masses[0], masses[1])

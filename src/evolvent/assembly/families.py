@@ -4,7 +4,7 @@ One row a family. A solver asks the table by `check`: it runs a model only where
 that it supports, so that a family which the table does not name is refused, never left out in silence.
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
-`rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `gear`, `hinge`,
+`rigid`, `points`, `springs`, `joint` (with `constraint_rows` of explicit methods), `gear`, `hinge`,
 `custom` (user-defined laws between points), `flexible` (beams), `rod`, `beam_loads`, `thermal`, `contact` (with
 `contact_laws` and `surfaces`), `body_contact`, `loads`, and for threads the package `thread`. The functions of
 `evolvent.flow` call them, family by family.
@@ -108,7 +108,6 @@ FAMILIES = (
     Family("a point mass", "points", EVERY, which=lambda found: found["mass"] > 0.0),
     Family("a beam's node at a spring's end", "points", EVERY, which=_is("mass", 0.0)),
     Family("a spring", "springs", EVERY),
-    # implicit solvers take them as joints, which the parts write as well
     Family("a link", "links", EVERY),
     Family("a guide", "guides", EVERY),
     Family(
@@ -185,13 +184,22 @@ FAMILIES = (
         which=lambda found: (found["stiffness"] == 0.0) & _is_gear(found),
     ),
     Family(
-        "a joint driven along a path", "joints", _NOT_EXPLICIT, "use energy-momentum or generalized-alpha",
-        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found),
+        "a joint driven along a path", "joints", EVERY,
+        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found) & (found["row"] >= 0),
     ),
     Family(
-        "a joint that is a constraint", "joints", _NOT_EXPLICIT,
+        "a joint driven along a path on a beam's node", "joints", _NOT_EXPLICIT,
+        "use energy-momentum or generalized-alpha",
+        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found) & (found["row"] < 0),
+    ),
+    Family(
+        "a joint that is a constraint", "joints", EVERY,
+        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found) & (found["row"] >= 0),
+    ),
+    Family(
+        "a joint that is a constraint on a beam's node", "joints", _NOT_EXPLICIT,
         "give it a `stiffness` above 0, which makes it a penalty, or use energy-momentum or generalized-alpha",
-        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found),
+        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found) & (found["row"] < 0),
     ),
     Family(
         "a hinge", "hinges", EVERY,
@@ -339,20 +347,13 @@ def _unsupported(assembly: Any, solver: str) -> Iterator[tuple[str, str, str]]:
             mask = family.mask(model)
             left &= ~mask
             for index in np.flatnonzero(mask):
-                if solver not in family.solvers and not _has_double(assembly, name, int(index), solver):
+                if solver not in family.solvers:
                     found = _refusal(assembly, name, int(index), family)
                     if found[:2] not in seen:
                         seen.add(found[:2])
                         yield found
         for index in np.flatnonzero(left):
             yield _refusal(assembly, name, int(index), None)
-
-
-def _has_double(assembly: Any, name: str, index: int, solver: str) -> bool:
-    """Whether a joint is a link or guide, which explicit methods have in other records as well."""
-    if name != "joints" or solver != EXPLICIT:
-        return False
-    return bool(assembly.names.get(owner(assembly, name, index), ("",))[0] in ("links", "guides"))
 
 
 def owner(assembly: Any, family: str, index: int) -> str:

@@ -14,7 +14,7 @@ from numba import config
 from evolvent.assembly import families
 from evolvent.compiled import jit
 from evolvent.compiled.codecache import Linked, names_in
-from evolvent.kernels import axial, drive, flexible, joint, passing, thread
+from evolvent.kernels import axial, constraint_rows, drive, flexible, joint, passing, thread
 from evolvent.model import Model
 
 
@@ -34,13 +34,14 @@ def absent(model: Model) -> frozenset[str]:
     """
     f, threads, joints, ties = model.flexible, model.threads, model.flexible.joints, model.flexible.synchronizations
     penalties, turns = model.info.penalties, np.any(f.cylinders["under"] >= 0)
+    held = np.any(model.rows["kind"] == constraint_rows.JOINT)
     has = {
         "attitude": model.wheels.size or model.thrusters.size or model.controllers.size,
         "beam_loads": f.beam_loads.size,
         "node_loads": f.beam_loads.size and np.any(families.follows(f.beam_loads)),
         "body_contact": f.body_contacts.size,
         "constraint_rows": model.rows.size,
-        "constraint_rows.link_geometry": model.links.size,
+        "constraint_rows._add_joint_row": held,
         "contact": f.cylinders.size or f.body_contacts.size,
         "contact.add_points": f.cylinders.size,
         "contact.add_point_tangents": f.cylinders.size,
@@ -67,6 +68,7 @@ def absent(model: Model) -> frozenset[str]:
         "hinge_tangent._add_outer": ties.size,
         "hinge_tangent.add_travel_tangent": np.any(f.hinges["kind"] != axial.ANGLE),
         "joint": joints.size,
+        "joint_tangent": joints.size,
         "loads": model.loads.size,
         "passing": passing.can_pass(model),
         "rigid.move_along": np.any(model.bodies["path"] != 0),
@@ -91,10 +93,10 @@ def absent(model: Model) -> frozenset[str]:
         "flow.events.capture_node": threads.size,
         "flow.events.separate": threads.size,
         "flow.explicit_flexible": is_flexible(model),
-        "flow.explicit_flexible.release_by": penalties or f.motors.size,
+        "flow.explicit_flexible.release_by": penalties or held or f.motors.size,
         "flow.explicit_flexible.release_penalties": penalties,
         "flow.impulse": model.rows.size or threads.size,
-        "flow.projection.project_links": model.links.size or model.guides.size,
+        "flow.projection.project_joints": held,
         "solvers.sampled.write_contacts": f.cylinders.size or f.body_contacts.size,
         "solvers.alpha_start.thread_accelerations": threads.size,
         "solvers.implicit_samples.keep_lengths_at_spools": threads.size,

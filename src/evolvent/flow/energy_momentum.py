@@ -51,6 +51,7 @@ from evolvent.kernels import (
     hinge,
     hinge_tangent,
     joint,
+    joint_tangent,
     loads,
     node_loads,
     points,
@@ -397,7 +398,7 @@ def tangent(scale, model, work, matrix):
     beam_loads.add_field_tangents(work.ym, model, matrix)
     for k in range(f.joints.size):  # the rows are those of the end, but of gears
         rows = 1.0 if f.joints[k].kind == joint.GEAR else 0.0
-        joint.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, rows, model, matrix)
+        joint_tangent.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, rows, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
     _add_body_tangents(c_mass, model, work, matrix)
     if attitude.has_actuators(model):
@@ -419,7 +420,7 @@ def _add_end_rows(scale, c_rate, model, work, matrix):
     for k in range(joints.size):
         if joints[k].kind != joint.GEAR and joint.holds(t, joints, k):
             row = model.info.nv + k
-            joint.add_end_row(t, work.y1, work.dq, k, row, scale, c_rate, model, matrix)
+            joint_tangent.add_end_row(t, work.y1, work.dq, k, row, scale, c_rate, model, matrix)
 
 
 @indirect(void(REAL, MODEL, ENERGY_STEP, SPARSE))

@@ -138,18 +138,20 @@ def add_flexible_inventory(t, y, s, model, out):
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64))
 def release_by(t, y, s, model, trigger):
-    """Release the penalties and switch off the motors that wait for a trigger (`user_events.release`).
+    """Release the joints and switch off the motors that wait for a trigger (`user_events.release`).
 
     The strain energy of the penalties is taken out of the energy balance.
     """
     joints, motors = model.flexible.joints, model.flexible.motors
     account = model.info.nq + model.info.nv + RELEASE
     for k in range(joints.size):
-        if joints[k].event == trigger and joint.is_penalty(t, s, joints, k):
+        if joints[k].event != trigger or not joint.acts(t, s, joints, k):
+            continue
+        if joints[k].stiffness > 0.0:
             rigid.kinematics(t, y, model)
             joint.joint_geometry(t, y, k, model)
             y[account] -= joint.penalty_energy(joints, k)
-            s[joints[k].switch] = 1
+        s[joints[k].switch] = 1
     for k in range(motors.size):
         if motors[k].event == trigger:
             s[motors[k].switch] = 1

@@ -31,6 +31,7 @@ from evolvent.kernels import (
     hinge,
     hinge_tangent,
     joint,
+    joint_tangent,
     loads,
     node_loads,
     points,
@@ -161,7 +162,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     node_loads.add_following_tangents(t, y, c_rate, model, matrix)
     beam_loads.add_field_tangents(y, model, matrix)
     for k in range(f.joints.size):
-        joint.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, 1.0, model, matrix)
+        joint_tangent.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, 1.0, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
     rigid.add_body_tangent(y, c_mass, c_rate, n_q, model.bodies, f.K12, matrix)
     if attitude.has_actuators(model):

@@ -32,7 +32,7 @@ def prepare(t, y, s, model):
     for k in range(nodes.size):
         nodes[k].rhs = 0.0
     if model.rows.size > 0:
-        constraint_rows.build_rows(y, s, model)
+        constraint_rows.build_rows(t, y, s, model)
         for r in range(model.rows.size):
             model.rows[r].rx = 0.0
 

@@ -3,10 +3,10 @@
 import numpy as np
 from numba import types, void
 
-from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, kernel
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.flow.explicit_flexible import release_penalties
 from evolvent.flow.impulse import impulse, prepare
-from evolvent.kernels import constraint_rows, rigid, thread
+from evolvent.kernels import constraint_rows, joint, rigid, thread
 from evolvent.kernels.linalg import banded_ldl_solve
 from evolvent.model import MODEL
 
@@ -14,8 +14,8 @@ from evolvent.model import MODEL
 @entry(MODEL)
 @kernel
 def is_corrected(model):
-    """Whether `project` has anything to correct: links, fixed segments, quaternions, joints that are released."""
-    found = model.links.size > 0
+    """Whether `project` has anything to correct: joints, fixed segments, quaternions, joints that are released."""
+    found = constraint_rows.has_joints(model)
     for k in range(model.flexible.joints.size):
         found = found or model.flexible.joints[k].until < np.inf
     for b in range(model.bodies.size):
@@ -29,8 +29,8 @@ def is_corrected(model):
 def project(t, y, s, model):
     """Bring the state back onto its constraints; returns 1 if that changed it more than round-off of a rate.
 
-    Quaternions and tangents are normalised, rates made perpendicular to their tangents; links are drawn to their
-    length and rate along their own directions, weighted by the masses (which keeps momentum).
+    Quaternions and tangents are normalised, rates made perpendicular to their tangents; joints are drawn to
+    their gap and rate along their own directions, weighted by the masses (which keeps momentum).
     """
     threads, bodies = model.threads, model.bodies
     for b in range(bodies.size):
@@ -40,29 +40,29 @@ def project(t, y, s, model):
         if threads[p].kind == thread.INEXTENSIBLE:
             thread.project_chain(y, s, threads, p)
     changed = 0
-    if model.links.size > 0 or model.guides.size > 0:
-        project_links(t, y, s, model)
+    if constraint_rows.has_joints(model):
+        project_joints(t, y, s, model)
         changed = 1
     if model.info.penalties > 0:
         release_penalties(t, y, model)
     return changed
 
 
+@inlined
+def _held(t, s, r, model):
+    """Whether row r is a joint that acts."""
+    return model.rows[r].kind == constraint_rows.JOINT and joint.acts(t, s, model.flexible.joints, model.rows[r].index)
+
+
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL))
-def project_links(t, y, s, model):
-    """Positions (two Newton iterations), then velocities, of a model with links or guides."""
-    rows, points, bodies = model.rows, model.points, model.bodies
+def project_joints(t, y, s, model):
+    """Positions (two Newton iterations), then velocities, of a model with joints that are constraints."""
+    rows, points, bodies, joints = model.rows, model.points, model.bodies, model.flexible.joints
     n = rows.size
     for _ in range(2):
         prepare(t, y, s, model)
         for r in range(n):
-            model.la[r] = 0.0
-            if rows[r].kind == constraint_rows.LINK:
-                k = rows[r].index
-                geometry = constraint_rows.link_geometry(y, model, k)
-                model.la[r] = geometry[0] - model.links[k].length
-            elif rows[r].kind == constraint_rows.GUIDE:
-                model.la[r] = -constraint_rows.guide_geometry(model.guides, bodies, rows[r].index)[0]
+            model.la[r] = joints[rows[r].index].gap if _held(t, s, r, model) else 0.0
         banded_ldl_solve(model.A, n, model.info.bandwidth, model.la)
         for r in range(n):
             if rows[r].kind == constraint_rows.THREAD:
@@ -80,9 +80,6 @@ def project_links(t, y, s, model):
             rigid.shift_body(y, bodies, b)
     prepare(t, y, s, model)
     for r in range(n):
-        if rows[r].kind == constraint_rows.LINK:
-            k = rows[r].index
-            rows[r].rx = constraint_rows.link_geometry(y, model, k)[1]
-        elif rows[r].kind == constraint_rows.GUIDE:
-            rows[r].rx = -constraint_rows.guide_geometry(model.guides, bodies, rows[r].index)[1]
+        if _held(t, s, r, model):
+            rows[r].rx = joints[rows[r].index].rate
     impulse(y, s, model)

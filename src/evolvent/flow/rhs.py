@@ -40,7 +40,7 @@ def rhs(t, y, s, model, dy):
         lost, given = add_flexible_forces(t, y, s, model, dy)
         dissipated += lost
         load_power += given
-    accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy)
+    accelerate(t, y, s, model, dissipated, load_power, spool_power, loaded, dy)
     if attitude.has_actuators(model):
         attitude.actuator_rates(y, model, dy)
         dy[model.info.nq + model.info.nv + DRIVE] += motors
@@ -103,11 +103,11 @@ def apply_forces(t, y, s, model, dy):
 
 
 @inlined
-def accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy):
+def accelerate(t, y, s, model, dissipated, load_power, spool_power, loaded, dy):
     """Accelerations of bodies, points and threads of fixed segments under what has been applied, and the accounts."""
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     info = model.info
-    n_v = info.nq + info.nv
+    n_v, drive_power = info.nq + info.nv, 0.0
     rigid.factorise(bodies)
     for b in range(bodies.size):
         rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
@@ -115,12 +115,13 @@ def accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy):
             for c in range(3):
                 bodies[b].a[c] = bodies[b].along * bodies[b].direction[c]
     if model.rows.size > 0:
-        if constraint_rows.build_rows(y, s, model) >= 0:
+        if constraint_rows.build_rows(t, y, s, model) >= 0:
             for i in range(y.size):
                 dy[i] = math.nan
             return
-        constraint_rows.row_velocity_terms(y, s, model, loaded)
+        constraint_rows.row_velocity_terms(t, y, s, model, loaded)
         constraint_rows.solve_rows(s, model)
+        drive_power += constraint_rows.driven_power(t, s, model)
         for p in range(threads.size):
             if threads[p].kind == thread.INEXTENSIBLE:
                 spool_power += thread.chain_rates(y, s, model, p, loaded, dy)
@@ -128,7 +129,6 @@ def accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy):
     if threads.size > 0:
         thread.spring_spools(y, s, model, dy)
         spool_power += thread.carry_power(s, model)
-    drive_power = 0.0
     for b in range(bodies.size):
         drive_power += rigid.write_rates(y, bodies, b, dy)
     points.write_point_rates(y, model.points, dy)

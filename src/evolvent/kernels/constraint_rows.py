@@ -1,92 +1,86 @@
-"""Rows of constraint: distance links, cords on a drum, guides, and the boundary segments of inextensible threads.
+"""Rows of constraint of explicit methods: joints between bodies and point masses, and boundary segments of threads.
 
-Each row has one multiplier, the tension la (positive where it pulls), and up to two sides, each a body, a point mass
-or nothing. The rows that share a side are coupled; the coupled system A la = r is symmetric and banded.
+Each row has one multiplier la, of a thread the tension of its boundary segment, and up to two sides, each a body, a
+point mass or nothing: forces are la J on the first one, -la J on the second. The rows that share a side are coupled;
+the coupled system A la = r is symmetric and banded.
 """
-
-import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.kernels import joint
 from evolvent.kernels import thread as chain
-from evolvent.kernels.cord import drum_cord
 from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
 from evolvent.kernels.rigid import add_wrench, centripetal, respond
 from evolvent.kernels.rotations import cross, turn
-from evolvent.kernels.springs import marker_kinematics
-from evolvent.model import MODEL, family_type
+from evolvent.kernels.sides import ON_BODY
+from evolvent.model import MODEL
 
-THREAD, LINK, GUIDE = 0, 1, 2
+THREAD, JOINT = 0, 1
 #: Kinds of guides.
 CENTRE, AXIS = 0, 1
 
 
-@entry(family_type("guides"), family_type("bodies"), types.int64)
 @inlined
-def guide_geometry(guides, bodies, k):
-    """What guide k lacks, its rate, the part of its second derivative without accelerations, and its J : 6 numbers.
-
-    Notes
-    -----
-    Of the centre: g = d . x - value. Of an axis X: g = X . d, g' = n . w and g'' = n . eps + n' . w with n = X x d.
-    """
-    b, d = guides[k].body, guides[k].direction
-    if guides[k].kind == CENTRE:
-        x, v = bodies[b].x, bodies[b].v
-        gap = d[0] * x[0] + d[1] * x[1] + d[2] * x[2] - guides[k].value
-        rate = d[0] * v[0] + d[1] * v[1] + d[2] * v[2]
-        return gap, rate, 0.0, d[0], d[1], d[2], 0.0, 0.0, 0.0
-    a, w = guides[k].axis, bodies[b].w
-    X = turn(bodies[b].R, a[0], a[1], a[2])
-    n = cross(X[0], X[1], X[2], d[0], d[1], d[2])
-    u = cross(w[0], w[1], w[2], X[0], X[1], X[2])
-    m = cross(u[0], u[1], u[2], d[0], d[1], d[2])
-    gap = X[0] * d[0] + X[1] * d[1] + X[2] * d[2]
-    rate = n[0] * w[0] + n[1] * w[1] + n[2] * w[2]
-    return gap, rate, m[0] * w[0] + m[1] * w[1] + m[2] * w[2], 0.0, 0.0, 0.0, n[0], n[1], n[2]
+def has_joints(model):
+    """Whether a joint is among the rows."""
+    found = False
+    for r in range(model.rows.size):
+        found = found or model.rows[r].kind == JOINT
+    return found
 
 
-@indirect(types.UniTuple(REAL, 12)(VECTOR, MODEL, types.int64))
-def link_geometry(y, model, k):
-    """Length, its rate, direction from a to b, the points of attack, and the velocity term of link k.
-
-    Notes
-    -----
-    With a drum about an axis of the body at a, see `cord.drum_cord`. The velocity term is |v across|^2 / s (the free
-    part's turning).
-    """
-    links, markers, points, bodies = model.links, model.markers, model.points, model.bodies
-    a, b = links[k].a, links[k].b
-    ax, ay, az, avx, avy, avz = marker_kinematics(y, markers, points, bodies, a)
-    bx, by, bz, bvx, bvy, bvz = marker_kinematics(y, markers, points, bodies, b)
-    dx, dy, dz = bx - ax, by - ay, bz - az
-    vx, vy, vz = bvx - avx, bvy - avy, bvz - avz
-    R = links[k].drum
-    if R == 0.0:
-        length = math.sqrt(dx * dx + dy * dy + dz * dz)
-        ex, ey, ez = dx / length, dy / length, dz / length
-        rate = ex * vx + ey * vy + ez * vz
-        across = vx * vx + vy * vy + vz * vz - rate * rate
-        return length, rate, ex, ey, ez, ax, ay, az, bx, by, bz, across / length
-    body = markers[a].index
-    sense = links[k].sense
-    n, z = links[k].axis, links[k].zero
-    nx, ny, nz = turn(bodies[body].R, n[0], n[1], n[2])
-    zx, zy, zz = turn(bodies[body].R, z[0], z[1], z[2])
-    omega = bodies[body].w[0] * nx + bodies[body].w[1] * ny + bodies[body].w[2] * nz
-    length, rate, free, ex, ey, ez, rx, ry, rz, radial = drum_cord(
-        R, sense, links[k].length, (dx, dy, dz), (vx, vy, vz), (nx, ny, nz), (zx, zy, zz), omega
-    )
-    px, py, pz = ax + R * rx, ay + R * ry, az + R * rz
-    return length, rate, ex, ey, ez, px, py, pz, bx, by, bz, radial * radial / free
+@indirect(void(REAL, VECTOR, types.int64, MODEL))
+def _add_joint_row(t, y, r, model):
+    """Directions of the joint of row r on its sides, and the part of A that is of points."""
+    rows, bodies, points, joints, k = model.rows, model.bodies, model.points, model.flexible.joints, model.rows[r].index
+    joint.joint_geometry(t, y, k, model)
+    u, g, kind, J = joints[k].u, joints[k].g, joints[k].kind, rows[r].J
+    if kind == joint.ANGLE:
+        b = rows[r].body[1]
+        n = bodies[b].axis
+        J[1, 3], J[1, 4], J[1, 5] = turn(bodies[b].R, n[0], n[1], n[2])
+        return
+    rows[r].e[0], rows[r].e[1], rows[r].e[2] = g[1, 0], g[1, 1], g[1, 2]
+    for side in range(joint.side_count(kind)):
+        to = side if side < 2 else (0 if joints[k].index[2] == rows[r].body[0] else 1)
+        b, sign = rows[r].body[to], -1.0 if to == 0 else 1.0
+        gx, gy, gz = sign * g[side, 0], sign * g[side, 1], sign * g[side, 2]
+        if b < 0:
+            model.A[r, 0] += 1.0 / points[rows[r].point[to]].mass
+        elif kind == joint.DIRECTION or side == 2:
+            tx, ty, tz = cross(u[side, 0], u[side, 1], u[side, 2], gx, gy, gz)
+            J[to, 3] += tx
+            J[to, 4] += ty
+            J[to, 5] += tz
+        else:
+            x = bodies[b].x
+            add_wrench(J[to], u[side, 0] - x[0], u[side, 1] - x[1], u[side, 2] - x[2], gx, gy, gz)
 
 
-@indirect(types.int64(VECTOR, INTEGERS, MODEL))
-def build_rows(y, s, model):
+@inlined
+def _second_rate(k, model):
+    """Second derivative of the gap of joint k without accelerations, after `joint.joint_geometry`."""
+    joints, bodies, value = model.flexible.joints, model.bodies, model.flexible.joints[k].bends
+    if joints[k].kind == joint.ANGLE:
+        return value
+    for side in range(joint.side_count(joints[k].kind)):
+        if joints[k].on[side] != ON_BODY:
+            continue
+        b, g, local = joints[k].index[side], joints[k].g[side], joints[k].local[side]
+        if joints[k].kind == joint.CORD and side == 0:  # not from where the cord leaves, which turns not with the drum
+            local = joints[k].centre
+        dx, dy, dz = turn(bodies[b].R, local[0], local[1], local[2])
+        cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
+        value += g[0] * cx + g[1] * cy + g[2] * cz
+    return value
+
+
+@indirect(types.int64(REAL, VECTOR, INTEGERS, MODEL))
+def build_rows(t, y, s, model):
     """Directions, generalised directions J, responses Z and the factored matrix A of all rows.
 
-    Returns -1, or the first row that the rows before it already imply.
+    Returns -1, or the first row that the rows before it already imply. A joint that does not hold has no direction.
     """
     rows, threads, bodies, points = model.rows, model.threads, model.bodies, model.points
     width = model.info.bandwidth
@@ -124,26 +118,11 @@ def build_rows(y, s, model):
                 copies * y[q + 1],
                 copies * y[q + 2],
             )
-        elif rows[r].kind == GUIDE:
-            held = guide_geometry(model.guides, bodies, k)
-            J = rows[r].J
-            J[0, 0], J[0, 1], J[0, 2] = held[3], held[4], held[5]
-            J[0, 3], J[0, 4], J[0, 5] = held[6], held[7], held[8]
+        elif joint.acts(t, s, model.flexible.joints, k):
+            _add_joint_row(t, y, r, model)
         else:
-            geometry = link_geometry(y, model, k)
-            ex, ey, ez = geometry[2], geometry[3], geometry[4]
-            rows[r].e[0], rows[r].e[1], rows[r].e[2] = ex, ey, ez
-            for side in range(2):
-                b = rows[r].body[side]
-                if b >= 0:
-                    px, py, pz = geometry[5], geometry[6], geometry[7]
-                    if side == 1:
-                        px, py, pz = geometry[8], geometry[9], geometry[10]
-                    add_wrench(
-                        rows[r].J[side], px - bodies[b].x[0], py - bodies[b].x[1], pz - bodies[b].x[2], ex, ey, ez
-                    )
-                elif rows[r].point[side] >= 0:
-                    A[r, 0] += 1.0 / points[rows[r].point[side]].mass
+            A[r, 0] = 1.0
+            rows[r].e[0] = rows[r].e[1] = rows[r].e[2] = 0.0
         for side in range(2):
             b = rows[r].body[side]
             if b >= 0:
@@ -165,33 +144,27 @@ def build_rows(y, s, model):
     return banded_ldl(A, rows.size, width)
 
 
-@indirect(void(VECTOR, INTEGERS, MODEL, types.boolean))
-def row_velocity_terms(y, s, model, loaded):
-    """What the rows' accelerations need without any force: into rx (and rhs of the chains)."""
-    rows, markers, bodies = model.rows, model.markers, model.bodies
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.boolean))
+def row_velocity_terms(t, y, s, model, loaded):
+    """What the rows' accelerations need without any force: into rx (and rhs of the chains); after `build_rows`."""
+    rows = model.rows
     for r in range(rows.size):
         k = rows[r].index
         if rows[r].kind == THREAD:
-            value = chain.chain_rhs(y, s, model, k, loaded)
-            rows[r].rx = value * model.threads[k].copies
-            continue
-        if rows[r].kind == GUIDE:
-            rows[r].rx = -guide_geometry(model.guides, bodies, k)[2]
-            continue
-        geometry = link_geometry(y, model, k)
-        value = geometry[11]
-        for side in range(2):
-            b = rows[r].body[side]
-            if b < 0:
-                continue
-            m = model.links[k].a if side == 0 else model.links[k].b
-            # from the marker, not from a drum's tangent point: the drum's turning is in rJ alone
-            local = markers[m].local
-            dx, dy, dz = turn(bodies[b].R, local[0], local[1], local[2])
-            cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
-            part = geometry[2] * cx + geometry[3] * cy + geometry[4] * cz
-            value += -part if side == 0 else part
-        rows[r].rx = value
+            rows[r].rx = chain.chain_rhs(y, s, model, k, loaded) * model.threads[k].copies
+        else:
+            rows[r].rx = _second_rate(k, model) if joint.acts(t, s, model.flexible.joints, k) else 0.0
+
+
+@inlined
+def driven_power(t, s, model):
+    """Power of what drives joints, by the last multipliers, W."""
+    rows, joints, power = model.rows, model.flexible.joints, 0.0
+    for r in range(rows.size):
+        k = rows[r].index
+        if rows[r].kind == JOINT and joints[k].path != joint.STILL and joint.acts(t, s, joints, k):
+            power += model.la[r] * joints[k].driven
+    return power
 
 
 @indirect(void(INTEGERS, MODEL))

@@ -5,23 +5,18 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined, kernel
-from evolvent.kernels import rigid
+from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels.cord import drum_cord, mean_direction
 from evolvent.kernels.drive import drive
-from evolvent.kernels.gear import add_gear, add_gear_force, gear_geometry, measure_gear
+from evolvent.kernels.gear import add_gear_force, gear_geometry, measure_gear
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import (
     ON_BODY,
     ON_NODE,
-    add_product,
-    add_turning,
     node_vector,
     pull,
-    side_columns,
     side_vector,
 )
-from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
 from evolvent.model import MODEL, family_type
 
 _I = types.int64
@@ -60,6 +55,9 @@ def _vector(y, joints, bodies, k, side, is_place):
 def joint_geometry(t, y, k, model):
     """Fill the vectors u, gradients g, what is measured, gap and rate of joint k at time t.
 
+    `driven` is the part of the rate that its drive makes, `bends` the part of the second derivative of the gap that
+    rates make, but for what turns sides with their bodies.
+
     Notes
     -----
     POINT: along . (u_b - u_a) - value - path; ALONG: u_d . (u_b - u_a) - value; DIRECTION: u_a . u_b - value;
@@ -70,14 +68,15 @@ def joint_geometry(t, y, k, model):
     joints, bodies, parameters = model.flexible.joints, model.bodies, model.parameters
     kind = joints[k].kind
     u, g = joints[k].u, joints[k].g
-    phi, phi_rate = 0.0, 0.0
+    phi = phi_rate = phi_second = 0.0
+    joints[k].driven = joints[k].bends = 0.0
     if joints[k].path != STILL:
         p = parameters[joints[k].first : joints[k].last]
-        phi, phi_rate, _ = drive(joints[k].drive, p, joints[k].law, t)
+        phi, phi_rate, phi_second = drive(joints[k].drive, p, joints[k].law, t)
     if kind == ANGLE:
         iq, iv = joints[k].iq[1], joints[k].iv[1]
         joints[k].measured, joints[k].gap = y[iq], y[iq] - joints[k].value - phi
-        joints[k].rate = y[iv] - phi_rate
+        joints[k].rate, joints[k].driven, joints[k].bends = y[iv] - phi_rate, -phi_rate, -phi_second
         return
     if kind == CORD:
         _cord_geometry(y, k, model)
@@ -94,6 +93,7 @@ def joint_geometry(t, y, k, model):
         joints[k].measured = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
         joints[k].gap = joints[k].measured - joints[k].value
         joints[k].rate = a[0] * b[3] + a[1] * b[4] + a[2] * b[5] + a[3] * b[0] + a[4] * b[1] + a[5] * b[2]
+        joints[k].bends = 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
         for c in range(3):
             g[0, c], g[1, c] = b[c], a[c]
         return
@@ -105,13 +105,15 @@ def joint_geometry(t, y, k, model):
         joints[k].measured = nx * dx + ny * dy + nz * dz
         joints[k].gap = joints[k].measured - joints[k].value
         joints[k].rate = nx * vx + ny * vy + nz * vz + d[3] * dx + d[4] * dy + d[5] * dz
+        joints[k].bends = 2.0 * (d[3] * vx + d[4] * vy + d[5] * vz)
         u[2, 0], u[2, 1], u[2, 2] = nx, ny, nz
         g[2, 0], g[2, 1], g[2, 2] = dx, dy, dz
     elif kind == DISTANCE:
         distance = math.sqrt(dx * dx + dy * dy + dz * dz)
         nx, ny, nz = dx / distance, dy / distance, dz / distance
         joints[k].measured, joints[k].gap = distance, distance - joints[k].value
-        joints[k].rate = nx * vx + ny * vy + nz * vz
+        joints[k].rate = rate = nx * vx + ny * vy + nz * vz
+        joints[k].bends = (vx * vx + vy * vy + vz * vz - rate * rate) / distance
     else:
         nx, ny, nz = joints[k].along[0], joints[k].along[1], joints[k].along[2]
         gap, rate = nx * dx + ny * dy + nz * dz, nx * vx + ny * vy + nz * vz
@@ -126,10 +128,15 @@ def joint_geometry(t, y, k, model):
             gap -= ny * (c[1] + along_e * e[1] + along_f * fy)
             gap -= nz * (c[2] + along_e * e[2] + along_f * fz)
             # d/dphi (r n + tail n') = -tail n
-            rate += tail * phi_rate * (nx * (o * e[0] + s * fx) + ny * (o * e[1] + s * fy) + nz * (o * e[2] + s * fz))
+            along_n = nx * (o * e[0] + s * fx) + ny * (o * e[1] + s * fy) + nz * (o * e[2] + s * fz)
+            across_n = nx * (o * fx - s * e[0]) + ny * (o * fy - s * e[1]) + nz * (o * fz - s * e[2])
+            joints[k].driven = tail * phi_rate * along_n
+            joints[k].bends = (tail * phi_second - r * phi_rate * phi_rate) * along_n
+            joints[k].bends += tail * phi_rate * phi_rate * across_n
         else:
             gap -= joints[k].value + joints[k].radius * phi
-            rate -= joints[k].radius * phi_rate
+            joints[k].driven, joints[k].bends = -joints[k].radius * phi_rate, -joints[k].radius * phi_second
+        rate += joints[k].driven
         joints[k].gap = gap
         joints[k].rate = rate
     g[0, 0], g[0, 1], g[0, 2] = -nx, -ny, -nz
@@ -160,10 +167,11 @@ def _cord_geometry(y, k, model):
     n, z = turn(R, n0[0], n0[1], n0[2]), turn(R, z0[0], z0[1], z0[2])
     d, v = (b[0] - a[0], b[1] - a[1], b[2] - a[2]), (b[3] - a[3], b[4] - a[4], b[5] - a[5])
     omega = w[0] * n[0] + w[1] * n[1] + w[2] * n[2]
-    length, rate, _, ex, ey, ez, rx, ry, rz, _ = drum_cord(
+    length, rate, free, ex, ey, ez, rx, ry, rz, radial = drum_cord(
         radius, joints[k].along[0], joints[k].value, d, v, n, z, omega
     )
     joints[k].measured, joints[k].gap, joints[k].rate = length, length - joints[k].value, rate
+    joints[k].bends = radial * radial / free
     lx, ly, lz = turn_back(R, radius * rx, radius * ry, radius * rz)
     local = joints[k].local[0]
     local[0], local[1], local[2] = centre[0] + lx, centre[1] + ly, centre[2] + lz
@@ -272,14 +280,20 @@ def note_reaction(k, la, model):
 
 
 @inlined
-def is_penalty(t, s, joints, k):
-    """Whether joint k is a penalty that acts under explicit methods, s : (ns,) int, switches.
+def acts(t, s, joints, k):
+    """Whether joint k acts under explicit methods, s : (ns,) int, switches.
 
     A step that starts when it is released does without it.
     """
     if joints[k].switch >= 0 and s[joints[k].switch] != 0:
         return False
-    return joints[k].stiffness > 0.0 and t < joints[k].until
+    return t < joints[k].until
+
+
+@inlined
+def is_penalty(t, s, joints, k):
+    """Whether joint k is a penalty that acts under explicit methods."""
+    return joints[k].stiffness > 0.0 and acts(t, s, joints, k)
 
 
 @inlined
@@ -354,139 +368,3 @@ def add_joint_residual(t, h, y, la, k, row, model, F, r):
     rate = (gap1 - gap0) / h if h > 0.0 else joints[k].rate
     r[row] = 0.5 * (gap0 + gap1) + (damping * rate - la) / stiffness
     return 0.5 * stiffness * gap1 * gap1, damping * rate * rate
-
-
-@kernel
-def _add_gradient(matrix, row, at, n, g, J, scale, damped):
-    """Add scale J^T g as column `row`, and as row `row` times `damped`; of n unknowns from `at` on."""
-    if n == 0:
-        return
-    values = matrix.values
-    to, right, _ = first_entry(matrix, row, at)
-    of, _, down = first_entry(matrix, at, row)
-    if to < 0 or of < 0:
-        return
-    for c in range(n):
-        value = scale * (g[0] * J[0, c] + g[1] * J[1, c] + g[2] * J[2, c])
-        values[to + c * right] += value * damped
-        values[of + c * down] += value
-
-
-@indirect(void(types.int64, REAL, types.int64, REAL, REAL, MODEL, SPARSE))
-def add_held_joint(k, la, row, scale, damped, model, matrix):
-    """Add joint k: gradient as row and column `row`, times `scale`, the row times `damped` as well, and la g'."""
-    flexible, n_q = model.flexible, model.info.nq
-    joints = flexible.joints
-    kind = joints[k].kind
-    if kind == ANGLE:
-        at = joints[k].iv[1] - n_q
-        add_entry(matrix, row, at, scale * damped)
-        add_entry(matrix, at, row, scale)
-        return
-    if kind == GEAR:
-        add_gear(k, row, scale, damped, model, matrix)
-        return
-    is_place = kind != DIRECTION
-    Ja, Jb, Jd = flexible.J[0], flexible.J[1], flexible.J[2]
-    a, n = side_columns(model, joints[k].on[0], joints[k].index[0], joints[k].iv[0], joints[k].local[0], is_place, Ja)
-    b, m = side_columns(model, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], is_place, Jb)
-    ga, gb = joints[k].g[0], joints[k].g[1]
-    _add_gradient(matrix, row, a, n, ga, Ja, scale, damped)
-    _add_gradient(matrix, row, b, m, gb, Jb, scale, damped)
-    d, n_d = 0, 0
-    if kind == ALONG:
-        d, n_d = side_columns(
-            model, joints[k].on[2], joints[k].index[2], joints[k].iv[2], joints[k].local[2], False, Jd
-        )
-        _add_gradient(matrix, row, d, n_d, joints[k].g[2], Jd, scale, damped)
-    if la == 0.0:
-        return
-    for side in range(side_count(kind)):
-        if joints[k].on[side] == ON_BODY:
-            g = joints[k].g[side]
-            add_turning(
-                matrix, model, joints[k].index[side], joints[k].local[side],
-                la * g[0], la * g[1], la * g[2],
-            )  # fmt: skip
-    if kind == DIRECTION:
-        add_product(matrix, a, n, Ja, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, b, m, Jb, la)
-        add_product(matrix, b, m, Jb, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, a, n, Ja, la)
-    elif kind == ALONG:
-        add_product(matrix, d, n_d, Jd, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, b, m, Jb, la)
-        add_product(matrix, b, m, Jb, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, d, n_d, Jd, la)
-        add_product(matrix, d, n_d, Jd, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, a, n, Ja, -la)
-        add_product(matrix, a, n, Ja, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, d, n_d, Jd, -la)
-    elif kind in (DISTANCE, CORD):
-        x, y, z = gb[0], gb[1], gb[2]
-        u = joints[k].u
-        s = la / math.sqrt((u[1, 0] - u[0, 0]) ** 2 + (u[1, 1] - u[0, 1]) ** 2 + (u[1, 2] - u[0, 2]) ** 2)
-        p = 1.0 - x * x, -x * y, -x * z, 1.0 - y * y, -y * z, 1.0 - z * z
-        add_product(matrix, a, n, Ja, p[0], p[1], p[2], p[3], p[4], p[5], a, n, Ja, s)
-        add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, s)
-        add_product(matrix, a, n, Ja, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, -s)
-        add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], a, n, Ja, -s)
-
-
-@inlined
-def _damper_factor(k, c_rate, joints):
-    """Factor of the constraint of joint k: the damper of a penalty adds to its gap."""
-    return 1.0 + c_rate * joints[k].damping / joints[k].stiffness if joints[k].stiffness > 0.0 else 1.0
-
-
-@inlined
-def add_joint_tangent(t, la, k, row, scale, c_rate, with_row, model, matrix):
-    """Add joint k with the multiplier la to a tangent; its constraint, in row and column `row`, times `scale`.
-
-    The row is `with_row` times that of the column: 1, or 0 where `add_end_row` adds it.
-    """
-    joints = model.flexible.joints
-    if not holds(t, joints, k):
-        add_entry(matrix, row, row, scale * scale)
-        return
-    if joints[k].stiffness > 0.0:
-        add_entry(matrix, row, row, -scale * scale / joints[k].stiffness)
-    elif joints[k].slack > 0.0:
-        add_entry(matrix, row, row, -scale * scale * joints[k].slack * model.info.compliance)
-    add_held_joint(k, la, row, scale, with_row * _damper_factor(k, c_rate, joints), model, matrix)
-
-
-@inlined
-def add_end_row(t, y, dq, k, row, scale, c_rate, model, matrix):
-    """Add the derivative of the gap at the end of a step by its increments dq as row `row`, times `scale`.
-
-    Parameters
-    ----------
-    t, y, dq : s, state at the end, where the bodies are, and increments; that of a rotation is 2 p = 2 tan(angle/2)
-        about its axis, and a change of it turns the end by (1 - p x)/(1 + p.p) of the change, body axes of the end
-    """
-    joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
-    joint_geometry(t, y, k, model)
-    factor, kind = scale * _damper_factor(k, c_rate, joints), joints[k].kind
-    if kind == ANGLE:
-        at = joints[k].iv[1] - n_q
-        add_entry(matrix, row, at, factor / (1.0 + 0.25 * dq[at] * dq[at]))
-        return
-    J = model.flexible.J[0]
-    for side in range(side_count(kind)):
-        on, index, g = joints[k].on[side], joints[k].index[side], joints[k].g[side]
-        is_place = kind != DIRECTION and side < 2
-        at, n = side_columns(model, on, index, joints[k].iv[side], joints[k].local[side], is_place, J)
-        to, right = 0, 0
-        if n > 0:
-            to, right, _ = first_entry(matrix, row, at)
-        if n == 0 or to < 0:
-            continue
-        for c in range(n):
-            J[0, c] = factor * (g[0] * J[0, c] + g[1] * J[1, c] + g[2] * J[2, c])
-        if on == ON_BODY:
-            first = n - 3 if bodies[index].motion == rigid.FREE else 0
-            x, y_, z = 0.5 * dq[at + first], 0.0, 0.0
-            if bodies[index].motion == rigid.FREE:
-                y_, z = 0.5 * dq[at + 4], 0.5 * dq[at + 5]
-                a, b, c = cross(x, y_, z, J[0, 3], J[0, 4], J[0, 5])
-                J[0, 3], J[0, 4], J[0, 5] = J[0, 3] + a, J[0, 4] + b, J[0, 5] + c
-            s = 1.0 / (1.0 + x * x + y_ * y_ + z * z)
-            for c in range(first, n):
-                J[0, c] *= s
-        for c in range(n):
-            matrix.values[to + c * right] += J[0, c]

@@ -125,16 +125,17 @@ RECORDS: dict[str, np.dtype] = {
         "a b heated", "length beta arm_a arm_b stiffness rest", "free", arm_a=_3, arm_b=_3, stiffness=_66, rest=_6,
         free=_6,
     ),
-    # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
-    # for implicit methods. A side is a vector: of
-    # coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a node (on 2, at iq, iv);
-    # the third side is the direction of ALONG; path: how a drive moves the row; event, switch: what releases it, event
-    # k or the latch of coordinate -2 - k, and its switch, 1 once released, or -1; slack: factor of `info.compliance`;
-    # latest: `until` as it was given, which an event may bring forward
+    # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
+    # side is a vector: of coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a
+    # node (on 2, at iq, iv); the third side is the direction of ALONG; row: of explicit methods, -1 for none; path: how
+    # a drive moves the row; event, switch: what releases it, event k or the latch of coordinate -2 - k, and its switch,
+    # 1 once released, or -1; slack: factor of `info.compliance`; latest: `until` as it was given, which an event may
+    # bring forward. measured: distance, product, travel or angle, of which the gap is the rest; force, moment: on the
+    # second side
     "joints": _record(
-        "kind on index iq iv path drive law first last event switch",
+        "kind on index iq iv path drive law first last event switch row",
         "local along centre axis zero radius value stiffness damping until latest slack",
-        "u g measured gap rate gap0 gap1 stored force moment",
+        "u g measured gap rate driven bends gap0 gap1 stored force moment",
         on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),
         force=_3, moment=_3,
     ),

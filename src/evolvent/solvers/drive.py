@@ -17,6 +17,7 @@ from evolvent.kernels import thread
 from evolvent.parts.checks import positive
 from evolvent.solvers.explicit_methods import METHODS
 from evolvent.solvers.explicit_run import Run, cache_name, load
+from evolvent.solvers.implicit_setup import check_redundancy, check_start
 from evolvent.solvers.laws import refusing_laws, try_laws
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
@@ -164,6 +165,8 @@ def plan(
     families.check(assembly, families.EXPLICIT)
     own = dataclasses.replace(assembly, model=assembly.model.copy())
     try_laws(own, times[0], times[-1])
+    check_start(own, float(times[0]))
+    check_redundancy(own)
     began, duration, limit, mode = clock.perf_counter(), float(times[-1] - times[0]), math.inf, None
     if step is None:  # which needs compiled functions: all that the run needs are compiled at once
         load(own.model, METHODS[method], rtol=rtol, atol=atol)

@@ -8,7 +8,8 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.families import owner
+from evolvent.assembly.checks import redundant_part
+from evolvent.assembly.families import EXPLICIT, SOLVERS, owner
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.energy_momentum import STEP, EnergyStep
@@ -211,6 +212,15 @@ def acts_from_outside(model: mdl.Model, t: float = -math.inf) -> bool:
     fixed += [f.custom_forces["points"] == 1]
     fixed += [~free[markers["index"][used][markers["kind"][used] == springs.ON_BODY]]]
     return any(bool(np.any(one)) for one in fixed)
+
+
+def check_redundancy(assembly: Assembly) -> None:
+    """Refuse joints that others imply, by name, which explicit methods do not support."""
+    if assembly.model.rows.size and (redundant := redundant_part(assembly)):
+        raise InputError(
+            f"{redundant!r} is redundant: the other constraints already imply it, which {SOLVERS[EXPLICIT]} do not "
+            "support; use energy-momentum or generalized-alpha"
+        )
 
 
 def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options: np.record) -> Workspace:

@@ -177,14 +177,14 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     found.balance[:] = balances(model, y, sums)
     needs.load(model, rhs, write_contacts)
     dy, own, scratch = np.zeros_like(assembly.y), np.zeros(3), np.zeros(n_v)
-    rows, columns, signs = _same_constraints(assembly)
+    rows = np.flatnonzero(model.rows["kind"] == constraint_rows.JOINT)
     for k in range(t.size):
         rhs(t[k], y[k], s[k], model, dy)
         found.acceleration[k] = dy[n_q : n_q + n_v]
         found.cylinders[k], found.wrenches[k], found.touches[k], _ = forces_of(model)
         found.balance.contact[k] = found.cylinders[k, :, 9].sum() + found.touches[k, :, 17].sum()
         found.la[k], coupled = joint.penalty_values(t[k], s[k], f.joints)
-        found.la[k, columns] = signs * model.la[rows]
+        found.la[k, model.rows["index"][rows]] = model.la[rows]
         if f.beams.size:
             own[:] = 0.0
             beam_energies(y[k], 0, f.elements.size, model, own)
@@ -201,22 +201,6 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
         first = n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE
         found.cylinders[:, :, 7] = y[:, first : first + f.cylinders.size]
     return found
-
-
-def _same_constraints(assembly: Assembly) -> tuple[list[int], list[int], Array]:
-    """Rows of explicit methods, the rows of `joints` that are the same constraints, and the signs of their multipliers.
-
-    Links pull on their ends in both; guides act on their body by +la along `direction` in `rows`, by -la in `joints`.
-    """
-    rows, columns, signs = [], [], []
-    names = {found: name for name, found in assembly.names.items()}
-    for r, row in enumerate(assembly.model.rows):
-        if row["kind"] != constraint_rows.THREAD:
-            family, sign = ("links", 1.0) if row["kind"] == constraint_rows.LINK else ("guides", -1.0)
-            rows.append(r)
-            columns.append(assembly.joint_parts.index(names[family, int(row["index"])]))
-            signs.append(sign)
-    return rows, columns, np.array(signs)
 
 
 def angular_momentum(sums: Array) -> Array:

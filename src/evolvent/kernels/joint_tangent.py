@@ -1,0 +1,150 @@
+"""Tangents of joints: of their forces, and of what they hold at the end of a step."""
+
+import math
+
+from numba import types, void
+
+from evolvent.compiled.jit import REAL, indirect, inlined, kernel
+from evolvent.kernels import rigid
+from evolvent.kernels.gear import add_gear
+from evolvent.kernels.joint import ALONG, ANGLE, CORD, DIRECTION, DISTANCE, GEAR, holds, joint_geometry, side_count
+from evolvent.kernels.rotations import cross
+from evolvent.kernels.sides import ON_BODY, add_product, add_turning, side_columns
+from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
+from evolvent.model import MODEL
+
+
+@kernel
+def _add_gradient(matrix, row, at, n, g, J, scale, damped):
+    """Add scale J^T g as column `row`, and as row `row` times `damped`; of n unknowns from `at` on."""
+    if n == 0:
+        return
+    values = matrix.values
+    to, right, _ = first_entry(matrix, row, at)
+    of, _, down = first_entry(matrix, at, row)
+    if to < 0 or of < 0:
+        return
+    for c in range(n):
+        value = scale * (g[0] * J[0, c] + g[1] * J[1, c] + g[2] * J[2, c])
+        values[to + c * right] += value * damped
+        values[of + c * down] += value
+
+
+@indirect(void(types.int64, REAL, types.int64, REAL, REAL, MODEL, SPARSE))
+def add_held_joint(k, la, row, scale, damped, model, matrix):
+    """Add joint k: gradient as row and column `row`, times `scale`, the row times `damped` as well, and la g'."""
+    flexible, n_q = model.flexible, model.info.nq
+    joints = flexible.joints
+    kind = joints[k].kind
+    if kind == ANGLE:
+        at = joints[k].iv[1] - n_q
+        add_entry(matrix, row, at, scale * damped)
+        add_entry(matrix, at, row, scale)
+        return
+    if kind == GEAR:
+        add_gear(k, row, scale, damped, model, matrix)
+        return
+    is_place = kind != DIRECTION
+    Ja, Jb, Jd = flexible.J[0], flexible.J[1], flexible.J[2]
+    a, n = side_columns(model, joints[k].on[0], joints[k].index[0], joints[k].iv[0], joints[k].local[0], is_place, Ja)
+    b, m = side_columns(model, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], is_place, Jb)
+    ga, gb = joints[k].g[0], joints[k].g[1]
+    _add_gradient(matrix, row, a, n, ga, Ja, scale, damped)
+    _add_gradient(matrix, row, b, m, gb, Jb, scale, damped)
+    d, n_d = 0, 0
+    if kind == ALONG:
+        d, n_d = side_columns(
+            model, joints[k].on[2], joints[k].index[2], joints[k].iv[2], joints[k].local[2], False, Jd
+        )
+        _add_gradient(matrix, row, d, n_d, joints[k].g[2], Jd, scale, damped)
+    if la == 0.0:
+        return
+    for side in range(side_count(kind)):
+        if joints[k].on[side] == ON_BODY:
+            g = joints[k].g[side]
+            add_turning(
+                matrix, model, joints[k].index[side], joints[k].local[side],
+                la * g[0], la * g[1], la * g[2],
+            )  # fmt: skip
+    if kind == DIRECTION:
+        add_product(matrix, a, n, Ja, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, b, m, Jb, la)
+        add_product(matrix, b, m, Jb, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, a, n, Ja, la)
+    elif kind == ALONG:
+        add_product(matrix, d, n_d, Jd, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, b, m, Jb, la)
+        add_product(matrix, b, m, Jb, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, d, n_d, Jd, la)
+        add_product(matrix, d, n_d, Jd, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, a, n, Ja, -la)
+        add_product(matrix, a, n, Ja, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, d, n_d, Jd, -la)
+    elif kind in (DISTANCE, CORD):
+        x, y, z = gb[0], gb[1], gb[2]
+        u = joints[k].u
+        s = la / math.sqrt((u[1, 0] - u[0, 0]) ** 2 + (u[1, 1] - u[0, 1]) ** 2 + (u[1, 2] - u[0, 2]) ** 2)
+        p = 1.0 - x * x, -x * y, -x * z, 1.0 - y * y, -y * z, 1.0 - z * z
+        add_product(matrix, a, n, Ja, p[0], p[1], p[2], p[3], p[4], p[5], a, n, Ja, s)
+        add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, s)
+        add_product(matrix, a, n, Ja, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, -s)
+        add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], a, n, Ja, -s)
+
+
+@inlined
+def _damper_factor(k, c_rate, joints):
+    """Factor of the constraint of joint k: the damper of a penalty adds to its gap."""
+    return 1.0 + c_rate * joints[k].damping / joints[k].stiffness if joints[k].stiffness > 0.0 else 1.0
+
+
+@inlined
+def add_joint_tangent(t, la, k, row, scale, c_rate, with_row, model, matrix):
+    """Add joint k with the multiplier la to a tangent; its constraint, in row and column `row`, times `scale`.
+
+    The row is `with_row` times that of the column: 1, or 0 where `add_end_row` adds it.
+    """
+    joints = model.flexible.joints
+    if not holds(t, joints, k):
+        add_entry(matrix, row, row, scale * scale)
+        return
+    if joints[k].stiffness > 0.0:
+        add_entry(matrix, row, row, -scale * scale / joints[k].stiffness)
+    elif joints[k].slack > 0.0:
+        add_entry(matrix, row, row, -scale * scale * joints[k].slack * model.info.compliance)
+    add_held_joint(k, la, row, scale, with_row * _damper_factor(k, c_rate, joints), model, matrix)
+
+
+@inlined
+def add_end_row(t, y, dq, k, row, scale, c_rate, model, matrix):
+    """Add the derivative of the gap at the end of a step by its increments dq as row `row`, times `scale`.
+
+    Parameters
+    ----------
+    t, y, dq : s, state at the end, where the bodies are, and increments; that of a rotation is 2 p = 2 tan(angle/2)
+        about its axis, and a change of it turns the end by (1 - p x)/(1 + p.p) of the change, body axes of the end
+    """
+    joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
+    joint_geometry(t, y, k, model)
+    factor, kind = scale * _damper_factor(k, c_rate, joints), joints[k].kind
+    if kind == ANGLE:
+        at = joints[k].iv[1] - n_q
+        add_entry(matrix, row, at, factor / (1.0 + 0.25 * dq[at] * dq[at]))
+        return
+    J = model.flexible.J[0]
+    for side in range(side_count(kind)):
+        on, index, g = joints[k].on[side], joints[k].index[side], joints[k].g[side]
+        is_place = kind != DIRECTION and side < 2
+        at, n = side_columns(model, on, index, joints[k].iv[side], joints[k].local[side], is_place, J)
+        to, right = 0, 0
+        if n > 0:
+            to, right, _ = first_entry(matrix, row, at)
+        if n == 0 or to < 0:
+            continue
+        for c in range(n):
+            J[0, c] = factor * (g[0] * J[0, c] + g[1] * J[1, c] + g[2] * J[2, c])
+        if on == ON_BODY:
+            first = n - 3 if bodies[index].motion == rigid.FREE else 0
+            x, y_, z = 0.5 * dq[at + first], 0.0, 0.0
+            if bodies[index].motion == rigid.FREE:
+                y_, z = 0.5 * dq[at + 4], 0.5 * dq[at + 5]
+                a, b, c = cross(x, y_, z, J[0, 3], J[0, 4], J[0, 5])
+                J[0, 3], J[0, 4], J[0, 5] = J[0, 3] + a, J[0, 4] + b, J[0, 5] + c
+            s = 1.0 / (1.0 + x * x + y_ * y_ + z * z)
+            for c in range(first, n):
+                J[0, c] *= s
+        for c in range(n):
+            matrix.values[to + c * right] += J[0, c]

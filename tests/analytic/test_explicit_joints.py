@@ -1,0 +1,134 @@
+"""Joints that are constraints under explicit methods: accelerations, drives, releases."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from evolvent import InputError, System, parts
+from evolvent.assembly.builder import Assembly
+from evolvent.flow import implicit, powers
+from evolvent.flow.rhs import rhs
+from evolvent.kernels import constraint_rows, joint, rigid
+from evolvent.solvers import solve
+
+Array = np.ndarray
+TYPES = ("revolute", "cylindrical", "prismatic", "spherical", "universal", "point-on-line", "in-plane", "fixed")
+DOWN = (0.0, 0.0, -9.81)
+AXIS = (0.6, 0.0, 0.8)
+
+
+def linked(kind: str) -> System:
+    """A turning wheel, a free body on it by a joint of a type, and a second one on that by a ball; masses on them."""
+    found = System(gravity=DOWN)
+    found.add(parts.RigidBody(motion="spin", inertia=0.4, axis=AXIS, rate=1.5), "wheel")
+    for name, place in (("one", (0.5, 0.1, 0.0)), ("two", (1.4, 0.1, 0.2))):
+        w = 1.5 * np.array(AXIS)
+        moves = {"velocity": tuple(np.cross(w, place)), "angular_velocity": tuple(w)}
+        found.add(parts.RigidBody(mass=2.0, inertia=(0.2, 0.3, 0.25), position=place, **moves), name)
+    axes: dict[str, Any] = {} if kind in ("spherical", "fixed") else {"axis": (0.0, 0.8, 0.6)}
+    if kind == "universal":
+        axes["axis_b"] = (1.0, 0.0, 0.0)
+    found.add(parts.Joint(a="wheel", b="one", type=kind, position=(0.5, 0.1, 0.0), **axes), "joint")
+    found.add(parts.Joint(a="one", b="two", type="spherical", position=(1.0, 0.1, 0.1)), "ball")
+    end = np.array([1.4, 0.1, -0.5])
+    found.add(parts.Point(mass=0.3, position=tuple(end), velocity=tuple(np.cross(w, end))), "bob")
+    found.add(parts.Joint(a="two", b="bob", type="distance"), "rod")
+    return found
+
+
+def driven() -> System:
+    """A wheel that a drive turns carries a body on a pin; a mass is moved along a line."""
+    found, rate = System(gravity=DOWN), 2.0
+    found.add(parts.RigidBody(motion="spin", inertia=0.3), "wheel")
+    found.add(parts.RigidBody(mass=1.0, inertia=(0.1, 0.1, 0.1), position=(1.0, 0.0, 0.0)), "load")
+    found.add(parts.Joint(a="wheel", b="load", type="revolute", position=(0.5, 0.0, 0.0), axis=(0.0, 1.0, 0.0)), "pin")
+    found.add(
+        parts.PrescribedRotation(body="wheel", drive=parts.RampDrive(steps=[(0.0, 0.5, rate)]), until=0.6), "turn"
+    )
+    found.add(parts.Point(mass=0.4, position=(0.0, 0.0, 2.0)), "hand")
+    drive = parts.RampDrive(steps=[(0.0, 0.5, 0.3)])
+    found.add(parts.PrescribedMotion(at="hand", drive=drive, direction=(0.0, 0.6, 0.8)), "path")
+    return found
+
+
+def accelerations(assembly: Assembly, t: float, y: Array) -> tuple[Array, Array]:
+    """Rates of the state by `rhs`, and the multipliers of the joints."""
+    model, dy = assembly.model, np.zeros_like(y)
+    rhs(t, y, assembly.s, model, dy)
+    la, rows = np.zeros(model.flexible.joints.size), model.rows
+    held = rows["kind"] == constraint_rows.JOINT
+    la[rows["index"][held]] = model.la[held]
+    return dy, la
+
+
+def check_accelerations(assembly: Assembly, t: float, y: Array) -> None:
+    """M a + F + G^T la = 0 of implicit methods holds, and no gap gets a second derivative."""
+    model = assembly.model
+    n_q, n_v, n_j = int(model.info.nq), int(model.info.nv), model.flexible.joints.size
+    dy, la = accelerations(assembly, t, y)
+    assert np.all(np.isfinite(dy))
+    r, power, a = np.zeros(n_v + n_j), np.zeros(powers.N_POWERS), dy[n_q : n_q + n_v].copy()
+    implicit.residual(t, y, a, la, 0.0, 1.0, model, r, power)
+    assert np.abs(r[:n_v]).max() < 1e-11 * max(1.0, np.abs(la).max())
+    h, rates = 1e-5, []
+    for s in (h, -h):
+        moved = y + s * dy
+        rigid.kinematics(t + s, moved, model)
+        for k in range(n_j):
+            joint.joint_geometry(t + s, moved, k, model)
+        rates.append(model.flexible.joints["rate"].copy())
+    assert np.abs(rates[0] - rates[1]).max() / (2.0 * h) < 1e-6 * np.abs(dy).max()
+
+
+@pytest.mark.parametrize("kind", TYPES)
+def test_accelerations_are_those_of_implicit_methods(kind: str) -> None:
+    assembly = linked(kind).assemble()
+    check_accelerations(assembly, 0.0, assembly.y)
+
+
+def test_accelerations_by_drives() -> None:
+    assembly = driven().assemble()
+    check_accelerations(assembly, 0.0, assembly.y)
+    found = solve(assembly, samples=[0.0, 0.2], method="rk4", step=0.02)
+    check_accelerations(assembly, 0.2, np.array(found.y[-1]))
+
+
+@pytest.mark.slow
+def test_a_drive_does_its_work() -> None:
+    """A wheel that a drive turns carries a body that swings on a pin, until it is released."""
+    assembly = driven().assemble()
+    solution = solve(assembly, samples=np.linspace(0.0, 1.0, 11), method="dopri5", rtol=1e-9, atol=1e-11)
+    assert solution.success, solution.message
+    assert solution.y[6, 0] == pytest.approx(2.0 * 0.35, abs=1e-8)
+    assert np.all(solution.la[solution.t >= 0.6, assembly.joint_parts.index("turn")] == 0.0)
+    lifted = 0.4 * 9.81 * 0.8 * 0.3 * 0.4  # weight of the hand along its path, times the way
+    assert np.ptp(solution.balance.drives[6:]) == pytest.approx(lifted, rel=1e-6)
+    assert np.abs(solution.energy_defect).max() < 1e-6 * np.ptp(solution.balance.kinetic)
+
+
+@pytest.mark.slow
+def test_a_released_pendulum() -> None:
+    """Once it is released a mass flies off along a parabola."""
+    found, length = System(gravity=DOWN), 1.2
+    found.add(parts.Point(mass=0.7, position=(length, 0.0, 0.0)), "mass")
+    found.add(parts.Joint(a=(0.0, 0.0, 0.0), b="mass", type="distance", until=0.5), "rod")
+    times = np.linspace(0.0, 1.0, 21)
+    solution = solve(found.assemble(), samples=times, method="rk4", step=2e-3)
+    x, v = solution.y[:, :3], solution.y[:, 3:6]
+    assert np.linalg.norm(x[times <= 0.5], axis=1) == pytest.approx(np.full(11, length), abs=1e-9)
+    s = (times - 0.5)[times >= 0.5, None]
+    assert x[times >= 0.5] == pytest.approx(x[10] + s * v[10] + 0.5 * s**2 * np.array(DOWN), abs=1e-10)
+    energy = 0.35 * np.sum(v**2, axis=1) + 0.7 * 9.81 * x[:, 2]
+    assert energy == pytest.approx(np.zeros(21), abs=1e-7)
+
+
+def test_redundant_joints_are_refused_by_name() -> None:
+    found = System()
+    found.add(parts.RigidBody(mass=2.0, inertia=(0.2, 0.3, 0.25)), "door")
+    for name, z in (("low", -0.5), ("high", 0.5)):
+        found.add(parts.Joint(a="ground", b="door", type="revolute", position=(0.5, 0.0, z)), name)
+    with pytest.raises(InputError, match="is redundant: the other constraints already imply it, which rk4"):
+        solve(found.assemble(), samples=[0.0, 1.0], method="rk4", step=1e-3)
