@@ -63,8 +63,12 @@ def check_constraints(assembly: Assembly) -> None:
             raise InputError(
                 f"link {name!r}: its ends part at {rate:.6g} m/s at the start; give velocities that keep it"
             )
+    until, own = joints["until"].copy(), [k for k, _ in held]
+    joints["until"] = -np.inf  # other joints may be released, and implicit methods support what is redundant
+    joints["until"][own] = until[own]
     bad = redundant_part(assembly)
-    if kinds.get(bad) in ("links", "guides", "threads"):
+    joints["until"] = until
+    if bad:
         raise InputError(f"{kinds[bad][:-1]} {bad!r} is redundant: the other constraints already imply it")
 
 
