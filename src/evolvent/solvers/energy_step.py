@@ -125,8 +125,6 @@ def end_step(model, work):
         step.before[i] = step.dv[i]
         work.acceleration[i] = _acceleration(i, work)
         work.rate[i] = step.dq[i] / h
-    for k in range(model.thrusters.size):  # whose impulses have no rate of their own
-        work.rate[model.thrusters[k].iv - model.info.nq] = work.y[model.thrusters[k].iv]
     for i in range(work.powers.shape[1]):
         work.powers[1, i] = work.powers[0, i]
     for k in range(step.la.size):

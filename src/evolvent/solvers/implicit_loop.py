@@ -262,6 +262,8 @@ def accept_step(t1, t_end, h, model, work):
     else:
         alpha.end_step(t_end, h, model, work)
     add_step_to_balance(t_end, h, model, work)
+    for k in range(model.thrusters.size):  # whose impulses, noted just now, have no rate of their own
+        work.rate[model.thrusters[k].iv - model.info.nq] = work.y[model.thrusters[k].iv]
     fill_forces(model, work)
     fill_energies(t_end, model, work)
     note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.shares))
