@@ -14,7 +14,7 @@ from book import Book
 from evolvent import parts
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers import drive, solve
+from evolvent.solvers import explicit_methods, explicit_run, solve
 from helpers import derivative, fitted_order, heliogyro, run
 
 ORDERS = {"heun": 2, "rk4": 4, "dopri5": 5}
@@ -160,9 +160,9 @@ def test_dense_output_order(make: Callable[[], Assembly]) -> None:
 
 def one_step(assembly: Assembly, inside: float, h: float) -> np.ndarray:
     """The dense sample at `inside` of one step from 0 to h, by the solver's own loop."""
-    tableau = drive.METHODS["dopri5"]
-    work = drive._workspace(assembly, np.array([0.0, inside, h]), tableau, h)
-    drive._load(assembly.model, tableau, rtol=1e9, atol=1e9)(work, 10)
+    tableau = explicit_methods.METHODS["dopri5"]
+    work = explicit_run._workspace(assembly, np.array([0.0, inside, h]), tableau, h)
+    explicit_run.load(assembly.model, tableau, rtol=1e9, atol=1e9)(work, 10)
     assert work.loop.steps == 1
     return work.out_y[1]
 

@@ -43,7 +43,7 @@ def test_it_is_exact_over_a_long_step(fields: dict, rng: np.random.Generator) ->
     n = int(assembly.model.info.nv)
     assembly.y[:n] += 0.03 * rng.standard_normal(n)
     plan = energy_momentum.plan(assembly, samples=[0.0, 1.0], step=0.1)
-    model, work = plan.assembly.model, energy_momentum.workspace(plan).step
+    model, work = plan.assembly.model, plan.workspace().step
     work.step.t, work.step.h, work.step.ratio = 0.0, 0.1, 0.0
     flow.measure(0, model, work)
     dq = 0.1 * rng.standard_normal(n)
