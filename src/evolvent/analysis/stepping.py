@@ -446,6 +446,8 @@ class Stepper:
         goes_on, failure = True, ""
         while goes_on and not failure:
             goes_on, failure = run.advance(1000)
+        if run.is_stopped:
+            failure = f"an event stopped the run at t = {run.reached:.9g} s"
         if failure:
             raise RunFailed(failure, self)
 
@@ -455,7 +457,7 @@ class Stepper:
         y = self._y.copy()
         y[accounts:] = 0.0
         found = self._plan.going_on(np.array([self.time, end]), y, self._s).run()
-        if not found.success:
+        if found.status != "success":
             raise RunFailed(found.message, self)
         kept = self._y[accounts:]
         self._y, self._s = found.y[-1].copy(), found.s[-1].copy()

@@ -154,10 +154,7 @@ FAMILIES = (
     Family("a thruster", "thrusters", EVERY),
     Family("an attitude controller", "controllers", EVERY),
     # equilibria and modes are those of the state before any event
-    Family(
-        "an event that stops a run", "events", frozenset({EXPLICIT, STATIC, MODES}), "use rk4, heun or dopri5",
-        which=lambda found: found["stops"] != 0,
-    ),
+    Family("an event that stops a run", "events", EVERY, which=lambda found: found["stops"] != 0),
     Family("an event", "events", EVERY, which=_is("stops", 0)),
     Family("a beam", "beams", EVERY, which=_is("paper", 0)),
     Family(

@@ -84,6 +84,15 @@ def release(t, trigger, model):
 
 
 @inlined
+def is_stopped(model):
+    """Whether an event that stops the run is due at the end of an accepted step."""
+    events, found = model.events, False
+    for k in range(events.size):
+        found = found or (events[k].stops != 0 and events[k].armed == ARMED and events[k].now >= 0.0)
+    return found
+
+
+@inlined
 def fire_events(t, model, work):
     """Fire the events that are due at t, the end of an accepted step; returns whether one releases anything."""
     released = False

@@ -30,6 +30,7 @@ from evolvent.solvers.implicit_state import (
     ENERGY,
     GAINED,
     NO_CONVERGENCE,
+    STOPPED,
     WORKSPACE,
 )
 from evolvent.solvers.step_error import fastest_rate, note_step
@@ -100,12 +101,19 @@ def advance(model, matrix, work, budget):
         accept_step(t1, t_end, h, model, work)
         gained = has_gained(t1 >= end - near, model, work)
         keep_samples(t, h if energy else t1 - t, model, work)
+        stopped = user_events.is_stopped(model)
+        if stopped and loop.sample < work.samples.size and t1 > work.samples[loop.sample - 1]:  # the last sample
+            keep_sample(loop.sample, 1.0, t, h if energy else t1 - t, model, work)
+            work.samples[loop.sample] = t1
+            loop.sample += 1
         start_next(work)
         if gained:
             return GAINED
         restarts = _latch(t1, model, work)
-        if model.events.size > 0 and user_events.fire_events(t1, model, work):
-            restarts = True
+        if model.events.size > 0:
+            restarts = user_events.fire_events(t1, model, work) or restarts
+            if stopped:
+                return STOPPED
         if adaptive:
             loop.step = next_step(h, error, iterations, lands, work)
         elif energy and not lands:  # which divides fixed steps

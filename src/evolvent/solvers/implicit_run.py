@@ -17,7 +17,7 @@ from evolvent.solvers import balance as eb
 from evolvent.solvers import implicit_loop, implicit_samples, reactions, redundancy, run
 from evolvent.solvers.alpha_state import SHORT
 from evolvent.solvers.implicit_setup import acts_from_outside, matrix_of
-from evolvent.solvers.implicit_state import AT_RESTART, AT_STOP, BUDGET, DONE, ENERGY, Workspace
+from evolvent.solvers.implicit_state import AT_RESTART, AT_STOP, BUDGET, DONE, ENERGY, STOPPED, Workspace
 from evolvent.solvers.messages import outrun, reason, stalled
 from evolvent.solvers.pace import Stall
 from evolvent.solvers.releases import Releases, write_accounts
@@ -46,7 +46,7 @@ class Run(run.Run):
     def __init__(self, of: Any) -> None:
         super().__init__(of)
         self.matrix = of.matrix
-        self.is_energy, self.inner = bool(of.options.method == ENERGY), 0
+        self.is_energy, self.inner, self.is_stopped = bool(of.options.method == ENERGY), 0, False
         self.has_layers = self.is_energy and bool(np.any(self.model.flexible.cylinders["under"] >= 0))
         self.ranks = redundancy.Ranks(of.assembly)
         began = clock.perf_counter()
@@ -163,6 +163,9 @@ class Run(run.Run):
             return True, self.restart()
         if code == BUDGET:
             return True, ""
+        if code == STOPPED:
+            self.is_stopped = True
+            return False, ""
         return False, "" if code == DONE else reason(code, self)
 
     def start(self) -> run.Ending | None:
@@ -177,6 +180,8 @@ class Run(run.Run):
             failure = self.ranks.now.contradiction(self.gaps(), self.reached)
         if goes_on and not failure:
             return None
+        if self.is_stopped and not failure:
+            return "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"
         if self.releases is not None and not failure:  # what is due at the very end still happens
             if self.releases.resume(self.work) < 0:
                 failure = outrun(self.reached)
@@ -227,7 +232,7 @@ class Run(run.Run):
         found = Solution(
             assembly=self.assembly,
             method=self.plan.method,
-            t=self.plan.times[:n].copy(),
+            t=work.samples[:n].copy(),
             y=work.out_y[:n],
             s=work.out_s[:n],
             status=status,

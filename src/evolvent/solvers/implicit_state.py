@@ -9,7 +9,7 @@ from evolvent.flow.energy_momentum import EnergyStep
 from evolvent.solvers.balance import BALANCE, EXTREMES
 
 # status codes of the loop
-BUDGET, DONE, AT_STOP, AT_RESTART = 0, 1, 2, 3
+BUDGET, DONE, AT_STOP, AT_RESTART, STOPPED = 0, 1, 2, 3, 4
 NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = -1, -2, -3, -4, -5
 #: Methods: generalized-alpha and energy-momentum.
 ALPHA, ENERGY = 0, 1
