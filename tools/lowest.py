@@ -37,7 +37,7 @@ TESTS = (
 
 def name_and_bound(requirement: str) -> tuple[str, str] | None:
     """Name and lower bound of a requirement such as 'numpy>=2.2'; None if it has no lower bound."""
-    found = re.fullmatch(r"([A-Za-z0-9._-]+)(?:\[[^\]]*\])?>=([0-9][0-9A-Za-z.]*)", requirement)
+    found = re.fullmatch(r"([A-Za-z0-9._-]+)(?:\[[^\]]*\])?>=([0-9][0-9A-Za-z.]*)(?:,<[0-9.]+)?", requirement)
     return (found[1].lower(), found[2]) if found else None
 
 

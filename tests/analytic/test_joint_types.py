@@ -637,8 +637,12 @@ def test_the_time_of_an_event_is_logged(method: str) -> None:
 
 
 @pytest.mark.parametrize("solver", ["generalized-alpha", "energy-momentum"])
-def test_an_event_that_stops_is_refused_by_implicit_methods(solver: str) -> None:
+def test_an_event_stops_a_run(solver: str) -> None:
+    """The state at which it fires is the last sample."""
     system = craft()
-    system.add(parts.Event(law="t - 1", stops=True), "end")
-    with pytest.raises(InputError, match=f"'end' is an event that stops a run, which {solver} does not support"):
-        solved(system, [0.0, 1.0], solver, 1e-2)
+    system.add(parts.Event(law="t - 0.735", stops=True), "end")
+    found = solved(system, [0.0, 0.5, 1.0, 1.5], solver, 1e-2)
+    assert found.status == "stopped by event"
+    assert found.message.startswith("an event stopped the run at t = 0.735")
+    assert found.t == pytest.approx([0.0, 0.5, 0.735], abs=1e-7)
+    assert found.event_times == pytest.approx([0.735], abs=1e-7)

@@ -94,7 +94,9 @@ def test_bounds_of_extras_are_found(lowest):
 
 
 def test_the_recipe_asks_for_what_the_package_asks_for(lowest):
-    run = dict(line.split(" >=") for line in RECIPE["requirements"]["run"])
+    run = dict(line.partition(",")[0].split(" >=") for line in RECIPE["requirements"]["run"])
+    upper = {line.partition(",")[2] for line in RECIPE["requirements"]["run"]} - {""}
+    assert upper == {found.partition(",")[2] for found in PROJECT["dependencies"]} - {""}
     assert RECIPE["context"]["python_min"] == PROJECT["requires-python"].removeprefix(">=")
     assert run.pop("python") == "${{ python_min }}"
     assert {CONDA.get(name, name): bound for name, bound in run.items()} == lowest.bounds(PROJECT, [])
