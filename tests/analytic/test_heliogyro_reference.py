@@ -148,12 +148,14 @@ def test_damping_hardly_matters() -> None:
     assert np.ptp(lags) < 0.002
 
 
-def test_velocity_turn_hardly_matters() -> None:
+def test_the_rotation_of_velocities_hardly_matters() -> None:
     """Leaving (12) out changes the mean lag by less than 0.006 deg (thread.md); c = 1e4.
 
     So it does up to 100 s, by 0.0003 deg up to 60 s; by 0.007 deg in the last window.
     """
-    lags = [means(run(heliogyro(segments="springs", velocity_turn=turn), TIMES, "rk4").lag()) for turn in (True, False)]
+    lags = [
+        means(run(heliogyro(segments="springs", rotate_velocity=turn), TIMES, "rk4").lag()) for turn in (True, False)
+    ]
     differences = np.abs(np.subtract(*lags))
     assert np.all(differences < [0.0005, 0.0005, 0.006, 0.008])
 

@@ -84,7 +84,7 @@ def end_rate() -> list[float]:
 
 def momenta() -> list[float]:
     """Shares of the angular momentum, %: that of new nodes, what turning takes from them, that of wound thread."""
-    runs = [on_springs(blade__stiffness=100.0, blade__velocity_turn=turn) for turn in (False, True)]
+    runs = [on_springs(blade__stiffness=100.0, blade__rotate_velocity=turn) for turn in (False, True)]
     start = float(runs[0].angular_momentum[0, 2])
     gained, turned = (100.0 * float(run.angular_momentum_jumps[-1]) / start for run in runs)
     return [gained, gained - turned, 100.0 * float(runs[0].angular_momentum_wound.max()) / start]

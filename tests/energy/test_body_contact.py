@@ -67,7 +67,7 @@ def test_a_sphere_slides_and_rolls(method: str, book: Book) -> None:
     mu, g, v = 0.3, 10.0, 1.0
     system = System(gravity=(0.0, 0.0, -g))
     ball(system, "ball", (0.0, 0.0, RADIUS - MASS * g / K), velocity=(v, 0.0, 0.0))
-    law = {"stiffness": K, "friction": mu, "stick_stiffness": 1e5, "stick_damping": 300.0}
+    law = {"stiffness": K, "friction": mu, "bristle_stiffness": 1e5, "bristle_damping": 300.0}
     system.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=FLOOR, **law), "floor")
     run = system.simulate(until=0.2, method=method, step=1e-3, every=1e-3)
     t, speed = run.time.values, run["ball"].velocity.values[:, 0]
@@ -97,7 +97,7 @@ def slope(shape: Any, angle: float, mu: float, g: float, **fields: Any) -> Syste
     count = 2 if isinstance(shape, parts.Capsule) else 1
     depth = MASS * g * math.cos(angle) / (count * K)
     system.add(parts.RigidBody(mass=MASS, shape=shape, position=(0.0, 0.0, RADIUS - depth)), "body")
-    law = {"stiffness": K, "friction": mu, "stick_stiffness": 1e5, "stick_damping": 300.0} | fields
+    law = {"stiffness": K, "friction": mu, "bristle_stiffness": 1e5, "bristle_damping": 300.0} | fields
     system.add(parts.BodyContact(a="body", b=(0.0, 0.0, 0.0), shape_b=FLOOR, **law), "floor")
     return system
 
@@ -183,7 +183,7 @@ def test_capsules_that_cross(mu: float, law: str, step: float) -> None:
     ):
         shape = parts.Capsule(radius=0.05, length=1.0, axis=axis)
         system.add(parts.RigidBody(mass=mass, shape=shape, **fields), name)
-    given = {"law": law, "stiffness": K, "friction": mu, "stick_stiffness": K}
+    given = {"law": law, "stiffness": K, "friction": mu, "bristle_stiffness": K}
     system.add(parts.BodyContact(a="first", b="second", **given), "touch")
     run = simulated(system, 0.3, step).ev.regular()  # at ends of steps
     kept(run)
@@ -228,7 +228,7 @@ def test_a_stepper_keeps_the_friction_of_the_step_before() -> None:
     """A ball that slides and rolls, stepped from outside: 5/7 of its speed."""
     system = System(gravity=(0.0, 0.0, -10.0))
     ball(system, "ball", (0.0, 0.0, RADIUS - MASS * 10.0 / K), velocity=(1.0, 0.0, 0.0))
-    law = {"stiffness": K, "friction": 0.3, "stick_stiffness": 1e5, "stick_damping": 300.0}
+    law = {"stiffness": K, "friction": 0.3, "bristle_stiffness": 1e5, "bristle_damping": 300.0}
     system.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=FLOOR, **law), "floor")
     stepper = Stepper(system, method=ALPHA, step=1e-3, until=1.0)
     for _ in range(20):

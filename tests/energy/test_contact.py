@@ -218,7 +218,7 @@ def capstan(rate: float, on: int = 96, off: int = 8) -> System:
     given = {"thickness": 1e-6, "width": 1e-2, "modulus": 1e12, "density": 1e3, "mass_damping": 20.0}
     nodes = wound((tail, tail), radius, 0.5 * math.pi, math.pi, on + 2 * off)
     system.add(cable(nodes, length=arc + 2.0 * tail, **given), "cable")
-    friction = {"friction": MU, "stick_stiffness": 1e4, "stick_damping": 1.0}
+    friction = {"friction": MU, "bristle_stiffness": 1e4, "bristle_damping": 1.0}
     system.add(
         parts.CylinderContact(body="drum", beams=["cable"], radius=radius, stiffness=1e6, damping=1.0, **friction),
         "contact",
@@ -303,7 +303,7 @@ def test_masses_over_a_pulley(friction: float, step: float, book: Book) -> None:
     for k, end in enumerate(("root", "tip")):
         system.add(parts.Point(mass=masses[k], position=tuple(nodes[-k, 0])), f"mass-{k}")
         system.add(parts.Joint(a=f"cable.{end}", b=f"mass-{k}"), f"pin-{k}")
-    contact = {"stiffness": 1e6, "friction": friction, "stick_stiffness": 1e5}
+    contact = {"stiffness": 1e6, "friction": friction, "bristle_stiffness": 1e5}
     system.add(parts.CylinderContact(body="pulley", beams=["cable"], radius=radius, **contact), "groove")
     run = simulated(system, 0.8, step, every=0.01)
     t = run.time.values
@@ -396,7 +396,7 @@ class Slider(NamedTuple):
             "bar",
         )
         contact = {"law": "conservative", "stiffness": self.contact, "points": 1, "half_length": 0.25 * length}
-        friction = {"friction": MU, "stick_stiffness": self.bristle}
+        friction = {"friction": MU, "bristle_stiffness": self.bristle}
         system.add(
             parts.CylinderContact(body="drum", beams=["bar"], radius=self.radius, **contact, **friction), "contact"
         )

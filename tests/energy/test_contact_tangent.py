@@ -28,7 +28,7 @@ def laid(law: str, exponent: float, friction: float, depth: float) -> System:
     given = {"section": section, "material": material, "elements": N, "formulation": "cable"}
     system.add(parts.Beam(length=float(radius * (angle[0] - angle[-1])), nodes=nodes, **given), "strip")
     contact = {"law": law, "stiffness": 1e3, "exponent": exponent, "damping": 3.0, "initial_overlap": 0.1}
-    contact |= {"friction": friction, "stick_stiffness": 200.0, "stick_damping": 0.5}
+    contact |= {"friction": friction, "bristle_stiffness": 200.0, "bristle_damping": 0.5}
     system.add(parts.CylinderContact(body="drum", beams=["strip"], radius=0.5, **contact), "cylinder")
     return system
 

@@ -59,7 +59,7 @@ def test_pressed_turns_spring_apart_and_keep_energy_and_momenta(count: int, step
 
 @pytest.mark.parametrize("step", [1e-2, 1e-3])
 def test_friction_between_turns_takes_energy_and_keeps_momenta(step: float) -> None:
-    given = {"friction": 0.4, "stick_stiffness": 100.0, "damping": 0.5, "points": 3}
+    given = {"friction": 0.4, "bristle_stiffness": 100.0, "damping": 0.5, "points": 3}
     assembly = turning(wound(0.0030, count=2, rise=1e-3, **given), 2.0)
     beam = assembly.model.flexible.beams[1]  # slides against the other
     assembly.y[beam["iv"] :][: 6 * beam["nodes"]] *= 1.05
@@ -87,7 +87,7 @@ def stepped(assembly: Assembly, h: float, rng: np.random.Generator) -> tuple[Any
 @pytest.mark.parametrize("coupled", [True, False])
 def test_tangent(friction: float, coupled: bool, rng: np.random.Generator) -> None:
     """Twice the derivative, within the pattern and by inner unknowns, but for force by its element's length."""
-    assembly = wound(0.0015, friction=friction, stick_stiffness=100.0)
+    assembly = wound(0.0015, friction=friction, bristle_stiffness=100.0)
     model, step, dq = stepped(assembly, 0.05, rng)
     found, exact, beam = [], [], model.flexible.beams[0]
     first = int(beam["iv"]) - int(model.info.nq)

@@ -216,10 +216,10 @@ def test_a_joint_is_a_penalty_as_a_whole() -> None:
     system = System()
     system.add(beam(), "beam")
     held = {"a": (0.0, 0.0, 0.0), "b": "beam.root", "type": "clamp", "stiffness": 500.0}
-    system.add(parts.Joint(**held, turn_stiffness=2.0), "clamp")
+    system.add(parts.Joint(**held, rotational_stiffness=2.0), "clamp")
     assert system.assemble().model.flexible.joints["stiffness"].tolist() == [500.0] * 3 + [2.0] * 2
     refused = System()
     refused.add(beam(), "beam")
-    refused.add(parts.Joint(**held, turn_stiffness=0.0), "clamp")
-    with pytest.raises(InputError, match=r"clamp.turn_stiffness is 0\.0, but clamp.stiffness is 500.0"):
+    refused.add(parts.Joint(**held, rotational_stiffness=0.0), "clamp")
+    with pytest.raises(InputError, match=r"clamp.rotational_stiffness is 0\.0, but clamp.stiffness is 500.0"):
         refused.assemble()

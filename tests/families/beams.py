@@ -29,7 +29,7 @@ def rod(found: System, count: int, material: Any, kind: str, stiffness: float = 
     found.add(
         parts.Beam(length=1.0, section=SQUARE, material=material, elements=count, formulation="cable", **fields), "rod"
     )
-    found.add(parts.Joint(a=ORIGIN, b="rod.root", type=kind, stiffness=stiffness, turn_stiffness=turn), "root")
+    found.add(parts.Joint(a=ORIGIN, b="rod.root", type=kind, stiffness=stiffness, rotational_stiffness=turn), "root")
 
 
 def cantilever(
@@ -312,7 +312,7 @@ def friction() -> Case:
         given: dict[str, Any] = {"radius": 1.0, "axis": (1.0, 0.0, 0.0), "stiffness": stiff, "friction": mu}
         for name, side in (("left", 1.0), ("right", -1.0)):
             centre = (0.0, -math.sqrt(0.5), side * math.sqrt(0.5))
-            drum = parts.CylinderContact(body="ground", beams=["rod"], centre=centre, stick_stiffness=stick, **given)
+            drum = parts.CylinderContact(body="ground", beams=["rod"], centre=centre, bristle_stiffness=stick, **given)
             found.add(drum, name)
         return found
 

@@ -59,7 +59,7 @@ def rubbing_sphere() -> Case:
     def system() -> System:
         found = System()
         lever(found, (0.0, 1.0, 0.0), rate=rate)
-        given: dict[str, Any] = {"stiffness": N / 1e-3, "friction": mu, "stick_stiffness": stick}
+        given: dict[str, Any] = {"stiffness": N / 1e-3, "friction": mu, "bristle_stiffness": stick}
         given |= {"shape_a": parts.Sphere(radius=RADIUS), "shape_b": PLANE}
         touch = parts.BodyContact(a=("lever", (1.0, 0.0, 0.0)), b=(1.0, 1e-3 - RADIUS, 0.0), **given)
         found.add(touch, "touch")

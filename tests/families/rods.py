@@ -37,7 +37,7 @@ def rod() -> Case:
     def system() -> System:
         found = System(gravity=(0.0, -gravity, 0.0))
         found.add(parts.Rod(length=1.0, section=FLAT, material=SOFT, elements=4), "rod")
-        found.add(parts.Joint(a=ORIGIN, b="rod.root", type="clamp", stiffness=1e5, turn_stiffness=1e3), "root")
+        found.add(parts.Joint(a=ORIGIN, b="rod.root", type="clamp", stiffness=1e5, rotational_stiffness=1e3), "root")
         return found
 
     w = BETA**2 * math.sqrt(EI / MASS)
@@ -62,7 +62,7 @@ def heated_rod() -> Case:
     def system() -> System:
         found = System()
         found.add(parts.Rod(length=1.0, section=FLAT, material=material, elements=4), "rod")
-        found.add(parts.Joint(a=ORIGIN, b="rod.root", type="clamp", stiffness=1e5, turn_stiffness=1e3), "root")
+        found.add(parts.Joint(a=ORIGIN, b="rod.root", type="clamp", stiffness=1e5, rotational_stiffness=1e3), "root")
         found.add(parts.ThermalLoad(beam="rod", temperature={"ramp": {"final": change, "duration": 1.0}}), "heat")
         return found
 

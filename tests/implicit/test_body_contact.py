@@ -46,7 +46,7 @@ def touching(a: str, b: str, shape_a: Any, shape_b: Any, **law: Any) -> System:
             continue
         system.add(parts.RigidBody(position=tuple(centre - off), **kinds[kind]), name)
         sides.append((name, tuple(off)))
-    given: dict[str, Any] = {"stiffness": 3e3, "exponent": 1.5, "stick_stiffness": 400.0, "initial_overlap": 0.5}
+    given: dict[str, Any] = {"stiffness": 3e3, "exponent": 1.5, "bristle_stiffness": 400.0, "initial_overlap": 0.5}
     system.add(parts.BodyContact(a=sides[0], b=sides[1], shape_a=shape_a, shape_b=shape_b, **(given | law)), "touch")
     return system
 

@@ -163,7 +163,7 @@ def test_block_on_an_incline(book: Book, method: str) -> None:
     assert held.statistics["steps"] < 2000
     times = np.linspace(0.0, 2.0, 5)
     # of a bristle that yields by d = F/k the mass breaks loose at a speed of sqrt(F d/m)
-    slid = run(sledge(2.0, gravity=1.2, stick_stiffness=1e10), times, method)
+    slid = run(sledge(2.0, gravity=1.2, bristle_stiffness=1e10), times, method)
     error = np.abs(seen(slid, "slot")["travel"] - 0.5 * (1.2 - 1.0) * times**2).max() / 0.4
     book(
         "Rigid bodies", f"Block that slides down with friction ({method})", reference="(g sin - F/m) t^2/2",

@@ -127,7 +127,9 @@ def test_forces_are_the_slope_of_the_energy(rng: np.random.Generator) -> None:
 @pytest.mark.parametrize("friction", [0.0, 0.4])
 def test_momenta_are_kept(friction: float, rng: np.random.Generator) -> None:
     """Forces and torques on the coil and the hub cancel, out of the plane too."""
-    assembly = wound(0.0015, count=2, rise=1e-3, friction=friction, damping=2.0, stick_stiffness=100.0, thickness=0.004)
+    assembly = wound(
+        0.0015, count=2, rise=1e-3, friction=friction, damping=2.0, bristle_stiffness=100.0, thickness=0.004
+    )
     start_step(assembly, assembly.y)
     y = moved(assembly, rng)
     force, _ = layer_forces(assembly, y, 1e-3 if friction else 0.0)
@@ -149,7 +151,7 @@ def test_momenta_are_kept(friction: float, rng: np.random.Generator) -> None:
 @pytest.mark.parametrize("friction", [0.0, 0.4])
 def test_tangent(friction: float, rng: np.random.Generator) -> None:
     """Against differences, but for what turns with the lower beam: force by its element's length."""
-    assembly = wound(0.0015, friction=friction, damping=2.0, stick_stiffness=100.0)
+    assembly = wound(0.0015, friction=friction, damping=2.0, bristle_stiffness=100.0)
     start_step(assembly, assembly.y)
     y, model = moved(assembly, rng, 1e-6), assembly.model
     n_v, step = int(model.info.nv), 1e-3
@@ -214,7 +216,7 @@ def test_a_pressed_coil_springs_apart_without_gaining() -> None:
 
 def test_stuck_turns_stay_stuck_where_the_coil_turns_on_its_hub() -> None:
     """What the bristles hold is that of the turns against one another, wherever the coil stands."""
-    assembly = wound(0.0015, friction=0.4, stick_stiffness=100.0)
+    assembly = wound(0.0015, friction=0.4, bristle_stiffness=100.0)
     start_step(assembly, assembly.y)
     model, beam = assembly.model, assembly.model.flexible.beams[0]
     checks = model.flexible.contact_points
@@ -234,7 +236,7 @@ def test_the_account_of_turns_that_rub_closes(law: str) -> None:
     """A pressed coil that springs apart and rubs: what friction takes is booked, to second order in the step."""
     gained = []
     for step in (5e-4, 2.5e-4):
-        assembly = wound(0.0015, friction=0.4, stick_stiffness=100.0, law=law, damping=0.5)
+        assembly = wound(0.0015, friction=0.4, bristle_stiffness=100.0, law=law, damping=0.5)
         solution = run(assembly, np.linspace(0.0, 0.2, 5), spectral_radius=1.0, step=step)
         assert solution.balance.by_friction[-1] > 0.0
         gained.append(np.abs(solution.energy_defect).max() / layer_forces(assembly, assembly.y)[1])

@@ -257,7 +257,7 @@ def pressed(
     system.add(
         parts.CylinderContact(
             body=body, beams=["beam"], radius=0.4, centre=centre, axis=axis, law=law, stiffness=3e3, exponent=1.5,
-            damping=fields.get("damping", 0.0), friction=friction, stick_stiffness=400.0, points=3,
+            damping=fields.get("damping", 0.0), friction=friction, bristle_stiffness=400.0, points=3,
         )
     )  # fmt: skip
     assembly = system.assemble()

@@ -143,9 +143,9 @@ def test_the_whole_deployment_of_the_system(book: Book) -> None:
     )  # fmt: skip
 
 
-def test_lets_go_at_the_end() -> None:
+def test_a_thread_separates_at_its_end() -> None:
     """The last node leaves just as the run ends, as it does under the explicit methods."""
-    given = {"out": 4.9, "lets_go": True, "nodes": 20}
+    given = {"out": 4.9, "separates": True, "nodes": 20}
     samples = np.linspace(0.0, (L - 4.9) / (R * 3.5), 5)
     explicit = run(heliogyro(**given), samples, "dopri5")
     found = implicit(heliogyro(segments="springs", stiffness=STIFF, **given), samples, 2.5e-3)

@@ -176,7 +176,7 @@ def dragged() -> Assembly:
     system.add(
         parts.CylinderContact(
             body="drum", beams=["bar"], radius=1.0, stiffness=1e4, damping=1.0, points=1, friction=0.3,
-            stick_stiffness=1e4,
+            bristle_stiffness=1e4,
         )
     )  # fmt: skip
     system.add(parts.Force(at="bar.tip", force=(0.0, -5.0, 0.0), ramp=0.5))
@@ -290,7 +290,7 @@ def capstan(
     system.add(
         parts.CylinderContact(
             body="drum" if turning else "ground", beams=["cable"], radius=RADIUS, stiffness=1e5, points=2,
-            friction=MU, stick_stiffness=1e4, stick_damping=1.0, **({"damping": 1.0} | contact),
+            friction=MU, bristle_stiffness=1e4, bristle_damping=1.0, **({"damping": 1.0} | contact),
         )
     )  # fmt: skip
     system.add(parts.Force(at="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05))

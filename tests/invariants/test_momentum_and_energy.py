@@ -23,7 +23,7 @@ H0 = J * W0
 @functools.cache
 def springs(turn: bool = True, share: float | None = None) -> Run:
     """The whole deployment with RK4 at c = 1e4, at a share of the stability limit (None: the automatic step)."""
-    assembly = heliogyro(segments="springs", velocity_turn=turn)
+    assembly = heliogyro(segments="springs", rotate_velocity=turn)
     limit = solve(assembly, samples=[0.0, 1e-3], method="rk4").statistics["stability_limit"]
     step = None if share is None else share * limit
     return run(assembly, TIMES, "rk4", step=step)
@@ -71,7 +71,7 @@ def test_jumps_at_releases(segments: str, turn: bool) -> None:
     times = L / 20.0 / V * np.arange(4)
     before, after = times - 1e-8, times + 1e-8
     samples = np.sort(np.concatenate([[0.0], before[1:], after]))
-    assembly = heliogyro(segments=segments, velocity_turn=turn)
+    assembly = heliogyro(segments=segments, rotate_velocity=turn)
     options = {"rtol": 1e-10, "atol": 1e-12} if segments == "inextensible" else {}
     seen = run(assembly, samples, "dopri5" if segments == "inextensible" else "rk4", **options)
     assert seen.solution.event_times == pytest.approx(times, abs=1e-12)
@@ -296,11 +296,11 @@ def test_free_spool_that_carries_its_thread(segments: str, motion: str, axis: tu
 
 @pytest.mark.parametrize("segments", ["inextensible", "springs"])
 def test_separation(segments: str) -> None:
-    """lets_go: the thread leaves a free body; both momenta are kept, body and thread then fly free."""
+    """separates: the thread leaves a free body; both momenta are kept, body and thread then fly free."""
     t = np.linspace(0.0, 4.0, 81)
     method, options = ("dopri5", {"rtol": 1e-10, "atol": 1e-12}) if segments == "inextensible" else ("rk4", {})
     seen = run(
-        two_blades(segments=segments, blades=1, out=L - 1.5 * V, lets_go=True, spin=(0.0, 0.0, 1.0), mass=0.05),
+        two_blades(segments=segments, blades=1, out=L - 1.5 * V, separates=True, spin=(0.0, 0.0, 1.0), mass=0.05),
         t,
         method,
         **options,

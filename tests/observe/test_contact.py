@@ -93,8 +93,8 @@ def test_friction_holds_a_resting_rod() -> None:
     for name, x in (("left", 0.0), ("right", 1.0)):
         place = (x, -1.0, 0.0)
         drum = parts.CylinderContact(
-            body="ground", beams=["rod"], **(given | {"centre": place}), friction=0.5, stick_stiffness=800.0, points=1,
-            initial_overlap=0.1,
+            body="ground", beams=["rod"], **(given | {"centre": place}), friction=0.5, bristle_stiffness=800.0,
+            points=1, initial_overlap=0.1,
         )  # fmt: skip
         system.add(drum, name)
     system.add(parts.Joint(a=tuple(nodes[0, 0]), b="rod.root", type="spherical"), "pin")

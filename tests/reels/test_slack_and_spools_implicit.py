@@ -265,7 +265,7 @@ def test_a_brake_lets_go_when_its_torque_is_exceeded() -> None:
 
 
 def test_the_end_of_the_thread() -> None:
-    """A spool that outruns its thread fails the run with one sentence; with `lets_go` the thread separates instead."""
+    """A spool that outruns its thread fails the run with one sentence; with `separates` the thread leaves instead."""
     found = solve_implicit(hoist(0.0).assemble(), samples=np.linspace(0.0, 2.0, 21), step=2e-3)
     assert not found.success
     assert "outruns its thread" in found.message

@@ -82,7 +82,7 @@ def test_a_jump_of_the_drive_keeps_the_order() -> None:
 def test_tension_is_gone_after_separation() -> None:
     """The last node of a thread that was let go pulls on nothing."""
     drive = parts.ConstantDrive(rate=3.5, angle=95.0)
-    assembly = hub(drive, lets_go=True).assemble()
+    assembly = hub(drive, separates=True).assemble()
     found = solve(assembly, samples=[0.0, 3.0], method="dopri5")
     assert found.s[-1, 1] == 1
     from evolvent.solvers.observations import observe
@@ -101,7 +101,7 @@ def test_separation_at_the_end_of_a_run(method: str, segments: str, rate: float)
     angle = 97.3
     drive = parts.ConstantDrive(rate=rate, angle=angle)
     end = (100.0 - angle) / rate
-    found = solve(hub(drive, segments, lets_go=True).assemble(), samples=np.linspace(0.0, end, 4), method=method)
+    found = solve(hub(drive, segments, separates=True).assemble(), samples=np.linspace(0.0, end, 4), method=method)
     assert found.success, found.message
     assert found.t[-1] == end
     assert found.s[-1, 1] == 1

@@ -162,7 +162,9 @@ def test_methods_agree() -> None:
         assert lost[-1] > 0.01 * balance.loads.max()
     free = System()
     free.add(system.parts["rod"], "rod")
-    free.add(parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type="clamp", stiffness=1e6, turn_stiffness=1e4), "clamp")
+    free.add(
+        parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type="clamp", stiffness=1e6, rotational_stiffness=1e4), "clamp"
+    )
     free.add(system.parts["push"], "push")
     free.add(system.parts["twist"], "twist")
     assembly = free.assemble()

@@ -68,7 +68,7 @@ def test_friction_on_a_sliding_plane(method: str, prop: str) -> None:
         "beams": ["rod"],
         "friction": mu,
         "skip": 7,
-        "stick_stiffness": 1e5,
+        "bristle_stiffness": 1e5,
         **(LAW | {"stiffness": 1e5}),
     }
     system.add(

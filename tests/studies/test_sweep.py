@@ -414,7 +414,7 @@ def test_figures(study, reference, tmp_path, monkeypatch):
     line = draw.figures(reference.isel({"blade.nodes": [0]}))["steps"].axes[0]
     assert line.get_xlabel() == "spool.rate [rad/s]"
     np.testing.assert_array_equal(line.lines[0].get_ydata(), reference.steps.values[:, 0])
-    study["over"] = {"solver.method": ["dopri5"], "blade.velocity_turn": [True, False], **study["over"]}
+    study["over"] = {"solver.method": ["dopri5"], "blade.rotate_velocity": [True, False], **study["over"]}
     assert "steps" in draw.figures(studies.sweep(study))
     study["over"] = {"spool.rate": {"from": 3, "to": 4}, "blade.nodes": {"from": 3, "to": 5}}
     marks = draw.figures(studies.sweep(study | {"sample": "monte-carlo", "samples": 5}))["steps"]

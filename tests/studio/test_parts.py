@@ -66,7 +66,7 @@ def test_fields_take_units_limits_and_defaults_from_the_schema():
     fields = {field.key: field for field in form.describe(cases.system("heliogyro").Case).fields()}
     assert fields["blade.line_density"].unit == "kg/m"
     assert fields["blade.segments"].choices == ("springs", "inextensible")
-    assert fields["blade.velocity_turn"].kind == "switch"
+    assert fields["blade.rotate_velocity"].kind == "switch"
     assert fields["blade.stiffness"].default == "10000 N/m"
     assert "from 1 to 64" in fields["body.blades"].help
     assert not fields["body.mass"].required

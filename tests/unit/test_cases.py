@@ -139,7 +139,7 @@ def test_assignments():
         ({"sunlight": {}}, ["blade.width is missing"]),
         ({"sunlight": {"direction": [0, 0, 0]}, "blade.width": 1}, ["sunlight.direction is [0, 0, 0]", "direction"]),
         ({"solver.method": "rk5"}, ["solver.method is 'rk5'", "did you mean 'rk4'?"]),
-        ({"blade.velocity_turn": "maybe"}, ["blade.velocity_turn is 'maybe'", "true or false"]),
+        ({"blade.rotate_velocity": "maybe"}, ["blade.rotate_velocity is 'maybe'", "true or false"]),
         ({"body": 3}, ["body is 3", "a mapping"]),
         ({"body.rate.x": 3}, ["cannot set 'body.rate.x'", "'6 rad/s'"]),
         ({"spool.changes.0.time": 3}, ["cannot set 'spool.changes.0.time'", "is not given; give the whole list"]),

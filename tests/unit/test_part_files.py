@@ -104,7 +104,7 @@ EVERY: dict[str, Part] = {
         type="revolute",
         axis=(0.0, 1.0, 1.0),
         stiffness=1e4,
-        turn_stiffness=20.0,
+        rotational_stiffness=20.0,
         until=3.0,
     ),
     "joint of bodies": parts.Joint(a="hub", b="panel", position=(1.0, 0.0, 0.0)),
@@ -114,7 +114,9 @@ EVERY: dict[str, Part] = {
     "rotational spring": parts.RotationalSpring(
         body="hub", node="boom.root", stiffness=0.5, low="-10 deg", high=0.3, stop=9.0, latch=0.2, latch_stiffness=7.0
     ),
-    "spring of a joint": parts.RotationalSpring(joint="pin", stiffness=0.5, friction="0.1 N m", stick_stiffness=900.0),
+    "spring of a joint": parts.RotationalSpring(
+        joint="pin", stiffness=0.5, friction="0.1 N m", bristle_stiffness=900.0
+    ),
     "translational spring": parts.TranslationalSpring(
         a="hub", b=("panel", (0.1, 0.0, 0.0)), axis=(0.0, 0.0, 1.0), travel="1 mm", friction=0.2, low=-0.1, stop=1e4
     ),
@@ -137,7 +139,7 @@ EVERY: dict[str, Part] = {
         body="hub", actuators=["one", "two"], proportional=2.0, derivative=(1.0, 2.0, 0.0), target=(0.8, 0.0, 0.0, 0.6)
     ),
     "thread": parts.Thread(
-        reel="reel", length=5.0, line_density=7e-4, nodes=4, direction=(1.0, 0.1, 0.0), lets_go=True
+        reel="reel", length=5.0, line_density=7e-4, nodes=4, direction=(1.0, 0.1, 0.0), separates=True
     ),
 }
 

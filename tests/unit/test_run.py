@@ -241,7 +241,7 @@ def test_table_and_ramp():
 
 
 def test_letting_go_leaves_straight_lines():
-    case = {**QUICK, "blade.length": "0.2 m", "blade.nodes": 4, "blade.lets_go": True, "solver.duration": "7 s"}
+    case = {**QUICK, "blade.length": "0.2 m", "blade.nodes": 4, "blade.separates": True, "solver.duration": "7 s"}
     run = evolvent.run("heliogyro", case)
     gone = run["blade-1"].separated.values > 0.0
     assert run.time.values[gone][0] == pytest.approx(0.2 / 0.035, abs=0.1)
@@ -293,7 +293,7 @@ def test_a_pay_out_too_fast_for_a_steady_lag_is_reported():
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [
-        ({"solver.duration": "200 s"}, ["outruns the thread 'blade-1'", "blade.length is 5 m", "blade.lets_go"]),
+        ({"solver.duration": "200 s"}, ["outruns the thread 'blade-1'", "blade.length is 5 m", "blade.separates"]),
         ({"spool.changes": [{"time": 20, "rate": 0, "ramp": 1}]}, ["solver.duration is auto"]),
         (
             {"spool.changes": [{"time": 2, "rate": -3.5, "ramp": 1}], "solver.duration": 9},

@@ -53,7 +53,7 @@ def event_values(t, y, s, model, g):
             continue
         if rate > 0.0:
             g[2 * p] = nodes_out - s[p]
-            if s[p] == threads[p].n and not threads[p].lets_go:
+            if s[p] == threads[p].n and not threads[p].separates:
                 g[2 * p] -= OVERRUN
         if rate < 0.0:
             g[2 * p + 1] = (s[p] - 1) + threads[p].capture - nodes_out
@@ -136,7 +136,7 @@ def apply_event(t, y, s, model, k, g):
         return model.events[k - 2 * n].stops
     p = k // 2
     least = 1 if model.threads[p].end >= 0 else 0
-    if (s[p] == least and k % 2 == 1) or (s[p] == model.threads[p].n and k % 2 == 0 and not model.threads[p].lets_go):
+    if (s[p] == least and k % 2 == 1) or (s[p] == model.threads[p].n and k % 2 == 0 and not model.threads[p].separates):
         return -1
     add_to_balance(t, y, s, model, -1.0)
     if k % 2 == 1:

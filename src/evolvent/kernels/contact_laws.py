@@ -385,10 +385,10 @@ def rub(point, row, axes, u, s, normal, step):
     -----
     The force is that of the step's end, and never gives back more than the bristle's energy.
     """
-    damping = row.stick_damping if step > 0.0 else 0.0
-    found = friction(u[0], u[1], u[2], s[0], s[1], s[2], normal, row.friction, row.stick_stiffness, damping, step)
+    damping = row.bristle_damping if step > 0.0 else 0.0
+    found = friction(u[0], u[1], u[2], s[0], s[1], s[2], normal, row.friction, row.bristle_stiffness, damping, step)
     f = (found[0], found[1], found[2])
-    q, q1, d, t, half = point.stick, point.stick1, point.drag1, point.t, 0.5 * row.stick_stiffness
+    q, q1, d, t, half = point.stick, point.stick1, point.drag1, point.t, 0.5 * row.bristle_stiffness
     before = half * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
     q1[0], q1[1], q1[2] = into_axes(axes, (found[3], found[4], found[5]))
     d[0], d[1], d[2] = into_axes(axes, f)
@@ -402,7 +402,7 @@ def rub(point, row, axes, u, s, normal, step):
 def bristle_energy(point, row):
     """Energy of a bristle at the start of a step, J."""
     q = point.stick
-    return 0.5 * row.stick_stiffness * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
+    return 0.5 * row.bristle_stiffness * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
 
 
 @inlined
@@ -424,7 +424,7 @@ def end_point(point, row, gap0, gap1, slide):
     if math.isfinite(gap0) and math.isfinite(gap1):
         damped = -0.5 * (point.damper + point.damper1) * (gap1 - gap0)
     point.gap, point.damper = point.gap1, point.damper1
-    half, u, u1, d, d1 = 0.5 * row.stick_stiffness, point.stick, point.stick1, point.drag, point.drag1
+    half, u, u1, d, d1 = 0.5 * row.bristle_stiffness, point.stick, point.stick1, point.drag, point.drag1
     for i in range(3):
         slip -= 0.5 * (d[i] + d1[i]) * slide[i]
         new = u1[i] if point.force > 0.0 else 0.0

@@ -73,7 +73,7 @@ RECORDS: dict[str, np.dtype] = {
     # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
     "guides": _record("kind body", "direction axis value", direction=_3, axis=_3),
     "threads": _record(
-        "kind iq iv n node copies body drive first last law spool_q spool_v turned carried lets_go end slack coupled "
+        "kind iq iv n node copies body drive first last law spool_q spool_v turned carried separates end slack coupled "
         "spool_switch motor_profile motor_law motor_first motor_last",
         "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture "
         "coiling core spool_friction spool_viscous",
@@ -183,7 +183,7 @@ RECORDS: dict[str, np.dtype] = {
     # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`
     "cylinders": _record(
         "body law first last under surface",
-        "sense shift centre axis radius half_length stiffness exponent damping friction stick_stiffness stick_damping",
+        "sense shift centre axis radius half_length stiffness exponent damping friction bristle_stiffness bristle_damping",
         "F normal energy power touching",
         centre=_3, axis=_3, F=_6,
     ),
@@ -211,7 +211,7 @@ RECORDS: dict[str, np.dtype] = {
     "body_contacts": _record(
         "a b first law surface",
         "place_a axis_a place_b axis_b half_a half_b radius_a radius stiffness exponent damping friction "
-        "stick_stiffness stick_damping viscous",
+        "bristle_stiffness bristle_damping viscous",
         "X Q gap stick damper drag gap1 stick1 damper1 drag1 slide "
         "distance0 distance u0 v0 w0 s0 t0 u1 v1 w1 s1 t1 n n1 t "
         "rubbing c on_a on_b force d_gap d_rate along across by_normal energy power sank",

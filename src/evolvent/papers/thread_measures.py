@@ -121,9 +121,9 @@ def model_size() -> Numbers:
     }
 
 
-def velocity_turn() -> Numbers:
+def rotate_velocity() -> Numbers:
     """What (12) changes: mean lags in the four windows, deg, and angular momentum, percent of the start."""
-    turned, not_turned = SPRINGS, SPRINGS | {"blade.velocity_turn": False}
+    turned, not_turned = SPRINGS, SPRINGS | {"blade.rotate_velocity": False}
     lags = np.abs(np.subtract(means(deployed(turned)), means(deployed(not_turned))))
     return {"three": float(lags[:3].max()), "last": float(lags[3]), "lost": _gain(not_turned) - _gain(turned)}
 
@@ -166,9 +166,9 @@ def both_blades() -> Numbers:
     return {"one": float(one), "other": float(other)}
 
 
-def lets_go() -> Numbers:
+def separates() -> Numbers:
     """A thread that leaves the spool: time at which it does, s, and change of the body's rate after it, percent."""
-    run = tree(RIGID | {"blade.lets_go": True, "solver.duration": 150.0})
+    run = tree(RIGID | {"blade.separates": True, "solver.duration": 150.0})
     off = run["blade-1"].separated.values.astype(bool)
     rate = run.body_rate.values[off]
     return {"time": float(run.time.values[off][0]), "change": 100.0 * float(np.ptp(rate) / rate[0])}

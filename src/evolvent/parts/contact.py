@@ -39,7 +39,7 @@ class ContactLaw(Part):
         Of the normal force.
     friction : float
         Coefficient of friction.
-    stick_stiffness, stick_damping : float, N/m and N s/m
+    bristle_stiffness, bristle_damping : float, N/m and N s/m
         Of the tangential spring of a contact point that sticks.
     """
 
@@ -49,8 +49,8 @@ class ContactLaw(Part):
     exponent: units.Exponent = 1.0
     damping: units.ContactDampingOrZero = 0.0
     friction: units.NumberOrZero = 0.0
-    stick_stiffness: units.StiffnessOrZero = 1e3
-    stick_damping: units.DampingOrZero = 0.0
+    bristle_stiffness: units.StiffnessOrZero = 1e3
+    bristle_damping: units.DampingOrZero = 0.0
 
     @model_validator(mode="before")
     @classmethod
@@ -82,7 +82,7 @@ class ContactLaw(Part):
 
     def law_fields(self) -> dict[str, Any]:
         """Fields of the law in the model."""
-        keys = ("stiffness", "exponent", "damping", "friction", "stick_stiffness", "stick_damping")
+        keys = ("stiffness", "exponent", "damping", "friction", "bristle_stiffness", "bristle_damping")
         return {"law": LAWS[self.law], **{key: getattr(self, key) for key in keys}}
 
     def viscosity(self, mass: float) -> float:

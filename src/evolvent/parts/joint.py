@@ -76,7 +76,7 @@ class Joint(Part):
         Position of the joint at the start, inertial axes, where both ends are bodies without a point.
     stiffness : float, N/m and N m
         Above 0, a penalty in place of the constraint.
-    turn_stiffness : float, N m/rad, optional
+    rotational_stiffness : float, N m/rad, optional
         Of the penalties that hold directions; `stiffness` if left out.
     damping : float, N s/m and N m s
         Of the penalty.
@@ -108,7 +108,7 @@ class Joint(Part):
     hold: Literal["section", "all"] = "section"
     position: units.Position | None = None
     stiffness: units.StiffnessOrZero = 0.0
-    turn_stiffness: units.RotationalStiffnessOrZero | None = None
+    rotational_stiffness: units.RotationalStiffnessOrZero | None = None
     damping: units.DampingOrZero = 0.0
     until: units.Duration | None = None
     released_by: ReleaseName | None = None
@@ -168,12 +168,12 @@ class Joint(Part):
                 raise InputError(f"{name}: its two points are {apart:.6g} m apart at the start; they must coincide")
             for along in np.eye(3):
                 add_row(builder, kernels.POINT, a, b, along=along, **common)
-        if self.turn_stiffness is not None:
-            common["stiffness"] = self.turn_stiffness
-            if (self.turn_stiffness > 0.0) != (self.stiffness > 0.0):
+        if self.rotational_stiffness is not None:
+            common["stiffness"] = self.rotational_stiffness
+            if (self.rotational_stiffness > 0.0) != (self.stiffness > 0.0):
                 raise InputError(
-                    f"{name}.turn_stiffness is {self.turn_stiffness!r}, but {name}.stiffness is {self.stiffness!r}; "
-                    f"both must be above 0 (a penalty), or both 0"
+                    f"{name}.rotational_stiffness is {self.rotational_stiffness!r}, but {name}.stiffness is "
+                    f"{self.stiffness!r}; both must be above 0 (a penalty), or both 0"
                 )
         for held in self._directions(builder, name, a, b, axis):
             add_row(builder, held.kind, held.a, held.b, direction=held.along, value=held.value, **common)

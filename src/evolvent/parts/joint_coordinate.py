@@ -44,7 +44,7 @@ class CoordinateSpring(Part):
         damping: float
         rest: float
         friction: float
-        stick_stiffness: float | None
+        bristle_stiffness: float | None
         low: float | None
         high: float | None
         stop: float
@@ -62,10 +62,10 @@ class CoordinateSpring(Part):
             raise InputError(
                 f"{name}.latch_stiffness is {self.latch_stiffness!r}; a latch needs one above 0 {stiffness}"
             )
-        if self.stick_stiffness is not None and self.friction == 0.0:
-            raise InputError(f"{name}.stick_stiffness is given, but {name}.friction is 0.0; give a friction above 0")
-        if self.stick_stiffness == 0.0:
-            raise InputError(f"{name}.stick_stiffness is 0.0; friction needs one above 0 {stiffness}")
+        if self.bristle_stiffness is not None and self.friction == 0.0:
+            raise InputError(f"{name}.bristle_stiffness is given, but {name}.friction is 0.0; give a friction above 0")
+        if self.bristle_stiffness == 0.0:
+            raise InputError(f"{name}.bristle_stiffness is 0.0; friction needs one above 0 {stiffness}")
 
     def ends(self, builder: Builder, name: str, types: Sequence[str]) -> Ends:
         """Ends and axis, its own or those of the joint that it names, which must be of one of the types."""
@@ -88,7 +88,7 @@ class CoordinateSpring(Part):
         """Write the row of the family `hinges`; axis : (3,) float, axes of the body."""
         latch = math.inf if self.latch is None else self.latch
         keys = ("stiffness", "damping", "rest", "friction", "stop", "latch_stiffness", "latch_damping")
-        stick = self.stick_stiffness
+        stick = self.bristle_stiffness
         found = add_coordinate(
             builder, kind, body, axis, start,
             {key: getattr(self, key) for key in keys} | fields,

@@ -60,7 +60,7 @@ class RotationalSpring(CoordinateSpring):
         Angle at which the torque of the spring is zero.
     friction : float, N m
         Coulomb friction: the torque at which the joint slips.
-    stick_stiffness : float, N m/rad, optional
+    bristle_stiffness : float, N m/rad, optional
         Stiffness of stiction; by default the joint slips after 1e-4 rad.
     low, high : float, rad, optional
         Stops; none if left out.
@@ -88,7 +88,7 @@ class RotationalSpring(CoordinateSpring):
     damping: units.RotationalDampingOrZero = 0.0
     rest: units.Angle = 0.0
     friction: units.TorqueOrZero = 0.0
-    stick_stiffness: units.RotationalStiffnessOrZero | None = None
+    bristle_stiffness: units.RotationalStiffnessOrZero | None = None
     low: units.Angle | None = None
     high: units.Angle | None = None
     stop: units.RotationalStiffnessOrZero = 0.0

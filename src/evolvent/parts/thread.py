@@ -69,12 +69,12 @@ class Thread(Part):
     direction : (3,) float, optional
         Direction of the thread deployed at the start, body axes; the pay-out axis of the reel if left out. With `end`
         the thread is straight to that point.
-    velocity_turn : bool
+    rotate_velocity : bool
         Whether a released node's velocity is turned along the thread (springs; eq. 12).
     wound_mass : {"ignored", "carried"}
         Whether wound thread acts on the body that carries it. Ignored, as in the paper, momentum appears with
         every released node; carried, momentum is kept.
-    lets_go : bool
+    separates : bool
         Whether the thread leaves the spool when it is all out (separation).
     copies : int
         Number of identical threads, evenly spaced about the spin axis, that this one stands for.
@@ -112,9 +112,9 @@ class Thread(Part):
     damping: units.DampingOrZero = 0.0
     slack: bool = False
     direction: units.Direction | None = None
-    velocity_turn: bool = True
+    rotate_velocity: bool = True
     wound_mass: Literal["ignored", "carried"] = "ignored"
-    lets_go: bool = False
+    separates: bool = False
     copies: Annotated[int, units.Whole(least=1, most=1_000_000)] = 1
     capture: units.PositiveNumber = 1e-3
     width: units.Length | None = None
@@ -207,9 +207,9 @@ class Thread(Part):
             spool_v=drive.spool_v,
             spool_inertia=drive.inertia,
             spool_torque=drive.torque,
-            turned=int(self.velocity_turn),
+            turned=int(self.rotate_velocity),
             carried=int(self.wound_mass == "carried"),
-            lets_go=int(self.lets_go),
+            separates=int(self.separates),
             capture=self.capture,
             end=end,
             slack=int(self.slack),

@@ -38,7 +38,7 @@ class TranslationalSpring(CoordinateSpring):
         Travel at which the force of the spring is zero.
     friction : float, N
         Coulomb friction: the force at which the joint slips.
-    stick_stiffness : float, N/m, optional
+    bristle_stiffness : float, N/m, optional
         Stiffness of stiction; by default the joint slips after 1e-5 m.
     low, high : float, m, optional
         Stops; none if left out.
@@ -60,7 +60,7 @@ class TranslationalSpring(CoordinateSpring):
     damping: units.DampingOrZero = 0.0
     rest: units.Coordinate = 0.0
     friction: units.ForceOrZero = 0.0
-    stick_stiffness: units.StiffnessOrZero | None = None
+    bristle_stiffness: units.StiffnessOrZero | None = None
     low: units.Coordinate | None = None
     high: units.Coordinate | None = None
     stop: units.StiffnessOrZero = 0.0

@@ -98,11 +98,11 @@ def check(assembly: Assembly, end: float) -> None:
     for p, row in enumerate(model.threads):
         thread = names.get(p, f"thread {p}")
         beyond = np.flatnonzero(out[:, p] > whole[p] * (1.0 + _ROUND_OFF))
-        if beyond.size and not row["lets_go"]:
+        if beyond.size and not row["separates"]:
             raise InputError(
                 f"the drive outruns the thread {thread!r}: it has paid out {out[:, p].max():.6g} m by t = {end:.6g} s, "
                 f"but `length` is {whole[p]:g} m, all out at about {times[beyond[0]]:.6g} s; shorten `until`, slow "
-                f"down the `drive`, or set `lets_go`"
+                f"down the `drive`, or set `separates`"
             )
         below = np.flatnonzero(out[:, p] < -_ROUND_OFF * whole[p])
         if below.size:

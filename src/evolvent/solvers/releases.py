@@ -46,7 +46,7 @@ def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
             return float((angle * row["radius"] - 0.5 * row["coiling"] * angle**2) / row["segment"])
 
         n = int(row["n"])
-        up = np.append(np.arange(n, dtype=float), n if row["lets_go"] else n + OVERRUN)
+        up = np.append(np.arange(n, dtype=float), n if row["separates"] else n + OVERRUN)
         down = np.append(np.arange(n) + float(row["capture"]), -OVERRUN)
         out = _values(paid, times)
         for k in np.flatnonzero(np.diff(out) != 0.0):

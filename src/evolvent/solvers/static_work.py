@@ -102,8 +102,8 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     for load in copy.loads[copy.loads["kind"] >= loads.AT_MARKER]:
         copy.parameters[load["first"] + loads.RAMP] = 0.0
     contact.clear_history(copy)
-    flexible.cylinders["stick_damping"] = 0.0
-    flexible.body_contacts["stick_damping"] = 0.0
+    flexible.cylinders["bristle_damping"] = 0.0
+    flexible.body_contacts["bristle_damping"] = 0.0
     return copy
 
 

@@ -149,7 +149,7 @@ def next_levels(s, threads, p):
     Of a thread that is all out, or all wound, these are the ends beyond which its spool must not turn.
     """
     up, down = float(s[p]), s[p] - 1 + threads[p].capture
-    if s[p] == threads[p].n and not threads[p].lets_go:
+    if s[p] == threads[p].n and not threads[p].separates:
         up += OVERRUN
     if s[p] == 0 or (s[p] == 1 and threads[p].end >= 0):
         down = -OVERRUN

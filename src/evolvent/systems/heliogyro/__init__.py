@@ -19,7 +19,7 @@ Equations (Tenenbaum 2014, numbered as there; spool frame, which turns with the 
     (9)   V_Q = (r phi', 0, 0)
     (10)  and the rest length l00 = r (phi - dphi (i - 1))
     (11)  where |Q - X_i| is below 1e-10, e = (-1, 0, 0)
-    (12)  at its release the velocity of a node is turned along the thread: V_i = |V_i| e_(i,i-1)  (blade.velocity_turn)
+    (12)  at its release a node's velocity is turned along the thread: V_i = |V_i| e_(i,i-1)  (blade.rotate_velocity)
     (13)  equations of all nodes: (2) wound, (3, 4) free, (7, 8) boundary; loads f(x, v, t) per length act as F_i in (5)
     (14)  inertial forces of the rotating frame on every released node:
           F_x = m (W' y + W^2 (x + L0) + 2 W y'), F_y = m (-W' (x + L0) + W^2 y - 2 W x')
@@ -82,7 +82,7 @@ class Heliogyro(SystemDefinition):
     keys = {
         "until": "solver.duration", "every": "output.every", "tolerance": "solver.rtol",
         "absolute_tolerance": "solver.atol", "drive": "spool.rate", "angle": "spool.start_length",
-        "stiffness": "blade.stiffness", "length": "blade.length", "lets_go": "blade.lets_go",
+        "stiffness": "blade.stiffness", "length": "blade.length", "separates": "blade.separates",
         "reel-*.drive.inertia": "spool.free.inertia", "reel-*.drive.steps": "spool.changes", "reel-*.drive": "spool",
         "reel-*.radius": "spool.radius", "blade-*.thickness": "spool.film_thickness", "blade-*.": "blade.",
         "RigidBody.": "body.",

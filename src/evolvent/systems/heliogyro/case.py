@@ -46,11 +46,13 @@ class Blade(Section):
     )
     thickness: units.Length | None = Field(None, description="of the film, needed for young_modulus")
     damping: units.DampingOrZero = Field(1e-3, description="of one segment (springs)")
-    velocity_turn: bool = Field(True, description="turn a released node's velocity along the thread, eq. 12 (springs)")
+    rotate_velocity: bool = Field(
+        True, description="turn a released node's velocity along the thread, eq. 12 (springs)"
+    )
     wound_mass: Literal["ignored", "carried"] | None = Field(
         None, description="whether wound thread acts on the body; left out: ignored, but carried on a free body"
     )
-    lets_go: bool = Field(False, description="whether the thread leaves the spool when it is all out")
+    separates: bool = Field(False, description="whether the thread leaves the spool when it is all out")
     width: units.Length | None = Field(None, description="chord, needed for sunlight and young_modulus")
 
     @model_validator(mode="after")

@@ -37,7 +37,7 @@ def build(case: Case, begin: Start) -> System:
     _add_hub(system, case, begin)
     hold: dict[str, Any] = {"type": "clamp" if rib.root == "clamp" else "revolute", "axis": axis}
     if case.method not in IMPLICIT:
-        hold["stiffness"], hold["turn_stiffness"] = case.penalty
+        hold["stiffness"], hold["rotational_stiffness"] = case.penalty
     damping, law = case.damping, _law(case, begin)
     beam: dict[str, Any] = {"length": rib.length, "section": rib.profile, "material": rib.material}
     beam |= {"elements": rib.elements, "formulation": rib.formulation, "damping": damping.kind, "damped": case.damped}
@@ -118,7 +118,7 @@ def _law(case: Case, begin: Start) -> dict[str, Any]:
         "damping": contact.damping if contact.law == "paper" else contact.dissipation,
         "points": contact.points,
         "friction": contact.friction,
-        "stick_stiffness": STICK * begin.stiffness,
+        "bristle_stiffness": STICK * begin.stiffness,
     }
 
 
