@@ -183,7 +183,8 @@ RECORDS: dict[str, np.dtype] = {
     # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`
     "cylinders": _record(
         "body law first last under surface",
-        "sense shift centre axis radius half_length stiffness exponent damping friction bristle_stiffness bristle_damping",
+        "sense shift centre axis radius half_length stiffness exponent damping friction bristle_stiffness "
+        "bristle_damping",
         "F normal energy power touching",
         centre=_3, axis=_3, F=_6,
     ),
