@@ -33,10 +33,12 @@ def absent(model: Model) -> frozenset[str]:
     A name that is missing here costs compilation; one that is wrong has a function loaded when it is called.
     """
     f, threads, joints, ties = model.flexible, model.threads, model.flexible.joints, model.flexible.synchronizations
+    acts = model.wheels.size or model.thrusters.size or model.controllers.size
     penalties, turns = model.info.penalties, np.any(f.cylinders["under"] >= 0)
     held = np.any(model.rows["kind"] == constraint_rows.JOINT)
     has = {
-        "attitude": model.wheels.size or model.thrusters.size or model.controllers.size,
+        "attitude": acts,
+        "attitude_tangent": acts,
         "beam_loads": f.beam_loads.size,
         "node_loads": f.beam_loads.size and np.any(families.follows(f.beam_loads)),
         "body_contact": f.body_contacts.size,

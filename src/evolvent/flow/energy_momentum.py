@@ -40,6 +40,7 @@ from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, N_POWERS, SPRINGS, STIFFNESS_DAMPING
 from evolvent.kernels import (
     attitude,
+    attitude_tangent,
     beam_loads,
     cable,
     contact,
@@ -403,7 +404,7 @@ def tangent(scale, model, work, matrix):
     _add_body_tangents(c_mass, model, work, matrix)
     if attitude.has_actuators(model):
         attitude.add_wheel_step_tangent(c_mass, n_q, work.R0, work.R1, model, matrix)
-        attitude.add_actuator_tangents(tm, work.ym, c_rate, model, matrix)
+        attitude_tangent.add_actuator_tangents(tm, work.ym, c_rate, model, matrix)
     if f.joints.size > 0:
         _add_end_rows(scale, c_rate, model, work, matrix)
 

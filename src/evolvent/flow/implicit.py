@@ -22,6 +22,7 @@ from evolvent.flow.powers import (
 )
 from evolvent.kernels import (
     attitude,
+    attitude_tangent,
     beam_loads,
     contact,
     coordinate,
@@ -167,7 +168,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     rigid.add_body_tangent(y, c_mass, c_rate, n_q, model.bodies, f.K12, matrix)
     if attitude.has_actuators(model):
         attitude.add_wheel_tangent(y, c_mass, c_rate, n_q, model, matrix)
-        attitude.add_actuator_tangents(t, y, c_rate, model, matrix)
+        attitude_tangent.add_actuator_tangents(t, y, c_rate, model, matrix)
     if model.threads.size > 0:
         thread.add_thread_tangent(y, c_mass, c_rate, model, matrix)
 

@@ -1,0 +1,122 @@
+"""Derivatives of the torques of wheels and controlled thrusters."""
+
+import math
+
+from numba import types, void
+
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
+from evolvent.kernels.attitude import WHEELS, drag_torque, limited_torque, linear_torque, wanted_by_motor
+from evolvent.kernels.fields import ORBIT
+from evolvent.kernels.law_slopes import spring_law_slope
+from evolvent.kernels.rigid import FREE
+from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.sparse import SPARSE, add_block, add_entry
+from evolvent.model import MODEL
+
+
+@inlined
+def add_frame_tangents(c_rate, model, matrix):
+    """c_rate times the derivatives of `add_frame_torques` by velocities, as residuals."""
+    wheels, bodies, fields, n_q = model.wheels, model.bodies, model.fields, model.info.nq
+    for i in range(wheels.size):
+        b, n, at = wheels[i].body, wheels[i].axis, wheels[i].iv - n_q
+        for k in range(fields.size):
+            if fields[k].kind == ORBIT and bodies[b].motion == FREE:
+                f = turn_back(bodies[b].R, fields[k].w[0], fields[k].w[1], fields[k].w[2])
+                g, S = cross(f[0], f[1], f[2], n[0], n[1], n[2]), c_rate * fields[k].scale * wheels[i].inertia
+                for c in range(3):
+                    add_entry(matrix, bodies[b].iv + 3 - n_q + c, at, S * g[c])
+                    add_entry(matrix, at, bodies[b].iv + 3 - n_q + c, -S * g[c])
+
+
+@inlined
+def by_command(t, y, model, i):
+    """Derivative of the motor's torque of wheel i by its command, or by what else it is asked for."""
+    wheels = model.wheels
+    angle, rate = y[wheels[i].iq], y[wheels[i].iv]
+    u = wanted_by_motor(t, angle, rate, model, i)
+    d = 1e-6 * (1e-3 + abs(u))
+    return (limited_torque(u + d, rate, wheels, i) - limited_torque(u - d, rate, wheels, i)) / (2.0 * d)
+
+
+@inlined
+def error_gradient(e, G):
+    """Derivative G : (3, 3) of a rotation vector e by a further turn, body axes: 1 + ex/2 + c ex ex."""
+    square = e[0] * e[0] + e[1] * e[1] + e[2] * e[2]
+    half = 0.5 * math.sqrt(square)
+    c = 1.0 / 12.0 if half < 1e-3 else (1.0 - half / math.tan(half)) / square
+    for j in range(3):
+        u = cross(e[0], e[1], e[2], 1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2))
+        v = cross(e[0], e[1], e[2], u[0], u[1], u[2])
+        for i in range(3):
+            G[i, j] = 1.0 * (i == j) + 0.5 * u[i] + c * v[i]
+
+
+@indirect(void(REAL, VECTOR, types.int64, REAL, MODEL, SPARSE))
+def add_controller_tangent(t, y, k, c_rate, model, matrix):
+    """Add what the command of controller k changes with the body's attitude, and c_rate times with its rate.
+
+    Left out is how a path's rate turns in the body's axes.
+    """
+    controllers, wheels, thrusters, bodies = model.controllers, model.wheels, model.thrusters, model.bodies
+    n_q, p, G, K, T = model.info.nq, model.parameters, model.scratch, model.flexible.K12, controllers[k].torque
+    b = controllers[k].body
+    row = bodies[b].iv - n_q
+    error_gradient(controllers[k].error, G)
+    for i in range(3):
+        size = abs(linear_torque(controllers, k, i)) - controllers[k].dead_band
+        inside = 1.0 if 0.0 <= size <= controllers[k].limit else 0.0
+        P, D = inside * controllers[k].proportional[i], inside * controllers[k].derivative[i]
+        for j in range(3):
+            G[i, j] = -P * G[i, j] - (c_rate * D if i == j else 0.0)
+    count, at = controllers[k].count, controllers[k].place
+    shares = at + count
+    for a in range(count):
+        i = int(p[at + a])
+        if controllers[k].actuators == WHEELS:
+            slope = by_command(t, y, model, i)
+            for j in range(3):
+                value = 0.0
+                for c in range(3):
+                    value += p[shares + 3 * a + c] * G[c, j]
+                add_entry(matrix, wheels[i].iv - n_q, row + 3 + j, -slope * value)
+        elif 0.0 < thrusters[i].push < thrusters[i].limit:
+            x, e = thrusters[i].local, thrusters[i].direction
+            m = cross(x[0], x[1], x[2], e[0], e[1], e[2])
+            f = turn(bodies[b].R, e[0], e[1], e[2])
+            for j in range(3):
+                value = 0.0
+                for c in range(3):
+                    if T[c] >= 0.0:
+                        value += p[shares + 6 * a + c] * G[c, j]
+                    else:
+                        value -= p[shares + 6 * a + 3 + c] * G[c, j]
+                for c in range(3):
+                    K[c, j], K[3 + c, j] = f[c] * value, m[c] * value
+            add_block(matrix, row, row + 3, K, 0, 0, 6, 3, -1.0)
+
+
+@indirect(void(REAL, VECTOR, REAL, MODEL, SPARSE))
+def add_actuator_tangents(t, y, c_rate, model, matrix):
+    """Add what torques on wheels and controlled thrusters change with position, and c_rate times with velocity.
+
+    After `actuator_forces` of the same state only.
+    """
+    wheels, n_q = model.wheels, model.info.nq
+    for i in range(wheels.size):
+        angle, rate = y[wheels[i].iq], y[wheels[i].iv]
+        d = 1e-6 * (1.0 + abs(rate))
+        slope = drag_torque(wheels, i, rate + d) - drag_torque(wheels, i, rate - d)
+        if wheels[i].rate_limit < math.inf:
+            u = wanted_by_motor(t, angle, rate, model, i)
+            slope -= limited_torque(u, rate + d, wheels, i) - limited_torque(u, rate - d, wheels, i)
+        slope *= c_rate / (2.0 * d)
+        if wheels[i].law != 0:
+            p = model.parameters[wheels[i].first : wheels[i].last]
+            own = spring_law_slope(wheels[i].law, angle, 1.0, rate, c_rate, t, p, 1.0)
+            slope -= by_command(t, y, model, i) * own
+        add_entry(matrix, wheels[i].iv - n_q, wheels[i].iv - n_q, slope)
+    for k in range(model.controllers.size):
+        add_controller_tangent(t, y, k, c_rate, model, matrix)
+    if c_rate != 0.0:
+        add_frame_tangents(c_rate, model, matrix)
