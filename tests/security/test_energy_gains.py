@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import evolvent as ev
-from evolvent import analysis, parts
+from evolvent import parts
+from evolvent.analysis import closure
 from evolvent.analysis.system import System
 from evolvent.solvers import Solution
 from evolvent.solvers.implicit import solve_implicit
@@ -51,20 +52,20 @@ def test_a_gain_that_matters_fails(swing: Solution) -> None:
     """The solver itself passes gains up to 1e-4 of the weight lifted by the string's length, here 98 uJ."""
     moved = swing.closure.moved
     assert 1e-6 < moved < 2e-3
-    assert analysis.check_energy_gain(swing) is swing
+    assert closure.check_energy_gain(swing) is swing
     assert swing.closure.gained < 0.02 * moved
-    assert analysis.check_energy_gain(gaining(swing, 0.05 * moved)).success
+    assert closure.check_energy_gain(gaining(swing, 0.05 * moved)).success
     assert gaining(swing, 0.05 * moved).closure.warns
     words = r"the energy balance has gained \S+ J, \S+ % of the \S+ J that were moved"
-    assert re.match(words, analysis.unclosed(gaining(swing, 1.7 * moved)))
-    failed = analysis.check_energy_gain(gaining(swing, 1.7 * moved))
+    assert re.match(words, closure.unclosed(gaining(swing, 1.7 * moved)))
+    failed = closure.check_energy_gain(gaining(swing, 1.7 * moved))
     assert failed.status == "failed"
     assert "J that were moved; use a smaller `tolerance` or `step`" in failed.message
 
 
 def test_a_failed_or_interrupted_run_stays_what_it_is(swing: Solution) -> None:
     other = dataclasses.replace(gaining(swing, 1.0), status="interrupted", message="interrupted at t = 1 s")
-    assert analysis.check_energy_gain(other) is other
+    assert closure.check_energy_gain(other) is other
 
 
 @pytest.mark.parametrize("speed", [0.0, 1e-6])

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, results
+from evolvent.base import files
 from evolvent.design import studies
 
 resource = pytest.importorskip("resource", reason="limits of files are those of POSIX")
@@ -105,28 +106,28 @@ def test_what_killed_processes_left_goes(run_copy: pathlib.Path, monkeypatch: py
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     number = int(process.stdout.readline())
-    folder, host = run_copy.parent, results._host()
+    folder, host = run_copy.parent, files._host()
     mine = folder / f".run.nc.{host}-{number}-0123456789ab.part"
     others = folder / f".run.nc.{'0' * 8}-{number}-0123456789ab.part"
     foreign = folder / ".download.part"
     for path in (mine, others, foreign):
         path.write_bytes(b"half")
     monkeypatch.setattr(results, "_LOOKED", {})
-    results.write_file(folder / "first.txt", "text")
+    files.write_file(folder / "first.txt", "text")
     assert mine.exists()
     process.send_signal(signal.SIGKILL)
     process.wait()
     process.stdout.close()
-    results.write_file(folder / "second.txt", "text")
+    files.write_file(folder / "second.txt", "text")
     assert mine.exists()  # a folder is searched once a minute
     monkeypatch.setattr(results, "_LOOKED", {})
-    results.write_file(folder / "third.txt", "text")
+    files.write_file(folder / "third.txt", "text")
     assert listed(folder) == sorted([others.name, foreign.name, "first.txt", "second.txt", "third.txt", "run.nc"])
 
 
 def test_the_temporary_name_is_that_of_this_process(tmp_path: pathlib.Path) -> None:
-    with results.writing(tmp_path / "run.nc") as temporary:
-        found = results._PART.fullmatch(os.path.basename(temporary))
+    with files.writing(tmp_path / "run.nc") as temporary:
+        found = files._PART.fullmatch(os.path.basename(temporary))
         assert found is not None
         assert int(found[2]) == os.getpid()
         pathlib.Path(temporary).write_text("text")

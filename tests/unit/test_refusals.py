@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import InputError, RunFailed, System, analysis, cases, force_law, parts, spring_law
+from evolvent import InputError, RunFailed, System, cases, force_law, parts, spring_law
+from evolvent.analysis import closure
 from evolvent.base.errors import counted
 from evolvent.compiled import laws
 from evolvent.results import variables
@@ -223,7 +224,7 @@ def test_only_loads_on_the_tip_suppress_the_warning_about_it(add: Any, warns: bo
     system.add(parts.LawLoad(thread="tether", law=["1", "0", "0"]), "wind")
     if add is not None:
         system.add(add, "more")
-    assert ("acts per length of 'tether'" in analysis.unloaded_tips(system.assemble())) == warns
+    assert ("acts per length of 'tether'" in closure.unloaded_tips(system.assemble())) == warns
 
 
 @pytest.mark.parametrize(("angle", "named"), [(70.0, False), (95.0, True)])

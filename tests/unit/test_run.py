@@ -11,6 +11,7 @@ import xarray as xr
 
 import evolvent
 from evolvent import cases, results
+from evolvent.base import files
 from evolvent.results import variables
 
 heliogyro = cases.system("heliogyro")
@@ -472,23 +473,23 @@ def test_files_that_are_no_runs(quick, tmp_path):
 
 def test_where_files_may_be_written(tmp_path):
     (tmp_path / "file").write_text("")
-    results.check_writable(tmp_path / "run.nc")
-    results.check_writable_folder(tmp_path / "a" / "b")
+    files.check_writable(tmp_path / "run.nc")
+    files.check_writable_folder(tmp_path / "a" / "b")
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
     for refuse, path, words in (
-        (results.check_writable, tmp_path, "it is a folder"),
-        (results.check_writable, tmp_path / "none" / "run.nc", "there is no folder"),
-        (results.check_writable_folder, tmp_path / "file", "is not a folder"),
-        (results.check_writable_folder, tmp_path / "file" / "x", "is not a folder"),
-        (results.make_folder, tmp_path / "file", "is not a folder"),
-        (results.check_writable, "/dev/null", "it is not a regular file"),
-        (results.check_writable, "", "the name is empty"),
-        (results.check_writable, "a\0b", "no name may hold a null character"),
-        (results.check_writable, 5, "a file is named by a text or a path"),
-        (results.check_writable, tmp_path / ("x" * 300), "the name is too long"),
-        (results.check_writable_folder, "", "the name is empty"),
-        (results.check_writable_folder, tmp_path / ("x" * 300) / "f", "the name is too long"),
-        (results.make_folder, "", "the name is empty"),
+        (files.check_writable, tmp_path, "it is a folder"),
+        (files.check_writable, tmp_path / "none" / "run.nc", "there is no folder"),
+        (files.check_writable_folder, tmp_path / "file", "is not a folder"),
+        (files.check_writable_folder, tmp_path / "file" / "x", "is not a folder"),
+        (files.make_folder, tmp_path / "file", "is not a folder"),
+        (files.check_writable, "/dev/null", "it is not a regular file"),
+        (files.check_writable, "", "the name is empty"),
+        (files.check_writable, "a\0b", "no name may hold a null character"),
+        (files.check_writable, 5, "a file is named by a text or a path"),
+        (files.check_writable, tmp_path / ("x" * 300), "the name is too long"),
+        (files.check_writable_folder, "", "the name is empty"),
+        (files.check_writable_folder, tmp_path / ("x" * 300) / "f", "the name is too long"),
+        (files.make_folder, "", "the name is empty"),
         (evolvent.open, 5, "cannot read 5: a file is named by"),
         (evolvent.open, "", "the name is empty"),
         (evolvent.open, "/dev/null", "it is not a regular file"),
@@ -502,7 +503,7 @@ def test_a_file_that_may_not_be_written_is_refused(tmp_path, monkeypatch):
     (tmp_path / "run.nc").write_text("old")
     monkeypatch.setattr(results.os, "access", lambda path, mode: False)
     with pytest.raises(evolvent.InputError, match="permission denied"):
-        results.check_writable(tmp_path / "run.nc")
+        files.check_writable(tmp_path / "run.nc")
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from evolvent.analysis import closure
 from evolvent.base.errors import InputError, RunFailed, in_keys, naming_keys, nearest
 from evolvent.base.schema import Section
 from evolvent.cases import Plan
@@ -216,9 +217,7 @@ class SystemDefinition:
 
     def warning(self, case: Any, solution: Solution) -> str:
         """A warning about the run, one sentence; '' for none."""
-        from evolvent import analysis
-
-        return analysis.warning_of(solution)
+        return closure.warning_of(solution)
 
     def numbers(self, run: Any) -> list[Number]:
         """Rows of the table on the screen."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from evolvent.base import files
 from evolvent.solvers.modal import NOTHING, Modes
 from evolvent.solvers.sampled import empty
 from evolvent.solvers.solution import Solution
@@ -98,4 +99,4 @@ class ModalResults(Modes):
 
         found = self.to_dataset()
         found.attrs = {"title": "modes by evolvent", "holds": results.MODES, "made_with": results.made_with()}
-        results.write_file(path, netcdf.image(found))
+        files.write_file(path, netcdf.image(found))

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from evolvent.base import files
 from evolvent.base.console import echo, once
 from evolvent.base.errors import InputError, RunFailed
 
@@ -21,14 +22,12 @@ def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
 
 def _check_targets(output: str | None, figures: str | None, case: str) -> None:
     """Refuse files and folders that could not be written, and results in place of the case, before any work is done."""
-    from evolvent import results
-
     if output is not None:
-        results.check_writable(output)
+        files.check_writable(output)
         if os.path.exists(output) and os.path.exists(case) and os.path.samefile(case, output):
             raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
     if figures is not None:
-        results.check_writable_folder(figures)
+        files.check_writable_folder(figures)
 
 
 _SET = click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
@@ -45,8 +44,6 @@ def modes(case: str, assignments: tuple[str, ...], count: int | None, output: st
 
     Prints frequencies (Hz), damping ratios and effective masses.
     """
-    from evolvent import results
-
     _check_targets(output, figures, case)
     loaded, definition = _loaded(case, assignments)
     found = definition.modes(loaded, count=count)
@@ -55,7 +52,7 @@ def modes(case: str, assignments: tuple[str, ...], count: int | None, output: st
         found.save(output)
         echo(f"modes: {output}")
     if figures is not None:
-        results.make_folder(figures)
+        files.make_folder(figures)
         for k in range(len(found.pole)):
             found.animate(k, os.path.join(figures, f"mode-{k:02d}.html"))
         echo(f"animations: mode-00.html to mode-{len(found.pole) - 1:02d}.html in {figures}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from evolvent.base import progress
+from evolvent.base import files, progress
 from evolvent.base.console import INTERRUPTED, echo, once, showing_progress
 
 
@@ -41,14 +41,13 @@ def calibrate(
     import os
     import pathlib
 
-    from evolvent import results
     from evolvent.base.errors import InputError
     from evolvent.design.calibration import fit as fitting
     from evolvent.design.calibration import report
 
     name = os.path.splitext(os.path.basename(case))[0]
     folder = pathlib.Path(output or f"{name}-calibration")
-    results.check_writable_folder(str(folder))
+    files.check_writable_folder(str(folder))
     try:
         deviations = None if std is None else [float(x) for x in std.split(",")]
     except ValueError:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from evolvent.base import files
 from evolvent.base.console import INTERRUPTED, echo, note, once, showing_progress
 from evolvent.base.errors import InputError
 
@@ -72,12 +73,11 @@ def _show(one: Claim) -> None:
 
 def _measure(found: Iterable[Claim], path: str | None) -> None:
     """Measure claims, print what is found, and keep it where a file is given; leave with 1 where anything differs."""
-    from evolvent import results
     from evolvent.papers import ledger
 
     found = list(found)
     if path is not None:
-        ledger.read(results.check_writable(path))
+        ledger.read(files.check_writable(path))
     note(f"measuring, about {max(sum(one.seconds for one in found), 1)} s of CPU time")
     measured, differ, interrupted = {}, 0, False
     try:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn, Protocol, get_args, ge
 import click
 
 from evolvent import __version__
-from evolvent.base import startup
+from evolvent.base import files, startup
 from evolvent.base.console import INTERRUPTED, discard_output, echo, figure_format, once, say
 from evolvent.base.errors import EvolventError, InputError, RunFailed, abbreviated, nearest
 from evolvent.commands.analysis import equilibrium, modes
@@ -273,7 +273,7 @@ def plot(path: str, figures: str | None, variables: str | None, kind: str) -> No
         from evolvent.view import show
 
         drawn = show.figure(found, [name.strip() for name in variables.split(",") if name.strip()])
-    folder = results.check_writable_folder(beside(path) if figures is None else figures)
+    folder = files.check_writable_folder(beside(path) if figures is None else figures)
     if drawn is None:
         list_names(draw(found, folder, kind, quiet=False), folder)
         return

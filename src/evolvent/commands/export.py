@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from evolvent.base import progress
+from evolvent.base import files, progress
 from evolvent.base.console import echo, once, showing_progress
 from evolvent.base.errors import InputError, nearest
 
@@ -98,14 +98,12 @@ def report(path: str, output: str | None) -> None:
 
 def _check_target(path: str, target: str, *, folder: bool) -> None:
     """Refuse what could not be written, or is the run itself."""
-    from evolvent import results
-
     if os.path.exists(target) and os.path.samefile(path, target):
         raise InputError(f"-o {target!r} is the run itself; name another")
     if folder:
-        results.check_writable_folder(target)
+        files.check_writable_folder(target)
     else:
-        results.check_writable(target)
+        files.check_writable(target)
 
 
 def _print_label(found: Any) -> None:

@@ -6,6 +6,7 @@ import os
 
 import click
 
+from evolvent.base import files
 from evolvent.base.console import INTERRUPTED, echo, figure_format, note, once, showing_progress
 from evolvent.base.errors import InputError
 
@@ -52,11 +53,10 @@ def _claimed(path: str | None, kind: str) -> str | None:
     """Refuse a file that could not be written, before the runs."""
     if path is None:
         return None
-    from evolvent import results
 
     if os.path.splitext(path)[1].lower() not in ENDINGS[kind]:
         raise InputError(f"cannot write {path!r}: the file of a {kind} ends with {' or '.join(ENDINGS[kind])}")
-    return results.check_writable(path)
+    return files.check_writable(path)
 
 
 def _write(made: object, path: str) -> None:
@@ -69,7 +69,5 @@ def _write(made: object, path: str) -> None:
 
         plots.save(made.figure, path)
     else:
-        from evolvent import results
-
-        results.write_file(path, f"{made.text}\n")
+        files.write_file(path, f"{made.text}\n")
     note(f"written to {path}")

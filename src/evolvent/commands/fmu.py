@@ -6,6 +6,7 @@ import os
 
 import click
 
+from evolvent.base import files
 from evolvent.base.console import echo, once
 from evolvent.base.errors import InputError
 
@@ -32,11 +33,11 @@ def fmu(case: str, assignments: tuple[str, ...], output: str | None, inputs: str
 
     Other simulators import it on this machine: the model runs in the Python that wrote it.
     """  # noqa: D301  (click wants the \b)
-    from evolvent import cases, results
+    from evolvent import cases
 
     stem = os.path.splitext(os.path.basename(case))[0]
     target = f"{stem}.fmu" if output is None else output
-    results.check_writable(target)
+    files.check_writable(target)
     if os.path.exists(target) and os.path.exists(case) and os.path.samefile(case, target):
         raise InputError(f"-o {target!r} is the case file itself; name another, such as '{stem}.fmu'")
     from evolvent.exports.fmu import contents, write

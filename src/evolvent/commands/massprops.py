@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent.base import progress
+from evolvent.base import files, progress
 from evolvent.base.console import echo, once, showing_progress
 from evolvent.base.errors import InputError, visible
 
@@ -50,14 +50,14 @@ def identify(
     evolvent identify slew.nc --variables boom.tip_deflection.y --set signals.start='2 s' --figures modes
     evolvent identify knock.csv --stand stand.yaml -o certificate.html
     """  # noqa: D301
-    from evolvent import cases, results
+    from evolvent import cases
     from evolvent.massprops import certificate, description
     from evolvent.massprops.measurement import mass_properties, vibration
 
     overrides = cases.parse_assignments(assignments)
     columns = [name.strip() for name in (variables or "").split(",") if name.strip()]
     if figures is not None:
-        results.check_writable_folder(figures)
+        files.check_writable_folder(figures)
     if stand is None:
         if output is not None:
             raise InputError(
@@ -70,7 +70,7 @@ def identify(
         _draw(figures, found_modes)
         return
     if output is not None:
-        results.check_writable(output)
+        files.check_writable(output)
         _not_an_input(output, {stand: "the stand's file", **dict.fromkeys(signals, "one of the signals' files")})
     if columns:
         overrides = {"signals.sensors": [{"column": name} for name in columns]} | overrides

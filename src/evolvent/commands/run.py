@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from evolvent.base import progress
+from evolvent.base import files, progress
 from evolvent.base.console import INTERRUPTED, figure_format, note, once, say, showing_progress
 from evolvent.base.errors import InputError, RunFailed, visible
 
@@ -87,7 +87,7 @@ class _Targets(NamedTuple):
 
 def _targets(case: str, output: str | None, figures: str | None, no_figures: bool) -> _Targets:
     """Where a run is kept; what could not be written is refused."""
-    from evolvent import cases, results
+    from evolvent import cases
 
     if no_figures and figures is not None:
         raise InputError(f"--figures {figures!r} and --no-figures are both given; give one of them")
@@ -95,18 +95,18 @@ def _targets(case: str, output: str | None, figures: str | None, no_figures: boo
         folder = _unused(os.path.splitext(os.path.basename(case))[0] + "-run")
         for needed in (figures, folder):
             if needed is not None:
-                results.check_writable_folder(needed)
+                files.check_writable_folder(needed)
         drawings = None if no_figures else folder if figures is None else figures
         report = None if no_figures else os.path.join(folder, "report.html")
         return _Targets(folder, os.path.join(folder, "run.nc"), drawings, report)
-    results.check_writable(output)
+    files.check_writable(output)
     if case not in cases.built_in() and os.path.exists(output) and os.path.samefile(case, output):
         raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
     if no_figures:
         return _Targets(None, output, None, None)
     drawings = beside(output) if figures is None else figures
     try:
-        results.check_writable_folder(drawings)
+        files.check_writable_folder(drawings)
     except InputError as error:
         raise InputError(f"{error} (--no-figures draws none)") from None
     if os.path.realpath(output) in _with_parents(os.path.realpath(drawings)):
@@ -158,7 +158,7 @@ def _store(found: xr.Dataset, targets: _Targets, kind: str, quiet: bool) -> None
             table(found)
     finally:  # where it cannot be printed the results are kept all the same
         if targets.folder is not None:
-            results.make_folder(targets.folder)
+            files.make_folder(targets.folder)
         results.save(found, targets.results)
     written = [] if targets.figures is None else draw(found, targets.figures, kind, quiet)
     if targets.report is not None:

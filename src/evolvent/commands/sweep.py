@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from evolvent.base import progress
+from evolvent.base import files, progress
 from evolvent.base.console import INTERRUPTED, echo, figure_format, once, showing_progress
 from evolvent.base.errors import RunFailed
 
@@ -54,9 +54,7 @@ def sweep(
         asked = read_study(study)  # the variables of a run are found by observing its start: this compiles
         folder = output or asked.name
         if figures is not None:
-            from evolvent import results
-
-            results.check_writable_folder(figures)
+            files.check_writable_folder(figures)
         try:
             found = runner.sweep(
                 asked, output=folder, workers=workers, scheduler=scheduler, progress=reached.reach, report=say

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.base.errors import InputError
+from evolvent.base.files import writing
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
-from evolvent.results import variables, writing
+from evolvent.results import variables
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,9 +11,10 @@ import numpy as np
 
 from evolvent.base import progress
 from evolvent.base.errors import InputError
+from evolvent.base.files import writing
 from evolvent.exports.pictures import pictures
 from evolvent.exports.request import Request, animation_of, shown_size, size_of
-from evolvent.results import unfinished, writing
+from evolvent.results import unfinished
 from evolvent.view.animation import default_speed
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from evolvent.base.files import write_file
 from evolvent.exports.request import Request, animation_of, shown_size, size_of
-from evolvent.results import write_file
 from evolvent.view import animation
 
 if TYPE_CHECKING:

@@ -13,8 +13,9 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.base.errors import visible
+from evolvent.base.files import make_folder, writing
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
-from evolvent.results import make_folder, unfinished, variables, writing
+from evolvent.results import unfinished, variables
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -17,8 +17,9 @@ import numpy as np
 
 from evolvent.base import progress
 from evolvent.base.errors import InputError
+from evolvent.base.files import make_folder, writing
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
-from evolvent.results import make_folder, unfinished, writing
+from evolvent.results import unfinished
 from evolvent.results.motion import turned
 
 if TYPE_CHECKING:

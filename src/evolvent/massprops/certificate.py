@@ -12,11 +12,11 @@ import scipy.stats
 
 from evolvent import __version__, cases
 from evolvent.base.errors import InputError
+from evolvent.base.files import write_file
 from evolvent.massprops import pictures
 from evolvent.massprops.description import OnSprings
 from evolvent.massprops.estimates import Evaluation, MassProperties
 from evolvent.massprops.rounding import rounded, shown
-from evolvent.results import write_file
 from evolvent.view import pages
 
 #: Quantities beside one another in a table of the budget.

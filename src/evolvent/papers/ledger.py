@@ -18,8 +18,9 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal, get_args
 
-from evolvent import __version__, papers, results
+from evolvent import __version__, papers
 from evolvent.assembly import expressions
+from evolvent.base import files
 from evolvent.base.errors import InputError, nearest
 
 Verdict = Literal["holds", "in part", "refuted", "open"]
@@ -217,7 +218,7 @@ def keep(measured: Mapping[str, Measurement], path: str | pathlib.Path) -> None:
     """Write measurements to a file, beside those of other claims that it holds."""
     found = read(path) | dict(measured)
     kept = {one.name: dataclasses.asdict(found[one.name]) for one in every() if one.name in found}
-    results.write_file(path, json.dumps(kept, indent=1) + "\n")
+    files.write_file(path, json.dumps(kept, indent=1) + "\n")
 
 
 def counts(found: Iterable[Claim]) -> str:

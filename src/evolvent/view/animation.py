@@ -19,7 +19,8 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.base.errors import InputError
-from evolvent.results import unfinished, write_file
+from evolvent.base.files import write_file
+from evolvent.results import unfinished
 from evolvent.results.motion import Frame, Line, Motion, name_and_unit, turns_between
 from evolvent.results.solids import SECTORS, Solid
 from evolvent.view import pages

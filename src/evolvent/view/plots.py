@@ -14,7 +14,7 @@ import numpy as np
 
 from evolvent.base import progress
 from evolvent.base.errors import InputError
-from evolvent.results import make_folder, write_file
+from evolvent.base.files import make_folder, write_file
 from evolvent.results.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, with_power, y_limits
 
 #: Okabe and Ito's palette, distinguishable with any kind of colour vision; black leads.

@@ -9,8 +9,7 @@ import pathlib
 from collections.abc import Sequence
 from typing import Any
 
-from evolvent import results
-from evolvent.base import safe_open
+from evolvent.base import files, safe_open
 from evolvent.base.errors import InputError, counted
 
 
@@ -28,7 +27,7 @@ class Kept:
         digest = hashlib.sha256(asked.encode()).hexdigest()[:16]
         self.found: dict[str, list[list[float]]] = {}
         self.damaged = 0
-        results.make_folder(folder)
+        files.make_folder(folder)
         self._file = folder / f"evaluations-{digest}.jsonl"
         if os.path.lexists(self._file):
             self._read()
@@ -51,7 +50,7 @@ class Kept:
             else:
                 self.damaged += 1
         if self.damaged or not content.endswith(b"\n"):  # the line that was being written as the process ended
-            results.write_file(self._file, "".join(self._line(key, values) for key, values in self.found.items()))
+            files.write_file(self._file, "".join(self._line(key, values) for key, values in self.found.items()))
 
     def add(self, key: str, values: list[list[float]]) -> None:
         """Keep an evaluation."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
+from evolvent.base import files
 from evolvent.design.calibration.fit import Calibration
 from evolvent.results.figures import Figure, Line, Panel
 from evolvent.view import pages
@@ -99,7 +100,6 @@ def figure(found: Calibration) -> Figure:
 
 def write(found: Calibration, folder: pathlib.Path) -> list[str]:
     """Write files of a calibration; returns their names."""
-    from evolvent import results
     from evolvent.view import plots
 
     content: dict[str, Any] = {
@@ -129,7 +129,7 @@ def write(found: Calibration, folder: pathlib.Path) -> list[str]:
         "report.html": page(found),
     }
     for name, body in texts.items():
-        results.write_file(str(folder / name), body)
+        files.write_file(str(folder / name), body)
     plots.save(figure(found), str(folder / "calibration.png"))
     return ["report.html", "calibration.png", "calibration.json", "case.yaml"]
 

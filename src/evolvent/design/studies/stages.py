@@ -11,6 +11,7 @@ from typing import Any
 import xarray as xr
 
 from evolvent import cases, results
+from evolvent.base import files
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import shown
 from evolvent.design.studies import record
@@ -194,7 +195,7 @@ def _run(
         run: xr.Dataset = cases.system(case.system).plan(case).run(None)
         if run.attrs["status"] == "interrupted":
             raise KeyboardInterrupt
-        results.make_folder(path.parent)
+        files.make_folder(path.parent)
         results.save(run, path)
         return results.open(path)  # what is kept is the same whether it was computed now or before
     except Exception as error:  # noqa: BLE001  (whatever a case raises is the reason that is recorded)

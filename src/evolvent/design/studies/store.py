@@ -28,7 +28,7 @@ from typing import Any
 
 import evolvent
 from evolvent import cases, results
-from evolvent.base import plugins, safe_open
+from evolvent.base import files, plugins, safe_open
 from evolvent.base.errors import InputError
 from evolvent.design.studies import record
 from evolvent.design.studies.study import Study
@@ -155,13 +155,13 @@ def opened(folder: str | os.PathLike[str], study: Study) -> Iterator[Store]:
         If the folder holds something else, belongs to another study, or another process works in it.
     """
     place = pathlib.Path(folder)
-    results.check_writable_folder(place)
+    files.check_writable_folder(place)
     manifest = {"study": study.name, "cases": study.count, "versions": versions()}
     manifest["hashes"] = {**study.digests, "sources": sources()}
     existing = sorted(set(os.listdir(place)) - {_LOCK}) if place.is_dir() else []
     if _MANIFEST not in existing and [n for n in existing if n != _STUDY and not n.startswith(".")]:
         raise InputError(f"the folder {str(place)!r} holds other files and no study; give another one with -o")
-    results.make_folder(place)
+    files.make_folder(place)
     with locked(place):
         if _MANIFEST in existing:
             _compare(place, _manifest(place), manifest)
@@ -266,7 +266,7 @@ def read(folder: str | os.PathLike[str]) -> Any:
 
 
 def _write_text(path: pathlib.Path, content: str) -> None:
-    results.write_file(path, content)
+    files.write_file(path, content)
     try:
         _sync(path.parent)
     except OSError as error:

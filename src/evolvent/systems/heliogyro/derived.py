@@ -89,7 +89,7 @@ def straight_inertia(case: Case, deployed: Array, *, corrected: bool) -> Array:
 
 def warning(case: Case, solution: Solution) -> str:
     """Sentences on tensions below zero, a pay-out too fast for a steady lag, and an energy balance that is off."""
-    from evolvent.analysis import slack_threads
+    from evolvent.analysis.closure import slack_threads
 
     texts = [slack_threads(solution, 0.0), _wraps(case, solution), _lacks(solution)]
     return "; ".join(text for text in texts if text)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from evolvent.analysis import closure
 from evolvent.systems.wrapped_rib import case_checks
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.initial_state import Start
@@ -74,7 +75,6 @@ def wrap_angle(path: Array, radius: float) -> Array:
 
 def warning(case: Case, begin: Start, solution: Solution) -> str:
     """Warnings about a case and its run, sentences joined by semicolons."""
-    from evolvent import analysis
     from evolvent.results.observe import View
     from evolvent.results.observe.beams import element_means
 
@@ -98,5 +98,5 @@ def warning(case: Case, begin: Start, solution: Solution) -> str:
             f"the equations were nearly singular in some step (smallest pivot {pivot:.2g}, round-off from 1e-16); "
             f"results that depend on it may be wrong"
         )
-    found.append(analysis.unresolved(solution) or analysis.unclosed(solution))
+    found.append(closure.unresolved(solution) or closure.unclosed(solution))
     return "; ".join(text for text in found if text)

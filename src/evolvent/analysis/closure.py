@@ -1,0 +1,130 @@
+"""What a run says about its energy balance and its threads: refusals and warnings."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.references import split_reference
+from evolvent.kernels import thread
+from evolvent.parts.field import AccelerationField
+from evolvent.parts.load import Force, LawLoad
+from evolvent.parts.thread import Thread
+from evolvent.solvers import balance
+from evolvent.solvers.laws import states_energy
+
+if TYPE_CHECKING:
+    from evolvent.solvers.solution import Solution
+
+#: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release, and
+#: segments of fixed length do not.
+PUSH_OF_SPRINGS, PUSH_OF_FIXED_LENGTHS = 0.05, 1e-6
+
+
+def check_energy_gain(solution: Solution) -> Solution:
+    """The solution, failed where its energy balance gains too much by the rule of `evolvent.solvers.balance`.
+
+    Implicit methods count a gain while they run; this is the balance of the whole run. Explicit methods judge it
+    themselves.
+    """
+    if solution.kept is None or not solution.success or not solution.t.size or not solution.closure.fails:
+        return solution
+    found = solution.closure
+    message = (
+        f"the run has gained {found.gained:.3g} J without work, {percent(found.gained, found)} J that were moved"
+        f"{states_energy(solution.assembly)}; use a smaller `tolerance` or `step`"
+    )
+    return dataclasses.replace(solution, status="failed", message=message)
+
+
+def percent(defect: float, found: balance.Closure) -> str:
+    """A defect (J) beside the energy moved (J), in words: '4.2 % of the 0.31'."""
+    return f"{100.0 * defect / max(found.moved, 1e-300):.2g} % of the {found.moved:.3g}"
+
+
+def unresolved(solution: Solution) -> str:
+    """A sentence on a run that moved no energy but round-off, and a defect beside it; '' of others."""
+    if solution.kept is None or solution.path is not None or not solution.t.size:
+        return ""
+    found = solution.closure
+    if not (0.0 < found.moved < found.round_off and found.defect > balance.WARNED * found.moved):
+        return ""
+    return (
+        f"the energy moved in the run, {found.moved:.2g} J, is round-off compared with the energies of its "
+        f"elements and weights; the energy balance is not checked"
+    )
+
+
+def unclosed(solution: Solution) -> str:
+    """A sentence where the energy balance is off by a part of the energy moved that is to be reported; '' of others."""
+    if solution.path is not None or not solution.t.size or not solution.closure.warns:
+        return ""
+    found, hint = solution.closure, states_energy(solution.assembly)
+    if found.damps and not hint and found.lost > found.gained:
+        return (
+            f"numerical damping has removed {found.lost:.3g} J, {percent(found.lost, found)} J that were moved; "
+            f"use a smaller `tolerance` or `step`, or a higher `spectral_radius`"
+        )
+    what = "gained" if found.gained > found.lost else "lost"
+    return (
+        f"the energy balance has {what} {found.defect:.3g} J, {percent(found.defect, found)} J that were moved: the "
+        f"steps do not resolve the motion{hint}; use a smaller `tolerance` or `step`"
+    )
+
+
+def warning_of(solution: Solution) -> str:
+    """Sentences on energy that the method has taken, on threads that push and on unloaded tip masses; '' of others."""
+    found = (
+        unresolved(solution) or unclosed(solution),
+        slack_threads(solution),
+        unloaded_tips(solution.assembly),
+    )
+    return "; ".join(text for text in found if text)
+
+
+def unloaded_tips(assembly: Assembly) -> str:
+    """A sentence on threads with a tip mass whose only load by a law is per length; '' where there is none."""
+    threads = {name: part for name, part in assembly.parts.items() if isinstance(part, Thread) and part.tip_mass > 0.0}
+    if any(isinstance(part, AccelerationField) for part in assembly.parts.values()):
+        return ""
+    places = [part.at for part in assembly.parts.values() if isinstance(part, Force) and isinstance(part.at, str)]
+    at_tips = {thread for thread, node in map(split_reference, places) if node in ("tip", 0)}
+    for name, part in assembly.parts.items():
+        if isinstance(part, LawLoad) and part.thread in threads and part.thread not in at_tips:
+            return (
+                f"{name!r} acts per length of {part.thread!r}, not on its tip mass of "
+                f"{threads[part.thread].tip_mass:g} kg; for a load on the tip mass add a Force "
+                f"at '{part.thread}.tip', or an AccelerationField"
+            )
+    return ""
+
+
+def slack_threads(solution: Solution, share: float | None = None) -> str:
+    """A sentence on threads whose segments push by more than a share of their largest tension; '' where none does.
+
+    By default the share is `PUSH_OF_SPRINGS` or, of inextensible segments, `PUSH_OF_FIXED_LENGTHS`.
+    """
+    model, found = solution.assembly.model, []
+    names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "threads"}
+    if not names or not solution.t.size:
+        return ""
+    for index, row in enumerate(model.threads):
+        first = int(row["node"])
+        tension = solution.observations.tension[:, first : first + int(row["n"])]  # zero of wound nodes
+        least = tension.min(axis=1)
+        allowed = PUSH_OF_SPRINGS if row["kind"] == thread.SPRINGS else PUSH_OF_FIXED_LENGTHS
+        allowed = allowed if share is None else share
+        count = int(np.sum(least < -allowed * max(float(tension.max()), 0.0) - 1e-9))
+        if count:
+            found.append((float(least.min()), names[index], count, float(solution.t[np.argmin(least)])))
+    if not found:
+        return ""
+    worst, name, count, time = min(found)
+    others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    return (
+        f"{name!r}{others} pushes where a thread would go slack: tension below zero in {count} of {solution.t.size} "
+        f"samples, at worst {worst:.3g} N at t = {time:.6g} s"
+    )
