@@ -22,9 +22,10 @@ import numpy as np
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.systems.wrapped_rib import derived as fields
 from evolvent.systems.wrapped_rib import structure
-from evolvent.systems.wrapped_rib.case import ALPHA, IMPLICIT, Case
+from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.chart import study_figures
 from evolvent.systems.wrapped_rib.initial_state import Start, check_follows, initial_state
+from evolvent.systems.wrapped_rib.keys import ALPHA, IMPLICIT
 from evolvent.systems.wrapped_rib.show import estimating_string, figures, motion, numbers
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ import math
 from collections.abc import Iterator
 
 from evolvent import closed_forms
-from evolvent.systems.wrapped_rib.case import ALPHA, Case
+from evolvent.systems.wrapped_rib.case import Case
+from evolvent.systems.wrapped_rib.keys import ALPHA
 
 #: Strain above which a run warns.
 STRAIN_WARNED = 0.05

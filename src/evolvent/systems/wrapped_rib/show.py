@@ -11,8 +11,9 @@ import numpy as np
 from evolvent import cases, closed_forms
 from evolvent.results import regular, variables
 from evolvent.results.figures import Figure, Line, Number, Panel, stacked
-from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
+from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
+from evolvent.systems.wrapped_rib.keys import IMPLICIT
 from evolvent.view import show
 
 if TYPE_CHECKING:

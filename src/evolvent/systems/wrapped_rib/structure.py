@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import product
-from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
+from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.initial_state import Start
+from evolvent.systems.wrapped_rib.keys import IMPLICIT
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System
