@@ -15,7 +15,7 @@ increments is the change of the kinetic energy (w . J w + 2 S W n . w + S W^2)/2
 A controller turns a body to a target attitude. With the rotation vector e of the body relative to the target, and the
 difference d of their rates, both in body axes, it wants the torque -(P e + D d), component by component; less a dead
 band, and limited. Wheels share it by the pseudo-inverse of their axes. Thrusters, which only push, share each of the
-six torques along +- the body's axes by forces found beforehand (`evolvent.parts.attitude_controller`).
+six torques along +- the body's axes by forces found beforehand (`evolvent.parts.attitude`).
 """
 
 import math

@@ -46,7 +46,8 @@ class Event(Part):
     Notes
     -----
     Under generalized-alpha and energy-momentum an event fires once; its time is found to 1e-6 of a step. Under explicit
-    methods it fires whenever its value rises through zero.
+    methods it fires whenever its value rises through zero. Equilibria and modes are those of the state before any
+    event.
     """
 
     kind: Literal["event"] = "event"

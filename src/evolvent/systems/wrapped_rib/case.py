@@ -16,9 +16,9 @@ from evolvent.base.schema import Section
 if TYPE_CHECKING:
     from evolvent.elements import CrossSection, Material
 
-#: The implicit method; the explicit ones take penalties in place of joints.
+#: The implicit method; the explicit ones take penalties in place of the joints on the rib's nodes.
 ALPHA = "generalized-alpha"
-#: Methods that take joints as constraints.
+#: Methods that take joints on the rib's nodes as constraints.
 ENERGY = "energy-momentum"
 IMPLICIT = (ALPHA, ENERGY)
 Torque = Annotated[float, units.Quantity(what="a torque", unit="N m", example="0.2 N m", above=0.0)]
