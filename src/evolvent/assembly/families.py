@@ -7,8 +7,8 @@ A family's force, energy, tangent, momentum and bound of the explicit step stand
 in a few: `rigid`, `points`, `springs`, `joint` (with `joint_tangent`, and `constraint_rows` of explicit methods),
 `gear`, `hinge` (with `axial`, `coordinate` and `hinge_tangent`), `custom` (user-defined laws between points),
 `flexible` (beams), `rod`, `beam_loads`, `thermal`, `contact` (with `contact_laws` and `surfaces`), `body_contact`,
-`loads`, `fields`, `attitude` (wheels, thrusters, controllers), and for threads the package `thread`. The functions of
-`evolvent.flow` call them, family by family.
+`loads`, `fields`, `attitude` (wheels, thrusters, controllers; with `attitude_tangent`), and for threads the package
+`thread`. The functions of `evolvent.flow` call them, family by family.
 """
 
 from __future__ import annotations
