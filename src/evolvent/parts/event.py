@@ -41,7 +41,7 @@ class Event(Part):
         bodies ``hub.angle`` and ``hub.rate`` (rad, rad/s)
     parameters : list of numbers, of a Python law
     constants : mapping of names to numbers, of an expression
-    stops : bool, whether the run ends there (rk4, heun and dopri5)
+    stops : bool, whether the run ends there
 
     Notes
     -----
