@@ -28,7 +28,7 @@ def cable(spec: dict[str, Any], options: dict[str, Any]) -> tuple[Any, Callable]
     )
     system.add(beam, "cable")
     kind = "revolute" if beam.formulation == "assumed_strain" else "spherical"
-    # explicit methods hold no constraints: the pin is a spring then
+    # explicit methods hold no constraints on nodes of beams: the pin is a spring then
     stiffness = 1e6 if options.get("method") == "rk4" else 0.0
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="cable.root", type=kind, stiffness=stiffness))
     tip = 3 * beam.vectors * spec["elements"]

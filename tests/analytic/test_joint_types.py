@@ -40,7 +40,7 @@ def solved(system: System, samples: Any, method: str, step: float) -> Solution:
 
 
 def held(method: str, stiffness: float = 1e6) -> dict[str, float]:
-    """Constraints; of explicit methods penalties."""
+    """Constraints; under rk4 penalties, whose constraints `test_explicit_joints` has."""
     return {"stiffness": stiffness} if method == "rk4" else {}
 
 

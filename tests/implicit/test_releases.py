@@ -383,7 +383,7 @@ YOYO_END = 1.68
 @pytest.mark.parametrize("method", ["rk4", "dopri5"])
 @pytest.mark.parametrize("by", ["time", "event"])
 def test_hold_downs_of_penalties(by: str, method: str) -> None:
-    """Explicit methods have penalties in place of constraints."""
+    """Under explicit methods, by penalties; `tests/analytic/test_explicit_joints.py` has constraints."""
     system = System()
     system.add(parts.RigidBody(mass=MASS, inertia=(0.3, 0.2, OWN), position=(0.5, 0.0, 0.0)), "panel")
     stiff = {"axis": Z, "stiffness": 1e5, "damping": 30.0}

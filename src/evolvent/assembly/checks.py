@@ -72,12 +72,12 @@ def check_constraints(assembly: Assembly) -> None:
         raise InputError(f"{kinds[bad][:-1]} {bad!r} is redundant: the other constraints already imply it")
 
 
-def redundant_part(assembly: Assembly) -> str:
-    """Name of a part whose row of constraint other rows imply at the start, under explicit methods; else nothing."""
+def redundant_part(assembly: Assembly, t: float = 0.0) -> str:
+    """Name of a part whose row of constraint other rows imply at the start t, under explicit methods; else nothing."""
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
     needs.load(model, prepare)
-    prepare(0.0, y, s, model)
-    bad = constraint_rows.build_rows(0.0, y, s, model)
+    prepare(t, y, s, model)
+    bad = constraint_rows.build_rows(t, y, s, model)
     if bad < 0:
         return ""
     index = int(model.rows["index"][bad])

@@ -3,11 +3,12 @@
 One row a family. A solver asks the table by `check`: it runs a model only where every record of it belongs to families
 that it supports, so that a family which the table does not name is refused, never left out in silence.
 
-A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
-`rigid`, `points`, `springs`, `joint` (with `constraint_rows` of explicit methods), `gear`, `hinge`,
-`custom` (user-defined laws between points), `flexible` (beams), `rod`, `beam_loads`, `thermal`, `contact` (with
-`contact_laws` and `surfaces`), `body_contact`, `loads`, and for threads the package `thread`. The functions of
-`evolvent.flow` call them, family by family.
+A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`, or
+in a few: `rigid`, `points`, `springs`, `joint` (with `joint_tangent`, and `constraint_rows` of explicit methods),
+`gear`, `hinge` (with `axial`, `coordinate` and `hinge_tangent`), `custom` (user-defined laws between points),
+`flexible` (beams), `rod`, `beam_loads`, `thermal`, `contact` (with `contact_laws` and `surfaces`), `body_contact`,
+`loads`, `fields`, `attitude` (wheels, thrusters, controllers; with `attitude_tangent`), and for threads the package
+`thread`. The functions of `evolvent.flow` call them, family by family.
 """
 
 from __future__ import annotations

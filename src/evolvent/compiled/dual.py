@@ -204,12 +204,15 @@ def _floor_quotient(a: Pair, b: Pair) -> Pair:
 
 
 def _angle(y: Pair, x: Pair) -> Pair:
-    return y[0].call(math.atan2, x[0]), (y[1] * x[0] - y[0] * x[1]) / (x[0] * x[0] + y[0] * y[0])
+    square = x[0] * x[0] + y[0] * y[0]
+    slope = (y[1] * x[0] - y[0] * x[1]) / square
+    return y[0].call(math.atan2, x[0]), slope.where(square.test("!=", 0.0), 0.0)
 
 
 def _hypotenuse(a: Pair, b: Pair) -> Pair:
     value = a[0].call(math.hypot, b[0])
-    return value, _times(a[1], a[0] / value) + _times(b[1], b[0] / value)
+    slope = _times(a[1], a[0] / value) + _times(b[1], b[0] / value)
+    return value, slope.where(value.test("!=", 0.0), 0.0)
 
 
 def _with_sign(a: Pair, b: Pair) -> Pair:

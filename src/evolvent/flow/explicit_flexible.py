@@ -1,6 +1,7 @@
 """Beams, rods, contacts, hinges, penalty joints, laws between points under explicit methods: forces, energies.
 
-A constraint must be a penalty here (`stiffness` above 0), and contact cannot stick: see `evolvent.solvers.flexible`.
+Gears and joints on nodes of beams must be penalties (`stiffness` above 0): other constraints are rows of
+`evolvent.kernels.constraint_rows`. Contact cannot stick. `evolvent.solvers.flexible` finds the fastest mode.
 """
 
 from numba import types, void

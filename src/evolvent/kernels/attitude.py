@@ -15,7 +15,7 @@ increments is the change of the kinetic energy (w . J w + 2 S W n . w + S W^2)/2
 A controller turns a body to a target attitude. With the rotation vector e of the body relative to the target, and the
 difference d of their rates, both in body axes, it wants the torque -(P e + D d), component by component; less a dead
 band, and limited. Wheels share it by the pseudo-inverse of their axes. Thrusters, which only push, share each of the
-six torques along +- the body's axes by forces found beforehand (`evolvent.parts.attitude_controller`).
+six torques along +- the body's axes by forces found beforehand (`evolvent.parts.attitude`).
 """
 
 import math
@@ -372,6 +372,21 @@ def wheel_momentum(b, y, model):
             h, n = wheels[i].inertia * y[wheels[i].iv], wheels[i].axis
             hx, hy, hz = hx + h * n[0], hy + h * n[1], hz + h * n[2]
     return hx, hy, hz
+
+
+@inlined
+def inertia_without_wheels(b, model, K):
+    """Inertia of body b less that of its wheels about their axes, body axes, into K[:3, :3]."""
+    wheels, J = model.wheels, model.bodies[b].inertia
+    for i in range(3):
+        for j in range(3):
+            K[i, j] = J[i, j]
+    for k in range(wheels.size):
+        if wheels[k].body == b:
+            S, n = wheels[k].inertia, wheels[k].axis
+            for i in range(3):
+                for j in range(3):
+                    K[i, j] -= S * n[i] * n[j]
 
 
 @inlined

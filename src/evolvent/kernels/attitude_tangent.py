@@ -21,12 +21,18 @@ def add_frame_tangents(c_rate, model, matrix):
     for i in range(wheels.size):
         b, n, at = wheels[i].body, wheels[i].axis, wheels[i].iv - n_q
         for k in range(fields.size):
-            if fields[k].kind == ORBIT and bodies[b].motion == FREE:
+            if fields[k].kind == ORBIT:
                 f = turn_back(bodies[b].R, fields[k].w[0], fields[k].w[1], fields[k].w[2])
                 g, S = cross(f[0], f[1], f[2], n[0], n[1], n[2]), c_rate * fields[k].scale * wheels[i].inertia
-                for c in range(3):
-                    add_entry(matrix, bodies[b].iv + 3 - n_q + c, at, S * g[c])
-                    add_entry(matrix, at, bodies[b].iv + 3 - n_q + c, -S * g[c])
+                if bodies[b].motion == FREE:
+                    for c in range(3):
+                        add_entry(matrix, bodies[b].iv + 3 - n_q + c, at, S * g[c])
+                        add_entry(matrix, at, bodies[b].iv + 3 - n_q + c, -S * g[c])
+                else:
+                    a = bodies[b].axis
+                    along = S * (g[0] * a[0] + g[1] * a[1] + g[2] * a[2])
+                    add_entry(matrix, bodies[b].iv - n_q, at, along)
+                    add_entry(matrix, at, bodies[b].iv - n_q, -along)
 
 
 @inlined

@@ -311,6 +311,8 @@ def _mean_force(row, viscous, gap0, gap1, h, soft, chi, sank):
     else:
         elastic, slope = elastic_force(gap1, stiffness, exponent)
     if row.law == PAPER:  # by the change of the depth, which does not jump where the point arrives
+        if not math.isfinite(gap1):  # it has slid past the edge of the surface
+            return 0.0, 0.0, 0.0
         if math.isfinite(gap0):
             drag, d_rate = sliding_damper(gap0, gap1, (gap1 - gap0) / h, stiffness, exponent, viscous)
             elastic += drag + row.damping / h * (min(gap0, 0.0) - min(gap1, 0.0))

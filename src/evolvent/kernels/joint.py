@@ -350,7 +350,8 @@ def add_joint_residual(t, h, y, la, k, row, model, F, r):
     energy, dissipated : float, of a penalty, J and W
     """
     joints = model.flexible.joints
-    joint_geometry(t + 0.5 * h, y, k, model)
+    if h == 0.0 or joints[k].kind != GEAR:  # whose records keep the angles of the end
+        joint_geometry(t + 0.5 * h, y, k, model)
     if not holds(t + h, joints, k):
         r[row] = la
         return 0.0, 0.0

@@ -68,8 +68,8 @@ point masses, contact at the joints. Its tip error contains the difference of th
 whip its links oscillate on. Most of its CPU time is NumPy's.
 """
 NOTE_ON_MESH = f"""\
-Ten `full` elements. energy-momentum does not support the paper's contact law and runs with hunt-crossley, as does the
-reference. The CPU time of rk4 is that of {SHORT:g} s, scaled.
+Ten `full` elements. energy-momentum runs with hunt-crossley in place of the paper's contact law, as does the reference.
+The CPU time of rk4 is that of {SHORT:g} s, scaled.
 """
 
 

@@ -133,7 +133,7 @@ class Model:
 
     @functools.cache  # noqa: B019  (a command makes a few models and ends)
     def assembly(self, method: str) -> Assembly:
-        """The parts of the case in arrays; joints are penalties for explicit methods."""
+        """The parts of the case in arrays; joints on the rib are penalties for explicit methods."""
         given = self.overrides | {"solver.method": method}
         if method == ENERGY and cases.load(self.name, given).contact.law == "paper":
             given["contact.law"] = "hunt-crossley"

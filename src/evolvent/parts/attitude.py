@@ -83,7 +83,8 @@ class ReactionWheel(Part):
     -----
     With the body's inertia J, the wheel's J_w about its axis n (body axes), the rate W and the torque Q of motor and
     friction: J w' + J_w W' n + w x (J w + J_w W n) = T and J_w (W' + n . w') = Q. Energy-momentum keeps the energy of
-    both and their angular momentum exactly. Equilibria and modes are those of the model without the wheel.
+    both and their angular momentum exactly. In equilibria and modes a wheel keeps its rate W at the start, whose
+    momentum acts on a body that turns; its angle is an unknown, so that Q = 0 in an equilibrium.
     """
 
     kind: Literal["reaction-wheel"] = "reaction-wheel"

@@ -41,12 +41,13 @@ class Event(Part):
         bodies ``hub.angle`` and ``hub.rate`` (rad, rad/s)
     parameters : list of numbers, of a Python law
     constants : mapping of names to numbers, of an expression
-    stops : bool, whether the run ends there (rk4, heun and dopri5)
+    stops : bool, whether the run ends there
 
     Notes
     -----
     Under generalized-alpha and energy-momentum an event fires once; its time is found to 1e-6 of a step. Under explicit
-    methods it fires whenever its value rises through zero.
+    methods it fires whenever its value rises through zero. Equilibria and modes are those of the state before any
+    event.
     """
 
     kind: Literal["event"] = "event"

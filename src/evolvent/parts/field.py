@@ -47,9 +47,8 @@ class Orbit(Part):
     origin, centrifugal and Coriolis forces. The accelerations are integrated over the mass of bodies, beams, points,
     threads with their tip masses, and wound thread with `wound_mass` 'carried'. A body therefore has the
     gravity-gradient moment 3 n^2 e_r x J e_r and the gyroscopic moments of the frame, also on the spin of its reaction
-    wheels. Positions, velocities, angular
-    velocities, momenta and kinetic energies are relative to the frame. The work of the frame's forces counts as work of
-    loads; Coriolis forces do no work.
+    wheels. Positions, velocities, angular velocities, momenta and kinetic energies are relative to the frame. The work
+    of the frame's forces counts as work of loads; Coriolis forces do no work.
     """
 
     kind: Literal["orbit"] = "orbit"

@@ -35,7 +35,7 @@ class Gear(Part):
         q_a + ratio q_b stays constant. Meshing wheels have the ratio r_b/r_a of their radii, above 0; a belt has a
         negative ratio. Between two angles a ratio of whole numbers (of teeth) up to 200, such as 20/35.
     stiffness : float, N m/rad or N/m
-        Above 0, a penalty in place of the constraint, referred to q_a.
+        Above 0, a penalty in place of the constraint, referred to q_a; explicit methods need one.
     damping : float, N m s/rad or N s/m
         Damping of the penalty.
     until : float, s, optional

@@ -83,15 +83,15 @@ class Joint(Part):
     until : float, s, optional
         Time at which the joint is released; never if left out.
     released_by : str, optional
-        `Event` that releases the joint, or spring of another joint whose latch does so when it locks. Explicit methods
-        need a penalty, as of every joint.
+        `Event` that releases the joint, or spring of another joint whose latch does so when it locks.
 
     Notes
     -----
     A node of a cable has no twist: a joint constrains only its position and the direction of its axis. Nodes of two
     beams of 24-coordinate elements may be clamped at any angle; the moment acts on their sections. Constraints may be
     redundant, as in closed loops of hinges: the multipliers are then those of minimum norm (moments divided by the size
-    of the system), and the run's message and statistics report the rank. A clamp does not constrain the lengths of the
+    of the system), and the run's message and statistics report the rank. Explicit methods refuse redundant constraints,
+    and take joints on nodes of beams as penalties only. A clamp does not constrain the lengths of the
     slope vectors, unless `hold` is "all": then shear, the strains of the section and the stretch of the axis vanish at
     the clamp.
     """

@@ -1,4 +1,4 @@
-"""Run: an xarray.Dataset with units on every variable, its case and its solver's account; NetCDF in and out."""
+"""Runs: xarray.DataTrees with units on every variable, their case and the solver's account; NetCDF in and out."""
 
 from __future__ import annotations
 

@@ -166,7 +166,7 @@ def plan(
     own = dataclasses.replace(assembly, model=assembly.model.copy())
     try_laws(own, times[0], times[-1])
     check_start(own, float(times[0]))
-    check_redundancy(own)
+    check_redundancy(own, float(times[0]))
     began, duration, limit, mode = clock.perf_counter(), float(times[-1] - times[0]), math.inf, None
     if step is None:  # which needs compiled functions: all that the run needs are compiled at once
         load(own.model, METHODS[method], rtol=rtol, atol=atol)

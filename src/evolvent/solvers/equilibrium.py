@@ -107,8 +107,8 @@ def turning(factor, spin, y, model, a):
 
     Notes
     -----
-    Of a free body's rotation it is J^-1 (w x (J w + h)), h the momentum of its wheels, so that J a is the torque that
-    the turn asks for.
+    Of a free body's rotation it is (J - S n n^T)^-1 (w x (J w + h)), h the momentum of its wheels, and -n . a of these,
+    so that M a is the torque that the turn asks for, and none about the axes of the wheels.
     """
     for i in range(a.size):
         a[i] = 0.0
@@ -142,18 +142,24 @@ def turning(factor, spin, y, model, a):
             J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2] + h[1],
             J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2] + h[2],
         )  # fmt: skip
+        L = model.flexible.K12
+        attitude.inertia_without_wheels(b, model, L)
         # Cramer's rule
-        c0 = J[1, 1] * J[2, 2] - J[1, 2] * J[2, 1], J[1, 2] * J[2, 0] - J[1, 0] * J[2, 2]
-        c02 = J[1, 0] * J[2, 1] - J[1, 1] * J[2, 0]
-        det = J[0, 0] * c0[0] + J[0, 1] * c0[1] + J[0, 2] * c02
+        c0 = L[1, 1] * L[2, 2] - L[1, 2] * L[2, 1], L[1, 2] * L[2, 0] - L[1, 0] * L[2, 2]
+        c02 = L[1, 0] * L[2, 1] - L[1, 1] * L[2, 0]
+        det = L[0, 0] * c0[0] + L[0, 1] * c0[1] + L[0, 2] * c02
         g = (gx, gy, gz)
         for c in range(3):
             u, v = (c + 1) % 3, (c + 2) % 3
             s = 0.0
             for e in range(3):
                 m, n = (e + 1) % 3, (e + 2) % 3
-                s += g[e] * (J[m, u] * J[n, v] - J[m, v] * J[n, u])
+                s += g[e] * (L[m, u] * L[n, v] - L[m, v] * L[n, u])
             a[at + 3 + c] = factor * s / det
+    for k in range(model.wheels.size):
+        if bodies[model.wheels[k].body].motion == rigid.FREE:
+            at, n = bodies[model.wheels[k].body].iv - n_q + 3, model.wheels[k].axis
+            a[model.wheels[k].iv - n_q] = -(n[0] * a[at] + n[1] * a[at + 1] + n[2] * a[at + 2])
 
 
 @indirect(void(REAL, VECTOR, VECTOR, MODEL, SPARSE))

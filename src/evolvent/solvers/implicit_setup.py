@@ -214,9 +214,9 @@ def acts_from_outside(model: mdl.Model, t: float = -math.inf) -> bool:
     return any(bool(np.any(one)) for one in fixed)
 
 
-def check_redundancy(assembly: Assembly) -> None:
-    """Refuse joints that others imply, by name, which explicit methods do not support."""
-    if assembly.model.rows.size and (redundant := redundant_part(assembly)):
+def check_redundancy(assembly: Assembly, t: float) -> None:
+    """Refuse joints that others imply at the start t, by name, which explicit methods do not support."""
+    if assembly.model.rows.size and (redundant := redundant_part(assembly, t)):
         raise InputError(
             f"{redundant!r} is redundant: the other constraints already imply it, which {SOLVERS[EXPLICIT]} do not "
             "support; use energy-momentum or generalized-alpha"

@@ -159,13 +159,11 @@ def gyroscopic(work: Work, M: sparse.csr_matrix, rate: Array) -> sparse.csr_matr
             turns[first : first + 3, first : first + 3] = 2.0 * W
     for wheel in model.wheels:
         body, at = model.bodies[wheel["body"]], int(wheel["iv"]) - work.n_q
-        if body["motion"] == rigid.FREE:
-            first, across = (
-                int(body["iv"]) + 3 - work.n_q,
-                wheel["inertia"] * np.cross(body["R"].T @ rate, wheel["axis"]),
-            )
-            own += [(slice(first, first + 3), slice(at, at + 1), across[:, None])]
-            own += [(slice(at, at + 1), slice(first, first + 3), -across[None])]
+        across, first = wheel["inertia"] * np.cross(body["R"].T @ rate, wheel["axis"]), int(body["iv"]) - work.n_q
+        turn, spin = slice(first + 3, first + 6), slice(at, at + 1)
+        if body["motion"] == rigid.SPIN:
+            across, turn = across @ body["axis"][:, None], slice(first, first + 1)
+        own += [(turn, spin, across[:, None]), (spin, turn, -across[None])]
     found = (M @ turns.tocsr()).tolil()
     for rows, columns, block in own:
         found[rows, columns] = block

@@ -122,7 +122,7 @@ def _where(run: Run) -> tuple[str, str]:
     """Where the largest correction is, contacts that touch included; and what to try about them."""
     assembly, work = run.assembly, run.work
     at, touching = _location(assembly, work.x[: work.weight.size] / work.weight), _touching(assembly)
-    jumping = _jumping(assembly) if work.loop.contact_set != 0 else ""
+    jumping = "" if run.is_energy or work.loop.contact_set == 0 else _jumping(assembly)
     if jumping:
         return (
             f"{at}: under the law paper the force jumps by c delta' where {jumping} is touched, and neither end of the "

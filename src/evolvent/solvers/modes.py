@@ -64,9 +64,10 @@ def modes(
     -----
     M u'' + (C + Gy) u' + (K + Z) u + G^T la = 0, G u = 0: K is the tangent with the stresses and multipliers of the
     equilibrium, Z and Gy are what accelerations of the turn, or of an orbital frame, add by position and velocity
-    (Coriolis). Poles of velocities are those of the linear problem of twice the size; `Modes.unstable` shows which
-    grow. A steady drift, as along an orbit, is a double zero and given once, as frequency 0. Of an acceleration field
-    by a law the derivatives at rest count, without `damped` only the skew-symmetric part of those by velocity.
+    (Coriolis); Gy has the gyroscopic moments of reaction wheels as well, at their rates at the start. Poles of
+    velocities are those of the linear problem of twice the size; `Modes.unstable` shows which grow. A steady drift, as
+    along an orbit, is a double zero and given once, as frequency 0. Of an acceleration field by a law the derivatives
+    at rest count, without `damped` only the skew-symmetric part of those by velocity.
     Modes nearest to zero come from the inverse, shifted, by SciPy (ARPACK, or LAPACK for small systems). Of real modes
     of equal frequency, the first is the one that base motion along x excites, the next along y, z, then about x, y, z,
     where they are excited at all: a round beam bends in one plane at a time, rigid-body motion comes as translations

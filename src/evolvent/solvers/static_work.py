@@ -18,7 +18,7 @@ from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import body_contact, contact, loads, rigid, sparse_lu
+from evolvent.kernels import attitude, body_contact, contact, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.solvers import equilibrium as eq
@@ -38,6 +38,8 @@ MOST_ITERATIONS = 25
 MOST_DEFERRED = 600
 #: What multiplies a mass so that the stiffness beside it is round-off.
 _HUGE = 1e40
+#: Torque on a wheel that is round-off, N m.
+STILL = 1e-12
 #: Compliance of redundant constraints, beside that of the stiffest part or of the loads.
 _STATIC_COMPLIANCE = 1e-10
 #: Pivot of constraints, beside the largest, below which they are redundant.
@@ -162,10 +164,28 @@ class Work:
         # friction is that of displacements from here on
         b = self.balance
         residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
+        self._check_wheels()
         if model.flexible.cylinders.size:
             contact.end_points(b.y, model)
         if model.flexible.body_contacts.size:
             body_contact.end_bodies(model)
+
+    def _check_wheels(self) -> None:
+        """Refuse wheels that friction or a motor accelerates, but those that a controller commands."""
+        wheels, controllers, p = self.model.wheels, self.model.controllers, self.model.parameters
+        commanded = {
+            int(i)
+            for row in controllers[controllers["actuators"] == attitude.WHEELS]
+            for i in p[row["place"] :][: row["count"]]
+        }
+        for name, (family, i) in self.assembly.names.items():
+            torque = wheels["motor"][i] - wheels["drag"][i] if family == "wheels" and i not in commanded else 0.0
+            if abs(torque) > STILL:
+                raise InputError(
+                    f"the torques of motor and friction on the wheel {name!r} add up to {torque:.6g} N m at "
+                    f"t = {self.time:.6g} s, which changes its rate: there is no equilibrium; take its `rate`, its "
+                    f"friction or its torque away"
+                )
 
     def allow_redundant(self) -> None:
         """Allow constraints that others imply: the tangent with masses is singular only by them."""

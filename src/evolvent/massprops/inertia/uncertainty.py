@@ -194,8 +194,8 @@ def with_budget(inertia: Inertia, inputs: Mapping[str, float]) -> Inertia:
     ----------
     inertia : Inertia
     inputs : mapping of str to float
-        Standard deviation of known numbers: names as of `evolvent.massprops.inertia.assign` (a, b, ex, ez, h, k1, ...,
-        mass, Ixz, gravity, ...). Data with a given covariance stand in the budget by themselves.
+        Standard deviation of known numbers: names as of `evolvent.massprops.inertia.problem.assign` (a, b, ex, ez, h,
+        k1, ..., mass, Ixz, gravity, ...). Data with a given covariance stand in the budget by themselves.
 
     Notes
     -----

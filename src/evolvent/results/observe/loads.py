@@ -48,7 +48,7 @@ def observe_load(view: View, name: str) -> Observed:
     if is_panel:
         n, (specular, diffuse) = turned(view.pose(int(marker["index"])).R, values[7:10]), values[10:12]
         size = float(np.linalg.norm(values[:3])) or 1.0
-        c = (n @ values[:3] / size)[:, None]  # `kernels.panel_force`
+        c = (n @ values[:3] / size)[:, None]  # `kernels.loads.panel_force`
         across = c * size * (2.0 * specular * np.abs(c) + 2.0 / 3.0 * diffuse)
         vector = np.abs(c) * (1.0 - specular) * values[:3] + across * n
     if values[kernels.FRAME] != 0.0:

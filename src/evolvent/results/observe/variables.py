@@ -40,7 +40,7 @@ class Observed:
     ----------
     variables : dict, name -> Variable
     coordinates : dict, name -> Variable, of positions along the part's own dimensions
-    drawn : list of dict, how the part is drawn, in words of JSON: see `evolvent.results.observe.drawing`
+    drawn : list of dict, how the part is drawn, in words of JSON: see `evolvent.results.observe.symbols`
     plots : list of str, names of the variables that its default figures show
     plots_along : list of str, the same of one state: variables along its length
     """

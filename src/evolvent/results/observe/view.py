@@ -109,8 +109,9 @@ class View:
     @functools.cached_property
     def fields(self) -> dict[str, dict[str, Array]]:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
-        model, la = self.model.copy(), np.ascontiguousarray(self.solution.la)
+        model = self.model.copy()
         f = model.flexible
+        la = np.ascontiguousarray(self.solution.la) if f.joints.size else np.zeros((self.t.size, 0))
         f.hinges["friction"] = f.hinges["bristle"] = 0.0  # which the states have among their accounts
         records = {name: families.records(model, name) for name in RESULTS}
         found = {

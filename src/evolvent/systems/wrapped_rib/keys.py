@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from evolvent.elements import CrossSection, Material
 
 
-#: The implicit method; the explicit ones take penalties in place of joints.
+#: The implicit method; the explicit ones take penalties in place of the joints on the rib's nodes.
 ALPHA = "generalized-alpha"
 
 
-#: Methods that take joints as constraints.
+#: Methods that take joints on the rib's nodes as constraints.
 ENERGY = "energy-momentum"
 
 
