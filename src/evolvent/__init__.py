@@ -57,23 +57,9 @@ __all__ = [
 
 #: Public names that are loaded when they are first asked for, so that importing the package stays quick.
 _LAZY = {
+    **dict.fromkeys(("ALUMINIUM", "CFRP", "KAPTON", "STEEL", "Material"), "evolvent.elements.materials"),
     **dict.fromkeys(
-        (
-            "ALUMINIUM",
-            "CFRP",
-            "KAPTON",
-            "STEEL",
-            "Angle",
-            "Arc",
-            "Circle",
-            "General",
-            "IBeam",
-            "Material",
-            "Rectangle",
-            "Taper",
-            "Tube",
-        ),
-        "evolvent.elements.sections",
+        ("Angle", "Arc", "Circle", "General", "IBeam", "Rectangle", "Taper", "Tube"), "evolvent.elements.sections"
     ),
     "SectionInertia": "evolvent.elements.inertia",
     "Stepper": "evolvent.analysis.stepping",

@@ -50,7 +50,7 @@ def reason(code: int, run: Run) -> str:
     """
     work, assembly, fixed = run.work, run.assembly, run.plan.step is not None
     t, h = float(work.loop.time), run.tried
-    if code == REDUNDANT and work.loop.steps == 0:
+    if code == REDUNDANT and work.loop.steps == 0 and run.is_energy:
         raise InputError(redundant(assembly, run.matrix))
     smaller = "use a smaller `step`, or None" if fixed else "use a smaller `tolerance`"
     when, bent = f"in the step of {h:.3g} s from t = {t:.6g} s", bending_hint(assembly, work.y0)
