@@ -14,7 +14,8 @@ import pytest
 from PIL import Image
 
 import evolvent
-from evolvent import cases, results
+from evolvent import cases
+from evolvent.base import files
 from evolvent.parts.registry import kinds
 
 QUICK = [
@@ -306,7 +307,7 @@ def test_unwritable_folder_is_refused_before_the_run(call, monkeypatch, tmp_path
     def refuse(**where):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(results.tempfile, "TemporaryFile", refuse)
+    monkeypatch.setattr(files.tempfile, "TemporaryFile", refuse)
     code, out, err = call("run", "heliogyro", *words)
     assert (code, out) == (2, "")
     assert err.startswith(f"evolvent: cannot write {words[1]!r}: permission denied")

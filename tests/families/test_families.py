@@ -83,7 +83,8 @@ def check_motion(row: Family, case: Case, variant: str) -> None:
     allowed = VARIANTS[variant][1]
     solution, assembly = solved(case, variant), case.system().assemble()
     assert solution.success, solution.message
-    assert solution.t[-1] == pytest.approx(case.end, abs=1e-6)
+    late = 1e-6 if VARIANTS[variant][0] == EXPLICIT else 0.05 * allowed  # of an event, by the error of the motion
+    assert solution.t[-1] == pytest.approx(case.end, abs=late)
     found, exact = case.seen(assembly, solution.y), case.motion(solution.t)
     size = (np.nanmax(exact, axis=0) - np.nanmin(exact, axis=0)).max()
     known = ~np.isnan(exact)

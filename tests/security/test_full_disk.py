@@ -112,7 +112,7 @@ def test_what_killed_processes_left_goes(run_copy: pathlib.Path, monkeypatch: py
     foreign = folder / ".download.part"
     for path in (mine, others, foreign):
         path.write_bytes(b"half")
-    monkeypatch.setattr(results, "_LOOKED", {})
+    monkeypatch.setattr(files, "_LOOKED", {})
     files.write_file(folder / "first.txt", "text")
     assert mine.exists()
     process.send_signal(signal.SIGKILL)
@@ -120,7 +120,7 @@ def test_what_killed_processes_left_goes(run_copy: pathlib.Path, monkeypatch: py
     process.stdout.close()
     files.write_file(folder / "second.txt", "text")
     assert mine.exists()  # a folder is searched once a minute
-    monkeypatch.setattr(results, "_LOOKED", {})
+    monkeypatch.setattr(files, "_LOOKED", {})
     files.write_file(folder / "third.txt", "text")
     assert listed(folder) == sorted([others.name, foreign.name, "first.txt", "second.txt", "third.txt", "run.nc"])
 
