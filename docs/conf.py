@@ -71,7 +71,7 @@ nitpick_ignore_regex = [
     ("py:class", r"(?!evolvent).*"),
     (
         "py:class",
-        r"evolvent\.(builder|model|system\.Part|parts\.(?:drive|profile|expression)|massprops\.inertia\.problem|studies\.axes|massprops\.(?!inertia|identification|signals)\w+)\b.*",
+        r"evolvent\.(assembly|model|analysis\.system\.Part|parts\.(?:drive|profile|expression)|massprops\.inertia\.problem|design\.studies\.axes|massprops\.(?!inertia|identification|signals)\w+)\b.*",
     ),
 ]
 
