@@ -180,6 +180,8 @@ def test_failed_cases_are_marked_with_their_reason(page, shots):
 def test_categories_have_a_discrete_legend(page, shots):
     page.click(part("study-orders"))
     page.wait_for_selector(f"{part('study-chart')} canvas")
+    shown = f"document.querySelector('{part('study-chart')} .ev-chart')"
+    page.wait_for_function(f"{shown}.chart?.getOption()?.visualMap")  # the canvas is there before its options
     chart = page.locator(f"{part('study-chart')} .ev-chart").first
     scale = "e => e.chart.getOption().visualMap[0].type"
     assert chart.evaluate(scale) == "continuous"
