@@ -36,6 +36,25 @@ def check_visible(key: str, value: Any) -> None:
         raise InputError(f"{key} is {shown(value)}; the character {hidden[0]!a} is not allowed in it")
 
 
+class Annotation:
+    """What a pydantic annotation of a key does: `read` checks a value, `write` gives it as a file holds it."""
+
+    def read(self, value: Any) -> Any:
+        """The checked value."""
+        raise NotImplementedError
+
+    def write(self, value: Any) -> Any:
+        """`value` as a file holds it."""
+        return value
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+
 class Section(BaseModel):
     """A mapping of known keys to values: frozen, and every key must be known.
 

@@ -5,41 +5,27 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pydantic_core import PydanticCustomError, core_schema
+from pydantic_core import PydanticCustomError
 
+from evolvent.base.schema import Annotation
 from evolvent.massprops import uncertain
 from evolvent.massprops.uncertain import Uncertain
 
 DIRECTIONS = {"x": (1.0, 0.0, 0.0), "vertical": (0.0, 1.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-class Key:
+class Key(Annotation):
     """A pydantic annotation with a `read` of its own."""
 
     allowed = ""
-
-    def read(self, value: Any) -> Any:
-        """The checked value."""
-        raise NotImplementedError
 
     def refuse(self) -> PydanticCustomError:
         """The error that says what is allowed."""
         return PydanticCustomError("value", "it must be {allowed}", {"allowed": self.allowed})
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
-        """A validator."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
-        )
-
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
         """What is allowed, in words."""
         return {"description": self.allowed}
-
-    def write(self, value: Any) -> Any:
-        """`value` as a description holds it."""
-        return value
 
 
 class ColumnKey(Key):

@@ -8,10 +8,11 @@ import re
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
-from pydantic_core import PydanticCustomError, core_schema
+from pydantic import GetJsonSchemaHandler
+from pydantic_core import PydanticCustomError
 
 from evolvent.base import units
+from evolvent.base.schema import Annotation
 
 _BETWEEN = re.compile(r"\+-|\+/-|±")
 _UNKNOWN = re.compile(r"unknown(?:\s+near\s+(?P<near>.+))?", re.DOTALL)
@@ -39,7 +40,7 @@ class Uncertain:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Measured:
+class Measured(Annotation):
     """A pydantic annotation: an `Uncertain` of a quantity.
 
     Parameters
@@ -103,13 +104,6 @@ class Measured:
             return text
         return "unknown" if math.isnan(value.value) else f"unknown near {text}"
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """A validator, and a serializer to a text."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
-        )
-
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A number, a text, or value and std."""
         one = self.quantity.__get_pydantic_json_schema__(schema, handler)["anyOf"]
@@ -123,7 +117,7 @@ class Measured:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class MeasuredList:
+class MeasuredList(Annotation):
     """A pydantic annotation: one `Uncertain` for all, or a list with one each; kept as a tuple.
 
     Parameters
@@ -150,13 +144,6 @@ class MeasuredList:
         """`value` as a description holds it."""
         texts = [self.each.write(v) for v in value]
         return texts[0] if len(texts) == 1 else texts
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """A validator, and a serializer."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
-        )
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """One value or an array."""

@@ -14,7 +14,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import check_name, split_reference
 from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.base.schema import Section, marks
+from evolvent.base.schema import Annotation, Section, marks
 from evolvent.elements.dense import norm
 
 __all__ = ["Arrays", "Part", "PointReference", "Reference", "check_name", "split_reference", "unit"]
@@ -61,7 +61,7 @@ class Part(Section):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Reference:
+class Reference(Annotation):
     """A pydantic annotation: a reference to another part.
 
     Parameters
@@ -135,13 +135,6 @@ class Reference:
         if self.several:
             return [_POINT.write(one) for one in value] if self.points else list(value)
         return [value[0], _POSITION.write(value[1])] if isinstance(value[0], str) else _POSITION.write(value)
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """A validator, and a serializer."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
-        )
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A text, or a list."""

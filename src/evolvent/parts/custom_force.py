@@ -6,16 +6,17 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
-from pydantic_core import PydanticCustomError, core_schema
+from pydantic import GetJsonSchemaHandler
+from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
+from evolvent.base.schema import Annotation
 from evolvent.parts.base import Part, PointReferences
 
 
-class _Law:
+class _Law(Annotation):
     """A pydantic annotation: a function under ``@evolvent.element_law``; case files hold none."""
 
     allowed = "a function under @evolvent.element_law, given in Python"
@@ -32,13 +33,6 @@ class _Law:
         raise InputError(
             f"the law {name!r} is a Python function, which a file cannot hold; make a kind of part with it, a subclass "
             f"of CustomForce"
-        )
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """A validator, and a serializer."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
         )
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError, core_schema
 from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
 from evolvent.base.errors import InputError
+from evolvent.base.schema import Annotation
 from evolvent.kernels import expression as kernels
 
 #: Variables of the expressions of each kind of law.
@@ -40,7 +41,7 @@ _SLOPES = {
 
 
 @dataclasses.dataclass(frozen=True)
-class Law:
+class Law(Annotation):
     """A pydantic annotation: a compiled Python law, or the text of an expression (of a force, three texts).
 
     Parameters
@@ -82,13 +83,6 @@ class Law:
                 f"{_EXAMPLES[self.kind]!r}, with its constants"
             )
         return list(value) if isinstance(value, tuple) else value
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """A validator, and a serializer."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
-        )
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A text, or three."""

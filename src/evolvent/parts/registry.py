@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
-from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
+from pydantic import GetJsonSchemaHandler, ValidationError
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from evolvent.assembly.references import check_name
 from evolvent.base import plugins
 from evolvent.base.errors import InputError, nearest
-from evolvent.base.schema import error_priority, sentence, shown
+from evolvent.base.schema import Annotation, error_priority, sentence, shown
 from evolvent.parts.base import Part
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
     return found, errors
 
 
-class _ByName:
+class _ByName(Annotation):
     """A pydantic annotation: parts by name, as `read_parts` reads them."""
 
     allowed = "a mapping of names to parts"
@@ -167,13 +167,6 @@ class _ByName:
     def write(self, values: Mapping[str, Part]) -> dict[str, Any]:
         """The parts as a case file holds them."""
         return {name: part.as_keys() for name, part in values.items()}
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """A validator, and a serializer."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
-        )
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """An object, each of whose values is one of the kinds."""

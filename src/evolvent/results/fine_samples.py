@@ -23,7 +23,7 @@ Array = np.ndarray
 MARK = "fine_sample"
 #: Equal parts of an interval between samples at whose ends a run is evaluated, and the most values of the state there.
 PARTS, MOST_VALUES = 10, 20_000_000
-#: Components of velocities that are looked at together, about.
+#: Number of velocity components per batch, approximately.
 MOST_AT_ONCE = 200_000
 #: Miss of a velocity at which a sample is kept, of the largest range of any speed over the run.
 SHARE = 0.01

@@ -8,11 +8,11 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.flow.implicit import tangent
-from evolvent.kernels import rigid, sparse_lu
+from evolvent.kernels import rigid
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers.implicit_state import WORKSPACE
+from evolvent.solvers.implicit_state import WORKSPACE, factor
 
 _I = types.int64
 
@@ -72,10 +72,7 @@ def factor_at(t, y, la, c_mass, c_rate, scale, model, matrix, work):
     info = model.info
     info.compliance = 1.0 / scale
     tangent(t, y, la, c_mass, c_rate, scale, model, matrix)
-    found = sparse_lu.factor(matrix)
-    work.loop.factorizations += 1
-    work.loop.quality = min(work.loop.quality, matrix.quality[0])
-    return found
+    return factor(matrix, work)
 
 
 #: c_mass of a step too short to feel stiffness, times the square of a run's span.

@@ -8,10 +8,10 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.energy_momentum import measure, residual, tangent
-from evolvent.kernels import hinge, joint, rigid, sparse_lu
+from evolvent.kernels import hinge, joint, rigid
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers.implicit_state import WORKSPACE
+from evolvent.solvers.implicit_state import WORKSPACE, factor
 from evolvent.solvers.step_error import beside_tolerance
 
 _I = types.int64
@@ -59,14 +59,11 @@ def evaluate(model, work):
 
 
 @indirect(_I(REAL, MODEL, SPARSE, WORKSPACE))
-def factor(scale, model, matrix, work):
+def factor_tangent(scale, model, matrix, work):
     """Assemble and factor the tangent, twice the derivatives; returns what `sparse_lu.factor` returns."""
     model.info.compliance = 1.0 / scale
     tangent(scale, model, work.step, matrix)
-    found = sparse_lu.factor(matrix)
-    work.loop.factorizations += 1
-    work.loop.quality = min(work.loop.quality, matrix.quality[0])
-    return found
+    return factor(matrix, work)
 
 
 @inlined

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from evolvent.compiled.jit import inlined
 from evolvent.compiled.pointer import Struct, array, record, struct
 from evolvent.flow.energy_momentum import EnergyStep
+from evolvent.kernels import sparse_lu
 from evolvent.solvers.balance import BALANCE, EXTREMES
 
 # status codes of the loop
@@ -138,3 +140,12 @@ class Workspace(Struct):
 
 
 WORKSPACE = Workspace._numba_type_
+
+
+@inlined
+def factor(matrix, work):
+    """Factor the assembled tangent; returns what `sparse_lu.factor` returns."""
+    found = sparse_lu.factor(matrix)
+    work.loop.factorizations += 1
+    work.loop.quality = min(work.loop.quality, matrix.quality[0])
+    return found

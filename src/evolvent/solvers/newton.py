@@ -43,7 +43,7 @@ def _evaluate(t1, h, model, work):
 
 
 @inlined
-def _count_touching(model, work):
+def _count_touching(model):
     """A number that encodes which contact points touch, and which coordinates of joints slip."""
     return contact.pressed(model) + coordinate.count_slipping(model)
 
@@ -52,7 +52,7 @@ def _count_touching(model, work):
 def _factor(t1, h, scale, model, matrix, work):
     """Assemble and factor the tangent; returns what `sparse_lu.factor` returns."""
     if work.options.method == ENERGY:
-        return energy_step.factor(scale, model, matrix, work)
+        return energy_step.factor_tangent(scale, model, matrix, work)
     c_mass, c_rate = alpha.rates(h, work.options)
     return factor_at(t1, work.y, work.la, c_mass, c_rate, scale, model, matrix, work)
 
@@ -125,7 +125,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
     for iteration in range(most):
         if not is_finite(work.r):
             return NOT_FINITE
-        now = _count_touching(model, work)
+        now = _count_touching(model)
         fresh = stale or always or (ratio > SLOW and sharpened == 0) or now != touching
         touching = now
         if fresh:
@@ -153,7 +153,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
         settled = s == 1.0 and (iteration > 0 or info.redundant == 0)
         if settled and (min(norm, left) <= limit or rounded):
             sharp = sharpened > 0 and (left <= SHARPER * limit or ratio > 0.5)
-            if not energy or _count_touching(model, work) == touching:
+            if not energy or _count_touching(model) == touching:
                 if not keeps or sharp or rounded or sharpened == MOST_SHARPENED:
                     return _converged(iteration, min(norm, left), touching, 0.0 if soft else factored, work)
                 sharpened += 1

@@ -14,11 +14,12 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
 from evolvent.base.errors import counted
+from evolvent.base.schema import Annotation
 from evolvent.base.units.parsing import LARGEST, UNIT_LENGTH, UnitError, is_list, parse, split, to_float
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Quantity:
+class Quantity(Annotation):
     """A pydantic annotation: a float in `unit`, read from a number or from a text with a unit.
 
     Parameters
@@ -85,13 +86,6 @@ class Quantity:
         """`value` as a case file holds it: exact, with its unit."""
         return f"{value!r} {self.unit}" if self.unit and isinstance(value, float) else value
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """A validator, and a serializer to a text with its unit."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
-        )
-
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A number within the bounds, or a text."""
         number: dict[str, Any] = {"type": "number"}
@@ -125,7 +119,7 @@ class Measured(float):
 
 
 @dataclasses.dataclass(frozen=True)
-class Either:
+class Either(Annotation):
     """A pydantic annotation: a float of one of two quantities, which the meaning of another key decides.
 
     Parameters
@@ -159,13 +153,6 @@ class Either:
         """`value` as a case file holds it: exact, with its unit where it has been given one."""
         return f"{value!r} {value.unit}" if isinstance(value, Measured) else value
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """A validator, and a serializer to a text with its unit."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
-        )
-
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A number, or a text."""
         text = {"type": "string", "examples": [self.one.example, self.other.example]}
@@ -173,7 +160,7 @@ class Either:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class OneOrMore:
+class OneOrMore(Annotation):
     """A pydantic annotation: one value of a `Quantity`, or a list of them (kept as a tuple).
 
     Parameters
@@ -207,13 +194,6 @@ class OneOrMore:
             return [self.quantity.write(v) for v in value]
         return self.quantity.write(value)
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """A validator, and a serializer."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
-        )
-
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """One value or an array."""
         one = self.quantity.__get_pydantic_json_schema__(schema, handler)["anyOf"]
@@ -221,7 +201,7 @@ class OneOrMore:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Vector:
+class Vector(Annotation):
     """A pydantic annotation: a list of values of one `Quantity`, kept as a tuple of floats.
 
     Where the last entry alone has a unit, it is the unit of all: ``[20, 0, 5 cm]``.
@@ -289,13 +269,6 @@ class Vector:
             return list(value)
         return [*value[:-1], self.quantity.write(value[-1])]
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """A validator, and a serializer."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
-        )
-
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """An array."""
         one = self.quantity.__get_pydantic_json_schema__(schema, handler)["anyOf"]
@@ -350,7 +323,7 @@ def _number_of(value: Any) -> float:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Tensor:
+class Tensor(Annotation):
     """A pydantic annotation: one value of a `Quantity` about every axis, three principal ones, or a 3 x 3 tensor.
 
     Lists are kept as tuples; where the last entry of a list alone has a unit, it is the unit of all.
@@ -406,13 +379,6 @@ class Tensor:
         if not isinstance(value[0], tuple):
             return Vector(quantity=self.quantity).write(value)
         return [*(list(row) for row in value[:-1]), Vector(quantity=self.quantity).write(value[-1])]
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """A validator, and a serializer."""
-        return core_schema.no_info_plain_validator_function(
-            self.read,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
-        )
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """One value or an array."""
