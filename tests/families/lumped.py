@@ -564,7 +564,7 @@ def event() -> Case:
         return found
 
     return Case(
-        part="passing", system=system, seen=at("mass"), end=math.pi / 3.0 / w, step=0.01, stops=True,
+        part="passing", system=system, seen=at("mass"), end=math.pi / 3.0 / w, step=math.pi / 150.0 / w, stops=True,
         motion=lambda t: columns(np.cos(w * t), 0.0, 0.0), still=(0.0, 0.0, 0.0), poles=springs_poles(*[w**2] * 3),
     )  # fmt: skip
 
