@@ -11,7 +11,7 @@ from evolvent.elements import General, Material, Rectangle, Taper, rods
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import implicit
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import rod
+from evolvent.kernels import rod, rod_strains
 from evolvent.kernels.rigid import kinematics
 from evolvent.solvers import energy_momentum
 from evolvent.solvers.alpha_state import displace
@@ -43,7 +43,7 @@ def moved(assembly: Assembly, y: Array, d: Array) -> Array:
 def energy(assembly: Assembly, y: Array) -> float:
     kinematics(0.0, y, assembly.model)
     out = np.zeros(3)
-    rod.add_rod_energies(assembly.model, out)
+    rod.evaluate_rods(assembly.model, out)
     return float(out[1])
 
 
@@ -113,7 +113,8 @@ def test_tangent_of_the_energy_momentum_step() -> None:
     step.step.h, step.step.ratio = 0.02, 1.0
     flow.measure(0, model, step)
     rng = np.random.default_rng(0)
-    step.rods_before[:] = 1e-3 * rng.standard_normal(step.rods_before.shape)
+    before = model.flexible.rod_elements["before"]
+    before[:] = 1e-3 * rng.standard_normal(before.shape)
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     start = 0.02 * step.y0[n_q : n_q + n_v] + 1e-3 * rng.standard_normal(n_v)
 
@@ -136,14 +137,14 @@ def test_tangent_of_the_energy_momentum_step() -> None:
 
 def test_strains_do_not_change_in_a_rigid_motion() -> None:
     assembly, y = disturbed()
-    model, n_v, out = assembly.model, int(assembly.model.info.nv), np.zeros((2, rod.MEASURES))
+    model, n_v, out = assembly.model, int(assembly.model.info.nv), np.zeros((2, rod_strains.MEASURES))
     kinematics(0.0, y, model)
-    rod.measure_element(1, model, out[0])
+    rod_strains.measure_element(1, model, out[0])
     turn, shift = rods.rotation(np.array([0.7, -1.9, 2.3])), np.array([3.0, -5.0, 2.0])
     for b in range(1, model.bodies.size):
         model.bodies["R"][b] = turn @ model.bodies["R"][b]
         model.bodies["x"][b] = turn @ model.bodies["x"][b] + shift
-    rod.measure_element(1, model, out[1])
+    rod_strains.measure_element(1, model, out[1])
     assert n_v == 24
     assert out[1] == pytest.approx(out[0], abs=1e-13)
 
@@ -157,29 +158,29 @@ def test_strains_of_a_helix_are_exact() -> None:
         assert found == pytest.approx([1.0, 0.0, 0.0, *curvature], abs=2e-13)
     assembly, y = disturbed()
     kinematics(0.0, y, assembly.model)
-    arms, model, out = assembly.parts["rod"].arms(), assembly.model, np.zeros(rod.MEASURES)
+    arms, model, out = assembly.parts["rod"].arms(), assembly.model, np.zeros(rod_strains.MEASURES)
     R = model.bodies["R"][1:]
     x = model.bodies["x"][1:] + np.einsum("nij,nj->ni", R, arms)
     for k in range(3):
-        rod.measure_element(k, model, out)
+        rod_strains.measure_element(k, model, out)
         rest = model.flexible.rod_elements["rest"][k]
-        assert out[rod.STRAIN :] + rest == pytest.approx(rods.strains(x, R, 1.0 / 3.0)[k], abs=1e-12)
+        assert out[rod_strains.STRAIN :] + rest == pytest.approx(rods.strains(x, R, 1.0 / 3.0)[k], abs=1e-12)
 
 
 def test_factors_of_the_angle() -> None:
     """The series joins the closed form, and the derivatives are those of the factors."""
     for c in (0.9, 0.9 - 1e-13, 0.9999, 1.0, 0.5, -0.4):
         angle = np.arccos(c)
-        phi, psi = rod.angle_factors(c)
+        phi, psi = rod_strains.angle_factors(c)
         assert phi == pytest.approx(angle / np.sin(angle) if angle else 1.0, rel=1e-11)
         h = 1e-5
         for which in (0, 1):
-            low, mid, high = (rod.angle_factors(c + s * h)[which] for s in (-1.0, 0.0, 1.0))
-            first, second = rod.angle_slopes(c)[which], rod.angle_slopes(c)[2 + which]
+            low, mid, high = (rod_strains.angle_factors(c + s * h)[which] for s in (-1.0, 0.0, 1.0))
+            first, second = rod_strains.angle_slopes(c)[which], rod_strains.angle_slopes(c)[2 + which]
             assert first == pytest.approx((high - low) / (2.0 * h), rel=1e-7)
             assert second == pytest.approx((high - 2.0 * mid + low) / h**2, rel=1e-3, abs=1e-4)
         assert psi == pytest.approx((1.0 - phi) / (1.0 - c * c) if c < 0.99 else -1.0 / 6.0, rel=1e-3)
-    assert np.isnan(rod.angle_factors(-0.6)).all()
+    assert np.isnan(rod_strains.angle_factors(-0.6)).all()
 
 
 def test_compliance_of_elements() -> None:

@@ -27,7 +27,7 @@ from evolvent.kernels import (
     joint,
     loads,
     rigid,
-    rod,
+    rod_strains,
     springs,
     thread,
 )
@@ -394,7 +394,7 @@ class Builder:
             angles=np.zeros(int(beams["nodes"].sum())),
             custom=np.zeros(max((custom.scratch_size(row["points"]) for row in self.rows["custom_forces"]), default=0)),
             masses=factored_masses(beams, families["elements"], pools),
-            rod=np.zeros(rod.WORK),
+            rod=np.zeros(rod_strains.WORK),
             F=np.zeros(n_v),
             P=np.zeros(n_v),
             work=np.zeros(ancf.WORK),

@@ -1,4 +1,4 @@
-"""Constants and strains of the elements of geometrically exact rods (`evolvent.kernels.rod`), in NumPy."""
+"""Constants and strains of the elements of geometrically exact rods (`evolvent.kernels.rod_strains`), in NumPy."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def element_inertia(
 
 
 def strains(x: Array, R: Array, length: Array | float) -> Array:
-    """Strains Gamma and K of the elements between nodes, as of `kernels.rod.measure_element` without those of rest.
+    """Strains Gamma and K of the elements between nodes, as of `rod_strains.measure_element` without those of rest.
 
     Parameters
     ----------

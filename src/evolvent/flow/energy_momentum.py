@@ -20,7 +20,7 @@ directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2
 So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
 h. Springs and distances have the factor 2 abs(dm)/(l0 + l1) more, contacts and cords on drums the directions of
 `kernels.surfaces`, `kernels.body_contact` and `kernels.cord`, rods secants of functions of an angle
-(`kernels.rod_step`). Forces by users' laws are those of the mean position;
+(`kernels.rod`). Forces by users' laws are those of the mean position;
 what they give beside the energy that they store and dissipate, of third order in h, is booked as work of loads.
 
 Rows of free bodies' rotations are (R0^T R1 p1 - p0)/h - R0^T torque, p = J w with the momenta of their wheels
@@ -57,7 +57,9 @@ from evolvent.kernels import (
     node_loads,
     points,
     rigid,
-    rod_step,
+    rod,
+    rod_strains,
+    rod_tangent,
     sparse,
     springs,
     thermal,
@@ -82,8 +84,6 @@ class EnergyStep(Struct):
     la : (nj,) float, multipliers; r : (nv + nj,) float, residual
     dv, before : (nv,) float, changes of the velocities over this step and the one before
     strains, strains_before : (elements, 28) float, changes of the products of nodal vectors, likewise
-    rods0, rods1 : (rod elements, 15) float, of `rod_step.measure_rods` at both ends
-    rods, rods_before : (rod elements, 6) float, changes of the rods' strains over this step and the one before
     R0, R1 : (nb, 3, 3) float, and x0, x1 : (nb, 3) float, rotations and positions of bodies
     powers : (N_POWERS,) float, means over the step; contact : (2,) float, J, what normal forces and friction take
     """
@@ -99,10 +99,6 @@ class EnergyStep(Struct):
     before: np.ndarray = array(1)
     strains: np.ndarray = array(2)
     strains_before: np.ndarray = array(2)
-    rods0: np.ndarray = array(2)
-    rods1: np.ndarray = array(2)
-    rods: np.ndarray = array(2)
-    rods_before: np.ndarray = array(2)
     R0: np.ndarray = array(3)
     R1: np.ndarray = array(3)
     x0: np.ndarray = array(2)
@@ -131,7 +127,7 @@ def measure(end, model, work):
     if model.springs.size > 0:
         springs.measure_springs(end, y, model)
     if model.flexible.rods.size > 0:
-        rod_step.measure_rods(model, work.rods1 if end == 1 else work.rods0)
+        rod_strains.measure_rods(end, model)
     if model.flexible.hinges.size > 0:
         hinge.measure_hinges(end, y, model.flexible.switches, model)
     contact.measure(y, end, model)
@@ -234,9 +230,7 @@ def residual(model, work):
     if f.rods.size > 0:
         if f.thermal_loads.size > 0:
             thermal.heat_rods(work.step.t, work.step.t + h, 1.0, model)
-        lost, viscous, heat = rod_step.add_rod_step(
-            model, h, work.step.chi, work.step.ratio, work.rods0, work.rods1, work.rods_before, work.rods
-        )
+        lost, viscous, heat = rod.add_rods(h, work.step.chi, work.step.ratio, model)
         powers[MASS_DAMPING] += lost
         powers[STIFFNESS_DAMPING] += viscous
         powers[MARKER_LOADS] += heat
@@ -382,10 +376,7 @@ def tangent(scale, model, work, matrix):
             thermal.add_thermal_tangents(work.ym, model, matrix)
     contact.add_tangents(work.y0, work.y1, h, 0.0, model, matrix)
     if f.rods.size > 0:
-        rod_step.add_rod_step_tangents(
-            model, h, work.step.chi, work.step.ratio, work.dq, work.R0, work.R1, work.x1, work.rods0, work.rods1,
-            work.rods_before, work.rods, matrix,
-        )  # fmt: skip
+        rod_tangent.add_rod_tangents(h, c_rate, work.step.chi, work.step.ratio, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(tm, work.ym, h, c_rate, model, matrix)
     if f.hinges.size > 0:

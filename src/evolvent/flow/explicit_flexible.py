@@ -82,7 +82,7 @@ def add_flexible_forces(t, y, s, model, dy):
     if f.rods.size > 0:
         if f.thermal_loads.size > 0:
             thermal.heat_rods(t, t, 1.0, model)
-        lost, viscous, heat = rod.add_rod_forces(model)
+        lost, viscous, heat = rod.add_rods(0.0, 0.0, 0.0, model)
         by_mass += lost
         by_stiffness += viscous
         given += heat
@@ -124,7 +124,7 @@ def add_flexible_inventory(t, y, s, model, out):
     if f.rods.size > 0:
         part = model.sums[1]
         part[1] = 0.0
-        rod.add_rod_energies(model, part)
+        rod.evaluate_rods(model, part)
         out[ELASTIC] += part[1]
     if f.hinges.size > 0:
         energy, _ = hinge.add_hinges(t, y, 0.0, s, model, F)

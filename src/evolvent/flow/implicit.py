@@ -38,6 +38,7 @@ from evolvent.kernels import (
     points,
     rigid,
     rod,
+    rod_tangent,
     sparse,
     springs,
     thermal,
@@ -80,7 +81,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     if f.rods.size > 0:
         if f.thermal_loads.size > 0:
             thermal.heat_rods(t, t, factor, model)
-        lost, viscous, heat = rod.add_rod_forces(model)
+        lost, viscous, heat = rod.add_rods(0.0, 0.0, 0.0, model)
         powers[MASS_DAMPING] += lost
         powers[STIFFNESS_DAMPING] += viscous
         powers[MARKER_LOADS] += heat
@@ -150,7 +151,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
             thermal.add_thermal_tangents(y, model, matrix)
     contact.add_tangents(y, y, 0.0, c_rate, model, matrix)
     if f.rods.size > 0:
-        rod.add_rod_tangents(c_rate, model, matrix)
+        rod_tangent.add_rod_tangents(0.0, c_rate, 0.0, 0.0, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(t, y, 0.0, c_rate, model, matrix)
     if f.hinges.size > 0:
@@ -188,7 +189,7 @@ def energies(t, y, model, out):
     points.add_point_energy(y, model.points, out, 0)
     attitude.add_wheel_energy(y, model, out, 0)
     if f.rods.size > 0:
-        rod.add_rod_energies(model, out)
+        rod.evaluate_rods(model, out)
     if model.springs.size > 0:
         out[1] += springs.evaluate_springs(t, y, model)
     if f.custom_forces.size > 0:

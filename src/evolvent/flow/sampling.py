@@ -7,7 +7,7 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import hinge, joint, rigid, springs, thread
+from evolvent.kernels import hinge, joint, rigid, rod, springs, thermal, thread
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
@@ -55,13 +55,17 @@ def fill_observations(times, Y, S, model, position, velocity, tension, spool, R,
                     R[n, b, c, d] = bodies[b].R[c, d]
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, VECTOR, MODEL))
-def evaluate(t, y, s, la, model):
-    """Fields that are results, of a state with the multipliers la of joints, into the records."""
+@indirect(void(REAL, VECTOR, INTEGERS, VECTOR, REAL, MODEL))
+def evaluate(t, y, s, la, factor, model):
+    """Fields that are results, of a state with the multipliers la of joints and a load factor, into the records."""
     f = model.flexible
     rigid.kinematics(t, y, model)
     if model.springs.size > 0:
         springs.evaluate_springs(t, y, model)
+    if f.rods.size > 0:
+        if f.thermal_loads.size > 0:
+            thermal.heat_rods(t, t, factor, model)
+        rod.evaluate_rods(model, model.sums[1])
     if f.hinges.size > 0:
         hinge.add_hinges(t, y, 0.0, s, model, f.F)
         hinge.add_kept_friction(y, f.hinges)

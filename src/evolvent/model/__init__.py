@@ -119,11 +119,16 @@ RECORDS: dict[str, np.dtype] = {
     # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
     "rods": _record("first_element elements first_body", "length alpha"),
     # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
-    # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod`; heated: 1
-    # with a thermal load, whose free strains are `free`
+    # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod_strains`;
+    # section: compliance of the section in its middle; heated: 1 with a thermal load, whose free strains are `free`.
+    # m0, m1: measures at the start and the end of an interval; before: change of the strains over the step before;
+    # stored, bent: J, elastic energy and that of moments; the others are in `RESULTS`
     "rod_elements": _record(
-        "a b heated", "length beta arm_a arm_b stiffness rest", "free", arm_a=_3, arm_b=_3, stiffness=_66, rest=_6,
-        free=_6,
+        "a b heated",
+        "length beta arm_a arm_b stiffness rest section",
+        "free m0 m1 before stored bent energy_density strain shear_strain_y shear_strain_z twist curvature_y "
+        "curvature_z axial_force shear_force_y shear_force_z torsional_moment bending_moment_y bending_moment_z",
+        arm_a=_3, arm_b=_3, stiffness=_66, rest=_6, section=_66, free=_6, m0=(15,), m1=(15,), before=_6,
     ),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
     # side is a vector: of coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a
@@ -284,6 +289,23 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "gap": ("gap", "rad", "error of the coordinate of a"),
         "stored": ("energy_elastic", "J", "elastic energy of the penalties that hold the joint"),
     },
+    "rod_elements": {
+        "strain": ("strain", "1", "strain of the axis"),
+        "shear_strain_y": ("shear_strain_y", "1", "shear strain along y"),
+        "shear_strain_z": ("shear_strain_z", "1", "shear strain along z"),
+        "twist": ("twist", "m-1", "change of twist per length"),
+        "curvature_y": ("curvature_y", "m-1", "change of curvature about y"),
+        "curvature_z": ("curvature_z", "m-1", "change of curvature about z"),
+        "axial_force": ("axial_force", "N", "force along x, positive in tension"),
+        "shear_force_y": ("shear_force_y", "N", "shear force along y in the section's axes"),
+        "shear_force_z": ("shear_force_z", "N", "shear force along z in the section's axes"),
+        "torsional_moment": ("torsional_moment", "N m", "moment about x in the section's axes"),
+        "bending_moment_y": ("bending_moment_y", "N m", "moment about y in the section's axes"),
+        "bending_moment_z": ("bending_moment_z", "N m", "moment about z in the section's axes"),
+        "energy_density": ("energy_density", "J m-1", "strain energy per length"),
+        "stored": ("energy_elastic", "J", "strain energy"),
+        "bent": ("energy_bending", "J", "strain energy of bending and torsion"),
+    },
 }
 
 
@@ -315,7 +337,7 @@ class Flexible(Struct):
         residual, tension, the one that its tangent uses, the one at the start of the step; last: time of that residual
     angles : (nodes of beams,) float, scratch, angles about a layer's axis
     custom : (k,) float, scratch of user-defined laws between points (`kernels.custom`)
-    rod : (k,) float, scratch of an element of a rod (`kernels.rod`)
+    rod : (k,) float, scratch of an element of a rod (`kernels.rod_strains`)
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K : scratch of an element
     J : (2, 3, 6) float, scratch

@@ -12,7 +12,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements import OWN_INERTIA, rods
-from evolvent.elements.dense import norm, product
+from evolvent.elements.dense import inverse, norm, product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, MaterialOrName
 from evolvent.kernels import rigid
@@ -184,18 +184,19 @@ class Rod(Part):
         pieces = [self.section.between(*places) for places in itertools.pairwise(ends)]
         same = all(piece is self.section for piece in pieces) and not np.any(np.ptp(rest, axis=0))
         same = same and self.grading == 1.0
-        stiffness, shares = [], []
+        stiffness, shares, sections = [], [], []
         for length, piece, strain in zip(h, pieces[: 1 if same else n], rest, strict=False):
             stiffness.append(rods.element_stiffness(float(length), piece, self.material, strain))
             shares.append(rods.element_inertia(float(length), piece, self.material, own))
+            sections.append(inverse(rods.section_stiffness(piece, self.material)))
         if same:
-            stiffness, shares = n * stiffness, n * shares
+            stiffness, shares, sections = n * stiffness, n * shares, n * sections
         first_body, first = self._write_nodes(builder, x, R, shares), len(builder.rows["rod_elements"])
         for i in range(n):
             builder.add(
                 "rod_elements", a=first_body + i, b=first_body + i + 1, length=float(h[i]),
                 beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1], stiffness=stiffness[i],
-                rest=rest[i],
+                rest=rest[i], section=sections[i],
             )  # fmt: skip
         index = builder.add(
             "rods", first_element=first, elements=n, first_body=first_body, length=self.length, alpha=self.mass_damping

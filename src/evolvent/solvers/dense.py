@@ -6,7 +6,7 @@ import math
 
 from evolvent.compiled.jit import inlined
 from evolvent.flow.implicit import momenta
-from evolvent.kernels import rigid, rod_samples
+from evolvent.kernels import rigid, rod_strains
 from evolvent.kernels.flexible import NODE_VECTORS
 
 
@@ -56,7 +56,7 @@ def interpolate(theta, h, y0, y1, model, y):
             _cubics(theta, h, y0, y1, q, v, 3, y)
             _attitude(theta, h, y0, y1, q + 3, v + 3, y)
     if model.flexible.rods.size > 0:
-        rod_samples.keep_chords(theta, y0, y1, model, y)
+        rod_strains.keep_chords(theta, y0, y1, model, y)
 
 
 @inlined

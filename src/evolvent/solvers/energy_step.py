@@ -8,7 +8,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.energy_momentum import measure, residual, tangent
-from evolvent.kernels import hinge, joint, rigid
+from evolvent.kernels import hinge, joint, rigid, rod_strains
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.implicit_state import WORKSPACE, factor
@@ -129,9 +129,7 @@ def end_step(model, work):
     for k in range(step.strains.shape[0]):
         for i in range(step.strains.shape[1]):
             step.strains_before[k, i] = step.strains[k, i]
-    for k in range(step.rods.shape[0]):
-        for i in range(6):
-            step.rods_before[k, i] = step.rods[k, i]
+    rod_strains.note_strains(model.flexible.rod_elements)
 
 
 @indirect(void(MODEL, WORKSPACE))
@@ -145,9 +143,7 @@ def restart(model, work):
     for k in range(step.strains_before.shape[0]):
         for i in range(step.strains_before.shape[1]):
             step.strains_before[k, i] = 0.0
-    for k in range(step.rods_before.shape[0]):
-        for i in range(6):
-            step.rods_before[k, i] = 0.0
+    rod_strains.forget_strains(model.flexible.rod_elements)
 
 
 @indirect(REAL(REAL, MODEL, WORKSPACE))

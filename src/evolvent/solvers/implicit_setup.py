@@ -18,7 +18,6 @@ from evolvent.kernels import contact, joint, rigid, sides, springs
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.drive import FREE
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
-from evolvent.kernels.rod import MEASURES
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
@@ -307,8 +306,6 @@ def _energy_step(assembly: Assembly, options: np.record, shared: dict[str, np.nd
         ym=assembly.y.copy(),
         **{name: np.zeros(n_v) for name in ("dv", "before")},
         **{name: np.zeros((f.elements.size, 28)) for name in ("strains", "strains_before")},
-        **{name: np.zeros((f.rod_elements.size, MEASURES)) for name in ("rods0", "rods1")},
-        **{name: np.zeros((f.rod_elements.size, 6)) for name in ("rods", "rods_before")},
         powers=shared["powers"][0],
         contact=np.zeros(2),
     )

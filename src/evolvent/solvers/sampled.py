@@ -14,7 +14,7 @@ from evolvent.compiled.jit import MATRIX, indirect
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import constraint_rows, hinge, joint
 from evolvent.kernels.flexible import beam_energies
-from evolvent.kernels.rod import add_rod_energies
+from evolvent.kernels.rod import evaluate_rods
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray
@@ -191,7 +191,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
             found.balance.bending[k] = own[2]
         if f.rods.size:
             own[:] = 0.0
-            add_rod_energies(model, own)
+            evaluate_rods(model, own)
             found.balance.bending[k] += own[2]
         if f.hinges.size:
             coupled += hinge.add_hinges(t[k], y[k], 0.0, s[k], model, scratch)[0]

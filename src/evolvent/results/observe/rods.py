@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
 
 from evolvent.assembly.families import bodies_of, rod_arms
 from evolvent.elements import rods
+from evolvent.model import RESULTS
 from evolvent.results.motion import quaternions
 from evolvent.results.observe.beams import _section_drawn
 from evolvent.results.observe.variables import Observed, Variable, cross, dot, norm, turned
 from evolvent.results.observe.view import View
-from evolvent.solvers import heating
 
 Array = np.ndarray
 #: Angle, rad, by which a rod must bend for its curvature to be its first colour.
 _BENT = 1e-3
+#: Results of an element of which the rod has the sum.
+_SUMS = ("stored", "bent")
 
 
 def observe_rod(view: View, name: str) -> Observed:
@@ -42,8 +43,13 @@ def observe_rod(view: View, name: str) -> Observed:
     found.along("velocity", "node", velocity, "m s-1", "velocities of the nodes, inertial axes")
     found.along("rate", "node", rate, "rad s-1", "angular velocities of the nodes' sections, inertial axes")
     found.scalar("tip_speed", norm(velocity[:, -1]), "m s-1", "speed of the tip in inertial space")
-    elastic, bending = _observe_sections(view, index, part, x, R, found)
-    _observe_sums(view, bodies, poses, elastic, bending, found)
+    row, fields = view.model.flexible.rods[index], view.fields["rod_elements"]
+    own = slice(int(row["first_element"]), int(row["first_element"] + row["elements"]))
+    found.results_along("rod_elements", fields, own, "element", _SUMS, "in the middle of each element")
+    _observe_momenta(view, bodies, poses, found)
+    for field in _SUMS:
+        name, *described = RESULTS["rod_elements"][field]
+        found.scalar(name, fields[field][:, own].sum(axis=1), *described)
     found.coordinate("node", "node", np.arange(part.elements + 1), "1", "node, 0 at the root")
     found.coordinate("arc_node", "node", part.arc, "m", "length from the root to the node")
     middles = 0.5 * (part.arc[1:] + part.arc[:-1])
@@ -76,44 +82,8 @@ def _observe_shape(part: Any, name: str, x: Array, R: Array, found: Observed) ->
     found.vector("tip_position", x[:, -1], "m", "position of the tip, inertial axes")
 
 
-def _observe_sections(view: View, index: int, part: Any, x: Array, R: Array, found: Observed) -> tuple[Array, Array]:
-    """Strains, forces and moments in the middles of the elements; returns the energy of all strains and of moments."""
-    row = view.model.flexible.rods[index]
-    elements = view.model.flexible.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
-    lengths = part.lengths
-    E = rods.strains(x, R, lengths) - elements["rest"]
-    for k in np.flatnonzero(view.model.flexible.thermal_loads["rod"] == index):
-        a = heating.amplitudes(view.model, int(k), view.t, view.load_factor)
-        E = E - heating.free_rod_strains(view.model, view.model.flexible.thermal_loads[k], a)
-    S = np.einsum("nij,tnj->tni", elements["stiffness"], E)
-    energy = 0.5 * np.einsum("n,tni,tni->ti", lengths, S, E)
-    pieces = [part.section.between(*ends) for ends in itertools.pairwise(part.arc / part.length)]
-    compliance = np.array([np.linalg.inv(rods.section_stiffness(piece, part.material)) for piece in pieces])
-    local = np.einsum("nij,tnj->tni", compliance, S)
-    where, own = "in the middle of each element", "in the section's axes"
-    found.along("strain", "element", local[..., 0], "1", f"strain of the axis {where}")
-    found.along("shear_strain_y", "element", local[..., 1], "1", f"shear strain along y {where}")
-    found.along("shear_strain_z", "element", local[..., 2], "1", f"shear strain along z {where}")
-    found.along("twist", "element", local[..., 3], "m-1", f"change of twist per length {where}")
-    found.along("curvature_y", "element", local[..., 4], "m-1", f"change of curvature about y {where}")
-    found.along("curvature_z", "element", local[..., 5], "m-1", f"change of curvature about z {where}")
-    found.along("axial_force", "element", S[..., 0], "N", f"force along x, positive in tension, {where}")
-    for i, axis in ((1, "y"), (2, "z")):
-        found.along(f"shear_force_{axis}", "element", S[..., i], "N", f"shear force along {axis} {own}, {where}")
-    found.along("torsional_moment", "element", S[..., 3], "N m", f"moment about x {own}, {where}")
-    for i, axis in ((4, "y"), (5, "z")):
-        found.along(f"bending_moment_{axis}", "element", S[..., i], "N m", f"moment about {axis} {own}, {where}")
-    found.along(
-        "energy_density", "element", 0.5 * np.einsum("tni,tni->tn", S, E), "J m-1", f"strain energy per length {where}"
-    )
-    total = energy.sum(axis=1)
-    return total, energy[:, 3:].sum(axis=1)
-
-
-def _observe_sums(
-    view: View, bodies: list[int], poses: list[Any], elastic: Array, bending: Array, found: Observed
-) -> None:
-    """Energies and momenta."""
+def _observe_momenta(view: View, bodies: list[int], poses: list[Any], found: Observed) -> None:
+    """Kinetic energy and momenta."""
     kinetic, linear, angular = np.zeros(view.t.size), np.zeros((view.t.size, 3)), np.zeros((view.t.size, 3))
     for b, pose in zip(bodies, poses, strict=True):
         row = view.model.bodies[b]
@@ -123,8 +93,6 @@ def _observe_sums(
         linear += mass * pose.v
         angular += mass * cross(pose.x, pose.v) + spin
     found.scalar("energy_kinetic", kinetic, "J", "kinetic energy")
-    found.scalar("energy_elastic", elastic, "J", "strain energy")
-    found.scalar("energy_bending", bending, "J", "strain energy of bending and torsion")
     found.vector("momentum", linear, "kg m s-1", "linear momentum, inertial axes")
     found.vector("angular_momentum", angular, "kg m2 s-1", "angular momentum about the inertial origin")
 

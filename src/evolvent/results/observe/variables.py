@@ -76,6 +76,14 @@ class Observed:
                 values = fields[field][:, index]
                 (self.scalar if values.ndim == 1 else self.vector)(described[0], values, *described[1:])
 
+    def results_along(
+        self, family: str, fields: Mapping[str, Array], own: slice, dimension: str, without: Collection[str], where: str
+    ) -> None:
+        """`results` of the records `own` along a dimension; `where` follows the words of each."""
+        for field, (name, units, words) in RESULTS[family].items():
+            if field not in without:
+                self.along(name, dimension, fields[field][:, own], units, f"{words}, {where}")
+
     def coordinate(self, name: str, dimension: str, values: Array, units: str, long_name: str) -> None:
         """Add a coordinate (n,) of a dimension of the part's own; of the dimension's name, it numbers its entries."""
         self.coordinates[name] = Variable((dimension,), np.asarray(values), units, long_name)

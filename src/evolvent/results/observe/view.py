@@ -119,8 +119,9 @@ class View:
             for name, rows in records.items()
         }
         needs.load(model, evaluate)
+        factor = np.resize(self.load_factor, self.t.size)
         for k in range(self.t.size):
-            evaluate(self.t[k], self.y[k], self.s[k], la[k], model)
+            evaluate(self.t[k], self.y[k], self.s[k], la[k], factor[k], model)
             for name, kept in found.items():
                 for field, values in kept.items():
                     values[k] = records[name][field]
