@@ -41,10 +41,8 @@ SECTION, MATERIAL = (
 #: Least time of a call that is aimed at, s.
 GOALS = {"beam force": 0.3e-6, "beam tangent": 3e-6, "cable force": 0.5e-6, "cable tangent": 0.5e-6}
 
-beam_force, beam_tangent = ancf.beam_force, ancf.beam_tangent
-beam_damped_force, beam_damped_tangent = ancf.beam_damped_force, ancf.beam_damped_tangent
-cable_force, cable_tangent = cable.cable_force, cable.cable_tangent
-cable_damped_force, cable_damped_tangent = cable.cable_damped_force, cable.cable_damped_tangent
+force_of, tangent_of, STATE, BEAM, CABLE = ancf.force_of, ancf.tangent_of, ancf.STATE, ancf.N, cable.N
+CHANGES = np.zeros(2 * ancf.PRODUCTS)
 bending_damping, bending_damping_tangent = cable.add_bending_damping, cable.add_bending_damping_tangent
 
 
@@ -52,52 +50,52 @@ bending_damping, bending_damping_tangent = cable.add_bending_damping, cable.add_
 
 
 @njit
-def beam_forces(e, u, H, h, B, work, f, K):
+def beam_forces(e, u, H, h, B, changes, work, f, K):
     for k in range(e.shape[0]):
-        beam_force(e[k], H, h, work, f)
+        force_of(e[k], u[k], STATE, 0.0, H, h, BEAM, changes, work, f)
 
 
 @njit
-def beam_tangents(e, u, H, h, B, work, f, K):
+def beam_tangents(e, u, H, h, B, changes, work, f, K):
     for k in range(e.shape[0]):
-        beam_tangent(e[k], H, h, work, K)
+        tangent_of(e[k], u[k], STATE, 0.0, 0.0, H, h, BEAM, changes, work, K)
 
 
 @njit
-def beam_damped_forces(e, u, H, h, B, work, f, K):
+def beam_damped_forces(e, u, H, h, B, changes, work, f, K):
     for k in range(e.shape[0]):
-        beam_damped_force(e[k], u[k], DAMPING, H, h, work, f)
+        force_of(e[k], u[k], STATE, DAMPING, H, h, BEAM, changes, work, f)
 
 
 @njit
-def beam_damped_tangents(e, u, H, h, B, work, f, K):
+def beam_damped_tangents(e, u, H, h, B, changes, work, f, K):
     for k in range(e.shape[0]):
-        beam_damped_tangent(e[k], u[k], DAMPING, RATE, H, h, work, K)
+        tangent_of(e[k], u[k], STATE, DAMPING, RATE, H, h, BEAM, changes, work, K)
 
 
 @njit
-def cable_forces(e, u, H, h, B, work, f, K):
+def cable_forces(e, u, H, h, B, changes, work, f, K):
     for k in range(e.shape[0]):
-        cable_force(e[k], H, h, work, f)
+        force_of(e[k], u[k], STATE, 0.0, H, h, CABLE, changes, work, f)
 
 
 @njit
-def cable_tangents(e, u, H, h, B, work, f, K):
+def cable_tangents(e, u, H, h, B, changes, work, f, K):
     for k in range(e.shape[0]):
-        cable_tangent(e[k], H, h, work, K)
+        tangent_of(e[k], u[k], STATE, 0.0, 0.0, H, h, CABLE, changes, work, K)
 
 
 @njit
-def cable_damped_forces(e, u, H, h, B, work, f, K):
+def cable_damped_forces(e, u, H, h, B, changes, work, f, K):
     for k in range(e.shape[0]):
-        cable_damped_force(e[k], u[k], DAMPING, H, h, work, f)
+        force_of(e[k], u[k], STATE, DAMPING, H, h, CABLE, changes, work, f)
         bending_damping(e[k], u[k], DAMPING, B, f)
 
 
 @njit
-def cable_damped_tangents(e, u, H, h, B, work, f, K):
+def cable_damped_tangents(e, u, H, h, B, changes, work, f, K):
     for k in range(e.shape[0]):
-        cable_damped_tangent(e[k], u[k], DAMPING, RATE, H, h, work, K)
+        tangent_of(e[k], u[k], STATE, DAMPING, RATE, H, h, CABLE, changes, work, K)
         bending_damping_tangent(e[k], u[k], DAMPING, RATE, B, K)
 
 
@@ -189,7 +187,7 @@ def measure(repeat: int) -> dict[str, float]:
         e, u = bent(straight)
         f, K = np.zeros(straight.size), np.zeros((straight.size, straight.size))
         for name, loop in zip(("force", "tangent", "damped force", "damped tangent"), loops, strict=True):
-            arguments = (e, u, form.H, form.h, B, work, f, K)
+            arguments = (e, u, form.H, form.h, B, CHANGES, work, f, K)
             figures[f"{kind} {name}"] = least_time(lambda loop=loop, a=arguments: loop(*a), repeat)
 
     e, u = bent(straight_beam(LENGTH))
@@ -197,7 +195,7 @@ def measure(repeat: int) -> dict[str, float]:
     lam = MATERIAL.E * MATERIAL.nu / ((1.0 + MATERIAL.nu) * (1.0 - 2.0 * MATERIAL.nu))
     one, other, K = np.zeros(24), np.zeros(24), np.zeros((24, 24))
     forces_by_points(e, S, weights, lam, MATERIAL.shear_modulus, one)
-    beam_forces(e, u, beam.H, beam.h, B, work, other, K)
+    beam_forces(e, u, beam.H, beam.h, B, CHANGES, work, other, K)
     if not np.allclose(one, other, rtol=0.0, atol=1e-9 * np.abs(one).max()):
         raise SystemExit("the force by Gauss points is not that of the form")
     figures["beam force by Gauss points"] = least_time(

@@ -11,27 +11,41 @@ from evolvent.elements import Form, beam_form, cable_form
 from evolvent.kernels import ancf, cable
 
 Array = np.ndarray
-WORK = np.zeros(ancf.WORK)
+WORK, CHANGES = np.zeros(ancf.WORK), np.zeros(2 * ancf.PRODUCTS)
 
 
 def is_beam(form: Form) -> bool:
     return len(form.h) == ancf.PRODUCTS
 
 
+def vectors(form: Form) -> int:
+    """Number of the nodal vectors of an element."""
+    return ancf.N if is_beam(form) else cable.N
+
+
 def energy(form: Form, e: Array) -> float:
-    return (ancf.beam_energy if is_beam(form) else cable.cable_energy)(e, form.H, form.h, form.U0, WORK)
+    return float(ancf.energy_of(e, form.H, form.h, form.U0, vectors(form), WORK))
+
+
+def damped_force(form: Form, e: Array, u: Array, b: float, f: Array, interval: tuple = ancf.STATE) -> float:
+    """Add the force with damping, of a cable without that of its bending; returns the power that it takes."""
+    return float(ancf.force_of(e, u, interval, b, form.H, form.h, vectors(form), CHANGES, WORK, f))
+
+
+def damped_tangent(form: Form, e: Array, u: Array, b: float, c: float, interval: tuple = ancf.STATE) -> Array:
+    K = np.full((e.size, e.size), np.nan)
+    ancf.tangent_of(e, u, interval, b, c, form.H, form.h, vectors(form), CHANGES, WORK, K)
+    return K
 
 
 def force(form: Form, e: Array) -> Array:
     f = np.zeros(e.size)
-    (ancf.beam_force if is_beam(form) else cable.cable_force)(e, form.H, form.h, WORK, f)
+    damped_force(form, e, np.zeros(e.size), 0.0, f)
     return f
 
 
 def tangent(form: Form, e: Array) -> Array:
-    K = np.full((e.size, e.size), np.nan)
-    (ancf.beam_tangent if is_beam(form) else cable.cable_tangent)(e, form.H, form.h, WORK, K)
-    return K
+    return damped_tangent(form, e, np.zeros(e.size), 0.0, 0.0)
 
 
 def difference(function: Callable[[Array], Array | float], x: Array, step: float) -> Array:

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from elements import helpers
-from elements.helpers import WORK, difference, points, rotation_by, skew, turn
+from elements.helpers import CHANGES, WORK, difference, points, rotation_by, skew, turn
 from evolvent.base.errors import InputError
 from evolvent.elements import (
     Form,
@@ -23,6 +23,7 @@ from evolvent.elements import (
     straight_cable,
 )
 from evolvent.kernels import cable
+from evolvent.kernels.ancf import STATE
 
 LENGTH, B_TIME = 1.3, 0.4
 MATERIAL = Material(young_modulus=2.1, poisson_ratio=0.3, density=1.7)
@@ -35,12 +36,12 @@ STILL = np.zeros(12)
 
 
 def energy(form: Form, e: np.ndarray) -> float:
-    return cable.cable_stretch_energy(e, form.H, form.h, form.U0, WORK)
+    return cable.stretch_energy(e, form.H, form.h, form.U0, WORK)
 
 
 def damped(form: Form, e: np.ndarray, u: np.ndarray, b: float = B_TIME) -> tuple[np.ndarray, float]:
     f = np.zeros(12)
-    power = cable.cable_stretch_force(e, u, b, form.H, form.h, B, WORK, f)
+    power = cable.stretch_force(e, u, STATE, b, form.H, form.h, B, CHANGES, WORK, f)
     return f, power
 
 
@@ -52,7 +53,7 @@ def force(form: Form, e: np.ndarray) -> np.ndarray:
 
 def tangent(form: Form, e: np.ndarray, u: np.ndarray = STILL, b: float = 0.0, c: float = 0.0) -> np.ndarray:
     K = np.full((12, 12), np.nan)
-    cable.cable_stretch_tangent(e, u, b, c, form.H, form.h, B, WORK, K)
+    cable.stretch_tangent(e, u, STATE, b, c, form.H, form.h, B, CHANGES, WORK, K)
     return K
 
 
@@ -111,9 +112,16 @@ def test_damped_tangent_is_the_derivative(rng):
     assert_allclose(K, by_e + c * by_u, rtol=0.0, atol=1e-8 * np.abs(K).max())
 
 
+def test_over_an_interval_the_work_is_the_change_of_energy(rng):
+    e0, e1, h, f = bent(rng), bent(rng), 0.3, np.zeros(12)
+    interval = (h, 0.0, 0.0, 0.0)
+    cable.stretch_force(0.5 * (e0 + e1), (e1 - e0) / h, interval, 0.0, FORM.H, FORM.h, B, CHANGES, WORK, f)
+    assert_allclose(f @ (e1 - e0), energy(FORM, e1) - energy(FORM, e0), rtol=1e-12)
+
+
 def test_force_is_added(rng):
     e, u, f = bent(rng), rng.normal(size=12), np.ones(12)
-    cable.cable_stretch_force(e, u, B_TIME, FORM.H, FORM.h, B, WORK, f)
+    cable.stretch_force(e, u, STATE, B_TIME, FORM.H, FORM.h, B, CHANGES, WORK, f)
     assert_allclose(f, 1.0 + damped(FORM, e, u)[0], rtol=1e-13, atol=1e-14)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from elements.helpers import difference, energy, force, gradients, green, points, shape_gradients, tangent
+from elements.helpers import damped_force, difference, energy, force, gradients, green, points, shape_gradients, tangent
 from evolvent.base.errors import InputError
 from evolvent.elements import (
     FORMULATIONS,
@@ -27,7 +27,7 @@ from evolvent.elements import (
     straight_beam,
     straight_cable,
 )
-from evolvent.kernels import ancf, cable
+from evolvent.kernels import ancf
 
 LENGTH = 1.3
 MATERIAL = Material(young_modulus=2.1, poisson_ratio=0.3, density=1.7)
@@ -187,8 +187,7 @@ def test_force_is_added_and_the_tangent_written(formulation, rng):
     form = form_of(formulation)
     e = shape_of(formulation, rng)
     f = np.ones(e.size)
-    kernel = cable.cable_force if formulation == "cable" else ancf.beam_force
-    kernel(e, form.H, form.h, np.zeros(ancf.WORK), f)
+    damped_force(form, e, np.zeros(e.size), 0.0, f)
     assert_allclose(f, 1.0 + force(form, e), rtol=1e-14, atol=1e-15)
     assert np.isfinite(tangent(form, e)).all()
 
@@ -238,7 +237,7 @@ def test_the_papers_table_gives_the_papers_damping(rng):
     form = form_of("full")
     e, u = shape_of("full", rng), rng.normal(size=24)
     f = np.zeros(24)
-    power = ancf.beam_paper_damped_force(e, u, 0.7, form.H, form.h, np.zeros(ancf.WORK), f)
+    power = ancf.paper_damped_force_of(e, u, 0.7, form.H, form.h, ancf.N, np.zeros(ancf.WORK), f)
     damping = 0.7 * paper_stiffness(e) @ u
     assert_allclose(f - force(form, e), damping, rtol=0.0, atol=1e-12 * np.abs(damping).max())
     assert_allclose(power, u @ damping, rtol=1e-12)

@@ -6,7 +6,21 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from elements.helpers import WORK, difference, energy, force, is_beam, rotation_by, skew, turn
+from elements.helpers import (
+    CHANGES,
+    WORK,
+    damped_force,
+    difference,
+    energy,
+    force,
+    is_beam,
+    rotation_by,
+    skew,
+    tangent,
+    turn,
+    vectors,
+)
+from elements.helpers import damped_tangent as damped_tangent_of
 from evolvent.elements import (
     FORMULATIONS,
     STRAIGHT,
@@ -41,27 +55,22 @@ def bent(form, rng) -> np.ndarray:
 def damped(form, e, u, b=B_TIME, *, paper=False) -> tuple[np.ndarray, float]:
     """Force with damping, of the cable's bending too, and the damping's power."""
     f = np.zeros(e.size)
-    if is_beam(form):
-        kernel = ancf.beam_paper_damped_force if paper else ancf.beam_damped_force
-        power = kernel(e, u, b, form.H, form.h, WORK, f)
-    else:
-        kernel = cable.cable_paper_damped_force if paper else cable.cable_damped_force
-        power = kernel(e, u, b, form.H, form.h, WORK, f)
-        if not paper:
-            power += cable.add_bending_damping(e, u, b, BENDING, f)
+    if paper:
+        return f, ancf.paper_damped_force_of(e, u, b, form.H, form.h, vectors(form), WORK, f)
+    power = damped_force(form, e, u, b, f)
+    if not is_beam(form):
+        power += cable.add_bending_damping(e, u, b, BENDING, f)
     return f, power
 
 
 def damped_tangent(form, e, u, c, *, paper=False) -> np.ndarray:
-    K = np.full((e.size, e.size), np.nan)
-    if is_beam(form):
-        kernel = ancf.beam_paper_damped_tangent if paper else ancf.beam_damped_tangent
-        kernel(e, u, B_TIME, c, form.H, form.h, WORK, K)
-    else:
-        kernel = cable.cable_paper_damped_tangent if paper else cable.cable_damped_tangent
-        kernel(e, u, B_TIME, c, form.H, form.h, WORK, K)
-        if not paper:
-            cable.add_bending_damping_tangent(e, u, B_TIME, c, BENDING, K)
+    if paper:
+        K = np.full((e.size, e.size), np.nan)
+        ancf.paper_damped_tangent_of(e, u, B_TIME, c, form.H, form.h, vectors(form), WORK, K)
+        return K
+    K = damped_tangent_of(form, e, u, B_TIME, c)
+    if not is_beam(form):
+        cable.add_bending_damping_tangent(e, u, B_TIME, c, BENDING, K)
     return K
 
 
@@ -159,8 +168,7 @@ def test_damping_turns_with_the_element(form, rng):
 def test_near_the_rest_shape_damping_is_b_times_the_stiffness(name, rng):
     form, e = FORMS[name], straight_beam(LENGTH)
     u = rng.normal(size=24)
-    K = np.zeros((24, 24))
-    ancf.beam_tangent(e, form.H, form.h, WORK, K)
+    K = tangent(form, e)
     assert_allclose(damped(form, e, u)[0], B_TIME * K @ u, rtol=0.0, atol=1e-12 * np.abs(K).max())
 
 
@@ -189,3 +197,25 @@ def test_bending_damping_fades_out_below_the_angle_of_a_straight_cable():
 
     assert_allclose(power(STRAIGHT), 0.5 * power(1e-2), rtol=1e-3)
     assert power(0.0) == 0.0
+
+
+@every_form
+def test_over_an_interval_the_work_is_the_change_of_energy(form, rng):
+    e0, e1, h, f = bent(form, rng), bent(form, rng), 0.3, np.zeros(straight(form).size)
+    damped_force(form, 0.5 * (e0 + e1), (e1 - e0) / h, 0.0, f, (h, 0.0, 0.0, 0.0))
+    assert_allclose(f @ (e1 - e0), energy(form, e1) - energy(form, e0), rtol=1e-12)
+
+
+@every_form
+def test_over_an_interval_the_tangent_is_twice_the_derivative_by_the_end(form, rng):
+    e0, e1, h = bent(form, rng), bent(form, rng), 0.3
+    interval = (h, 0.2, 0.0, 0.7)
+    CHANGES[: ancf.PRODUCTS] = 0.1 * rng.normal(size=ancf.PRODUCTS)
+
+    def force_at(end: np.ndarray) -> np.ndarray:
+        f = np.zeros(end.size)
+        damped_force(form, 0.5 * (e0 + end), (end - e0) / h, B_TIME, f, interval)
+        return f
+
+    K = damped_tangent_of(form, 0.5 * (e0 + e1), (e1 - e0) / h, B_TIME, 2.0 / h, interval)
+    assert_allclose(K, 2.0 * difference(force_at, e1, 1e-2), rtol=0.0, atol=1e-9 * np.abs(K).max())

@@ -7,9 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
-from elements.helpers import WORK, chain, is_beam
+from elements.helpers import chain, damped_force, damped_tangent, is_beam
 from evolvent.elements import Material, Rectangle, beam_mass, cable_bending, cable_mass
-from evolvent.kernels import ancf, cable
+from evolvent.kernels import cable
 
 SECTION, MATERIAL = (
     Rectangle(thickness=0.01, width=0.02),
@@ -33,16 +33,12 @@ def assembled(c, element) -> np.ndarray:
 def damped(c, q: np.ndarray, u: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Force and its derivative."""
     m, f, A = c.q[0].size, np.zeros(q.size), np.zeros((q.size, q.size))
-    K = np.zeros((2 * m, 2 * m))
     for k, form in enumerate(c.forms):
         s = slice(k * m, (k + 2) * m)
-        if is_beam(form):
-            ancf.beam_damped_force(q[s], u[s], B_TIME, form.H, form.h, WORK, f[s])
-            ancf.beam_damped_tangent(q[s], u[s], B_TIME, rate, form.H, form.h, WORK, K)
-        else:
-            cable.cable_damped_force(q[s], u[s], B_TIME, form.H, form.h, WORK, f[s])
+        damped_force(form, q[s], u[s], B_TIME, f[s])
+        K = damped_tangent(form, q[s], u[s], B_TIME, rate)
+        if not is_beam(form):
             cable.add_bending_damping(q[s], u[s], B_TIME, B, f[s])
-            cable.cable_damped_tangent(q[s], u[s], B_TIME, rate, form.H, form.h, WORK, K)
             cable.add_bending_damping_tangent(q[s], u[s], B_TIME, rate, B, K)
         A[s, s] += K
     return f, A

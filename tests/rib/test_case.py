@@ -12,7 +12,7 @@ from evolvent.base import schema
 from evolvent.base.errors import InputError
 from evolvent.elements import cable_stretch_form
 from evolvent.kernels.ancf import WORK
-from evolvent.kernels.cable import cable_stretch_energy
+from evolvent.kernels.cable import stretch_energy
 from evolvent.systems.wrapped_rib import SYSTEM
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio, warnings
@@ -300,7 +300,7 @@ def test_stiffness_of_the_cable_with_engineering_strain(elements):
     def energy(x):
         chord, slope = x * [h, 1.0]
         e = np.array([0, 0, 0, slope * c, -slope * s, 0, chord, 0, 0, slope * c, slope * s, 0])
-        return cable_stretch_energy(e, form.H, form.h, form.U0, np.zeros(WORK)) / (0.5 * case.strip.bending_stiffness)
+        return stretch_energy(e, form.H, form.h, form.U0, np.zeros(WORK)) / (0.5 * case.strip.bending_stiffness)
 
     found = minimize(energy, [s / half, 1.0], method="Nelder-Mead", options={"xatol": 1e-12, "fatol": 1e-15})
     ratio = found.fun / (h / case.hub.radius**2)

@@ -61,8 +61,6 @@ def absent(model: Model) -> frozenset[str]:
         "custom": f.custom_forces.size,
         "fields": model.fields.size,
         "flexible": f.elements.size,
-        "flow.energy_momentum.add_elements": f.elements.size,
-        "flow.energy_momentum.add_element_tangents": f.elements.size,
         "gear": f.gear_coordinates.size,
         "hinge": f.hinges.size,
         "hinge_tangent": f.hinges.size,

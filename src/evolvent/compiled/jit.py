@@ -598,11 +598,11 @@ def _make_lookup_by_slot(signature: Any) -> Any:
     return function_at
 
 
-_A, _M = f8[::1], f8[:, ::1]
+_A, _M, _INTERVAL = f8[::1], f8[:, ::1], types.UniTuple(f8, 4)
 #: Signatures of the package's own functions that a model calls by address, so that only those in use are compiled.
 FUNCTIONS = {
-    "element_force": f8(_A, _A, f8, _M, _A, _M, _A, _A),
-    "element_tangent": types.void(_A, _A, f8, f8, _M, _A, _M, _A, _M),
+    "element_force": f8(_A, _A, _INTERVAL, f8, _M, _A, _M, _A, _A, _A),
+    "element_tangent": types.void(_A, _A, _INTERVAL, f8, f8, _M, _A, _M, _A, _A, _M),
     "element_energy": f8(_A, _M, _A, f8, _A),
 }
 

@@ -408,7 +408,7 @@ def cable_stretch_parts(
 def cable_stretch_form(
     length: float, section: CrossSection, material: Material, *, rest: ArrayLike | None = None
 ) -> Form:
-    """Constants of the thin cable with engineering strain, for `kernels.cable.cable_stretch_force`.
+    """Constants of the thin cable with engineering strain, for `kernels.cable.stretch_force`.
 
     They stand where those of a quadratic form would, but are none: not to be added, nor given to `cable_force`.
 

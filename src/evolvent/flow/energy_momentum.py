@@ -42,11 +42,9 @@ from evolvent.kernels import (
     attitude,
     attitude_tangent,
     beam_loads,
-    cable,
     contact,
     coordinate,
     custom,
-    element_step,
     fields,
     flexible,
     hinge,
@@ -83,7 +81,6 @@ class EnergyStep(Struct):
     dq : (nv,) float, increments; of rotations 2 tan(angle/2) about the axis, in body axes
     la : (nj,) float, multipliers; r : (nv + nj,) float, residual
     dv, before : (nv,) float, changes of the velocities over this step and the one before
-    strains, strains_before : (elements, 28) float, changes of the products of nodal vectors, likewise
     R0, R1 : (nb, 3, 3) float, and x0, x1 : (nb, 3) float, rotations and positions of bodies
     powers : (N_POWERS,) float, means over the step; contact : (2,) float, J, what normal forces and friction take
     """
@@ -97,8 +94,6 @@ class EnergyStep(Struct):
     r: np.ndarray = array(1)
     dv: np.ndarray = array(1)
     before: np.ndarray = array(1)
-    strains: np.ndarray = array(2)
-    strains_before: np.ndarray = array(2)
     R0: np.ndarray = array(3)
     R1: np.ndarray = array(3)
     x0: np.ndarray = array(2)
@@ -108,6 +103,12 @@ class EnergyStep(Struct):
 
 
 ENERGY_STEP = EnergyStep._numba_type_
+
+
+@inlined
+def interval_of(step):
+    """A step as `ancf.INTERVAL`."""
+    return step.h, step.chi, step.chi_v, step.ratio
 
 
 @indirect(void(_I, MODEL, ENERGY_STEP))
@@ -219,7 +220,8 @@ def residual(model, work):
             model.bodies[b].F[i] = 0.0
     points.clear_forces(model.points)
     if f.elements.size > 0:
-        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = add_elements(model, work)
+        found = flexible.add_elements(ym, work.dv, 1.0 / h, interval_of(work.step), model, F)
+        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = found
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(tm, ym, 1.0, model, P)
         if f.thermal_loads.size > 0:
@@ -265,44 +267,6 @@ def residual(model, work):
         attitude.add_wheel_step(h, work.dv, ym, model.info.nq, model, F)
     for i in range(n_v):
         r[i] = F[i] - P[i]
-
-
-@indirect(types.UniTuple(REAL, 2)(MODEL, ENERGY_STEP))
-def add_elements(model, work):
-    """Forces of all elements; returns powers that damping by mass and by stiffness takes, W."""
-    f, n_q, h = model.flexible, model.info.nq, work.step.h
-    chi, chi_v, ratio, F, elements = work.step.chi, work.step.chi_v, work.step.ratio, f.F, f.elements
-    by_mass = by_stiffness = 0.0
-    for k in range(elements.size):
-        iq, at, mass, form = elements[k].iq, elements[k].iv - n_q, elements[k].mass, elements[k].form
-        alpha, beta = elements[k].alpha, elements[k].beta
-        n = 12 if f.beams[elements[k].beam].kind == flexible.CABLE else 24
-        e0, e1, x, u = work.y0[iq : iq + n], work.y1[iq : iq + n], f.e[0, :n], work.ym[elements[k].iv :]
-        for i in range(n):
-            x[i] = work.dv[at + i] / h + alpha * u[i]
-        own, before, change = F[at : at + n], work.strains_before[k], work.strains[k]
-        if n == 12:
-            by_mass += flexible._add_inertia(f.M12[mass], 4, alpha, x, u, own)
-            H, hh = f.H12[form], f.h12[form]
-            if elements[k].stretch != 0:
-                lost = element_step.stretch_step_force(e0, e1, h, chi, ratio, beta, H, hh, before, change, f.work, own)
-            else:
-                lost = element_step.step_force(e0, e1, h, chi, ratio, beta, H, hh, cable.N, before, change, f.work, own)
-            by_stiffness += lost / h
-            if beta != 0.0:
-                by_stiffness += cable.add_bending_damping(work.ym[iq : iq + n], u, beta, f.B12[form], own)
-            if chi_v != 0.0:
-                bent, bends = work.strains_before[k, cable.PRODUCTS :], work.strains[k, cable.PRODUCTS :]
-                element_step.add_bending_filter(work.dq[at : at + n], chi_v, ratio, f.B12[form], bent, bends, own)
-        else:
-            by_mass += flexible._add_inertia(f.M24[mass], 8, alpha, x, u, own)
-            by_stiffness += (
-                element_step.step_force(
-                    e0, e1, h, chi, ratio, beta, f.H24[form], f.h24[form], 7, before, change, f.work, own
-                )
-                / h
-            )
-    return by_mass, by_stiffness
 
 
 @inlined
@@ -371,7 +335,7 @@ def tangent(scale, model, work, matrix):
     tm = work.step.t + 0.5 * h
     sparse.clear(matrix)
     if f.elements.size > 0:
-        add_element_tangents(c_mass, model, work, matrix)
+        flexible.add_element_tangents(work.ym, c_mass, c_rate, interval_of(work.step), model, matrix)
         if f.thermal_loads.size > 0:
             thermal.add_thermal_tangents(work.ym, model, matrix)
     contact.add_tangents(work.y0, work.y1, h, 0.0, model, matrix)
@@ -413,36 +377,6 @@ def _add_end_rows(scale, c_rate, model, work, matrix):
         if joints[k].kind != joint.GEAR and joint.holds(t, joints, k):
             row = model.info.nv + k
             joint_tangent.add_end_row(t, work.y1, work.dq, k, row, scale, c_rate, model, matrix)
-
-
-@indirect(void(REAL, MODEL, ENERGY_STEP, SPARSE))
-def add_element_tangents(c_mass, model, work, matrix):
-    """Twice the derivatives of `add_elements`."""
-    f, n_q, h = model.flexible, model.info.nq, work.step.h
-    chi, ratio, elements = work.step.chi, work.step.ratio, f.elements
-    for k in range(elements.size):
-        iq, at, mass, form = elements[k].iq, elements[k].iv - n_q, elements[k].mass, elements[k].form
-        beta, factor = elements[k].beta, c_mass + 2.0 / h * elements[k].alpha
-        n = 12 if f.beams[elements[k].beam].kind == flexible.CABLE else 24
-        e0, e1 = work.y0[iq : iq + n], work.y1[iq : iq + n]
-        before, change = work.strains_before[k], work.strains[k]
-        if n == 12:
-            K, M = f.K12, f.M12[mass]
-            H, hh, u = f.H12[form], f.h12[form], work.ym[elements[k].iv :]
-            if elements[k].stretch != 0:
-                element_step.stretch_step_tangent(e0, e1, h, chi, ratio, beta, H, hh, before, f.work, K)
-            else:
-                element_step.step_tangent(e0, e1, h, chi, ratio, beta, H, hh, cable.N, before, change, f.work, K)
-            if beta != 0.0:
-                cable.add_bending_damping_tangent(work.ym[iq : iq + n], u, beta, 2.0 / h, f.B12[form], K)
-            if work.step.chi_v != 0.0:
-                element_step.add_bending_filter_tangent(work.step.chi_v, f.B12[form], K)
-        else:
-            K, M = f.K24, f.M24[mass]
-            element_step.step_tangent(
-                e0, e1, h, chi, ratio, beta, f.H24[form], f.h24[form], 7, before, change, f.work, K
-            )
-        flexible.add_with_mass(matrix, at, n, K, factor, M)
 
 
 @inlined

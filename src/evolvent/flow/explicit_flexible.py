@@ -21,6 +21,7 @@ from evolvent.kernels import (
     rod,
     thermal,
 )
+from evolvent.kernels.ancf import STATE
 from evolvent.model import (
     BY_CONTACT,
     BY_JOINTS,
@@ -66,7 +67,7 @@ def add_flexible_forces(t, y, s, model, dy):
     by_mass = by_stiffness = by_joints = given = 0.0
     account = n_q + n_v + N_ACCOUNTS
     if f.elements.size > 0:
-        by_mass, by_stiffness = flexible.add_elements(y, dy[n_q : n_q + n_v], model, F)
+        by_mass, by_stiffness = flexible.add_elements(y, dy[n_q : n_q + n_v], 1.0, STATE, model, F)
         flexible.copy_weight(model, P)  # that of bodies and points: `rhs`
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(t, y, 1.0, model, P)

@@ -44,6 +44,7 @@ from evolvent.kernels import (
     thermal,
     thread,
 )
+from evolvent.kernels.ancf import STATE
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sides import ON_BODY
 from evolvent.kernels.sparse import SPARSE
@@ -72,7 +73,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     rigid.kinematics(t, y, model)
     points.clear_forces(model.points)
     if f.elements.size > 0:
-        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = flexible.add_elements(y, a, model, F)
+        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = flexible.add_elements(y, a, 1.0, STATE, model, F)
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(t, y, factor, model, P)
         if f.thermal_loads.size > 0:
@@ -146,7 +147,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     n_q, n_v, f = model.info.nq, model.info.nv, model.flexible
     sparse.clear(matrix)
     if f.elements.size > 0:
-        flexible.add_element_tangents(y, c_mass, c_rate, model, matrix)
+        flexible.add_element_tangents(y, c_mass, c_rate, STATE, model, matrix)
         if f.thermal_loads.size > 0:
             thermal.add_thermal_tangents(y, model, matrix)
     contact.add_tangents(y, y, 0.0, c_rate, model, matrix)

@@ -15,6 +15,10 @@ With g the products, i <= j, row by row (28, or 6), and J = dg/dv:
 - damping b times the stiffness, objective since it knows nothing but the rate of g: J^T b H g'. With it s becomes
   H (g + b g') - h, and the derivative with respect to e plus c times that to e' is
   A (x) I3 + J(v)^T H J(w), w = (1 + b c) v + b v';
+- over an interval of length h between two states, the force acts along the mean v of both ends, w its rate: g changes
+  by h g' = h J(v) w exactly, and the mean of its values at both ends is g(v) + (h/2)^2 g(w). With the stress of that
+  mean the work is the change of U. A step of energy-momentum adds chi/2 (h g' - ratio dg_p) to it, dg_p the change over
+  the step before. A state is an interval of length 0;
 - damping b K_e e' of Yi et al. (2017), with the secant stiffness K_e = K1 + K2(e) that F = K_e e: K1 is A of -h, and
   K2 = 1/2 J^T H J (the symmetric parts of its S_ab). It is not objective: K1 v' is not zero in a rigid rotation, and
   negative where nothing is strained. s becomes H (g + b g'/2) - h, to the
@@ -22,12 +26,16 @@ With g the products, i <= j, row by row (28, or 6), and J = dg/dv:
   w = (1 + b c/2) v + b v'/2.
 """
 
+from numba import types
+
 from evolvent.compiled.jit import REAL, VECTOR, entry, inlined, kernel, matrix_view
 
 #: Vectors and products of the beam.
 N, PRODUCTS = 7, 28
 #: Length of the scratch memory `work` that an element's force or tangent needs; its contents mean nothing.
 WORK = 704
+#: An interval: its length h (s), the filter's chi of strains and of velocities, and ratio; a state.
+INTERVAL, STATE = types.UniTuple(REAL, 4), (0.0, 0.0, 0.0, 0.0)
 #: What `line_strains` writes, in this order.
 STRAINS = ("axial", "shear_y", "shear_z", "twist", "bend_y", "bend_z", "thick_y", "thick_z", "shear_yz")
 
@@ -169,66 +177,88 @@ def energy_of(e, H, h, U0, n, work):
 
 
 @inlined
-def force_of(e, H, h, n, work, f):
-    """f += dU/de."""
-    m = n * (n + 1) // 2
-    v, g, s = work[: 3 * n], work[3 * n : 3 * n + m], work[3 * n + m : 3 * n + 2 * m]
+def _write_products(e, u, interval, is_moving, n, changes, v, w, g, rate):
+    """Vectors v and w of e and u, products g whose stress acts over an interval, and their rates where they are used.
+
+    Parameters
+    ----------
+    is_moving : bool, whether a state's rates are used
+    changes : (2 PRODUCTS,) float, changes of the products over the step before, and output over this one
+    """
+    h, chi, _, ratio = interval
     nodal_vectors(e, n, v)
     products(v, n, g)
-    stresses(H, h, g, n, s)
-    add_force(s, v, n, f)
-
-
-@inlined
-def tangent_of(e, H, h, n, work, K):
-    """K = d2U/de2."""
+    if h == 0.0 and not is_moving:
+        return
     m = n * (n + 1) // 2
-    v, g, s = work[: 3 * n], work[3 * n : 3 * n + m], work[3 * n + m : 3 * n + 2 * m]
-    a = 3 * n + 2 * m
-    nodal_vectors(e, n, v)
-    products(v, n, g)
-    stresses(H, h, g, n, s)
-    write_tangent(H, s, v, v, n, matrix_view(work, a, 3 * n, m), K)
-
-
-@inlined
-def damped_force_of(e, u, b, H, h, n, work, f):
-    """f += dU/de + J^T b H g'; returns the power that the damping takes, W; u = e'."""
-    m = n * (n + 1) // 2
-    v, g, s = work[: 3 * n], work[3 * n : 3 * n + m], work[3 * n + m : 3 * n + 2 * m]
-    w, rate = work[3 * n + 2 * m : 6 * n + 2 * m], work[6 * n + 2 * m : 6 * n + 3 * m]
-    t = work[6 * n + 3 * m : 6 * n + 4 * m]
-    nodal_vectors(e, n, v)
     nodal_vectors(u, n, w)
     for k in range(m):
         rate[k] = 0.0
     add_product_rates(v, w, 1.0, n, rate)
-    products(v, n, g)
+    if h != 0.0:
+        add_product_rates(w, w, 0.125 * h * h, n, g)
+        for k in range(m):
+            d = h * rate[k]
+            changes[PRODUCTS + k] = d
+            g[k] += 0.5 * chi * (d - ratio * changes[k])
+
+
+@inlined
+def force_of(e, u, interval, b, H, h, n, changes, work, f):
+    """f += dU/de + J^T b H g' of an element over an interval; returns the power that the damping takes, W.
+
+    Parameters
+    ----------
+    e, u : coordinates, of a step their means, and rates, of a step the increments over its length
+    interval : see `INTERVAL`
+    b : float, s
+    H, h : form of the element; n : its number of vectors
+    changes : as of `_write_products`
+    work : (WORK,) float, scratch
+    """
+    m = n * (n + 1) // 2
+    v, g, s = work[: 3 * n], work[3 * n : 3 * n + m], work[3 * n + m : 3 * n + 2 * m]
+    w, rate = work[3 * n + 2 * m : 6 * n + 2 * m], work[6 * n + 2 * m : 6 * n + 3 * m]
+    t, power = work[6 * n + 3 * m : 6 * n + 4 * m], 0.0
+    _write_products(e, u, interval, b != 0.0, n, changes, v, w, g, rate)
     stresses(H, h, g, n, s)
-    multiply(H, rate, n, t)
-    power = 0.0
-    for k in range(m):
-        power += b * t[k] * rate[k]
-        s[k] += b * t[k]
+    if b != 0.0:
+        multiply(H, rate, n, t)
+        for k in range(m):
+            power += b * t[k] * rate[k]
+            s[k] += b * t[k]
     add_force(s, v, n, f)
     return power
 
 
 @inlined
-def damped_tangent_of(e, u, b, c, H, h, n, work, K):
-    """K = d/de + c d/de' of the force of `damped_force_of`."""
+def tangent_of(e, u, interval, b, c, H, h, n, changes, work, K):
+    """K = d/de + c d/de' of the force of `force_of`; over a step twice that by its end's coordinates, with c = 2/h."""
     m = n * (n + 1) // 2
     v, g, s = work[: 3 * n], work[3 * n : 3 * n + m], work[3 * n + m : 3 * n + 2 * m]
-    a = 6 * n + 2 * m
+    a, (h_e, chi, _, _) = 6 * n + 2 * m, interval
     w = work[3 * n + 2 * m : a]
-    nodal_vectors(e, n, v)
-    nodal_vectors(u, n, w)
-    products(v, n, g)
-    add_product_rates(v, w, b, n, g)
+    _write_products(e, u, interval, b != 0.0, n, changes, v, w, g, work[a : a + m])
+    if b != 0.0:
+        add_product_rates(v, w, b, n, g)
     stresses(H, h, g, n, s)
-    for i in range(3 * n):
-        w[i] = (1.0 + b * c) * v[i] + b * w[i]
+    if h_e == 0.0 and b == 0.0:
+        for i in range(3 * n):
+            w[i] = v[i]
+    else:
+        own = b if h_e == 0.0 else 0.0
+        for i in range(3 * n):
+            w[i] = (1.0 + chi + b * c) * (v[i] + 0.5 * h_e * w[i]) + own * w[i]
     write_tangent(H, s, v, w, n, matrix_view(work, a, 3 * n, m), K)
+
+
+@inlined
+def note_changes(elements):
+    """Keep what elements have changed by over the last step, for the filter of the next one."""
+    for k in range(elements.size):
+        changes = elements[k].changes
+        for i in range(PRODUCTS):
+            changes[i] = changes[PRODUCTS + i]
 
 
 @inlined
@@ -277,65 +307,6 @@ def paper_damped_tangent_of(e, u, b, c, H, h, n, work, K):
 
 
 # ---------------------------------------------------------------------------------------------- the beam
-
-
-@inlined
-def beam_energy(e, H, h, U0, work):
-    """Strain energy of a beam element, J.
-
-    Parameters
-    ----------
-    e : (24,) float, coordinates (module docstring); m and 1
-    H : (28, 28) float; h : (28,) float; U0 : float, the element's form (`evolvent.elements.beam_form`)
-    work : (WORK,) float, scratch
-    """
-    return energy_of(e, H, h, U0, N, work)
-
-
-@inlined
-def beam_force(e, H, h, work, f):
-    """f += dU/de, the force that the element resists with; f : (24,). Arguments as of `beam_energy`."""
-    force_of(e, H, h, N, work, f)
-
-
-@inlined
-def beam_tangent(e, H, h, work, K):
-    """K = d2U/de2 : (24, 24). Arguments as of `beam_energy`."""
-    tangent_of(e, H, h, N, work, K)
-
-
-@inlined
-def beam_damped_force(e, u, b, H, h, work, f):
-    """f += dU/de + b J^T H J u, objective damping proportional to the stiffness; returns the power it takes, W.
-
-    Parameters
-    ----------
-    u : (24,) float, rates of the coordinates
-    b : float, s
-    """
-    return damped_force_of(e, u, b, H, h, N, work, f)
-
-
-@inlined
-def beam_damped_tangent(e, u, b, c, H, h, work, K):
-    """K = derivative of `beam_damped_force` with respect to e plus c (1/s) times that with respect to u : (24, 24)."""
-    damped_tangent_of(e, u, b, c, H, h, N, work, K)
-
-
-@inlined
-def beam_paper_damped_force(e, u, b, H, h, work, f):
-    """f += dU/de + b K_e(e) u, damping by the secant stiffness (Yi et al. 2017); returns the power it takes, W.
-
-    For comparison: it is not objective (Notes of the module), and an element that spins at rest gains energy by it.
-    Arguments as of `beam_damped_force`.
-    """
-    return paper_damped_force_of(e, u, b, H, h, N, work, f)
-
-
-@inlined
-def beam_paper_damped_tangent(e, u, b, c, H, h, work, K):
-    """K = derivative of `beam_paper_damped_force` with respect to e plus c (1/s) times that to u : (24, 24)."""
-    paper_damped_tangent_of(e, u, b, c, H, h, N, work, K)
 
 
 @entry(REAL, REAL, REAL, REAL, VECTOR)

@@ -1,6 +1,6 @@
 """The thin ANCF cable: position and slope, e = (r_p, r_p,x, r_q, r_q,x); Green strain at 3 points, constant bending.
 
-A second one, `cable_stretch_force` and its like, has engineering strain and the curvature of a stretched axis.
+A second one, `stretch_force` and its like, has engineering strain and the curvature of a stretched axis.
 
 Its energy is a quadratic form like the beam's (`kernels.ancf`), in the 6 products of r_p,x, r_q - r_p and r_q,x. Mass
 and loads are those of `kernels.ancf` with 4 shape functions.
@@ -22,64 +22,11 @@ direction q/|q| defined near the straight shape; it belongs to an element bent b
 import math
 
 from evolvent.compiled.jit import inlined
-from evolvent.kernels.ancf import (
-    damped_force_of,
-    damped_tangent_of,
-    energy_of,
-    force_of,
-    nodal_vectors,
-    paper_damped_force_of,
-    paper_damped_tangent_of,
-    tangent_of,
-)
+from evolvent.kernels import ancf
+from evolvent.kernels.ancf import nodal_vectors
 
 #: Vectors and products of the cable.
 N, PRODUCTS = 3, 6
-
-
-@inlined
-def cable_energy(e, H, h, U0, work):
-    """Strain energy of a cable element, J.
-
-    Parameters
-    ----------
-    e : (12,) float, coordinates (module docstring); m and 1
-    H : (6, 6) float; h : (6,) float; U0 : float, the element's form (`evolvent.elements.cable_form`)
-    work : (ancf.WORK,) float, scratch
-    """
-    return energy_of(e, H, h, U0, N, work)
-
-
-@inlined
-def cable_force(e, H, h, work, f):
-    """f += dU/de, the force that the element resists with; f : (12,). Arguments as of `cable_energy`."""
-    force_of(e, H, h, N, work, f)
-
-
-@inlined
-def cable_tangent(e, H, h, work, K):
-    """K = d2U/de2 : (12, 12). Arguments as of `cable_energy`."""
-    tangent_of(e, H, h, N, work, K)
-
-
-@inlined
-def cable_damped_force(e, u, b, H, h, work, f):
-    """f += dU/de + b J^T H J u, damping of the membrane alone; returns the power that it takes, W.
-
-    `add_bending_damping` adds that of the bending.
-
-    Parameters
-    ----------
-    u : (12,) float, rates of the coordinates
-    b : float, s
-    """
-    return damped_force_of(e, u, b, H, h, N, work, f)
-
-
-@inlined
-def cable_damped_tangent(e, u, b, c, H, h, work, K):
-    """K = derivative of `cable_damped_force` with respect to e plus c (1/s) times that with respect to u : (12, 12)."""
-    damped_tangent_of(e, u, b, c, H, h, N, work, K)
 
 
 @inlined
@@ -139,18 +86,58 @@ def add_bending_damping_tangent(e, u, b, c, B, K):
 
 
 @inlined
-def cable_paper_damped_force(e, u, b, H, h, work, f):
-    """f += dU/de + b K_e(e) u, damping by the secant stiffness, bending included; returns the power it takes, W.
+def add_bending_filter(u, interval, B, changes, f):
+    """Add the filter's force on the bending of a cable element, whose energy contains none of its changes.
 
-    For comparison, not objective: as of `ancf.beam_paper_damped_force`.
+    Parameters
+    ----------
+    u : (12,) float, increments over the length of the step
+    B : (2, 4) float (`evolvent.elements.cable_bending`)
+    changes : (2 ancf.PRODUCTS,) float, behind those of products changes of the root of the energy times the curvature
+        at two points, over the step before, and output over this one
+
+    Notes
+    -----
+    The vectors of curvature do not turn with the element, so that this is for systems that something holds.
     """
-    return paper_damped_force_of(e, u, b, H, h, N, work, f)
+    h, _, chi, ratio = interval
+    for p in range(2):
+        q = _curvature(B, p, u)
+        a = (-B[p, 1], B[p, 0], B[p, 1], B[p, 2])
+        for c in range(3):
+            at = PRODUCTS + 3 * p + c
+            changes[ancf.PRODUCTS + at] = h * q[c]
+            force = 0.5 * chi * (h * q[c] - ratio * changes[at])
+            for i in range(4):
+                f[3 * i + c] += a[i] * force
 
 
 @inlined
-def cable_paper_damped_tangent(e, u, b, c, H, h, work, K):
-    """K = derivative of `cable_paper_damped_force` with respect to e plus c (1/s) times that to u : (12, 12)."""
-    paper_damped_tangent_of(e, u, b, c, H, h, N, work, K)
+def add_bending_filter_tangent(chi, B, K):
+    """Add twice the derivative of `add_bending_filter` by the end's coordinates."""
+    for p in range(2):
+        a = (-B[p, 1], B[p, 0], B[p, 1], B[p, 2])
+        for i in range(4):
+            for j in range(4):
+                for c in range(3):
+                    K[3 * i + c, 3 * j + c] += chi * a[i] * a[j]
+
+
+@inlined
+def add_bending_losses(e, u, interval, b, B, changes, f):
+    """Damping and filter of the bending of any cable; returns the power that the damping takes, W."""
+    if interval[2] != 0.0:
+        add_bending_filter(u, interval, B, changes, f)
+    return add_bending_damping(e, u, b, B, f) if b != 0.0 else 0.0
+
+
+@inlined
+def add_bending_losses_tangent(e, u, interval, b, c, B, K):
+    """Tangent of `add_bending_losses`."""
+    if b != 0.0:
+        add_bending_damping_tangent(e, u, b, c, B, K)
+    if interval[2] != 0.0:
+        add_bending_filter_tangent(interval[2], B, K)
 
 
 # ---------------------------------------------------------------------------------------------- engineering strain
@@ -188,7 +175,7 @@ def _plane(i, a, j, b):
 
 
 @inlined
-def cable_stretch_energy(e, H, h, U0, work):
+def stretch_energy(e, H, h, U0, work):
     """Strain energy of a cable element with engineering strain, J.
 
     Parameters
@@ -219,7 +206,7 @@ def cable_stretch_energy(e, H, h, U0, work):
 
 @inlined
 def _stressed(H, h, p, b, v, w):
-    """Of point p: a = r,x and q = r,xx; factors of a for a, of both for the other, of q for q; power of the damping."""
+    """Of point p at a state: a = r,x and q = r,xx; factors of a for a, of both for the other, of q for q; lost."""
     a, q = _combined(H[p, 0], H[p, 1], H[p, 2], v), _combined(H[p, 3], H[p, 4], H[p, 5], v)
     aa, aq, EA = _dot(a, a), _dot(a, q), H[3, p]
     stretch = math.sqrt(aa)
@@ -235,6 +222,45 @@ def _stressed(H, h, p, b, v, w):
 
 
 @inlined
+def _ends(H, p, first, h, v, w):
+    """r,x (first = 0) or r,xx (first = 3) at point p: at the start and the end of a step, and their mean."""
+    i, j, k, half = H[p, first], H[p, first + 1], H[p, first + 2], 0.5 * h
+    m, d = _combined(i, j, k, v), _combined(half * i, half * j, half * k, w)
+    return (m[0] - d[0], m[1] - d[1], m[2] - d[2]), (m[0] + d[0], m[1] + d[1], m[2] + d[2]), m
+
+
+@inlined
+def _stretched(H, hh, p, b, interval, changes, a0, a1):
+    """Axial force at point p over a step, the mean of the stretch, the stretch at its end, and lost power."""
+    h, chi, _, ratio = interval
+    l0, l1, EA = math.sqrt(_dot(a0, a0)), math.sqrt(_dot(a1, a1)), H[3, p]
+    d, mean = l1 - l0, 0.5 * (l0 + l1)
+    changes[ancf.PRODUCTS + p] = d
+    N = EA * (mean - hh[p] + 0.5 * chi * (d - ratio * changes[p]) + b * d / h)
+    return N, mean, l1, b * EA * (d / h) * (d / h)
+
+
+@inlined
+def _stressed_between(H, hh, p, b, interval, changes, v, w):
+    """As `_stressed`, over a step.
+
+    Notes
+    -----
+    With w = 1/(a.a) the stretch |a| changes by am . da over its mean, and the square of the curvature,
+    q.q w - (a.q)^2 w^2, by wm d(q.q) + ((q.q)m - 2 wm ((a.q)^2)m) dw - 2 (w^2)m (a.q)m d(a.q), where
+    dw = -w0 w1 d(a.a). The filter acts on the stretch.
+    """
+    a0, a1, a = _ends(H, p, 0, interval[0], v, w)
+    q0, q1, q = _ends(H, p, 3, interval[0], v, w)
+    N, mean, _, lost = _stretched(H, hh, p, b, interval, changes, a0, a1)
+    w0, w1, aq0, aq1 = 1.0 / _dot(a0, a0), 1.0 / _dot(a1, a1), _dot(a0, q0), _dot(a1, q1)
+    wm, ww, EI = 0.5 * (w0 + w1), 0.5 * (w0 * w0 + w1 * w1), H[3, 3 + p]
+    aq, qq = 0.5 * (aq0 + aq1), 0.5 * (_dot(q0, q0) + _dot(q1, q1))
+    on_a = N / mean - EI * (qq - wm * (aq0 * aq0 + aq1 * aq1)) * w0 * w1
+    return a, q, on_a, -EI * ww * aq, EI * wm, lost
+
+
+@inlined
 def _add_stress(H, p, a, q, on_a, both, on_q, f):
     """Add the force of point p."""
     x = _plane(H[p, 0] * on_a + H[p, 3] * both, a, H[p, 0] * both + H[p, 3] * on_q, q)
@@ -247,16 +273,15 @@ def _add_stress(H, p, a, q, on_a, both, on_q, f):
 
 
 @inlined
-def cable_stretch_force(e, u, b, H, h, B, work, f):
+def stretch_force(e, u, interval, b, H, h, B, changes, work, f):
     """f += dU/de + damping proportional to the stiffness; f : (12,). Returns the power that the damping takes, W.
 
     Parameters
     ----------
-    e, u : (12,) float, coordinates and their rates
-    b : float, s
+    e, u, interval, b, changes : as of `ancf.force_of`; the changes are those of the stretch at three points
     B : (2, 4) float, for `add_bending_damping`
     H, h, work
-        As of `cable_stretch_energy`.
+        As of `stretch_energy`.
 
     Notes
     -----
@@ -265,6 +290,13 @@ def cable_stretch_force(e, u, b, H, h, B, work, f):
     EI/(a.a)^2 ((2 (a.q)^2/a.a - q.q) a - a.q q), and to q it is EI/(a.a)^2 (a.a q - a.q a).
     """
     v, w = _vectors(e), _vectors(u)
+    if interval[0] != 0.0:
+        power = 0.0
+        for p in range(3):
+            a, q, on_a, both, on_q, lost = _stressed_between(H, h, p, b, interval, changes, v, w)
+            _add_stress(H, p, a, q, on_a, both, on_q, f)
+            power += lost
+        return power + add_bending_losses(e, u, interval, b, B, changes, f)
     # all points before any force, so that their roots and divisions overlap
     a0, q0, on_a0, both0, on_q0, power0 = _stressed(H, h, 0, b, v, w)
     a1, q1, on_a1, both1, on_q1, power1 = _stressed(H, h, 1, b, v, w)
@@ -272,15 +304,12 @@ def cable_stretch_force(e, u, b, H, h, B, work, f):
     _add_stress(H, 0, a0, q0, on_a0, both0, on_q0, f)
     _add_stress(H, 1, a1, q1, on_a1, both1, on_q1, f)
     _add_stress(H, 2, a2, q2, on_a2, both2, on_q2, f)
-    power = power0 + power1 + power2
-    if b != 0.0:
-        power += add_bending_damping(e, u, b, B, f)
-    return power
+    return power0 + power1 + power2 + add_bending_losses(e, u, interval, b, B, changes, f)
 
 
 @inlined
-def cable_stretch_tangent(e, u, b, c, H, h, B, work, K):
-    """K = derivative of `cable_stretch_force` with respect to e plus c (1/s) times that with respect to u : (12, 12).
+def stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
+    """K : (12, 12), of `stretch_force` as `ancf.tangent_of`; the bending over a step is that of its mean shape.
 
     Notes
     -----
@@ -291,28 +320,34 @@ def cable_stretch_tangent(e, u, b, c, H, h, B, work, K):
     - to a and q: -a.q I + 4 z a a^T - 2 a q^T - q a^T;
     - to q and q: a.a I - a a^T.
     """
-    v, w = work[:9], work[9:18]
-    nodal_vectors(e, 3, v)
-    nodal_vectors(u, 3, w)
+    v, w, chi = _vectors(e), _vectors(u), interval[1]
     for i in range(3, 12):
         for j in range(3, 12):
             K[i, j] = 0.0
     for p in range(3):
-        a, q, rate = _derivative(H, p, 0, v), _derivative(H, p, 3, v), _derivative(H, p, 0, w)
-        aa, EA = _dot(a, a), H[3, p]
-        stretch = math.sqrt(aa)
-        grows = _dot(a, rate) / stretch
-        N = EA * (stretch - h[p] + b * grows)
-        square = (EA * (1.0 + b * c) - (N + b * EA * grows) / stretch) / aa
-        add_stretch_tangent(H, p, a, q, N / stretch, _plane(square, a, b * EA / aa, rate), K)
+        EA = H[3, p]
+        if interval[0] != 0.0:
+            a0, a1, a = _ends(H, p, 0, interval[0], v, w)
+            q = _combined(H[p, 3], H[p, 4], H[p, 5], v)
+            N, mean, size, _ = _stretched(H, h, p, b, interval, changes, a0, a1)
+            pull, factor = N / mean, (EA * (1.0 + chi + b * c) - N / mean) / (mean * size)
+            right = (factor * a1[0], factor * a1[1], factor * a1[2])
+        else:
+            a, q = _combined(H[p, 0], H[p, 1], H[p, 2], v), _combined(H[p, 3], H[p, 4], H[p, 5], v)
+            rate, aa = _combined(H[p, 0], H[p, 1], H[p, 2], w), _dot(a, a)
+            stretch = math.sqrt(aa)
+            grows = _dot(a, rate) / stretch
+            N = EA * (stretch - h[p] + b * grows)
+            square = (EA * (1.0 + b * c) - (N + b * EA * grows) / stretch) / aa
+            pull, right = N / stretch, _plane(square, a, b * EA / aa, rate)
+        add_stretch_tangent(H, p, a, q, pull, right, K)
     fill_first_position(K)
-    if b != 0.0:
-        add_bending_damping_tangent(e, u, b, c, B, K)
+    add_bending_losses_tangent(e, u, interval, b, c, B, K)
 
 
 @inlined
 def add_stretch_tangent(H, p, a, q, pull, right, K):
-    """Tangent of point p by its vectors a and q: bending (`cable_stretch_tangent`), and pull I + a right^T to a."""
+    """Tangent of point p by its vectors a and q: bending (`stretch_tangent`), and pull I + a right^T to a."""
     aa, aq, qq = _dot(a, a), _dot(a, q), _dot(q, q)
     EI, z = H[3, 3 + p] / (aa * aa), aq / aa
     one, square = pull + EI * (2.0 * z * aq - qq), EI * (4.0 * qq / aa - 12.0 * z * z)

@@ -1,6 +1,7 @@
 """Elements as a model calls them, by address: force, tangent and energy of each kind, all with the same arguments.
 
-Arguments are those of `kernels.ancf` and `kernels.cable`; what a kind does not need it ignores.
+A force and a tangent are those over an interval, as of `ancf.force_of` and `ancf.tangent_of`; a state is one of length
+0. What a kind does not need it ignores. An element is elastic where its damping b is 0.
 """
 
 from typing import Any, NamedTuple
@@ -9,9 +10,10 @@ from numba import void
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect
 from evolvent.kernels import ancf, cable
+from evolvent.kernels.ancf import INTERVAL
 
-_FORCE = REAL(VECTOR, VECTOR, REAL, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
-_TANGENT = void(VECTOR, VECTOR, REAL, REAL, MATRIX, VECTOR, MATRIX, VECTOR, MATRIX)
+_FORCE = REAL(VECTOR, VECTOR, INTERVAL, REAL, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR)
+_TANGENT = void(VECTOR, VECTOR, INTERVAL, REAL, REAL, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, MATRIX)
 _ENERGY = REAL(VECTOR, MATRIX, VECTOR, REAL, VECTOR)
 
 
@@ -24,121 +26,94 @@ class Functions(NamedTuple):
 
 
 @indirect(_FORCE, disjoint=True)
-def cable_force(e, u, b, H, h, B, work, f):
-    """An elastic cable."""
-    cable.cable_force(e, H, h, work, f)
-    return 0.0
-
-
-@indirect(_TANGENT, disjoint=True)
-def cable_tangent(e, u, b, c, H, h, B, work, K):
-    """An elastic cable."""
-    cable.cable_tangent(e, H, h, work, K)
-
-
-@indirect(_FORCE, disjoint=True)
-def damped_cable_force(e, u, b, H, h, B, work, f):
+def cable_force(e, u, interval, b, H, h, B, changes, work, f):
     """A cable with objective damping of membrane and bending."""
-    return cable.cable_damped_force(e, u, b, H, h, work, f) + cable.add_bending_damping(e, u, b, B, f)
+    power = ancf.force_of(e, u, interval, b, H, h, cable.N, changes, work, f)
+    return power + cable.add_bending_losses(e, u, interval, b, B, changes, f)
 
 
 @indirect(_TANGENT, disjoint=True)
-def damped_cable_tangent(e, u, b, c, H, h, B, work, K):
+def cable_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
     """A cable with objective damping of membrane and bending."""
-    cable.cable_damped_tangent(e, u, b, c, H, h, work, K)
-    cable.add_bending_damping_tangent(e, u, b, c, B, K)
+    ancf.tangent_of(e, u, interval, b, c, H, h, cable.N, changes, work, K)
+    cable.add_bending_losses_tangent(e, u, interval, b, c, B, K)
 
 
 @indirect(_FORCE, disjoint=True)
-def paper_cable_force(e, u, b, H, h, B, work, f):
-    """A cable with the paper's damping."""
-    return cable.cable_paper_damped_force(e, u, b, H, h, work, f)
+def paper_cable_force(e, u, interval, b, H, h, B, changes, work, f):
+    """A cable with the paper's damping, bending included; at states only."""
+    return ancf.paper_damped_force_of(e, u, b, H, h, cable.N, work, f)
 
 
 @indirect(_TANGENT, disjoint=True)
-def paper_cable_tangent(e, u, b, c, H, h, B, work, K):
-    """A cable with the paper's damping."""
-    cable.cable_paper_damped_tangent(e, u, b, c, H, h, work, K)
+def paper_cable_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
+    """A cable with the paper's damping, bending included; at states only."""
+    ancf.paper_damped_tangent_of(e, u, b, c, H, h, cable.N, work, K)
 
 
 @indirect(_FORCE, disjoint=True)
-def beam_force(e, u, b, H, h, B, work, f):
-    """An elastic beam."""
-    ancf.beam_force(e, H, h, work, f)
-    return 0.0
-
-
-@indirect(_TANGENT, disjoint=True)
-def beam_tangent(e, u, b, c, H, h, B, work, K):
-    """An elastic beam."""
-    ancf.beam_tangent(e, H, h, work, K)
-
-
-@indirect(_FORCE, disjoint=True)
-def damped_beam_force(e, u, b, H, h, B, work, f):
+def beam_force(e, u, interval, b, H, h, B, changes, work, f):
     """A beam with objective damping."""
-    return ancf.beam_damped_force(e, u, b, H, h, work, f)
+    return ancf.force_of(e, u, interval, b, H, h, ancf.N, changes, work, f)
 
 
 @indirect(_TANGENT, disjoint=True)
-def damped_beam_tangent(e, u, b, c, H, h, B, work, K):
+def beam_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
     """A beam with objective damping."""
-    ancf.beam_damped_tangent(e, u, b, c, H, h, work, K)
+    ancf.tangent_of(e, u, interval, b, c, H, h, ancf.N, changes, work, K)
 
 
 @indirect(_FORCE, disjoint=True)
-def paper_beam_force(e, u, b, H, h, B, work, f):
-    """A beam with the paper's damping."""
-    return ancf.beam_paper_damped_force(e, u, b, H, h, work, f)
+def paper_beam_force(e, u, interval, b, H, h, B, changes, work, f):
+    """A beam with the paper's damping; at states only."""
+    return ancf.paper_damped_force_of(e, u, b, H, h, ancf.N, work, f)
 
 
 @indirect(_TANGENT, disjoint=True)
-def paper_beam_tangent(e, u, b, c, H, h, B, work, K):
-    """A beam with the paper's damping."""
-    ancf.beam_paper_damped_tangent(e, u, b, c, H, h, work, K)
+def paper_beam_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
+    """A beam with the paper's damping; at states only."""
+    ancf.paper_damped_tangent_of(e, u, b, c, H, h, ancf.N, work, K)
 
 
 @indirect(_FORCE, disjoint=True)
-def stretch_force(e, u, b, H, h, B, work, f):
-    """A cable with engineering strain, damped or not."""
-    return cable.cable_stretch_force(e, u, b, H, h, B, work, f)
+def stretch_force(e, u, interval, b, H, h, B, changes, work, f):
+    """A cable with engineering strain."""
+    return cable.stretch_force(e, u, interval, b, H, h, B, changes, work, f)
 
 
 @indirect(_TANGENT, disjoint=True)
-def stretch_tangent(e, u, b, c, H, h, B, work, K):
-    """A cable with engineering strain, damped or not."""
-    cable.cable_stretch_tangent(e, u, b, c, H, h, B, work, K)
+def stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
+    """A cable with engineering strain."""
+    cable.stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K)
 
 
 @indirect(_ENERGY, disjoint=True)
 def cable_energy(e, H, h, U0, work):
     """Any cable but those with engineering strain."""
-    return cable.cable_energy(e, H, h, U0, work)
+    return ancf.energy_of(e, H, h, U0, cable.N, work)
 
 
 @indirect(_ENERGY, disjoint=True)
 def stretch_energy(e, H, h, U0, work):
     """A cable with engineering strain."""
-    return cable.cable_stretch_energy(e, H, h, U0, work)
+    return cable.stretch_energy(e, H, h, U0, work)
 
 
 @indirect(_ENERGY, disjoint=True)
 def beam_energy(e, H, h, U0, work):
     """Any beam."""
-    return ancf.beam_energy(e, H, h, U0, work)
+    return ancf.energy_of(e, H, h, U0, ancf.N, work)
 
 
-ELASTIC, OBJECTIVE, PAPER = "elastic", "objective", "paper"
+#: Kinds of damping.
+OBJECTIVE, PAPER = "objective", "paper"
 #: By kind of element and of damping.
 CABLES = {
-    ELASTIC: Functions(cable_force, cable_tangent, cable_energy),
-    OBJECTIVE: Functions(damped_cable_force, damped_cable_tangent, cable_energy),
+    OBJECTIVE: Functions(cable_force, cable_tangent, cable_energy),
     PAPER: Functions(paper_cable_force, paper_cable_tangent, cable_energy),
 }
-_STRETCH = Functions(stretch_force, stretch_tangent, stretch_energy)
-STRETCH_CABLES = {ELASTIC: _STRETCH, OBJECTIVE: _STRETCH}
+STRETCH_CABLES = {OBJECTIVE: Functions(stretch_force, stretch_tangent, stretch_energy)}
 BEAMS = {
-    ELASTIC: Functions(beam_force, beam_tangent, beam_energy),
-    OBJECTIVE: Functions(damped_beam_force, damped_beam_tangent, beam_energy),
+    OBJECTIVE: Functions(beam_force, beam_tangent, beam_energy),
     PAPER: Functions(paper_beam_force, paper_beam_tangent, beam_energy),
 }

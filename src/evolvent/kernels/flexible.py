@@ -18,6 +18,7 @@ from evolvent.compiled.jit import (
     inlined,
 )
 from evolvent.kernels import ancf
+from evolvent.kernels.ancf import INTERVAL
 from evolvent.kernels.linalg import banded_solve_vectors
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, add_block
@@ -49,14 +50,15 @@ def _add_inertia(M, n, alpha, x, u, f):
     return power
 
 
-@indirect(types.UniTuple(REAL, 2)(VECTOR, VECTOR, MODEL, VECTOR))
-def add_elements(y, a, model, F):
+@indirect(types.UniTuple(REAL, 2)(VECTOR, VECTOR, REAL, INTERVAL, MODEL, VECTOR))
+def add_elements(y, a, scale, interval, model, F):
     """Internal, damping and inertia forces of all elements into F; returns powers dissipated (mass, stiffness), W.
 
     Parameters
     ----------
-    y : (ny,) float, state
-    a : (nv,) float, accelerations of the coordinates
+    y : (ny,) float, state; of a step means of both ends, with increments over its length as rates
+    a : (nv,) float, accelerations of the coordinates, times `scale`
+    interval : of the forces (`ancf.INTERVAL`)
     """
     flexible, n_q = model.flexible, model.info.nq
     beams, elements, work = flexible.beams, flexible.elements, flexible.work
@@ -65,17 +67,16 @@ def add_elements(y, a, model, F):
         iq, iv, beam, mass, form = elements[k].iq, elements[k].iv, elements[k].beam, elements[k].mass, elements[k].form
         alpha, at, force = elements[k].alpha, iv - n_q, element_force_at(model, elements[k].force)
         n = 12 if beams[beam].kind == CABLE else 24
-        e, u, f, x = y[iq : iq + n], y[iv : iv + n], F[at : at + n], flexible.e[0, :n]
+        e, u, f, x, changes = y[iq : iq + n], y[iv : iv + n], F[at : at + n], flexible.e[0, :n], elements[k].changes
         for i in range(n):
-            x[i] = a[at + i] + alpha * u[i]
+            x[i] = scale * a[at + i] + alpha * u[i]
         if n == 12:
             by_mass += _add_inertia(flexible.M12[mass], 4, alpha, x, u, f)
-            by_stiffness += force(
-                e, u, elements[k].beta, flexible.H12[form], flexible.h12[form], flexible.B12[form], work, f
-            )
+            H, h, B = flexible.H12[form], flexible.h12[form], flexible.B12[form]
         else:
             by_mass += _add_inertia(flexible.M24[mass], 8, alpha, x, u, f)
-            by_stiffness += force(e, u, elements[k].beta, flexible.H24[form], flexible.h24[form], flexible.B0, work, f)
+            H, h, B = flexible.H24[form], flexible.h24[form], flexible.B0
+        by_stiffness += force(e, u, interval, elements[k].beta, H, h, B, changes, work, f)
     return by_mass, by_stiffness
 
 
@@ -93,9 +94,9 @@ def add_with_mass(matrix, at, n, K, factor, M):
             add_block(matrix, at + r, at + c, K, r, c, size, size, 1.0)
 
 
-@indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
-def add_element_tangents(y, c_mass, c_rate, model, matrix):
-    """Add c_mass M + c_rate C + K of all elements to a matrix."""
+@indirect(void(VECTOR, REAL, REAL, INTERVAL, MODEL, SPARSE))
+def add_element_tangents(y, c_mass, c_rate, interval, model, matrix):
+    """Add c_mass M + c_rate C + K of all elements to a matrix; y, interval : as of `add_elements`."""
     flexible, n_q = model.flexible, model.info.nq
     beams, elements, work = flexible.beams, flexible.elements, flexible.work
     for k in range(elements.size):
@@ -103,13 +104,12 @@ def add_element_tangents(y, c_mass, c_rate, model, matrix):
         beta, at, tangent = elements[k].beta, iv - n_q, element_tangent_at(model, elements[k].tangent)
         factor = c_mass + c_rate * elements[k].alpha
         n = 12 if beams[beam].kind == CABLE else 24
-        e, u = y[iq : iq + n], y[iv : iv + n]
+        e, u, changes = y[iq : iq + n], y[iv : iv + n], elements[k].changes
         if n == 12:
-            K, M = flexible.K12, flexible.M12[mass]
-            tangent(e, u, beta, c_rate, flexible.H12[form], flexible.h12[form], flexible.B12[form], work, K)
+            K, M, H, h, B = flexible.K12, flexible.M12[mass], flexible.H12[form], flexible.h12[form], flexible.B12[form]
         else:
-            K, M = flexible.K24, flexible.M24[mass]
-            tangent(e, u, beta, c_rate, flexible.H24[form], flexible.h24[form], flexible.B0, work, K)
+            K, M, H, h, B = flexible.K24, flexible.M24[mass], flexible.H24[form], flexible.h24[form], flexible.B0
+        tangent(e, u, interval, beta, c_rate, H, h, B, changes, work, K)
         add_with_mass(matrix, at, n, K, factor, M)
 
 

@@ -156,14 +156,6 @@ def note_strains(rows):
 
 
 @inlined
-def forget_strains(rows):
-    """Let the next step have none before it."""
-    for k in range(rows.size):
-        for i in range(6):
-            rows[k].before[i] = 0.0
-
-
-@inlined
 def secants(m0, m1):
     """Changes of phi and psi over that of the cosine; their derivatives where it does not change."""
     change = m1[COSINE] - m0[COSINE]

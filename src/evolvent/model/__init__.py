@@ -114,8 +114,12 @@ RECORDS: dict[str, np.dtype] = {
     # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels
     "beams": _record("kind iq iv nodes first_element elements first_node paper", "length"),
     # form, bending, mass: indices in the pools of `Flexible`, bending of the form of that alone; force, tangent,
-    # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain
-    "elements": _record("beam iq iv form bending mass force tangent energy stretch", "length alpha beta thickness"),
+    # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
+    # changes: of products, stretches and curvatures over the step before, then over this one (`ancf.force_of`)
+    "elements": _record(
+        "beam iq iv form bending mass force tangent energy stretch", "length alpha beta thickness", "changes",
+        changes=(56,),
+    ),
     # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
     "rods": _record("first_element elements first_body", "length alpha"),
     # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

@@ -372,7 +372,7 @@ class Beam(Part):
                 section = self.section.between(ends[i], ends[i + 1])
                 rest = nodes[i : i + 2].ravel() if self.rests_at_start else None
                 form, bending, mass = self._constants(builder, float(lengths[i]), section, rest)
-            functions = kinds[self.damping if beta > 0.0 and i in damped else element_calls.ELASTIC]
+            functions = kinds[self.damping if beta > 0.0 and i in damped else element_calls.OBJECTIVE]
             builder.add(
                 "elements",
                 beam=index,

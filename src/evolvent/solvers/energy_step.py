@@ -8,7 +8,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.energy_momentum import measure, residual, tangent
-from evolvent.kernels import hinge, joint, rigid, rod_strains
+from evolvent.kernels import ancf, hinge, joint, rigid, rod_strains
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.implicit_state import WORKSPACE, factor
@@ -126,9 +126,7 @@ def end_step(model, work):
         work.powers[1, i] = work.powers[0, i]
     for k in range(step.la.size):
         work.la0[k] = step.la[k]
-    for k in range(step.strains.shape[0]):
-        for i in range(step.strains.shape[1]):
-            step.strains_before[k, i] = step.strains[k, i]
+    ancf.note_changes(model.flexible.elements)
     rod_strains.note_strains(model.flexible.rod_elements)
 
 
@@ -140,10 +138,6 @@ def restart(model, work):
     for i in range(step.before.size):
         step.before[i] = 0.0
         work.rate[i] = work.y[model.info.nq + i]
-    for k in range(step.strains_before.shape[0]):
-        for i in range(step.strains_before.shape[1]):
-            step.strains_before[k, i] = 0.0
-    rod_strains.forget_strains(model.flexible.rod_elements)
 
 
 @indirect(REAL(REAL, MODEL, WORKSPACE))

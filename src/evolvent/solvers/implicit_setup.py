@@ -298,14 +298,13 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
 
 def _energy_step(assembly: Assembly, options: np.record, shared: dict[str, np.ndarray]) -> EnergyStep:
     """Arrays of a step of energy-momentum, some of them shared with the loop."""
-    model, f, n_v, chi = assembly.model, assembly.model.flexible, int(assembly.model.info.nv), float(options.chi)
+    model, n_v, chi = assembly.model, int(assembly.model.info.nv), float(options.chi)
     return EnergyStep(
         step=zeros_record(STEP, chi=chi, chi_v=chi if acts_from_outside(model) else 0.0, soft=1.0),
         **{name: shared[name] for name in ("y0", "dq", "la", "r", "R0", "R1", "x0", "x1")},
         y1=shared["y"],
         ym=assembly.y.copy(),
         **{name: np.zeros(n_v) for name in ("dv", "before")},
-        **{name: np.zeros((f.elements.size, 28)) for name in ("strains", "strains_before")},
         powers=shared["powers"][0],
         contact=np.zeros(2),
     )
