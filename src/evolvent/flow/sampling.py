@@ -7,7 +7,7 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import hinge, joint, rigid, rod, springs, thermal, thread
+from evolvent.kernels import beam_loads, hinge, joint, loads, rigid, rod, springs, thermal, thread
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
@@ -66,6 +66,10 @@ def evaluate(t, y, s, la, factor, model):
         if f.thermal_loads.size > 0:
             thermal.heat_rods(t, t, factor, model)
         rod.evaluate_rods(model, model.sums[1])
+    if model.loads.size > 0:
+        loads.evaluate_loads(t, y, model)
+    if f.beam_loads.size > 0:
+        beam_loads.evaluate_beam_loads(t, y, model)
     if f.hinges.size > 0:
         hinge.add_hinges(t, y, 0.0, s, model, f.F)
         hinge.add_kept_friction(y, f.hinges)

@@ -4,13 +4,13 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels.flexible import NODE_VECTORS
-from evolvent.kernels.node_loads import FIELD, LINE, MOMENT, POINT, add_following_load, follows
+from evolvent.kernels.node_loads import FIELD, LINE, MOMENT, POINT, add_following_load, follows, node_vector
 from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, add_block, add_inner, inner
 from evolvent.model import MODEL
 
-__all__ = ["FIELD", "LINE", "MOMENT", "POINT", "add_beam_loads", "add_field_tangents", "follows"]
+__all__ = ["FIELD", "LINE", "MOMENT", "POINT", "add_beam_loads", "add_field_tangents", "evaluate_beam_loads", "follows"]
 
 
 @indirect(void(REAL, VECTOR, REAL, MODEL, VECTOR))
@@ -24,8 +24,7 @@ def add_beam_loads(t, y, factor, model, P):
     vector of coordinates. MOMENT and what follows the beam or a law: `node_loads`. A load with parameters and no law
     has a profile, by which its value is multiplied.
     """
-    flexible, n_q = model.flexible, model.info.nq
-    beams, elements, beam_loads = flexible.beams, flexible.elements, flexible.beam_loads
+    beam_loads = model.flexible.beam_loads
     for k in range(beam_loads.size):
         value = factor * beam_loads[k].value * window(t, beam_loads[k].start, beam_loads[k].end, beam_loads[k].ramp)
         beam_loads[k].now = value
@@ -34,33 +33,64 @@ def add_beam_loads(t, y, factor, model, P):
         if beam_loads[k].law == 0 and beam_loads[k].last > beam_loads[k].first:
             value *= profile(t, beam_loads[k].first, model)
             beam_loads[k].now = value
-        if follows(beam_loads, k):
-            add_following_load(t, y, k, value, model, P)
-            continue
-        z, centre = beam_loads[k].axis, beam_loads[k].centre
-        if beam_loads[k].kind == POINT:
-            at = beam_loads[k].iv - n_q
+        add_beam_load(t, y, k, value, model, P)
+
+
+@inlined
+def add_beam_load(t, y, k, value, model, P):
+    """Load k times `value` into the loads P."""
+    flexible, n_q = model.flexible, model.info.nq
+    beams, elements, beam_loads = flexible.beams, flexible.elements, flexible.beam_loads
+    if follows(beam_loads, k):
+        add_following_load(t, y, k, value, model, P)
+        return
+    z, centre = beam_loads[k].axis, beam_loads[k].centre
+    if beam_loads[k].kind == POINT:
+        at = beam_loads[k].iv - n_q
+        for c in range(3):
+            P[at + c] += value * z[c]
+        return
+    beam = beam_loads[k].beam
+    first, last = beams[beam].first_element, beams[beam].first_element + beams[beam].elements
+    n = 2 * NODE_VECTORS[beams[beam].kind]
+    if beam_loads[k].kind == LINE:
+        for element in range(first, last):
+            at, length = elements[element].iv - n_q, elements[element].length
+            weights = 0.5 * length, length * length / 12.0
             for c in range(3):
-                P[at + c] += value * z[c]
+                P[at + c] += value * z[c] * weights[0]
+                P[at + 3 + c] += value * z[c] * weights[1]
+                P[at + 3 * (n // 2) + c] += value * z[c] * weights[0]
+                P[at + 3 * (n // 2) + 3 + c] -= value * z[c] * weights[1]
+        return
+    inertia = 0.0
+    for element in range(first, last):
+        inertia += _field(y, n_q, flexible, element, n, z, centre, 0.0, 0.0, P)
+    for element in range(first, last):
+        _field(y, n_q, flexible, element, n, z, centre, beam_loads[k].pitch, value / inertia, P)
+
+
+@indirect(void(REAL, VECTOR, MODEL))
+def evaluate_beam_loads(t, y, model):
+    """Evaluate all beam loads in a state into their records, at the factor 1; overwrites the loads `Flexible.P`."""
+    f, n_q, n_v, P = model.flexible, model.info.nq, model.info.nv, model.flexible.P
+    for k in range(f.beam_loads.size):
+        row, rate = f.beam_loads[k], 0.0
+        for i in range(n_v):
+            P[i] = 0.0
+        add_beam_load(t, y, k, row.value, model, P)
+        for i in range(n_v):
+            rate += P[i] * y[n_q + i]
+        row.rate = rate
+        if row.kind != LINE:
+            x, yy, z = node_vector(t, y, k, model)
+            row.vector[0], row.vector[1], row.vector[2] = row.value * x, row.value * yy, row.value * z
             continue
-        beam = beam_loads[k].beam
-        first, last = beams[beam].first_element, beams[beam].first_element + beams[beam].elements
-        n = 2 * NODE_VECTORS[beams[beam].kind]
-        if beam_loads[k].kind == LINE:
-            for element in range(first, last):
-                at, length = elements[element].iv - n_q, elements[element].length
-                weights = 0.5 * length, length * length / 12.0
-                for c in range(3):
-                    P[at + c] += value * z[c] * weights[0]
-                    P[at + 3 + c] += value * z[c] * weights[1]
-                    P[at + 3 * (n // 2) + c] += value * z[c] * weights[0]
-                    P[at + 3 * (n // 2) + 3 + c] -= value * z[c] * weights[1]
-            continue
-        inertia = 0.0
-        for element in range(first, last):
-            inertia += _field(y, n_q, flexible, element, n, z, centre, 0.0, 0.0, P)
-        for element in range(first, last):
-            _field(y, n_q, flexible, element, n, z, centre, beam_loads[k].pitch, value / inertia, P)
+        beam = f.beams[row.beam]
+        for c in range(3):
+            row.vector[c] = 0.0
+            for i in range(beam.nodes):
+                row.vector[c] += P[beam.iv - n_q + 3 * NODE_VECTORS[beam.kind] * i + c]
 
 
 @kernel

@@ -129,15 +129,25 @@ def _panel_slopes(px, py, pz, nx, ny, nz, specular, diffuse, G):
 
 
 @inlined
-def _load_at_marker(t, y, k, model):
-    """Force or torque of load k at its marker, inertial axes: three floats; of a law its state is in model.scratch."""
+def _factor(t, k, model):
+    """Factor of load k at its marker that its times and its profile make."""
+    p = model.parameters[model.loads[k].first : model.loads[k].last]
+    value = window(t, p[START], p[END], p[RAMP])
+    if value != 0.0 and p.size > PROFILE and model.loads[k].kind != PANEL:
+        value *= profile(t, model.loads[k].first + PROFILE, model)
+    return value
+
+
+@inlined
+def _load_at_marker(t, y, k, value, model):
+    """Force or torque of load k at its marker, inertial axes: three floats; of a law its state is in model.scratch.
+
+    Parameters
+    ----------
+    value : float, `_factor`
+    """
     loads, bodies = model.loads, model.bodies
     p = model.parameters[loads[k].first : loads[k].last]
-    value = window(t, p[START], p[END], p[RAMP])
-    if value == 0.0:
-        return 0.0, 0.0, 0.0
-    if p.size > PROFILE and loads[k].kind != PANEL:
-        value *= profile(t, loads[k].first + PROFILE, model)
     i = model.markers[loads[k].target].index
     fx, fy, fz = value * p[0], value * p[1], value * p[2]
     if loads[k].law != 0:
@@ -161,9 +171,10 @@ def concentrated_loads(t, y, model):
     for k in range(loads.size):
         if loads[k].kind < AT_MARKER:
             continue
-        fx, fy, fz = _load_at_marker(t, y, k, model)
-        if fx == 0.0 and fy == 0.0 and fz == 0.0:
+        value = _factor(t, k, model)
+        if value == 0.0:
             continue
+        fx, fy, fz = _load_at_marker(t, y, k, value, model)
         m = loads[k].target
         i = markers[m].index
         if loads[k].kind != TORQUE:
@@ -176,6 +187,23 @@ def concentrated_loads(t, y, model):
             bodies[i].F[5] += fz
             power += fx * bodies[i].w[0] + fy * bodies[i].w[1] + fz * bodies[i].w[2]
     return power
+
+
+@indirect(void(REAL, VECTOR, MODEL))
+def evaluate_loads(t, y, model):
+    """Evaluate loads at markers in a state, after `kinematics`, into their records, at the factor 1."""
+    loads, markers, bodies = model.loads, model.markers, model.bodies
+    for k in range(loads.size):
+        if loads[k].kind < AT_MARKER:
+            continue
+        f, m = _load_at_marker(t, y, k, 1.0, model), loads[k].target
+        _, _, _, vx, vy, vz = marker_kinematics(y, markers, model.points, bodies, m)
+        if loads[k].kind == TORQUE:
+            w = bodies[markers[m].index].w
+            vx, vy, vz = w[0], w[1], w[2]
+        vector = loads[k].vector
+        vector[0], vector[1], vector[2] = f[0], f[1], f[2]
+        loads[k].rate = f[0] * vx + f[1] * vy + f[2] * vz
 
 
 # ---------------------------------------------------------------------------------------------- tangent
@@ -245,11 +273,11 @@ def add_load_tangent(t, y, k, c_rate, turning, model, matrix):
     (R^T f) x dtheta of a torque in the axes of a free body.
     """
     loads, markers, bodies, f = model.loads, model.markers, model.bodies, model.flexible
-    fx, fy, fz = _load_at_marker(t, y, k, model)
     p = model.parameters[loads[k].first : loads[k].last]
-    value, m = window(t, p[START], p[END], p[RAMP]), loads[k].target
+    value, m = _factor(t, k, model), loads[k].target
     if value == 0.0:
         return
+    fx, fy, fz = _load_at_marker(t, y, k, value, model)
     i, by_law, is_torque, G, K, J, L = (
         markers[m].index, loads[k].law != 0, loads[k].kind == TORQUE, f.K12, f.K24, f.J[0], f.J[1]
     )  # fmt: skip

@@ -83,8 +83,8 @@ RECORDS: dict[str, np.dtype] = {
     # mass, its inverse, and the length of thread whose loads the node carries
     "nodes": _record("", "mass compliance span", "x v af tension piv off rhs", x=_3, v=_3, af=_3),
     # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
-    # law of a force or torque; node: of a thread
-    "loads": _record("kind target law first last law_first law_last node", ""),
+    # law of a force or torque; node: of a thread; vector, rate: see `RESULTS`
+    "loads": _record("kind target law first last law_first law_last node", "", "vector rate", vector=_3),
     # value, now: at the start and the end of a step of an implicit method; armed: see `kernels.user_events`
     "events": _record("law first last stops", "", "value now armed"),
     # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
@@ -233,7 +233,8 @@ RECORDS: dict[str, np.dtype] = {
     # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
     # pitch: of the screw motion along which a torque acts, m/rad
     "beam_loads": _record(
-        "kind beam iq iv first last law frame", "value centre axis pitch start end ramp", "now", centre=_3, axis=_3,
+        "kind beam iq iv first last law frame", "value centre axis pitch start end ramp", "now vector rate",
+        centre=_3, axis=_3, vector=_3,
     ),
     # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): indices of profiles among the parameters, or
     # -1, and of the constants of the elements; now: last amplitudes
@@ -292,6 +293,15 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "measured": ("length", "m", "distance of the two ends"),
         "gap": ("gap", "rad", "error of the coordinate of a"),
         "stored": ("energy_elastic", "J", "elastic energy of the penalties that hold the joint"),
+    },
+    # of loads, but those on threads, where the factor that times and profiles make is 1
+    "loads": {
+        "vector": ("force", "N", "force or torque that acts, inertial axes"),
+        "rate": ("power", "W", "power of the load"),
+    },
+    "beam_loads": {
+        "vector": ("force", "N", "force, resultant of a line load, or torque that acts, inertial axes"),
+        "rate": ("power", "W", "power of the load"),
     },
     "rod_elements": {
         "strain": ("strain", "1", "strain of the axis"),

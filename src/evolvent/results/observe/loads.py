@@ -8,14 +8,13 @@ import numpy as np
 
 from evolvent.assembly import families
 from evolvent.flow.inventory import inventory
-from evolvent.kernels import beam_loads, flexible
+from evolvent.kernels import beam_loads
 from evolvent.kernels import loads as kernels
 from evolvent.kernels.profile import profile
 from evolvent.kernels.thread import load_resultant
 from evolvent.model import N_INVENTORY
-from evolvent.results.observe.law_loads import law_values, line_resultant, node_vectors
 from evolvent.results.observe.threads import copies_drawn
-from evolvent.results.observe.variables import Observed, cross, dot, turned
+from evolvent.results.observe.variables import Observed, dot
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
@@ -37,27 +36,19 @@ def observe_load(view: View, name: str) -> Observed:
     at = first + kernels.PROFILE if values.size > kernels.PROFILE and not is_panel else -1
     times = (float(values[kernels.START]), float(values[kernels.END]), float(values[kernels.RAMP]))
     after = strength(view, *times, at)
-    marker = view.model.markers[int(row["target"])]
-    vector = np.broadcast_to(values[:3], (view.t.size, 3))
-    x, v = view.marker(int(row["target"]))
+    vector, power = fields_of(view, "loads", view.index(name))
+    x, _ = view.marker(int(row["target"]))
     is_torque = bool(row["kind"] == kernels.TORQUE)
-    if is_torque:
-        v = view.pose(int(marker["index"])).w
-    if row["law"] != 0:
-        vector = law_values(view, int(row["law"]), int(row["law_first"]), int(row["law_last"]), x, v)
-    if is_panel:
-        n, (specular, diffuse) = turned(view.pose(int(marker["index"])).R, values[7:10]), values[10:12]
-        size = float(np.linalg.norm(values[:3])) or 1.0
-        c = (n @ values[:3] / size)[:, None]  # `kernels.loads.panel_force`
-        across = c * size * (2.0 * specular * np.abs(c) + 2.0 / 3.0 * diffuse)
-        vector = np.abs(c) * (1.0 - specular) * values[:3] + across * n
-    if values[kernels.FRAME] != 0.0:
-        vector = turned(view.pose(int(marker["index"])).R, vector)
     _add_vector(found, after[:, None] * vector, x, "torque" if is_torque else "force")
-    power = dot(vector, v)
     steady = row["law"] == 0 and not is_panel and not is_torque and values[kernels.FRAME] == 0.0
     _add_work(found, view, power, (*times, at), along=dot(vector, x) if steady else None)
     return found
+
+
+def fields_of(view: View, family: str, index: int | slice) -> tuple[Array, Array]:
+    """Force or torque (nt, 3) and power (nt,) of a load at the factor 1."""
+    fields = view.fields[family]
+    return fields["vector"][:, index], fields["rate"][:, index]
 
 
 def _observe_rod_load(view: View, index: int, rod: Any) -> Observed:
@@ -69,18 +60,12 @@ def _observe_rod_load(view: View, index: int, rod: Any) -> Observed:
     at = int(rows[0]["first"]) + kernels.PROFILE if size > kernels.PROFILE else -1
     times = (float(values[kernels.START]), float(values[kernels.END]), float(values[kernels.RAMP]))
     after, steady = strength(view, *times, at), rows[0]["law"] == 0
-    force, middle = np.zeros((view.t.size, 3)), np.zeros((view.t.size, 3))
-    power, along = np.zeros(view.t.size), np.zeros(view.t.size)
-    for row, share in zip(rows, shares, strict=True):
-        vector = np.broadcast_to(view.model.parameters[int(row["first"]) :][:3], (view.t.size, 3))
-        x, v = view.marker(int(row["target"]))
-        if row["law"] != 0:
-            own = law_values(view, int(row["law"]), int(row["law_first"]), int(row["law_last"]), x, v)
-            vector = share * own
-        force, middle, power = force + vector, middle + share / float(rod.length) * x, power + dot(vector, v)
-        along += dot(vector, x)
-    _add_vector(found, after[:, None] * force, middle, "force")
-    _add_work(found, view, power, (*times, at), along=along if steady else None)
+    vectors, powers = fields_of(view, "loads", slice(index, index + shares.size))
+    x = np.stack([view.marker(int(row["target"]))[0] for row in rows], axis=1)
+    middle = np.einsum("n,tnc->tc", shares / float(rod.length), x)
+    _add_vector(found, after[:, None] * vectors.sum(axis=1), middle, "force")
+    along = np.einsum("tnc,tnc->t", vectors, x) if steady else None
+    _add_work(found, view, powers.sum(axis=1), (*times, at), along=along)
     return found
 
 
@@ -128,49 +113,26 @@ def observe_beam_load(view: View, name: str) -> Observed:
     found, row = Observed(), view.model.flexible.beam_loads[view.index(name)]
     at = int(row["first"]) if row["law"] == 0 and row["last"] > row["first"] else -1
     times = (float(row["start"]), float(row["end"]), float(row["ramp"]))
-    after = row["value"] * strength(view, *times, at)
-    nodes, rates = view.nodes(int(row["beam"]))
-    if families.follows(view.model.flexible.beam_loads)[view.index(name)]:
-        _add_following(found, view, row, after, (*times, at))
-        return found
-    if row["kind"] == beam_loads.POINT:
-        on = (int(row["iq"]) - int(view.model.flexible.beams["iq"][row["beam"]])) // 3
-        what = "force" if on % nodes.shape[2] == 0 else "generalized_force"
-        _add_vector(found, after[:, None] * row["axis"], nodes[:, on // nodes.shape[2], 0], what)
-        power = view.coordinates(int(row["iv"])) @ row["axis"]
-    elif row["kind"] == beam_loads.LINE:
-        length = float(view.model.flexible.beams["length"][row["beam"]])
-        beam, elements = view.model.flexible.beams[row["beam"]], view.model.flexible.elements
-        own = slice(int(beam["first_element"]), int(beam["first_element"] + beam["elements"]))
-        middle, moves = (mean_of(values, elements["length"][own]) for values in (nodes, rates))
-        _add_vector(found, length * after[:, None] * row["axis"], middle, "force")
-        power = length * moves @ row["axis"]
-    else:
-        place = np.broadcast_to(row["centre"], (view.t.size, 3))
-        _add_vector(found, after[:, None] * row["axis"], place, "torque")
-        power = spread_rate(view, row, nodes)
-    along = None
-    if row["kind"] == beam_loads.POINT:
-        along = view.coordinates(int(row["iq"])) @ row["axis"]
-    elif row["kind"] == beam_loads.LINE:
-        along = length * middle @ row["axis"]
-    value = float(row["value"])
-    _add_work(found, view, value * power, (*times, at), along=None if along is None else value * along)
-    return found
-
-
-def _add_following(found: Observed, view: View, row: Any, after: Array, times: Times) -> None:
-    """Add a moment, a follower force or a load by a law on a beam."""
-    nodes, rates = view.nodes(int(row["beam"]))
+    after, (vector, power) = strength(view, *times, at), fields_of(view, "beam_loads", view.index(name))
+    beam, (nodes, _) = view.model.flexible.beams[row["beam"]], view.nodes(int(row["beam"]))
+    follows, what, along = families.follows(view.model.flexible.beam_loads)[view.index(name)], "force", None
     if row["kind"] == beam_loads.LINE:
-        vector, power = line_resultant(view, row, nodes, rates)
-        lengths = view.model.flexible.elements["length"][view.model.flexible.elements["beam"] == row["beam"]]
-        x, what = mean_of(nodes, lengths), "force"
+        own = slice(int(beam["first_element"]), int(beam["first_element"] + beam["elements"]))
+        place = mean_of(nodes, view.model.flexible.elements["length"][own])
+        along = None if follows else dot(vector, place)
+    elif row["kind"] == beam_loads.FIELD:
+        place, what = np.broadcast_to(row["centre"], (view.t.size, 3)), "torque"
     else:
-        vector, power = node_vectors(view, row)
-        x, what = view.coordinates(int(row["iq"])), "torque" if row["kind"] == beam_loads.MOMENT else "force"
-    _add_vector(found, after[:, None] * vector, x, what)
-    _add_work(found, view, row["value"] * power, times)
+        on = (int(row["iq"]) - int(beam["iq"])) // 3
+        place = nodes[:, on // nodes.shape[2], 0]
+        along = None if follows else dot(vector, view.coordinates(int(row["iq"])))
+        if row["kind"] == beam_loads.MOMENT:
+            what = "torque"
+        elif on % nodes.shape[2] != 0:
+            what = "generalized_force"
+    _add_vector(found, after[:, None] * vector, place, what)
+    _add_work(found, view, power, (*times, at), along=along)
+    return found
 
 
 def mean_of(nodes: Array, lengths: Array) -> Array:
@@ -183,31 +145,6 @@ def mean_of(nodes: Array, lengths: Array) -> Array:
     x, slope = nodes[:, :, 0], nodes[:, :, 1]
     of_elements = 0.5 * (x[:, 1:] + x[:, :-1]) + lengths[:, None] / 12.0 * (slope[:, :-1] - slope[:, 1:])
     found: Array = np.einsum("e,tec->tc", lengths / lengths.sum(), of_elements)
-    return found
-
-
-def spread_rate(view: View, row: Any, nodes: Array) -> Array:
-    """Rate (nt,), rad/s, with which a torque spread over a beam's mass does work: the mean turn about its axis.
-
-    With a pitch p the rate along the screw motion, p/J z . L beside it, L the linear momentum.
-
-    Notes
-    -----
-    Force per mass T z x (r - c)/J, J = int |z x (r - c)|^2 dm: power T/J z . H, H the angular momentum about c. J is
-    the angular momentum about the axis of the velocities z x (r - c).
-    """
-    z, c, beam = row["axis"], row["centre"], view.model.flexible.beams[row["beam"]]
-    sums, first = view.beam_sums(int(row["beam"])), int(beam["first_element"])
-    last, at, size = first + int(beam["elements"]), int(beam["iv"]), nodes[0].size
-    arms = nodes.copy()
-    arms[:, :, 0] -= c
-    turning = cross(z, arms).reshape(view.t.size, size)
-    inertia, out = np.empty(view.t.size), np.empty(6)
-    for k, y in enumerate(view.y.copy()):
-        y[at : at + size], out[:] = turning[k], 0.0
-        flexible.beam_momenta(y, first, last, view.model, out[:3], out[3:])
-        inertia[k] = z @ (out[3:] - np.cross(c, out[:3]))
-    found: Array = ((sums.angular - cross(c, sums.linear)) @ z + float(row["pitch"]) * (sums.linear @ z)) / inertia
     return found
 
 
