@@ -112,33 +112,33 @@ FAMILIES = (
     Family("a link", "links", EVERY),
     Family("a guide", "guides", EVERY),
     Family(
-        "a thread with segments of springs", "threads", _IN_TIME, "use a Beam",
+        "a thread with segments of springs", "threads", _NOT_ENERGY, "use generalized-alpha",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] == 0),
     ),
     Family(
-        "a thread that goes slack", "threads", _IN_TIME, "use a Spring with its own law",
+        "a thread that goes slack", "threads", _NOT_ENERGY, "use generalized-alpha",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] != 0),
     ),
     Family(
         "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
-        "use segments 'springs', or dopri5; for equilibrium and modes a Beam",
+        "use segments 'springs', or dopri5: the unknowns of fixed lengths are directions, which only explicit methods move",
         which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] != FREE),
     ),
     Family(
         "a thread on a free spool", "threads", _IN_TIME,
-        "use a drive that prescribes the spool's angle; for equilibrium and modes a Beam",
+        "use a drive that prescribes the spool's angle: the number of nodes that are out follows from it",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] == FREE),
     ),
     Family(
         "a thread with segments of fixed length on a free spool", "threads", _EXPLICIT,
-        "use segments 'springs', or rk4, heun or dopri5; for equilibrium and modes a Beam",
+        "use segments 'springs', or dopri5: the unknowns of fixed lengths are directions, which only explicit methods move",
         which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] == FREE),
     ),
     Family(
-        "a load on a thread", "loads", _IN_TIME,
+        "a load on a thread", "loads", _NOT_ENERGY,
         which=lambda found: (found["kind"] < loads.AT_MARKER) & (found["kind"] != loads.NODE),
     ),
-    Family("a force on a node of a thread", "loads", _IN_TIME, which=_is("kind", loads.NODE)),
+    Family("a force on a node of a thread", "loads", _NOT_ENERGY, which=_is("kind", loads.NODE)),
     Family(
         "a force or torque", "loads", EVERY,
         which=lambda found: _at_markers(found) & ~_has_profile(found, loads.PROFILE) & (found["law"] == 0),

@@ -171,8 +171,11 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
     for p in range(threads.size):
         q, v = threads[p].iq, threads[p].iv
         for i in range(threads[p].n):
+            mass = 1.0 if is_end(threads, p, i) else nodes[threads[p].node + i].mass
+            # without masses, in statics, coordinates that no force moves are held
+            idle = c_mass == 0.0 and (i >= s[p] or is_end(threads, p, i))
             for c in range(v + 3 * i - n_q, v + 3 * i - n_q + 3):
-                add_entry(matrix, c, c, c_mass * (1.0 if is_end(threads, p, i) else nodes[threads[p].node + i].mass))
+                add_entry(matrix, c, c, mass if idle else c_mass * mass)
         held = is_end(threads, p, 0)
         if held and (s[p] > 1 or s[threads.size + p] == 0):
             add_end_tangent(y, _along(c_rate, p, 0, model), f.strands[threads[p].node, 7], p, model, matrix)
