@@ -356,9 +356,9 @@ def reeled(drive: Any, *, gravity: Any = ORIGIN, length: float, **thread: Any) -
     return found
 
 
-def hanging(c: float, masses: Array, rests: Array) -> tuple[float, Array]:
+def hanging(c: float, masses: Array, rests: Array, g: float = G) -> tuple[float, Array]:
     """A chain from its tip on under its weight: its length, and its poles, along it and twice across."""
-    tension = G * np.cumsum(masses)
+    tension = g * np.cumsum(masses)
     lengths = rests + tension / c
     squares = []
     for k in (np.full(masses.size, c), tension / lengths):
@@ -388,17 +388,18 @@ def spring_thread() -> Case:
 
 @of("a thread that goes slack")
 def slack_thread() -> Case:
-    """A mass on a thread falls towards its reel, freely; below that it comes to hang."""
-    x, poles = hanging(200.0, np.array([0.55]), np.array([0.8]))
+    """A mass is pulled towards its reel, which stops: it goes on and falls, freely; below the reel it comes to hang."""
+    v, g = 1.5, 0.1 * G
+    x, poles = hanging(200.0, np.array([0.55]), np.array([0.8]), g)
 
     def motion(t: Array) -> Array:
-        return columns(0.8 - 0.5 * G * t**2, 0.0, 0.0)
+        return columns(0.8 - v * t - 0.5 * g * t**2, 0.0, 0.0)
 
     return Case(
         part="thread", seen=outer_node, end=0.3, step=1e-3, motion=motion, still=(-x, 0.0, 0.0), poles=poles,
         system=lambda: reeled(
-            parts.ConstantDrive(rate=0.0, angle=8.0), gravity=(-G, 0.0, 0.0), length=1.0, nodes=1, stiffness=200.0,
-            slack=True,
+            parts.RampDrive(rate=-v / 0.1, angle=8.0, steps=[(0.0, 0.02, 0.0)]), gravity=(-g, 0.0, 0.0), length=1.0,
+            nodes=1, stiffness=200.0, slack=True,
         ),
     )  # fmt: skip
 

@@ -53,7 +53,8 @@ class PartModes:
         (k, nodes, 3) of a thread, m, from its tip, 0 of nodes on the spool and of one that is fixed to another part;
         (k, 3) of a point, m; (k, 6) of a free body, m in inertial axes and rad in body axes; (k, 1), rad, of a body on
         a fixed axis.
-    displacement : (k, 3) or of a beam or thread (k, nodes, 3), m, inertial axes (those that turn, of a structure that spins)
+    displacement : (k, 3) or of a beam or thread (k, nodes, 3), m
+        Inertial axes (those that turn, of a structure that spins).
     """
 
     name: str

@@ -20,8 +20,8 @@ from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import attitude, body_contact, contact, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS
-from evolvent.kernels.springs import ON_BODY
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
+from evolvent.kernels.springs import ON_BODY
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers import ordering, redundancy
 from evolvent.solvers.implicit_setup import matrix_of, sizes
