@@ -88,7 +88,7 @@ def acceleration_field() -> Case:
 def node_force() -> Case:
     """A force on the only node, by a profile."""
     c, m, force = 200.0, 0.55, 15.0
-    w = math.sqrt(c / m)
+    w, x = math.sqrt(c / m), 0.8 + force / c
 
     def system() -> System:
         found = reeled(parts.ConstantDrive(rate=0.0, angle=8.0), length=1.0, nodes=1, stiffness=c)
@@ -97,6 +97,7 @@ def node_force() -> Case:
 
     return Case(
         part="pull", system=system, seen=outer_node, end=1.0, step=1e-3,
+        still=(x, 0.0, 0.0), poles=springs_poles(w**2, *[force / (m * x)] * 2),
         motion=lambda t: columns(0.8 + force / c * (1.0 - np.cos(w * t)), 0.0, 0.0),
     )  # fmt: skip
 

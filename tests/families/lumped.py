@@ -356,18 +356,30 @@ def reeled(drive: Any, *, gravity: Any = ORIGIN, length: float, **thread: Any) -
     return found
 
 
+def hanging(c: float, masses: Array, rests: Array, g: float = G) -> tuple[float, Array]:
+    """A chain from its tip on under its weight: its length, and its poles, along it and twice across."""
+    tension = g * np.cumsum(masses)
+    lengths = rests + tension / c
+    squares = []
+    for k in (np.full(masses.size, c), tension / lengths):
+        pulled = np.diag(k) + np.diag(np.append(0.0, k[:-1])) - np.diag(k[:-1], 1) - np.diag(k[:-1], -1)
+        squares.append(np.linalg.eigvals(pulled / masses[:, None]).real)
+    return float(lengths.sum()), springs_poles(*squares[0], *squares[1], *squares[1])
+
+
 @of("a thread with segments of springs")
 def spring_thread() -> Case:
-    """Paid out at a constant rate under its weight, until its second node leaves the spool at 1 s."""
+    """Paid out at a constant rate under its weight, until its second node leaves the spool at 1 s; two hang at 2 s."""
     c, m, v = 200.0, 0.55, 0.2
-    w = math.sqrt(c / m)
+    w, inner = math.sqrt(c / m), 0.1
+    x, poles = hanging(c, np.array([m, inner]), np.array([1.0, 0.2]))
 
     def motion(t: Array) -> Array:
         x = 0.8 + v * t + m * G / c * (1.0 - np.cos(w * t))
         return columns(np.where(t < 1.0, x, np.nan), 0.0, 0.0)
 
     return Case(
-        part="thread", seen=outer_node, end=1.5, step=1e-3, motion=motion,
+        part="thread", seen=outer_node, end=1.5, step=1e-3, motion=motion, still=(x, 0.0, 0.0), poles=poles, time=2.0,
         system=lambda: reeled(
             parts.ConstantDrive(rate=v / 0.1, angle=8.0), gravity=(G, 0.0, 0.0), length=2.0, nodes=2, stiffness=c
         ),
@@ -376,16 +388,18 @@ def spring_thread() -> Case:
 
 @of("a thread that goes slack")
 def slack_thread() -> Case:
-    """A mass on a thread falls towards its reel: free fall."""
+    """A mass is pulled towards its reel, which stops: it goes on and falls, freely; below the reel it comes to hang."""
+    v, g = 1.5, 0.1 * G
+    x, poles = hanging(200.0, np.array([0.55]), np.array([0.8]), g)
 
     def motion(t: Array) -> Array:
-        return columns(0.8 - 0.5 * G * t**2, 0.0, 0.0)
+        return columns(0.8 - v * t - 0.5 * g * t**2, 0.0, 0.0)
 
     return Case(
-        part="thread", seen=outer_node, end=0.3, step=1e-3, motion=motion,
+        part="thread", seen=outer_node, end=0.3, step=1e-3, motion=motion, still=(-x, 0.0, 0.0), poles=poles,
         system=lambda: reeled(
-            parts.ConstantDrive(rate=0.0, angle=8.0), gravity=(-G, 0.0, 0.0), length=1.0, nodes=1, stiffness=200.0,
-            slack=True,
+            parts.RampDrive(rate=-v / 0.1, angle=8.0, steps=[(0.0, 0.02, 0.0)]), gravity=(-g, 0.0, 0.0), length=1.0,
+            nodes=1, stiffness=200.0, slack=True,
         ),
     )  # fmt: skip
 
@@ -454,7 +468,8 @@ def fixed_free_spool() -> Case:
 def thread_load() -> Case:
     """A force per length acts on the half segment that belongs to the only node."""
     c, m, force = 200.0, 0.55, 30.0
-    w = math.sqrt(c / m)
+    w, pull = math.sqrt(c / m), 0.5 * force
+    x = 0.8 + pull / c
 
     def system() -> System:
         found = reeled(parts.ConstantDrive(rate=0.0, angle=8.0), length=1.0, nodes=1, stiffness=c)
@@ -463,6 +478,7 @@ def thread_load() -> Case:
 
     return Case(
         part="wind", system=system, seen=outer_node, end=1.0, step=1e-3,
+        still=(x, 0.0, 0.0), poles=springs_poles(w**2, *[pull / (m * x)] * 2),
         motion=lambda t: columns(0.8 + 0.5 * force / c * (1.0 - np.cos(w * t)), 0.0, 0.0),
     )  # fmt: skip
 

@@ -380,9 +380,11 @@ def test_bad_arguments(options, told):
         solve_static(a, **options)
 
 
-def test_threads_are_refused():
-    with pytest.raises(InputError, match=r"'blade' is a thread .*, which equilibrium does not support"):
-        solve_static(heliogyro(segments="springs"))
+def test_threads_of_fixed_lengths_are_refused():
+    with pytest.raises(
+        InputError, match=r"'blade' is a thread with .* fixed length, which equilibrium does not support"
+    ):
+        solve_static(heliogyro(segments="inextensible"))
 
 
 def test_a_search_that_takes_too_long_is_given_up():

@@ -93,7 +93,6 @@ def _is(field: str, value: Any) -> Callable[[Array], Array]:
 
 
 _NOT_EXPLICIT, _NOT_ENERGY = EVERY - {EXPLICIT}, EVERY - {ENERGY}
-_IN_TIME = frozenset({EXPLICIT, IMPLICIT})
 _EXPLICIT = frozenset({EXPLICIT})
 
 FAMILIES = (
@@ -112,33 +111,33 @@ FAMILIES = (
     Family("a link", "links", EVERY),
     Family("a guide", "guides", EVERY),
     Family(
-        "a thread with segments of springs", "threads", _IN_TIME, "use a Beam",
+        "a thread with segments of springs", "threads", EVERY,
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] == 0),
     ),
     Family(
-        "a thread that goes slack", "threads", _IN_TIME, "use a Spring with its own law",
+        "a thread that goes slack", "threads", EVERY,
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] != 0),
     ),
     Family(
         "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
-        "use segments 'springs', or dopri5; for equilibrium and modes a Beam",
+        "use segments 'springs', or dopri5: fixed lengths have directions as unknowns, which explicit methods move",
         which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] != FREE),
     ),
     Family(
-        "a thread on a free spool", "threads", _IN_TIME,
-        "use a drive that prescribes the spool's angle; for equilibrium and modes a Beam",
+        "a thread on a free spool", "threads", EVERY - {STATIC, MODES},
+        "use a drive that prescribes the spool's angle: the number of nodes that are out follows from it",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] == FREE),
     ),
     Family(
         "a thread with segments of fixed length on a free spool", "threads", _EXPLICIT,
-        "use segments 'springs', or rk4, heun or dopri5; for equilibrium and modes a Beam",
+        "use segments 'springs', or dopri5: fixed lengths have directions as unknowns, which explicit methods move",
         which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] == FREE),
     ),
     Family(
-        "a load on a thread", "loads", _IN_TIME,
+        "a load on a thread", "loads", EVERY,
         which=lambda found: (found["kind"] < loads.AT_MARKER) & (found["kind"] != loads.NODE),
     ),
-    Family("a force on a node of a thread", "loads", _IN_TIME, which=_is("kind", loads.NODE)),
+    Family("a force on a node of a thread", "loads", EVERY, which=_is("kind", loads.NODE)),
     Family(
         "a force or torque", "loads", EVERY,
         which=lambda found: _at_markers(found) & ~_has_profile(found, loads.PROFILE) & (found["law"] == 0),

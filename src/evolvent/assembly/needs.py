@@ -86,6 +86,7 @@ def absent(model: Model) -> frozenset[str]:
         "thread.implicit": threads.size,
         "thread.loads": threads.size and (model.loads.size or model.fields.size or np.any(model.info.gravity)),
         "thread.springs": threads.size,
+        "thread.step": threads.size,
         "thread.springs.spring_thread": np.any(threads["kind"] == thread.SPRINGS),
         "thread.wound": threads.size,
         "flow.events": model.info.ne,

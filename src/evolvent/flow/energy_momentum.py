@@ -19,8 +19,8 @@ Every force acts along the mean shape: J(qm) dq = dg of strains that are quadrat
 directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2) e, for then dR = [theta]x (R0 + R1)/2.
 So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
 h. Springs and distances have the factor 2 abs(dm)/(l0 + l1) more, contacts and cords on drums the directions of
-`kernels.surfaces`, `kernels.body_contact` and `kernels.cord`, rods secants of functions of an angle
-(`kernels.rod`). Forces by users' laws are those of the mean position;
+`kernels.surfaces`, `kernels.body_contact` and `kernels.cord`, threads the lengths paid out at both ends, rods secants
+of functions of an angle (`kernels.rod`). Forces by users' laws are those of the mean position;
 what they give beside the energy that they store and dissipate, of third order in h, is booked as work of loads.
 
 Rows of free bodies' rotations are (R0^T R1 p1 - p0)/h - R0^T torque, p = J w with the momenta of their wheels
@@ -37,7 +37,16 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record
-from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, N_POWERS, SPRINGS, STIFFNESS_DAMPING
+from evolvent.flow.powers import (
+    DRIVEN,
+    JOINTS,
+    MARKER_LOADS,
+    MASS_DAMPING,
+    N_POWERS,
+    SPOOLS,
+    SPRINGS,
+    STIFFNESS_DAMPING,
+)
 from evolvent.kernels import (
     attitude,
     attitude_tangent,
@@ -61,6 +70,7 @@ from evolvent.kernels import (
     sparse,
     springs,
     thermal,
+    thread,
 )
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sparse import SPARSE, add_block
@@ -131,6 +141,8 @@ def measure(end, model, work):
         rod_strains.measure_rods(end, model)
     if model.flexible.hinges.size > 0:
         hinge.measure_hinges(end, y, model.flexible.switches, model)
+    if model.threads.size > 0:
+        thread.measure_threads(end, t, y, model)
     contact.measure(y, end, model)
 
 
@@ -150,6 +162,8 @@ def move(model, work):
     for i in range(n_q):
         ym[i] = 0.5 * (y0[i] + y1[i])
     measure(1, model, work)
+    if model.threads.size > 0:
+        _move_centres(c, filtered, model, work)
     for b in range(bodies.size):
         at = bodies[b].iv - n_q
         for i in range(3):
@@ -169,6 +183,26 @@ def move(model, work):
 
 
 @inlined
+def _move_centres(c, filtered, model, work):
+    """Velocities of free bodies that carry thread: what changes by the increments is that of the common centre."""
+    n_q, h, y0, y1, bodies = model.info.nq, work.step.h, work.y0, work.y1, model.bodies
+    for b in range(bodies.size):
+        if bodies[b].motion != rigid.FREE or bodies[b].carried == 0.0:
+            continue
+        v, p = bodies[b].iv, bodies[b].moment
+        x0, x1 = turn(work.R0[b], p[0], p[1], p[2]), turn(work.R1[b], p[0], p[1], p[2])
+        ux, uy, uz = cross(y0[v + 3], y0[v + 4], y0[v + 5], p[0], p[1], p[2])
+        u0 = turn(work.R0[b], ux, uy, uz)
+        ux, uy, uz = cross(y1[v + 3], y1[v + 4], y1[v + 5], p[0], p[1], p[2])
+        u1 = turn(work.R1[b], ux, uy, uz)
+        for k in range(3):
+            start, rate = y0[v + k] + u0[k], (work.dq[v - n_q + k] + x1[k] - x0[k]) / h
+            change = c * (rate - start + filtered * work.before[v - n_q + k])
+            work.dv[v - n_q + k] = change
+            y1[v + k] = start + change - u1[k]
+
+
+@inlined
 def _displace(model, work):
     """Coordinates of y1 = those of y0 moved by dq."""
     n_q, y0, y1, dq = model.info.nq, work.y0, work.y1, work.dq
@@ -181,6 +215,12 @@ def _displace(model, work):
         q, at = own[k].iq, own[k].iv - n_q
         for c in range(3):
             y1[q + c] = y0[q + c] + dq[at + c]
+    for k in range(model.threads.size):
+        q, at = model.threads[k].iq, model.threads[k].iv - n_q
+        for i in range(3 * model.threads[k].n):
+            y1[q + i] = y0[q + i] + dq[at + i]
+        if model.threads[k].spool_q >= 0:
+            y1[model.threads[k].spool_q] = y0[model.threads[k].spool_q] + dq[model.threads[k].spool_v - n_q]
     for k in range(model.wheels.size):
         q, at = model.wheels[k].iq, model.wheels[k].iv - n_q
         y1[q] = y0[q] + dq[at]
@@ -261,6 +301,12 @@ def residual(model, work):
             work.la[k] = 0.0
         _, lost = joint.add_joint_residual(work.step.t, h, ym, work.la[k], k, n_v + k, model, F, r)
         powers[JOINTS] += lost
+    if model.threads.size > 0:
+        lost, given, spools, driven = thread.add_thread_step(tm, h, ym, work.y0, work.y1, model, F)
+        powers[SPRINGS] += lost
+        powers[MARKER_LOADS] += given
+        powers[SPOOLS] += spools
+        powers[DRIVEN] += driven
     _add_points(model, work)
     powers[DRIVEN] += _add_bodies(model, work)
     if attitude.has_actuators(model):
@@ -281,10 +327,16 @@ def _add_points(model, work):
 
 @inlined
 def _turned_momentum(b, model, work):
-    """R0^T R1 p1 of a free body, and p0: 6 numbers; p = J w with the momenta of its wheels."""
+    """R0^T R1 p1 of a free body, and p0: 6 numbers; p = J w with the momenta of its wheels and of carried thread."""
     J, v = model.bodies[b].inertia, model.bodies[b].iv + 3
     w0, w1 = work.y0[v : v + 3], work.y1[v : v + 3]
     g0, g1 = attitude.wheel_momentum(b, work.y0, model), attitude.wheel_momentum(b, work.y1, model)
+    if model.threads.size > 0:
+        p0, p1 = model.bodies[b].spin0, model.bodies[b].spin1
+        g0 = (g0[0] + p0[0], g0[1] + p0[1], g0[2] + p0[2])
+        g1 = (g1[0] + p1[0], g1[1] + p1[1], g1[2] + p1[2])
+        if model.bodies[b].carried != 0.0:
+            J = model.bodies[b].own
     h0 = (
         J[0, 0] * w0[0] + J[0, 1] * w0[1] + J[0, 2] * w0[2] + g0[0],
         J[1, 0] * w0[0] + J[1, 1] * w0[1] + J[1, 2] * w0[2] + g0[1],
@@ -301,6 +353,16 @@ def _turned_momentum(b, model, work):
 
 
 @inlined
+def _carried_inertia(bodies, b):
+    """Inertia of thread that moves with a body on a fixed axis, about that axis, kg m2."""
+    n, J, found = bodies[b].axis, bodies[b].own, 0.0
+    for i in range(3):
+        for j in range(3):
+            found += n[i] * J[i, j] * n[j]
+    return found
+
+
+@inlined
 def _add_bodies(model, work):
     """Inertia of bodies less their wrenches; returns the power of what drives bodies, W."""
     n_q, F, bodies, h, power = model.info.nq, model.flexible.F, model.bodies, work.step.h, 0.0
@@ -314,12 +376,20 @@ def _add_bodies(model, work):
         x, y, z = turn_back(work.R0[b], G[3], G[4], G[5])
         if bodies[b].motion == rigid.SPIN:
             n = bodies[b].axis
-            F[at] += bodies[b].spin_inertia * work.dv[at] / h - (n[0] * x + n[1] * y + n[2] * z)
+            F[at] += (bodies[b].spin_inertia + _carried_inertia(bodies, b)) * work.dv[at] / h
+            F[at] -= n[0] * x + n[1] * y + n[2] * z
+            for c in range(3):
+                F[at] += n[c] * (bodies[b].spin1[c] - bodies[b].spin0[c]) / h
             continue
-        m = _turned_momentum(b, model, work)
+        m, mass = _turned_momentum(b, model, work), bodies[b].mass + bodies[b].carried
+        if bodies[b].carried != 0.0:  # what changes is the momentum at the common centre
+            p, k = turn(bodies[b].R, bodies[b].moment[0], bodies[b].moment[1], bodies[b].moment[2]), mass / h
+            gx, gy, gz = cross(p[0], p[1], p[2], k * work.dv[at], k * work.dv[at + 1], k * work.dv[at + 2])
+            gx, gy, gz = turn_back(work.R0[b], gx, gy, gz)
+            x, y, z = x - gx, y - gy, z - gz
         torque = (x, y, z)
         for c in range(3):
-            F[at + c] += bodies[b].mass * work.dv[at + c] / h - G[c]
+            F[at + c] += mass * work.dv[at + c] / h - G[c]
             F[at + 3 + c] += (m[c] - m[3 + c]) / h - torque[c]
     return power
 
@@ -356,6 +426,8 @@ def tangent(scale, model, work, matrix):
         rows = 1.0 if f.joints[k].kind == joint.GEAR else 0.0
         joint_tangent.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, rows, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
+    if model.threads.size > 0:
+        thread.add_thread_step_tangent(tm, work.ym, h, c_mass, c_rate, model, matrix)
     _add_body_tangents(c_mass, model, work, matrix)
     if attitude.has_actuators(model):
         attitude.add_wheel_step_tangent(c_mass, n_q, work.R0, work.R1, model, matrix)
@@ -386,12 +458,14 @@ def _add_body_tangents(c_mass, model, work, matrix):
     for b in range(bodies.size):
         at = bodies[b].iv - n_q
         if bodies[b].motion == rigid.SPIN:
-            sparse.add_entry(matrix, at, at, c_mass * bodies[b].spin_inertia)
+            sparse.add_entry(matrix, at, at, c_mass * (bodies[b].spin_inertia + _carried_inertia(bodies, b)))
         elif bodies[b].motion == rigid.FREE:
             for r in range(6):
                 for c in range(6):
                     K[r, c] = 0.0
             m, J = _turned_momentum(b, model, work), bodies[b].inertia
+            if bodies[b].carried != 0.0:
+                J = bodies[b].own
             p = (0.5 * work.dq[at + 3], 0.5 * work.dq[at + 4], 0.5 * work.dq[at + 5])
             s = 1.0 / (1.0 + p[0] * p[0] + p[1] * p[1] + p[2] * p[2])  # a change of 2 p turns by s (1 + p x) of it
             for c in range(3):
@@ -404,4 +478,23 @@ def _add_body_tangents(c_mass, model, work, matrix):
                 K[3, 3 + c] = c_mass * x + 2.0 / work.step.h * tx
                 K[4, 3 + c] = c_mass * y + 2.0 / work.step.h * ty
                 K[5, 3 + c] = c_mass * z + 2.0 / work.step.h * tz
+            if bodies[b].carried != 0.0:
+                _couple_centre(c_mass, b, model, K)
             add_block(matrix, at, at, K, 0, 0, 6, 6, 1.0)
+
+
+@inlined
+def _couple_centre(c_mass, b, model, K):
+    """Add what carried thread changes in the inertia of free body b: its mass, at the common centre off the origin."""
+    bodies, p = model.bodies, model.bodies[b].moment
+    mass, R = c_mass * (bodies[b].mass + bodies[b].carried), bodies[b].R
+    square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
+    for i in range(3):
+        K[i, i] += c_mass * bodies[b].carried
+        K[3 + i, 3 + i] += mass * square
+        ex, ey, ez = cross(1.0 * (i == 0), 1.0 * (i == 1), 1.0 * (i == 2), p[0], p[1], p[2])
+        x = turn(R, ex, ey, ez)
+        for j in range(3):
+            K[3 + i, 3 + j] -= mass * p[i] * p[j]
+            K[j, 3 + i] += mass * x[j]
+            K[3 + i, j] += mass * x[j]

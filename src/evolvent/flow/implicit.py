@@ -197,7 +197,7 @@ def energies(t, y, model, out):
         out[1] += custom.custom_energies(t, y, model)
     out[1] += contact.energy_of(model)
     if model.threads.size > 0:
-        thread.add_thread_energies(y, model, out)
+        thread.add_thread_energies(t, y, model, out)
 
 
 @indirect(void(VECTOR, MODEL, VECTOR))

@@ -94,7 +94,7 @@ def apply_forces(t, y, s, model, dy):
                 thread.chain_points(y, s, model, p)
             load_power += thread.node_loads(t, s, model, p)
         if threads[p].kind == thread.SPRINGS:
-            d, power = thread.spring_thread(y, s, model, p, loaded, dy)
+            d, power = thread.spring_thread(y, 0.0, s, model, p, loaded, dy)
             dissipated += d
             spool_power += power
     if threads.size > 0:

@@ -25,6 +25,14 @@ FRAME, START, END, RAMP, PROFILE = 3, 4, 5, 6, 7
 
 
 @inlined
+def vector_size(kind):
+    """Number of first parameters of a load that multiply it: of light on a thread one, of a thread's law none."""
+    if kind == RADIATION:
+        return 1
+    return 0 if kind == LAW else 3
+
+
+@inlined
 def radiation(pressure_width, reflectivity, sx, sy, sz, nx, ny, nz):
     """Force per length of sunlight on a flat strip, N/m.
 

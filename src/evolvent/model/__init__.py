@@ -52,12 +52,14 @@ RECORDS: dict[str, np.dtype] = {
         "nq nv ny ns ne bandwidth penalties brakes redundant exact", "gravity", "step compliance", gravity=_3
     ),
     # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
-    # acceleration, m/s2
+    # acceleration, m/s2; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own
+    # (inertia), and spin0, spin1, momentum by turning on spools at both ends of a step, body axes
     "bodies": _record(
         "motion iq iv path path_first path_last path_law",
         "mass inertia axis R0 x0 rate spin_inertia direction",
-        "R x v w M L F J a along",
+        "R x v w M L F J a along carried moment own spin0 spin1",
         inertia=_33, axis=_3, R0=_33, x0=_3, direction=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
+        moment=_3, own=_33, spin0=_3, spin1=_3,
     ),
     # without mass: a node of a beam, whose coordinates it has
     "points": _record("iq iv", "mass compliance", "f", f=_3),
@@ -77,11 +79,16 @@ RECORDS: dict[str, np.dtype] = {
         "spool_switch motor_profile motor_law motor_first motor_last",
         "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture "
         "coiling core spool_friction spool_viscous",
-        "Q d X phi b spool leaving start field r loose motor friction",
+        "Q d X phi b spool leaving start field r loose motor friction rest0 rest1 turning0 turning1 square0 square1",
         departure=_3, payout_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
     ),
-    # mass, its inverse, and the length of thread whose loads the node carries
-    "nodes": _record("", "mass compliance span", "x v af tension piv off rhs", x=_3, v=_3, af=_3),
+    # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step
+    # lengths and elongations at both ends, direction at its end
+    "nodes": _record(
+        "", "mass compliance span",
+        "x v af tension piv off rhs length along length0 length1 extension0 extension1 end",
+        x=_3, v=_3, af=_3, end=_3,
+    ),
     # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
     # law of a force or torque; node: of a thread; vector, rate: see `RESULTS`
     "loads": _record("kind target law first last law_first law_last node", "", "vector rate", vector=_3),

@@ -115,13 +115,17 @@ def search(before, model, work):
 @indirect(void(MODEL, WORKSPACE))
 def end_step(model, work):
     """What the next step needs of this one; its means stand for the values at both of its ends."""
-    step, h = work.step, work.step.step.h
+    step, h, n_q = work.step, work.step.step.h, model.info.nq
     for i in range(step.dq.size):
         work.loads0[i] = work.loads1[i] = model.flexible.P[i]
         work.dv0[i] = work.dv1[i] = step.dv[i] / h
         step.before[i] = step.dv[i]
         work.acceleration[i] = _acceleration(i, work)
         work.rate[i] = step.dq[i] / h
+    for b in range(model.bodies.size):  # whose increments are those of the centre that it has with its thread
+        if model.bodies[b].motion == rigid.FREE and model.bodies[b].carried != 0.0:
+            for i in range(model.bodies[b].iv, model.bodies[b].iv + 3):
+                work.dv0[i - n_q] = work.dv1[i - n_q] = (step.y1[i] - step.y0[i]) / h
     for i in range(work.powers.shape[1]):
         work.powers[1, i] = work.powers[0, i]
     for k in range(step.la.size):

@@ -63,7 +63,7 @@ class StaticWorkspace(Struct):
         and after the last, and the largest correction beside its size, not a number after the last.
     powers : (N_POWERS,) float
     spin : (6,) float, rad/s and m, rate and centre of the turn
-    parameters : (k,) float, the model's own, whose loads are scaled by the factor
+    parameters, gravity : (k,) and (3,) float, the model's own, which are scaled by the factor
     loop : record (see `LOOP`)
     """
 
@@ -84,6 +84,7 @@ class StaticWorkspace(Struct):
     powers: np.ndarray = array(1)
     spin: np.ndarray = array(1)
     parameters: np.ndarray = array(1)
+    gravity: np.ndarray = array(1)
     loop: np.record = record(LOOP)
 
 
@@ -128,6 +129,11 @@ def turning(factor, spin, y, model, a):
         q, at = points[k].iq, points[k].iv - n_q
         ax, ay, az = _twice(spin, y[q] - spin[3], y[q + 1] - spin[4], y[q + 2] - spin[5])
         a[at], a[at + 1], a[at + 2] = factor * ax, factor * ay, factor * az
+    for k in range(model.threads.size):
+        for i in range(1 if model.threads[k].end >= 0 else 0, model.flexible.switches[k]):
+            q, at = model.threads[k].iq + 3 * i, model.threads[k].iv + 3 * i - n_q
+            ax, ay, az = _twice(spin, y[q] - spin[3], y[q + 1] - spin[4], y[q + 2] - spin[5])
+            a[at], a[at + 1], a[at + 2] = factor * ax, factor * ay, factor * az
     for b in range(bodies.size):
         if bodies[b].motion != rigid.FREE:
             continue
@@ -162,6 +168,15 @@ def turning(factor, spin, y, model, a):
             a[model.wheels[k].iv - n_q] = -(n[0] * a[at] + n[1] * a[at + 1] + n[2] * a[at + 2])
 
 
+@inlined
+def _add_centrifugal(mass, at, spin, matrix):
+    """Add what the acceleration of the turn changes with the position of a mass."""
+    square = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
+    for c in range(3):
+        for e in range(3):
+            add_entry(matrix, at + c, at + e, mass * (spin[c] * spin[e] - (square if c == e else 0.0)))
+
+
 @indirect(void(REAL, VECTOR, VECTOR, MODEL, SPARSE))
 def add_turning_tangent(factor, spin, y, model, matrix):
     """Add factor d(M a)/dq of the turn's accelerations to a matrix."""
@@ -183,11 +198,11 @@ def add_turning_tangent(factor, spin, y, model, matrix):
                         value = spin[c] * spin[e] - (square if c == e else 0.0)
                         add_entry(matrix, at + 3 * i + c, at + 3 * j + e, factor * M[i, j] * value)
     for k in range(points.size):
-        at = points[k].iv - n_q
-        for c in range(3):
-            for e in range(3):
-                value = spin[c] * spin[e] - (square if c == e else 0.0)
-                add_entry(matrix, at + c, at + e, factor * points[k].mass * value)
+        _add_centrifugal(factor * points[k].mass, points[k].iv - n_q, spin, matrix)
+    for k in range(model.threads.size):
+        for i in range(1 if model.threads[k].end >= 0 else 0, f.switches[k]):
+            mass = factor * model.nodes[model.threads[k].node + i].mass
+            _add_centrifugal(mass, model.threads[k].iv + 3 * i - n_q, spin, matrix)
     for b in range(bodies.size):
         if bodies[b].motion != rigid.FREE:
             continue
@@ -199,10 +214,8 @@ def add_turning_tangent(factor, spin, y, model, matrix):
             J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2] + p[1],
             J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2] + p[2],
         )
+        _add_centrifugal(factor * bodies[b].mass, at, spin, matrix)
         for e in range(3):
-            for c in range(3):
-                value = spin[c] * spin[e] - (square if c == e else 0.0)
-                add_entry(matrix, at + c, at + e, factor * bodies[b].mass * value)
             # a turn by the unit vector e changes w by w x e, and the torque by (w x e) x h + w x J (w x e)
             u = cross(w[0], w[1], w[2], 1.0 * (e == 0), 1.0 * (e == 1), 1.0 * (e == 2))
             Ju = (
@@ -227,11 +240,13 @@ def unbalance(t, step, factor, share, model, b, r):
     ----------
     step : float, 1 where friction is at work, else -1
     """
+    info = model.info
+    for c in range(3):
+        info.gravity[c] = factor * b.gravity[c]
     for k in range(model.loads.size):
-        if model.loads[k].kind >= loads.AT_MARKER:
-            first = model.loads[k].first
-            for c in range(3):
-                model.parameters[first + c] = factor * b.parameters[first + c]
+        first = model.loads[k].first
+        for c in range(loads.vector_size(model.loads[k].kind)):
+            model.parameters[first + c] = factor * b.parameters[first + c]
     for k in range(model.fields.size):
         model.fields[k].scale = factor
     rigid.kinematics(t, b.y, model)

@@ -209,6 +209,9 @@ def acts_from_outside(model: mdl.Model, t: float = -math.inf) -> bool:
     own = [np.arange(row["first_marker"], row["first_marker"] + row["points"]) for row in f.custom_forces]
     used = np.concatenate([model.springs["a"], model.springs["b"], *own]).astype(int)
     fixed += [f.custom_forces["points"] == 1]
+    ends = model.threads["end"][model.threads["end"] >= 0]
+    used = np.concatenate([used, ends])
+    fixed += [~free[model.threads["body"]]]
     fixed += [~free[markers["index"][used][markers["kind"][used] == springs.ON_BODY]]]
     return any(bool(np.any(one)) for one in fixed)
 

@@ -16,6 +16,7 @@ from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.eigenproblem import Problem
 from evolvent.solvers.redundancy import independent
 from evolvent.solvers.static_work import Work, velocity_slice
+from evolvent.solvers.still_threads import idle_nodes
 
 Array = np.ndarray
 
@@ -51,8 +52,9 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     G = gradients[np.flatnonzero(held & (joints["stiffness"] == 0.0))]
     if work.redundancy is not None:
         G = independent(G, work.redundancy.rank)
-    impulses = work.model.thrusters["iv"] - work.n_q  # which are sums over time, not motions
-    G = sparse.vstack([G, sparse.identity(n_v, format="csr")[impulses]])
+    # impulses are sums over time, not motions, and no force moves thread on its spool
+    idle = np.concatenate([work.model.thrusters["iv"] - work.n_q, idle_nodes(work.model)])
+    G = sparse.vstack([G, sparse.identity(n_v, format="csr")[idle]])
     K = _completed(work, K)
     # the multiplier of a penalty is its stiffness times its gap and its damping times the gap's rate
     g = gradients[penalties]
@@ -122,8 +124,12 @@ def has_symmetric_stiffness(work: Work) -> bool:
         return False
     if np.any(families.follows(model.flexible.beam_loads)) or np.any(model.loads["law"] != 0):
         return False
-    if np.any(model.loads["kind"] == loads.PANEL):
+    if np.any((model.loads["kind"] == loads.PANEL) | (model.loads["kind"] == loads.RADIATION)):
         return False
+    for load in model.loads[(model.loads["kind"] == loads.UNIFORM) | (model.loads["kind"] == loads.NODE)]:
+        reel = model.threads["body"][load["target"]]  # in whose axes the load may stand
+        if model.parameters[load["first"] + loads.FRAME] != 0.0 and model.bodies["motion"][reel] != rigid.DRIVEN:
+            return False
     for load in model.loads[model.loads["kind"] >= loads.AT_MARKER]:
         marker = model.markers[load["target"]]
         on_free = marker["kind"] == springs.ON_BODY and model.bodies["motion"][marker["index"]] == rigid.FREE
@@ -180,18 +186,33 @@ def _attached(model: Any) -> set[int]:
     found = [markers["index"][markers["kind"] == springs.ON_BODY], f.hinges["body"], f.cylinders["body"]]
     found.append(f.joints["index"][f.joints["on"] == sides.ON_BODY])
     found.append(f.hinges["other"][f.hinges["on"] == sides.ON_BODY])
+    found.append(model.threads["body"])
     return {int(b) for b in np.concatenate([np.ravel(one) for one in found])}
+
+
+def _turns_with_thread(found: Array) -> Array:
+    """Which loads turn with the direction of a thread: light."""
+    return np.asarray(found["kind"] == loads.RADIATION)
+
+
+def _acts_on_an_end(model: Any) -> bool:
+    """Whether a load by a law, or light, acts on a thread whose end is a point."""
+    own = model.loads[model.loads["kind"] < loads.AT_MARKER]
+    own = own[(own["law"] != 0) | _turns_with_thread(own)]
+    return bool(np.any(model.threads["end"][own["target"]] >= 0))
 
 
 def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
     """K with what the tangent of Newton's method leaves out, by differences of the forces.
 
-    That is columns and rows of bodies (and of points, where a user's law may pull).
+    That is columns and rows of bodies (and of points, where a user's law may pull), and of threads in light.
     """
     b, model, f = work.balance, work.model, work.model.flexible
     own: list[int] = []
-    by_law = np.any(model.springs["law"] != 0) or f.custom_forces.size
+    by_law = np.any(model.springs["law"] != 0) or f.custom_forces.size or _acts_on_an_end(model)
     families = ("bodies", "points") if by_law else ("bodies",)
+    for p in np.unique(model.loads["target"][_turns_with_thread(model.loads)]):
+        own.extend(range(*velocity_slice(model, "threads", p).indices(work.n_v)))
     for family, index in work.assembly.names.values():
         if family == "rods":  # whose own tangent is complete
             for body in sorted(set(bodies_of(model, family, index)) & _attached(model)):
@@ -220,7 +241,7 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
         b.y[:] = rest
         displace(b.y, b.d, model, b.y)
         eq.unbalance(work.time, work.step, 1.0, 1.0, model, b, b.r)
-        return b.r[: work.n_v].copy()
+        return (work.copies * b.r)[: work.n_v]
 
     def derivative(at: int) -> Array:
         h = closeness * b.weight[at]

@@ -50,9 +50,11 @@ class PartModes:
     shape : (k, ...) float or complex
         Coordinates: (k, nodes, vectors, 3) of a beam, m of positions and 1 of slopes; (k, vectors, 3) of one of its
         nodes; (k, nodes, 6) of a rod, and (k, 6) of one of its nodes, as of free bodies;
+        (k, nodes, 3) of a thread, m, from its tip, 0 of nodes on the spool and of one that is fixed to another part;
         (k, 3) of a point, m; (k, 6) of a free body, m in inertial axes and rad in body axes; (k, 1), rad, of a body on
         a fixed axis.
-    displacement : (k, 3) or of a beam (k, nodes, 3), m, inertial axes (those that turn, of a structure that spins)
+    displacement : (k, 3) or of a beam or thread (k, nodes, 3), m
+        Inertial axes (those that turn, of a structure that spins).
     """
 
     name: str
@@ -64,10 +66,11 @@ class PartModes:
     def rotation(self) -> Array:
         """Small rotations about inertial axes, rad: (k, 3), or of a beam (k, nodes, 3).
 
-        Of a beam's section; of a cable's axis, without twist. A point has none.
+        Of a beam's section; of a cable's axis, without twist. A point and a thread have none.
         """
         if self._rotation is None:
-            raise InputError(f"{self.name!r} is a point, which has no rotation")
+            what = "a thread" if self.displacement.ndim == 3 else "a point"
+            raise InputError(f"{self.name!r} is {what}, which has no rotation")
         return self._rotation
 
 
@@ -155,6 +158,9 @@ class Modes:
                 shape = shape.reshape(len(shape), -1, 3)
             return PartModes(name, shape, displacement, None if known[name].rotation is None else rotation)
         family, index, where = find_moving(self.assembly, name)
+        if family == "threads":
+            shape = self.shape[:, where].reshape(len(self.shape), -1, 3)
+            return PartModes(name, shape, shape, None)
         if family == "rods":
             count = len(bodies_of(self.assembly.model, family, index))
             nodes = [known[f"{name}[{i}]"] for i in range(count)]

@@ -15,7 +15,7 @@ _TIMES = 2001
 _ROUND_OFF = 1e-9
 
 
-def _angles(row: np.void, model: Model, times: np.ndarray) -> np.ndarray:
+def angles_of(row: np.void, model: Model, times: np.ndarray) -> np.ndarray:
     """Angles of the driven spool of a thread's row, rad : (nt,)."""
     angles = np.empty(times.size)
     parameters = model.parameters[int(row["first"]) : int(row["last"])]
@@ -34,7 +34,7 @@ def deployed_lengths(assembly: Assembly, times: np.ndarray) -> np.ndarray:
     found = np.full((model.threads.size, times.size), np.nan)
     for row, angles in zip(model.threads, found, strict=True):
         if row["drive"] != FREE:
-            angles[:] = _angles(row, model, times)
+            angles[:] = angles_of(row, model, times)
             angles *= row["radius"] - 0.5 * row["coiling"] * angles
     return found.T
 
@@ -75,7 +75,7 @@ def all_deployed(assembly: Assembly) -> float | None:
             continue
         r, c = float(row["radius"]), float(row["coiling"])
         full = 2.0 * length / (r + np.sqrt(max(r * r - 2.0 * c * length, 0.0)))  # r full - c full^2/2 = length
-        now, later = _angles(row, assembly.model, np.array([last, last + 1.0]))
+        now, later = angles_of(row, assembly.model, np.array([last, last + 1.0]))
         if later > now:
             rest = min(rest, (full - now) / (later - now))
     return last + float(rest) if np.isfinite(rest) else None

@@ -57,6 +57,9 @@ def find_moving(assembly: Assembly, name: str) -> tuple[str, int, slice]:
 def linearized_points(assembly: Assembly, y: Array) -> dict[str, LinearizedPoint]:
     """Points of all parts that move, by name: "hub", "mass", "boom[0]" to "boom[n]", "boom.root", "boom.tip".
 
+    Of a thread those nodes that have left its spool, but for the one that is fixed to another part: "tether[0]", which
+    is "tether.tip", and so on.
+
     Parameters
     ----------
     assembly : Assembly
@@ -72,6 +75,11 @@ def linearized_points(assembly: Assembly, y: Array) -> dict[str, LinearizedPoint
             nodes = _rod_nodes(assembly, index, y)
             found.update({f"{name}[{i}]": node for i, node in enumerate(nodes)})
             found[f"{name}.root"], found[f"{name}.tip"] = nodes[0], nodes[-1]
+        elif family == "threads":
+            nodes = _thread_nodes(assembly, index, where, y)
+            found.update({f"{name}[{i}]": node for i, node in nodes.items()})
+            if 0 in nodes:
+                found[f"{name}.tip"] = nodes[0]
         elif family == "points":
             found[name] = LinearizedPoint(_at(y, assembly.model.points["iq"][index]), where, np.eye(3), None)
         else:
@@ -94,6 +102,16 @@ def _body(assembly: Assembly, index: int, where: slice, y: Array) -> LinearizedP
         return LinearizedPoint(_at(y, q), where, np.hstack([np.eye(3), zero]), np.hstack([zero, R]))
     rotation_about_axis(row["axis"], float(y[q]), row["R0"], R)
     return LinearizedPoint(np.array(row["x0"]), where, None, (R @ row["axis"])[:, None])
+
+
+def _thread_nodes(assembly: Assembly, index: int, where: slice, y: Array) -> dict[int, LinearizedPoint]:
+    """Nodes of a thread that move by coordinates of their own, by number."""
+    row = assembly.model.threads[index]
+    found = {}
+    for i in range(int(row["end"] >= 0), int(assembly.s[index])):
+        at = where.start + 3 * i
+        found[i] = LinearizedPoint(_at(y, int(row["iq"]) + 3 * i), slice(at, at + 3), np.eye(3), None)
+    return found
 
 
 def _nodes(assembly: Assembly, index: int, where: slice, y: Array) -> list[LinearizedPoint]:
@@ -152,6 +170,11 @@ def rigid_motions(assembly: Assembly, y: Array, point: Array) -> Array:
             whole[:, 0, :, :3] = np.eye(3)
             for j in range(3):
                 whole[..., 3 + j] = np.cross(turns[j], e)
+            continue
+        if family == "threads":
+            for node in _thread_nodes(assembly, index, where, y).values():
+                found[node.where, :3] = np.eye(3)
+                found[node.where, 3:] = np.cross(turns, node.position - point).T
             continue
         if family == "rods":
             for b in bodies_of(model, family, index):

@@ -21,7 +21,7 @@ from evolvent.kernels.drive import FREE, drive
 from evolvent.solvers.balance import dissipated, energy, extend, lost, potential, worked
 from evolvent.solvers.implicit_balance import fill_energies
 from evolvent.solvers.implicit_samples import begin_next
-from evolvent.solvers.implicit_state import Workspace
+from evolvent.solvers.implicit_state import ENERGY, Workspace
 
 #: Intervals in which changes of a drive's direction are looked for.
 _INTERVALS = 4096
@@ -124,23 +124,25 @@ class Releases:
         count = self.fire(t, work.y)
         if count < 0:
             return count
-        n_q = int(model.info.nq)
+        n_q, is_energy = int(model.info.nq), bool(work.options.method == ENERGY)
+        kept = (work.step.before, work.rate, work.acceleration) if is_energy else (work.a1, work.dv1)
         for p, row in enumerate(model.threads):
             at, was, now = int(row["iv"]) - n_q, int(before[p]), int(model.flexible.switches[p])
             for i in range(was, now):
                 k = at + 3 * i
-                for values in (work.a1, work.dv1):
+                for values in kept:
                     values[k : k + 3] = values[k - 3 : k] if i > 0 else 0.0
             for i in range(now, was):
-                work.a1[at + 3 * i : at + 3 * i + 3] = 0.0
-                work.dv1[at + 3 * i : at + 3 * i + 3] = 0.0
+                for values in kept:
+                    values[at + 3 * i : at + 3 * i + 3] = 0.0
                 work.y[n_q + at + 3 * i : n_q + at + 3 * i + 3] = 0.0
-        residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, work.r, work.powers[0])
-        whole = slice(model.threads.size, 2 * model.threads.size)
-        if count > 0 and np.array_equal(before[whole], model.flexible.switches[whole]):
-            for k in (SPOOLS, DRIVEN):
-                work.powers[0, k] = powers[k]
-        work.loads1[:] = model.flexible.P
+        if not is_energy:  # whose powers and loads are those of whole steps
+            residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, work.r, work.powers[0])
+            whole = slice(model.threads.size, 2 * model.threads.size)
+            if count > 0 and np.array_equal(before[whole], model.flexible.switches[whole]):
+                for k in (SPOOLS, DRIVEN):
+                    work.powers[0, k] = powers[k]
+            work.loads1[:] = model.flexible.P
         model.wheels["motor0"], model.wheels["drag0"] = model.wheels["motor"], model.wheels["drag"]
         model.thrusters["push0"] = model.thrusters["push"]
         had = energy(work.balance)

@@ -18,6 +18,7 @@ from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.static_search import FIRST_STEP, Search
 from evolvent.solvers.static_work import Work, spin_of
+from evolvent.solvers.still_threads import at_time
 
 Array = np.ndarray
 
@@ -88,6 +89,8 @@ def solve_static(
     families.check(assembly, families.STATIC)
     assembly = dataclasses.replace(assembly, model=assembly.model.copy())
     try_laws(assembly, time, time)
+    if assembly.model.threads.size:
+        assembly, y = at_time(assembly, y, time)
     began = clock.perf_counter()
     with refusing_laws(assembly):
         work = Work(assembly, y, time, spin_of(assembly, rotating, centre))

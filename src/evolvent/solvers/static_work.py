@@ -21,10 +21,12 @@ from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import attitude, body_contact, contact, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
+from evolvent.kernels.springs import ON_BODY
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers import ordering, redundancy
 from evolvent.solvers.implicit_setup import matrix_of, sizes
 from evolvent.solvers.sampled import write_contacts
+from evolvent.solvers.still_threads import freeze_spools
 
 Array = np.ndarray
 
@@ -72,11 +74,26 @@ def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
     if np.linalg.norm(np.cross(axis, gravity)) > 1e-9 * np.linalg.norm(axis) * np.linalg.norm(gravity):
         raise InputError(f"gravity {tuple(gravity)} is not along the axis of the steady turn, so nothing is steady")
     for name, (family, index) in assembly.names.items():
+        if family == "threads" and _has_mass_on_free_body(model, model.threads[index]):
+            raise InputError(
+                f"the thread {name!r} has mass on a free body, by wound_mass 'carried' or by its `end`, whose "
+                f"centrifugal forces equilibria in a steady turn leave out; use wound_mass 'ignored', or end it at a "
+                f"point mass"
+            )
         if family == "bodies" and model.bodies["motion"][index] == rigid.SPIN:
             own = model.bodies["R0"][index] @ model.bodies["axis"][index]
             if np.linalg.norm(np.cross(axis, own)) > 1e-9 * np.linalg.norm(axis):
                 raise InputError(f"the axis of {name!r} is not along that of the steady turn")
     return spin
+
+
+def _has_mass_on_free_body(model: mdl.Model, thread: np.record) -> bool:
+    """Whether wound thread is carried by a free body, or a thread's end moves with one."""
+    free = model.bodies["motion"] == rigid.FREE
+    if thread["carried"] != 0 and free[thread["body"]]:
+        return True
+    marker = model.markers[thread["end"]] if thread["end"] >= 0 else None
+    return marker is not None and bool(marker["kind"] == ON_BODY and free[marker["index"]])
 
 
 def _vector(name: str, value: Any) -> Array:
@@ -90,7 +107,7 @@ def _vector(name: str, value: Any) -> Array:
 
 
 def at_rest(model: mdl.Model, time: float) -> mdl.Model:
-    """A copy of a model for statics: driven bodies stand where they are at `time`, ramps are over."""
+    """A copy of a model for statics: driven bodies and spools stand where they are at `time`, ramps are over."""
     copy = model.copy()
     flexible = copy.flexible
     y = np.zeros(int(model.info.ny))
@@ -101,12 +118,12 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     for scratch in ("v", "w", "F"):
         copy.bodies[scratch] = 0.0
     flexible.beam_loads["ramp"] = 0.0
-    for load in copy.loads[copy.loads["kind"] >= loads.AT_MARKER]:
+    for load in copy.loads[(copy.loads["kind"] >= loads.AT_MARKER) | (copy.loads["kind"] == loads.NODE)]:
         copy.parameters[load["first"] + loads.RAMP] = 0.0
     contact.clear_history(copy)
     flexible.cylinders["bristle_damping"] = 0.0
     flexible.body_contacts["bristle_damping"] = 0.0
-    return copy
+    return freeze_spools(copy, time)
 
 
 class Work:
@@ -144,6 +161,10 @@ class Work:
         ]
         #: Indices in the state of the quaternions of all nodes of rods, (n, 4).
         self.turns = np.add.outer(np.array(nodes, dtype=np.int64), np.arange(4))
+        #: What each equation stands for: of threads' nodes all copies, so that tangents are symmetric, (nu,).
+        self.copies = np.ones(n_u)
+        for index, row in enumerate(model.threads):
+            self.copies[velocity_slice(model, "threads", index)] = row["copies"]
         unknowns = {name: np.zeros(n_u) for name in ("r", "p", "x", "z", "start")}
         moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before")}
         self.balance = eq.StaticWorkspace(
@@ -155,6 +176,7 @@ class Work:
             powers=np.zeros(N_POWERS),
             spin=spin,
             parameters=model.parameters.copy(),
+            gravity=np.array(model.info.gravity),
             loop=zeros_record(eq.LOOP),
             **unknowns,
             **moves,
@@ -210,13 +232,13 @@ class Work:
         """Tangent of the last unbalance, constraints included, by velocities and then joints; the turn is left out."""
         b = self.balance
         tangent(self.time, b.y, b.la, c_mass, c_rate, 1.0, self.model, self.matrix)
-        return sparse_of(self.matrix)
+        return sparse.csr_matrix(sparse.diags(self.copies) @ sparse_of(self.matrix))
 
     def turning_tangent(self) -> sparse.csr_matrix:
         """What the accelerations of the turn add to the tangent, (nv, nv)."""
         clear(self.matrix)
         eq.add_turning_tangent(1.0, self.balance.spin, self.balance.y, self.model, self.matrix)
-        return sparse_of(self.matrix)[: self.n_v, : self.n_v]
+        return sparse.csr_matrix(sparse.diags(self.copies) @ sparse_of(self.matrix))[: self.n_v, : self.n_v]
 
     @property
     def rows(self) -> Array:
@@ -349,6 +371,7 @@ def _moments(model: mdl.Model) -> Array:
     found = np.ones(int(model.info.nv), dtype=np.int64)
     firsts = [int(at) for at in model.points["iv"][model.points["mass"] > 0.0]]
     firsts += [int(at) for at in model.bodies["iv"][model.bodies["motion"] == rigid.FREE]]
+    firsts += [int(row["iv"]) + 3 * i for row in model.threads for i in range(int(row["n"]))]
     for row in model.flexible.beams:
         firsts += [int(row["iv"]) + 3 * NODE_VECTORS[row["kind"]] * i for i in range(int(row["nodes"]))]
     for first in firsts:
@@ -363,6 +386,9 @@ def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:
         row = model.flexible.beams[index]
         first = int(row["iv"]) - n_q
         return slice(first, first + 3 * NODE_VECTORS[row["kind"]] * int(row["nodes"]))
+    if family == "threads":
+        first = int(model.threads["iv"][index]) - n_q
+        return slice(first, first + 3 * int(model.threads["n"][index]))
     if family == "points":
         first = int(model.points["iv"][index]) - n_q
         return slice(first, first + 3)
@@ -379,6 +405,7 @@ def spare_of(model: mdl.Model) -> int:
     """Pivots that statics may defer: without masses a beam or a body may be held by its joints only."""
     bodies = int(np.sum(model.bodies["motion"] != rigid.DRIVEN))
     points, wheels = int(np.sum(model.points["mass"] > 0.0)), model.wheels.size
+    points += int(np.sum(model.threads["n"]))
     return min(6 * (model.flexible.beams.size + bodies) + 3 * points + wheels, MOST_DEFERRED)
 
 
@@ -406,6 +433,9 @@ def add_turn(model: mdl.Model, spin: Array, y: Array) -> None:
         e[:, 0] -= c
         first = int(row["iv"])
         y[first : first + e.size] = np.cross(w, e).ravel()
+    for p, row in enumerate(model.threads):
+        for i in range(int(row["end"] >= 0), int(model.flexible.switches[p])):
+            y[row["iv"] + 3 * i :][:3] = np.cross(w, y[row["iq"] + 3 * i :][:3] - c)
     for row in model.points:
         y[row["iv"] :][:3] = np.cross(w, y[row["iq"] :][:3] - c)
     for row in model.bodies:

@@ -31,11 +31,11 @@ from evolvent.kernels.thread.chain import (
     project_chain,
     regular_rate,
 )
-from evolvent.kernels.thread.end import TINY, add_end_tangent, is_end
+from evolvent.kernels.thread.end import TINY, is_end
 from evolvent.kernels.thread.energy import add_thread_energies, thread_inventory
 from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.free import add_spool_tangent, has_release, until_release
-from evolvent.kernels.thread.implicit import add_segment_tangent, add_thread_residual, add_thread_tangent
+from evolvent.kernels.thread.implicit import add_thread_residual, add_thread_tangent
 from evolvent.kernels.thread.loads import add_node_load_tangents, load_resultant, node_loads
 from evolvent.kernels.thread.spool import (
     hold_torque,
@@ -47,6 +47,7 @@ from evolvent.kernels.thread.spool import (
     spring_spools,
 )
 from evolvent.kernels.thread.springs import longest_step, spring_points, spring_thread
+from evolvent.kernels.thread.step import add_thread_step, add_thread_step_tangent, measure_threads
 from evolvent.kernels.thread.wound import (
     INEXTENSIBLE,
     SPRINGS,
@@ -66,13 +67,13 @@ __all__ = [
     "SHORT",
     "SPRINGS",
     "TINY",
-    "add_end_tangent",
     "add_node_load_tangents",
-    "add_segment_tangent",
     "add_spool_tangent",
     "add_thread_bound",
     "add_thread_energies",
     "add_thread_residual",
+    "add_thread_step",
+    "add_thread_step_tangent",
     "add_thread_tangent",
     "boundary_step",
     "carry_power",
@@ -93,6 +94,7 @@ __all__ = [
     "load_resultant",
     "lock_spools",
     "longest_step",
+    "measure_threads",
     "node_loads",
     "paid_out",
     "project_chain",

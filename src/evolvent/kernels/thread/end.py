@@ -5,18 +5,11 @@ segment and the tip mass) moves with it. On a body the mass is carried at the po
 point's own mass, and the node has none. The node's coordinates in the state are not used.
 """
 
-import math
-
 import numpy as np
-from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import inlined
 from evolvent.kernels.rigid import DRIVEN, add_mass, add_wrench, centripetal
-from evolvent.kernels.sides import ON_BODY as SIDE_ON_BODY
-from evolvent.kernels.sides import ON_COORDINATES, add_product, add_turning, side_columns
-from evolvent.kernels.sparse import SPARSE
 from evolvent.kernels.springs import ON_BODY, marker_kinematics, push_marker
-from evolvent.model import MODEL
 
 #: Below this distance from Q (m) a segment's direction is the pay-out direction (eq. 11).
 TINY = 1e-9
@@ -82,50 +75,6 @@ def add_end_residual(n_q, model, p, r):
     for c in range(3):
         r[points[i].iv - n_q + c] -= points[i].f[c]
         points[i].f[c] = 0.0
-
-
-@indirect(void(VECTOR, REAL, REAL, types.int64, MODEL, SPARSE))
-def add_end_tangent(y, along, tension, p, model, matrix):
-    """Tangent of the outermost segment of thread p, whose outer end is a point.
-
-    Parameters
-    ----------
-    along : float, N/m, stiffness along the segment; tension : float, N
-    """
-    threads, nodes, markers, f = model.threads, model.nodes, model.markers, model.flexible
-    first, s, e, q = threads[p].node, f.switches, threads[p].end, threads[p].iq + 3
-    Ja, Jb = f.J[0], f.J[1]
-    whole = s[p] == 1  # the segment ends at the departure point
-    x, Q = nodes[first].x, threads[p].Q
-    if whole:
-        dx, dy, dz = x[0] - Q[0], x[1] - Q[1], x[2] - Q[2]
-    else:
-        dx, dy, dz = x[0] - y[q], x[1] - y[q + 1], x[2] - y[q + 2]
-    length = math.sqrt(dx * dx + dy * dy + dz * dz)
-    if length > TINY:
-        ex, ey, ez, across = dx / length, dy / length, dz / length, tension / length
-    else:
-        ex, ey, ez, across = threads[p].X[0], threads[p].X[1], threads[p].X[2], 0.0
-    k = along - across
-    K00, K11, K22 = across + k * ex * ex, across + k * ey * ey, across + k * ez * ez
-    K01, K02, K12 = k * ex * ey, k * ex * ez, k * ey * ez
-    body = markers[e].index if markers[e].kind == ON_BODY else -1
-    if body >= 0:
-        a, n = side_columns(model, SIDE_ON_BODY, body, -1, markers[e].local, True, Ja)
-    else:
-        a, n = side_columns(model, ON_COORDINATES, -1, model.points[markers[e].index].iv, markers[e].local, True, Ja)
-    if whole:
-        b, m = side_columns(model, SIDE_ON_BODY, threads[p].body, -1, threads[p].departure, True, Jb)
-    else:
-        b, m = side_columns(model, ON_COORDINATES, -1, threads[p].iv + 3, threads[p].departure, True, Jb)
-    add_product(matrix, a, n, Ja, K00, K01, K02, K11, K12, K22, a, n, Ja, 1.0)
-    add_product(matrix, b, m, Jb, K00, K01, K02, K11, K12, K22, b, m, Jb, 1.0)
-    add_product(matrix, a, n, Ja, K00, K01, K02, K11, K12, K22, b, m, Jb, -1.0)
-    add_product(matrix, b, m, Jb, K00, K01, K02, K11, K12, K22, a, n, Ja, -1.0)
-    if body >= 0:
-        add_turning(matrix, model, body, markers[e].local, tension * ex, tension * ey, tension * ez)
-    if whole:
-        add_turning(matrix, model, threads[p].body, threads[p].departure, -tension * ex, -tension * ey, -tension * ez)
 
 
 def add_end_bound(model, row, body, point):

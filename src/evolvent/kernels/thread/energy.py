@@ -4,7 +4,7 @@ import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import INTEGERS, VECTOR, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import cross, turn
@@ -12,7 +12,7 @@ from evolvent.kernels.springs import spring_energy
 from evolvent.kernels.thread.chain import chain_points
 from evolvent.kernels.thread.spool import ring_radius, spool_direction
 from evolvent.kernels.thread.springs import spring_points
-from evolvent.kernels.thread.wound import SPRINGS, spool_axis, wound_mass
+from evolvent.kernels.thread.wound import SPRINGS, reels, spool_axis, wound_mass
 from evolvent.model import ELASTIC, H_CARRIED, H_RELEASED, H_WOUND, KINETIC, MODEL, N_INVENTORY, P_ALL
 
 
@@ -102,10 +102,11 @@ def wound_inventory(s, model, p, out):
     out[P_ALL + 2] += m * vz
 
 
-@indirect(void(VECTOR, MODEL, VECTOR))
-def add_thread_energies(y, model, out):
-    """out : (2,) += kinetic and elastic energy of all threads under an implicit method, J, after a residual."""
+@indirect(void(REAL, VECTOR, MODEL, VECTOR))
+def add_thread_energies(t, y, model, out):
+    """out : (2,) += kinetic and elastic energy of all threads under an implicit method, J, after `kinematics`."""
     sums = model.sums[0]
+    reels(t, y, model.flexible.switches, model)
     for i in range(sums.size):
         sums[i] = 0.0
     for p in range(model.threads.size):

@@ -14,11 +14,10 @@ from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import FREE, SPIN
 from evolvent.kernels.rotor import acceleration_about, add_reaction
-from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, side_columns
 from evolvent.kernels.sparse import SPARSE, add_entry
-from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY
-from evolvent.kernels.thread.end import TINY, is_end
+from evolvent.kernels.thread.end import TINY
 from evolvent.kernels.thread.spool import held_tension, paid_out, spool_direction, spool_torques
+from evolvent.kernels.thread.springs import segment_columns, segment_vector
 from evolvent.model import MODEL
 
 #: Rate at which the regularised friction reaches its limit, rad/s.
@@ -31,20 +30,32 @@ OVERRUN = 1e-6
 
 @inlined
 def turn_spools(t, y, a, model):
-    """Accelerations of free spools from a, their friction, and their reactions on their bodies; after `reels`.
-
-    A spool that slips sticks when its rate changes sign, without a limit of the torque in that evaluation: Newton's
-    method would otherwise alternate between the two senses of slip.
-    """
-    threads, s, n_q = model.threads, model.flexible.switches, model.info.nq
+    """Accelerations of free spools from a, their friction, and their reactions on their bodies; after `reels`."""
+    threads, n_q = model.threads, model.info.nq
+    hold_spools(t, y, model)
     for p in range(threads.size):
         if threads[p].drive != FREE_SPOOL:
             continue
         rate, acceleration = y[threads[p].spool_v], a[threads[p].spool_v - n_q]
-        threads[p].loose = 0.0  # what explicit methods add to the body is replaced by the unknown acceleration
         threads[p].b[2] = threads[p].r * acceleration - threads[p].coiling * rate * rate
-        k = threads[p].spool_switch
-        held = 0.0
+        nx, ny, nz = spool_direction(threads, model.bodies, p)
+        I = threads[p].copies * threads[p].spool_inertia  # noqa: E741
+        add_reaction(model.bodies, threads[p].body, I * acceleration, I * rate, nx, ny, nz)
+
+
+@inlined
+def hold_spools(t, y, model):
+    """Torques of motors and friction of free spools; what explicit methods add to their bodies is left out.
+
+    A spool that slips sticks when its rate changes sign, without a limit of the torque in that evaluation: Newton's
+    method would otherwise alternate between the two senses of slip.
+    """
+    threads, s = model.threads, model.flexible.switches
+    for p in range(threads.size):
+        if threads[p].drive != FREE_SPOOL:
+            continue
+        rate, k, held = y[threads[p].spool_v], threads[p].spool_switch, 0.0
+        threads[p].loose = 0.0
         if k >= 0:
             held = threads[p].spool_friction / CREEP * rate
             if s[k] == 0 and abs(held) > threads[p].spool_friction:
@@ -54,9 +65,6 @@ def turn_spools(t, y, a, model):
         threads[p].motor, threads[p].friction = spool_torques(t, y[threads[p].spool_q], rate, s, model, p)
         if k >= 0 and s[k] == 0:
             threads[p].friction -= held
-        nx, ny, nz = spool_direction(threads, model.bodies, p)
-        I = threads[p].copies * threads[p].spool_inertia  # noqa: E741
-        add_reaction(model.bodies, threads[p].body, I * acceleration, I * rate, nx, ny, nz)
 
 
 @inlined
@@ -113,21 +121,10 @@ def add_spool_tangent(t, y, c_mass, c_rate, along, p, model, matrix):
 def add_boundary(y, slope, p, model, matrix):
     """Couple free spool p with both ends of its segment; slope : N, derivative of the tension by the angle."""
     threads, f, n_q = model.threads, model.flexible, model.info.nq
-    s, k, copies, Q = f.switches, threads[p].spool_v - n_q, float(threads[p].copies), threads[p].Q
-    i, Ja, Jb = s[p] - 1, f.J[0], f.J[1]
-    local = threads[p].departure
-    q, v = threads[p].iq + 3 * i, threads[p].iv + 3 * i
-    if is_end(threads, p, i):
-        x, e = model.nodes[threads[p].node].x, threads[p].end
-        dx, dy, dz = x[0] - Q[0], x[1] - Q[1], x[2] - Q[2]
-        if model.markers[e].kind == MARKER_ON_BODY:
-            a, n = side_columns(model, ON_BODY, model.markers[e].index, -1, model.markers[e].local, True, Ja)
-        else:
-            a, n = side_columns(model, ON_COORDINATES, -1, model.points[model.markers[e].index].iv, local, True, Ja)
-    else:
-        dx, dy, dz = y[q] - Q[0], y[q + 1] - Q[1], y[q + 2] - Q[2]
-        a, n = side_columns(model, ON_COORDINATES, -1, v, local, True, Ja)
-    b, m = side_columns(model, ON_BODY, threads[p].body, -1, local, True, Jb)
+    s, k, copies = f.switches, threads[p].spool_v - n_q, float(threads[p].copies)
+    Ja, Jb = f.J[0], f.J[1]
+    dx, dy, dz, _, _, _ = segment_vector(y, s, p, s[p] - 1, model)
+    a, n, b, m = segment_columns(p, s[p] - 1, s, model, Ja, Jb)
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     ex, ey, ez = threads[p].X[0], threads[p].X[1], threads[p].X[2]
     if length > TINY:

@@ -12,17 +12,21 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rotations import turn, turn_back
-from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry
-from evolvent.kernels.thread.end import TINY, add_end_residual, add_end_tangent, clear_end_force, is_end
+from evolvent.kernels.thread.end import TINY, add_end_residual, clear_end_force, is_end
 from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.free import add_spool_residual, add_spool_tangent, turn_spools
 from evolvent.kernels.thread.loads import add_node_load_tangents, node_loads
-from evolvent.kernels.thread.springs import spring_points, spring_thread
+from evolvent.kernels.thread.springs import (
+    add_segment_tangent,
+    segment_count,
+    segment_slope,
+    segment_vector,
+    spring_points,
+    spring_thread,
+)
 from evolvent.kernels.thread.wound import carry_power, carry_wound, reels
 from evolvent.model import MODEL
-
-_I = types.int64
 
 
 @indirect(types.UniTuple(REAL, 4)(REAL, VECTOR, VECTOR, REAL, MODEL, VECTOR))
@@ -35,7 +39,7 @@ def add_thread_residual(t, y, a, step, model, r):
         the spools, and by what drives bodies, against the forces of threads
     """
     bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
-    n_q, s, gravity = model.info.nq, f.switches, model.info.gravity
+    n_q, s = model.info.nq, f.switches
     for b in range(bodies.size):  # forces and masses of threads alone
         bodies[b].J = 0.0
         for i in range(6):
@@ -45,21 +49,14 @@ def add_thread_residual(t, y, a, step, model, r):
                 bodies[b].M[i, j] = 0.0
     reels(t, y, s, model)
     turn_spools(t, y, a, model)
-    dissipated, given, spools = 0.0, carry_wound(s, model), 0.0
-    loaded = gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0 or model.loads.size > 0
+    given, dy = carry_wound(s, model), model.dy[0]
     if model.fields.size > 0:
-        loaded = True
         given += wound_fields(t, s, model)
-    dy = model.dy[0]
     for p in range(threads.size):
         clear_end_force(model, p)
+    dissipated, power, spools = add_forces(t, y, 0.0, is_loaded(model), model, dy)
+    given += power
     for p in range(threads.size):
-        if loaded:
-            spring_points(y, s, threads, nodes, p)
-            given += node_loads(t, s, model, p)
-        lost, driven = spring_thread(y, s, model, p, loaded, dy)
-        dissipated += lost
-        spools += driven
         v = threads[p].iv
         _note_segments(t, y, step, model, p)
         for i in range(threads[p].n):
@@ -84,6 +81,28 @@ def add_thread_residual(t, y, a, step, model, r):
 
 
 @inlined
+def is_loaded(model):
+    """Whether nodes carry loads: weight, loads on threads, fields."""
+    gravity = model.info.gravity
+    falls = gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0
+    return falls or model.loads.size > 0 or model.fields.size > 0
+
+
+@inlined
+def add_forces(t, y, h, loaded, model, dy):
+    """Accelerations of all threads' nodes into dy, and pulls on what they end at; powers taken, given, of spools, W."""
+    threads, s, dissipated, given, spools = model.threads, model.flexible.switches, 0.0, 0.0, 0.0
+    for p in range(threads.size):
+        if loaded:
+            spring_points(y, s, threads, model.nodes, p)
+            given += node_loads(t, s, model, p)
+        lost, driven = spring_thread(y, h, s, model, p, loaded, dy)
+        dissipated += lost
+        spools += driven
+    return dissipated, given, spools
+
+
+@inlined
 def _note_segments(t, y, step, model, p):
     """Fill `Flexible.strands` of thread p.
 
@@ -96,17 +115,10 @@ def _note_segments(t, y, step, model, p):
     that is c (e . d - rest) of the vector d along the last direction e, and none of a slack segment.
     """
     threads, nodes, s, strands = model.threads, model.nodes, model.flexible.switches, model.flexible.strands
-    before, q, Q = strands[nodes.size, 0], threads[p].iq, threads[p].Q
+    before = strands[nodes.size, 0]
     for i in range(s[p]):
-        row, T, a = strands[threads[p].node + i], nodes[threads[p].node + i].tension, q + 3 * i
-        inner = i < s[p] - 1
-        x, yy, z = y[a], y[a + 1], y[a + 2]
-        if is_end(threads, p, i):
-            end = nodes[threads[p].node].x
-            x, yy, z = end[0], end[1], end[2]
-        dx = x - (y[a + 3] if inner else Q[0])
-        dy = yy - (y[a + 4] if inner else Q[1])
-        dz = z - (y[a + 5] if inner else Q[2])
+        row, T, inner = strands[threads[p].node + i], nodes[threads[p].node + i].tension, i < s[p] - 1
+        dx, dy, dz, _, _, _ = segment_vector(y, s, p, i, model)
         if step == 0.0:
             row[7] = T
             row[8] = T
@@ -168,29 +180,11 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
     """Add threads to a tangent; how the inertial forces of wound mass change is left out."""
     bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
     n_q, s, K = model.info.nq, f.switches, f.K12
+    add_node_masses(c_mass, model, matrix)
+    add_segment_tangents(y, 0.0, c_rate, model, matrix)
     for p in range(threads.size):
-        q, v = threads[p].iq, threads[p].iv
-        for i in range(threads[p].n):
-            for c in range(v + 3 * i - n_q, v + 3 * i - n_q + 3):
-                add_entry(matrix, c, c, c_mass * (1.0 if is_end(threads, p, i) else nodes[threads[p].node + i].mass))
-        held = is_end(threads, p, 0)
-        if held and (s[p] > 1 or s[threads.size + p] == 0):
-            add_end_tangent(y, _along(c_rate, p, 0, model), f.strands[threads[p].node, 7], p, model, matrix)
-        for i in range(1 if held else 0, s[p] - 1):
-            a, along = q + 3 * i, _along(c_rate, p, i, model)
-            add_segment_tangent(
-                y[a] - y[a + 3], y[a + 1] - y[a + 4], y[a + 2] - y[a + 5], along, f.strands[threads[p].node + i, 7],
-                threads[p].body, v + 3 * i, v + 3 * i + 3, 1.0, p, n_q, model, matrix,
-            )  # fmt: skip
-        if s[p] > (1 if held else 0) and s[threads.size + p] == 0:
-            i, Q = s[p] - 1, threads[p].Q
-            a, along = q + 3 * i, _along(c_rate, p, i, model)
-            add_segment_tangent(
-                y[a] - Q[0], y[a + 1] - Q[1], y[a + 2] - Q[2], along, f.strands[threads[p].node + i, 7],
-                threads[p].body, v + 3 * i, -1, float(threads[p].copies), p, n_q, model, matrix,
-            )  # fmt: skip
         if threads[p].drive == FREE_SPOOL:
-            along = _along(c_rate, p, max(s[p] - 1, 0), model)
+            along = segment_slope(0.0, c_rate, p, max(s[p] - 1, 0), model)
             add_spool_tangent(f.strands[nodes.size, 0], y, c_mass, c_rate, along, p, model, matrix)
     if model.loads.size > 0 or model.fields.size > 0:
         add_node_load_tangents(f.strands[nodes.size, 0], c_rate, model, matrix)
@@ -214,52 +208,25 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
 
 
 @inlined
-def _along(c_rate, p, i, model):
-    """Stiffness along segment i of thread p with that of its damping, N/m: none where it is slack."""
-    threads = model.threads
-    if threads[p].slack != 0 and model.nodes[threads[p].node + i].tension == 0.0:
-        return 0.0
-    return threads[p].stiffness + c_rate * threads[p].damping
-
-
-@indirect(void(REAL, REAL, REAL, REAL, REAL, _I, _I, _I, REAL, _I, _I, MODEL, SPARSE))
-def add_segment_tangent(dx, dy, dz, along, tension, body, outer, inner, copies, p, n_q, model, matrix):
-    """Tangent of the segment (dx, dy, dz) from what is inwards to the node at velocity `outer`.
-
-    Inwards is the node at velocity `inner`, or where that is -1 the departure point, whose body carries all copies.
-    """
-    threads, f = model.threads, model.flexible
-    Ja, Jb = f.J[0], f.J[1]
-    length = math.sqrt(dx * dx + dy * dy + dz * dz)
-    if length > TINY:
-        ex, ey, ez = dx / length, dy / length, dz / length
-        across = tension / length
-    else:
-        X = threads[p].X
-        ex, ey, ez, across = X[0], X[1], X[2], 0.0
-    k = along - across
-    if inner >= 0:
-        _add_link(matrix, outer - n_q, inner - n_q, (ex, ey, ez), k, across, f.K12)
-        return
-    K00, K11, K22 = across + k * ex * ex, across + k * ey * ey, across + k * ez * ez
-    K01, K02, K12 = k * ex * ey, k * ex * ez, k * ey * ez
-    local = threads[p].departure
-    a, n = side_columns(model, ON_COORDINATES, -1, outer, local, True, Ja)
-    b, m = side_columns(model, ON_BODY, body, -1, local, True, Jb)
-    add_product(matrix, a, n, Ja, K00, K01, K02, K11, K12, K22, a, n, Ja, 1.0)
-    add_product(matrix, a, n, Ja, K00, K01, K02, K11, K12, K22, b, m, Jb, -1.0)
-    add_product(matrix, b, m, Jb, K00, K01, K02, K11, K12, K22, a, n, Ja, -copies)
-    add_product(matrix, b, m, Jb, K00, K01, K02, K11, K12, K22, b, m, Jb, copies)
-    T = -copies * tension
-    add_turning(matrix, model, body, local, T * ex, T * ey, T * ez)
+def add_node_masses(c_mass, model, matrix):
+    """c_mass times the masses of nodes; without masses, in statics, coordinates that no force moves are held."""
+    threads, s = model.threads, model.flexible.switches
+    for p in range(threads.size):
+        for i in range(threads[p].n):
+            at, mass = threads[p].iv + 3 * i - model.info.nq, model.nodes[threads[p].node + i].mass
+            if is_end(threads, p, i):
+                mass = 1.0
+            idle = c_mass == 0.0 and (i >= s[p] or is_end(threads, p, i))
+            for c in range(at, at + 3):
+                add_entry(matrix, c, c, mass if idle else c_mass * mass)
 
 
 @inlined
-def _add_link(matrix, outer, inner, e, k, across, K):
-    """Tangent k e e^T + across I between two nodes; K : scratch."""
-    for i in range(3):
-        for j in range(3):
-            K[i, j] = k * e[i] * e[j] + (across if i == j else 0.0)
-    for p in (outer, inner):
-        for q in (outer, inner):
-            add_block(matrix, p, q, K, 0, 0, 3, 3, 1.0 if p == q else -1.0)
+def add_segment_tangents(y, h, c_rate, model, matrix):
+    """Tangents of all segments; of a state with the tensions that `_note_segments` gives them."""
+    threads, nodes, strands, s = model.threads, model.nodes, model.flexible.strands, model.flexible.switches
+    for p in range(threads.size):
+        for i in range(segment_count(s, threads, p)):
+            k = threads[p].node + i
+            T = strands[k, 7] if h == 0.0 else nodes[k].tension
+            add_segment_tangent(y, h, segment_slope(h, c_rate, p, i, model), T, p, i, model, matrix)

@@ -1,15 +1,26 @@
-"""Released thread with segments of springs: right-hand side, its pull on the body."""
+"""Segments of springs: their force over an interval, right-hand side, tangent, and their pull on the body.
+
+Over an interval of length h the state is the mean one, with the rates of the interval, and the records hold lengths at
+both ends (`measure_segments`): a force acts along the mean vector d by 2 |d|/(l0 + l1), with the mean of the
+elongations at both ends, so that its work is the change of its energy. A state is an interval of length 0.
+"""
 
 import math
 
-from numba import types
+from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import add_wrench
+from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, add_general_product, add_turning, side_columns
+from evolvent.kernels.sparse import SPARSE, add_block
+from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY
+from evolvent.kernels.springs import marker_columns
 from evolvent.kernels.thread.end import TINY, is_end, pull_end
 from evolvent.kernels.thread.spool import pull_spool
 from evolvent.model import MODEL
+
+_I = types.int64
 
 
 @inlined
@@ -25,6 +36,91 @@ def spring_points(y, s, threads, nodes, p):
 
 
 @inlined
+def segment_count(s, threads, p):
+    """Number of segments of thread p: one a released node, but none to the spool once the whole has left it."""
+    return s[p] - (1 if s[threads.size + p] != 0 else 0)
+
+
+@inlined
+def segment_vector(y, s, p, i, model):
+    """Vector to node i of thread p from the next one, or from the departure point, and its rate: six floats."""
+    threads, nodes, at_spool = model.threads, model.nodes, i == s[p] - 1
+    first, a, c, Q = threads[p].node, threads[p].iq + 3 * i, threads[p].iv + 3 * i, threads[p].Q
+    x, yy, z, vx, vy, vz = y[a], y[a + 1], y[a + 2], y[c], y[c + 1], y[c + 2]
+    if is_end(threads, p, i):
+        end, moves = nodes[first].x, nodes[first].v
+        x, yy, z, vx, vy, vz = end[0], end[1], end[2], moves[0], moves[1], moves[2]
+    if at_spool:
+        return x - Q[0], yy - Q[1], z - Q[2], vx - Q[3], vy - Q[4], vz - Q[5]
+    return x - y[a + 3], yy - y[a + 4], z - y[a + 5], vx - y[c + 3], vy - y[c + 4], vz - y[c + 5]
+
+
+@inlined
+def segment_force(y, h, s, p, i, model):
+    """Force of segment i of thread p over an interval of length h; its tension and slope go to the node's record.
+
+    Returns
+    -------
+    ex, ey, ez, scale : vector and factor of its direction
+    tension, damped : N, tension and the damper's part of it
+    rate, stretch_rate : m/s, rates of the elongation and of the length (eq. 9: of length paid out along the segment)
+    """
+    threads, nodes, at_spool = model.threads, model.nodes, i == s[p] - 1
+    k, rest, longer = threads[p].node + i, threads[p].segment, 0.0
+    if at_spool:
+        rest, longer = threads[p].b[0], threads[p].b[1]
+    ex, ey, ez, vx, vy, vz = segment_vector(y, s, p, i, model)
+    length = math.sqrt(ex * ex + ey * ey + ez * ez)
+    if h != 0.0:
+        length = 0.5 * (nodes[k].length0 + nodes[k].length1)
+    scale = 1.0
+    if not at_spool or length > TINY:
+        scale = 1.0 / length
+    else:  # along the velocity with which the node leaves: the drive's (eq. 11), or that turned along the thread
+        length = 0.0
+        speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+        if speed > 0.0:
+            scale = 1.0 / speed
+            ex, ey, ez = vx, vy, vz
+        else:
+            ex, ey, ez = threads[p].X[0], threads[p].X[1], threads[p].X[2]
+    if at_spool:
+        ex, ey, ez, scale = scale * ex, scale * ey, scale * ez, 1.0
+    stretch_rate = (vx * ex + vy * ey + vz * ez) * scale
+    if h != 0.0:
+        stretch_rate = (nodes[k].length1 - nodes[k].length0) / h
+    rate = stretch_rate
+    if at_spool:
+        rate -= longer * (threads[p].X[0] * ex + threads[p].X[1] * ey + threads[p].X[2] * ez)
+    extension = length - rest
+    if h != 0.0 and threads[p].slack != 0:
+        e0, e1 = nodes[k].extension0, nodes[k].extension1
+        extension, nodes[k].along = secant(e0, e1)
+    else:
+        nodes[k].along = 1.0
+    elastic, damped = threads[p].stiffness * extension, threads[p].damping * rate
+    if threads[p].slack != 0:
+        elastic, damped = taut(elastic, damped)
+    nodes[k].length, nodes[k].tension = length, elastic + damped
+    return ex, ey, ez, scale, elastic + damped, damped, rate, stretch_rate
+
+
+@inlined
+def secant(e0, e1):
+    """Mean elongation by which a slack segment pulls over an interval, and twice its derivative by e1.
+
+    Notes
+    -----
+    (p1^2 - p0^2)/(2 (e1 - e0)), p = max(e, 0): the change of the energy over that of the elongation.
+    """
+    p0, p1 = max(e0, 0.0), max(e1, 0.0)
+    if (e0 >= 0.0 and e1 >= 0.0) or (e0 <= 0.0 and e1 <= 0.0):
+        return 0.5 * (p0 + p1), (1.0 if p0 + p1 > 0.0 else 0.0)
+    mean = 0.5 * (p1 * p1 - p0 * p0) / (e1 - e0)
+    return mean, 2.0 * (p1 - mean) / (e1 - e0)
+
+
+@inlined
 def taut(elastic, damped):
     """Elastic and damping part of the tension of a segment that goes slack, N: none below its length, no push above.
 
@@ -35,141 +131,180 @@ def taut(elastic, damped):
     return elastic, max(damped, -elastic)
 
 
+@indirect(void(_I, VECTOR, INTEGERS, MODEL))
+def measure_segments(end, y, s, model):
+    """Lengths and elongations of all segments at the start (0) or the end (1) of a step, after `reels`."""
+    threads, nodes = model.threads, model.nodes
+    for p in range(threads.size):
+        if end == 0:
+            threads[p].rest0, threads[p].turning0 = threads[p].b[0], threads[p].b[1] / threads[p].r
+        else:
+            threads[p].rest1, threads[p].turning1 = threads[p].b[0], threads[p].b[1] / threads[p].r
+        for i in range(segment_count(s, threads, p)):
+            k, rest = threads[p].node + i, threads[p].b[0] if i == s[p] - 1 else threads[p].segment
+            ex, ey, ez, _, _, _ = segment_vector(y, s, p, i, model)
+            length = math.sqrt(ex * ex + ey * ey + ez * ez)
+            if end == 0:
+                nodes[k].length0, nodes[k].extension0 = length, length - rest
+            else:
+                nodes[k].length1, nodes[k].extension1 = length, length - rest
+                scale = 1.0 / length if length > TINY else 0.0
+                nodes[k].end[0], nodes[k].end[1], nodes[k].end[2] = scale * ex, scale * ey, scale * ez
+
+
 @indirect(REAL(VECTOR, INTEGERS, MODEL))
 def longest_step(y, s, model):
     """Time until the first stretched segment without a pull is as short as its natural length, s; infinity for none.
 
     What its damper takes until then, and no longer, is c extension rate: a step that ends there integrates it exactly.
     """
-    threads, nodes, found = model.threads, model.nodes, math.inf
+    threads, found = model.threads, math.inf
     for p in range(threads.size):
         if threads[p].slack == 0:
             continue
-        first, last, Q = threads[p].node, s[p] - 1, threads[p].Q
-        for i in range(s[p] if s[threads.size + p] == 0 else last):
-            q, v, rest, longer = threads[p].iq + 3 * i, threads[p].iv + 3 * i, threads[p].segment, 0.0
-            if i == last:
-                rest, longer = threads[p].b[0], threads[p].b[1]
-            square = product = 0.0
-            for c in range(3):
-                x, u = y[q + c], y[v + c]
-                if is_end(threads, p, i):
-                    x, u = nodes[first].x[c], nodes[first].v[c]
-                dx = x - (Q[c] if i == last else y[q + 3 + c])
-                square += dx * dx
-                product += dx * (u - (Q[3 + c] if i == last else y[v + 3 + c]))
-            length = math.sqrt(square)
-            if length - rest > 1e-9 * threads[p].segment:
-                rate = product / length - longer
-                if threads[p].stiffness * (length - rest) + threads[p].damping * rate <= 0.0:
-                    found = min(found, (length - rest) / -rate)
+        for i in range(segment_count(s, threads, p)):
+            rest = threads[p].b[0] if i == s[p] - 1 else threads[p].segment
+            _, _, _, _, tension, _, rate, _ = segment_force(y, 0.0, s, p, i, model)
+            extension = model.nodes[threads[p].node + i].length - rest
+            if extension > 1e-9 * threads[p].segment and tension <= 0.0 and rate < 0.0:
+                found = min(found, extension / -rate)
     return found
 
 
-@indirect(types.UniTuple(REAL, 2)(VECTOR, INTEGERS, MODEL, types.int64, types.boolean, VECTOR))
-def spring_thread(y, s, model, p, loaded, dy):
+@indirect(types.UniTuple(REAL, 2)(VECTOR, REAL, INTEGERS, MODEL, _I, types.boolean, VECTOR))
+def spring_thread(y, h, s, model, p, loaded, dy):
     """Right-hand side of a spring thread (eqs. 3, 4, 7 to 11) and its pull on the body (eq. 15).
 
-    Tensions go to the nodes. Returns (power dissipated, power of the spool), W.
+    Over an interval of length h about the mean state y, or at the state y (h = 0). Tensions go to the nodes. Returns
+    (power dissipated, power of the spool), W.
     """
     threads, nodes, bodies = model.threads, model.nodes, model.bodies
-    j, driven = s[p], 0.0
+    j, copies, driven = s[p], float(threads[p].copies), 0.0
     if threads[p].drive == FREE_SPOOL:
-        driven = threads[p].copies * threads[p].motor * y[threads[p].spool_v]
+        driven = copies * threads[p].motor * y[threads[p].spool_v]
     if j == 0:
         return 0.0, driven
-    first, q, v, l0 = threads[p].node, threads[p].iq, threads[p].iv, threads[p].segment
-    stiffness, damping = threads[p].stiffness, threads[p].damping
+    first, q, v = threads[p].node, threads[p].iq, threads[p].iv
     dissipated = 0.0
     px = py = pz = 0.0  # pull of the outer segment on the node
-    x, yy, z = y[q], y[q + 1], y[q + 2]
-    vx, vy, vz = y[v], y[v + 1], y[v + 2]
-    if is_end(threads, p, 0):
-        x, yy, z = nodes[first].x[0], nodes[first].x[1], nodes[first].x[2]
-        vx, vy, vz = nodes[first].v[0], nodes[first].v[1], nodes[first].v[2]
-    for i in range(j - 1):
-        a, c = q + 3 * i, v + 3 * i
-        x1, y1, z1 = y[a + 3], y[a + 4], y[a + 5]
-        vx1, vy1, vz1 = y[c + 3], y[c + 4], y[c + 5]
-        ex, ey, ez = x - x1, yy - y1, z - z1
-        length = math.sqrt(ex * ex + ey * ey + ez * ez)
-        scale = 1.0 / length
-        rate = ((vx - vx1) * ex + (vy - vy1) * ey + (vz - vz1) * ez) * scale
-        elastic, damped = stiffness * (length - l0), damping * rate
-        if threads[p].slack != 0:
-            elastic, damped = taut(elastic, damped)
-        T = elastic + damped
-        dissipated += damped * rate
-        nodes[first + i].tension = T
-        scale *= T
-        ex *= scale
-        ey *= scale
-        ez *= scale
+    for i in range(j):
+        fx = fy = fz = 0.0
+        if i < j - 1 or s[threads.size + p] == 0:
+            ex, ey, ez, scale, T, damped, rate, stretch_rate = segment_force(y, h, s, p, i, model)
+            scale *= T
+            fx, fy, fz = scale * ex, scale * ey, scale * ez
+            if i == j - 1:
+                elastic, longer = T - damped, threads[p].b[1]
+                if threads[p].drive == FREE_SPOOL:
+                    dissipated += damped * (stretch_rate - longer)
+                else:  # what is left of the power at the spool once strain energy and dissipation are taken out
+                    dissipated += damped * rate
+                    driven = copies * (-elastic * longer - damped * (stretch_rate - rate))
+                d, pull = threads[p].d, copies * T
+                add_wrench(bodies[threads[p].body].F, d[0], d[1], d[2], pull * ex, pull * ey, pull * ez)
+                if threads[p].drive == FREE_SPOOL:  # which turns by `spool.spring_spools`
+                    pull_spool(model, p, T)
+            else:
+                dissipated += damped * rate
+        else:
+            nodes[first + i].tension = 0.0
         if is_end(threads, p, i):
-            pull_end(model, p, -ex, -ey, -ez)
+            pull_end(model, p, -fx, -fy, -fz)
         else:
-            m = nodes[first + i].compliance
-            dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
-            dy[c] = (px - ex) * m
-            dy[c + 1] = (py - ey) * m
-            dy[c + 2] = (pz - ez) * m
-        px, py, pz = ex, ey, ez
-        x, yy, z, vx, vy, vz = x1, y1, z1, vx1, vy1, vz1
-    ex, ey, ez = x - threads[p].Q[0], yy - threads[p].Q[1], z - threads[p].Q[2]
-    length = math.sqrt(ex * ex + ey * ey + ez * ez)
-    if length > TINY:
-        scale = 1.0 / length
-        ex *= scale
-        ey *= scale
-        ez *= scale
-    else:  # along the velocity with which the node leaves: the drive's (eq. 11), or that turned along the thread
-        ex, ey, ez = vx - threads[p].Q[3], vy - threads[p].Q[4], vz - threads[p].Q[5]
-        length = math.sqrt(ex * ex + ey * ey + ez * ez)
-        if length > 0.0:
-            scale = 1.0 / length
-            ex *= scale
-            ey *= scale
-            ez *= scale
-        else:
-            ex, ey, ez = threads[p].X[0], threads[p].X[1], threads[p].X[2]
-        length = 0.0
-    stretch_rate = (vx - threads[p].Q[3]) * ex + (vy - threads[p].Q[4]) * ey + (vz - threads[p].Q[5]) * ez
-    b1 = threads[p].b[1]
-    rate = stretch_rate - b1 * (threads[p].X[0] * ex + threads[p].X[1] * ey + threads[p].X[2] * ez)
-    elastic = stiffness * (length - threads[p].b[0])
-    if s[threads.size + p] != 0:  # released whole
-        elastic = rate = 0.0
-    damped = damping * rate
-    if threads[p].slack != 0:
-        elastic, damped = taut(elastic, damped)
-    T = elastic + damped
-    nodes[first + j - 1].tension = T
-    a, c = q + 3 * (j - 1), v + 3 * (j - 1)
-    if is_end(threads, p, j - 1):
-        pull_end(model, p, -T * ex, -T * ey, -T * ez)
-    else:
-        m = nodes[first + j - 1].compliance
-        dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
-        dy[c] = (px - T * ex) * m
-        dy[c + 1] = (py - T * ey) * m
-        dy[c + 2] = (pz - T * ez) * m
+            a, c, m = q + 3 * i, v + 3 * i, nodes[first + i].compliance
+            dy[a], dy[a + 1], dy[a + 2] = y[c], y[c + 1], y[c + 2]
+            dy[c] = (px - fx) * m
+            dy[c + 1] = (py - fy) * m
+            dy[c + 2] = (pz - fz) * m
+        px, py, pz = fx, fy, fz
     if loaded:
         if is_end(threads, p, 0):
             pull_end(model, p, nodes[first].af[0], nodes[first].af[1], nodes[first].af[2])
         for i in range(1 if is_end(threads, p, 0) else 0, j):
             for k in range(3):
                 dy[v + 3 * i + k] += nodes[first + i].af[k]
-    copies = threads[p].copies
-    pull = copies * T
-    add_wrench(
-        bodies[threads[p].body].F, threads[p].d[0], threads[p].d[1], threads[p].d[2], pull * ex, pull * ey, pull * ez
-    )
-    if threads[p].drive == FREE_SPOOL:  # which turns by `spool.spring_spools`
-        pull_spool(model, p, T)
-        dissipated += damped * (stretch_rate - b1)
-        return copies * dissipated, driven
+    return copies * dissipated, driven
+
+
+# ---------------------------------------------------------------------------------------------- tangent
+
+
+@inlined
+def segment_slope(h, c_rate, p, i, model):
+    """Derivative of the tension of segment i of thread p by its length, and c_rate times that by the rate, N/m.
+
+    None of a slack one; over a step twice the derivative by the length at its end.
+    """
+    threads, k = model.threads, model.threads[p].node + i
+    if threads[p].slack != 0 and model.nodes[k].tension == 0.0:
+        return 0.0
+    if h == 0.0:
+        return threads[p].stiffness + c_rate * threads[p].damping
+    return threads[p].stiffness * model.nodes[k].along + c_rate * threads[p].damping
+
+
+@inlined
+def segment_columns(p, i, s, model, Ja, Jb):
+    """Columns of both ends of segment i of thread p: first unknown and number of each."""
+    threads, local = model.threads, model.threads[p].departure
+    if is_end(threads, p, i):
+        a, n = marker_columns(model, threads[p].end, Ja)
     else:
-        # what is left of the boundary's power once strain energy and dissipation are taken out
-        dissipated += damped * rate
-        power = -elastic * b1 - damped * (stretch_rate - rate)
-    return copies * dissipated, copies * power
+        a, n = side_columns(model, ON_COORDINATES, -1, threads[p].iv + 3 * i, local, True, Ja)
+    if i == s[p] - 1:
+        b, m = side_columns(model, ON_BODY, threads[p].body, -1, local, True, Jb)
+    else:
+        b, m = side_columns(model, ON_COORDINATES, -1, threads[p].iv + 3 * i + 3, local, True, Jb)
+    return a, n, b, m
+
+
+@indirect(void(VECTOR, REAL, REAL, REAL, _I, _I, MODEL, SPARSE))
+def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
+    """Tangent of segment i of thread p; over a step of length h > 0 twice the derivatives by what its end moves.
+
+    Parameters
+    ----------
+    along : float, N/m, of `segment_slope`; tension : float, N
+
+    Notes
+    -----
+    As of `springs.spring_tangents`: T/l + (along - T/l) n m^T, n along the force, m at the end of the step. The body of
+    the reel carries all copies.
+    """
+    threads, nodes, s, f = model.threads, model.nodes, model.flexible.switches, model.flexible
+    K, X, k = f.K12, threads[p].X, threads[p].node + i
+    ex, ey, ez, _, _, _ = segment_vector(y, s, p, i, model)
+    length = math.sqrt(ex * ex + ey * ey + ez * ez)
+    if h != 0.0:
+        length = 0.5 * (nodes[k].length0 + nodes[k].length1)
+    n, across = (X[0], X[1], X[2]), 0.0
+    if length > TINY:
+        n, across = (ex / length, ey / length, ez / length), tension / length
+    m = n
+    if h != 0.0 and nodes[k].length1 > TINY:
+        m = (nodes[k].end[0], nodes[k].end[1], nodes[k].end[2])
+    for r in range(3):
+        for c in range(3):
+            K[r, c] = (along - across) * n[r] * m[c] + (across if r == c else 0.0)
+    held, whole = is_end(threads, p, i), i == s[p] - 1
+    if not (held or whole):
+        outer = threads[p].iv + 3 * i - model.info.nq
+        inner = outer + 3
+        add_block(matrix, outer, outer, K, 0, 0, 3, 3, 1.0)
+        add_block(matrix, inner, inner, K, 0, 0, 3, 3, 1.0)
+        add_block(matrix, outer, inner, K, 0, 0, 3, 3, -1.0)
+        add_block(matrix, inner, outer, K, 0, 0, 3, 3, -1.0)
+        return
+    Ja, Jb, copies = f.J[0], f.J[1], float(threads[p].copies) if whole else 1.0
+    a, na, b, nb = segment_columns(p, i, s, model, Ja, Jb)
+    add_general_product(matrix, a, na, Ja, K, 0, 0, a, na, Ja, 1.0)
+    add_general_product(matrix, a, na, Ja, K, 0, 0, b, nb, Jb, -1.0)
+    add_general_product(matrix, b, nb, Jb, K, 0, 0, a, na, Ja, -copies)
+    add_general_product(matrix, b, nb, Jb, K, 0, 0, b, nb, Jb, copies)
+    e = threads[p].end
+    if held and model.markers[e].kind == MARKER_ON_BODY:
+        body, local = model.markers[e].index, model.markers[e].local
+        add_turning(matrix, model, body, local, tension * n[0], tension * n[1], tension * n[2])
+    if whole:
+        T = -copies * tension
+        add_turning(matrix, model, threads[p].body, threads[p].departure, T * n[0], T * n[1], T * n[2])

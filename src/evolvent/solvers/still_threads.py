@@ -1,0 +1,125 @@
+"""Threads at rest: spools that stand, and the nodes that have left them."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from evolvent import model as mdl
+from evolvent.assembly.assembled import Assembly
+from evolvent.kernels import rigid, springs
+from evolvent.kernels.drive import FREE, RAMPS
+from evolvent.solvers import payout
+
+Array = np.ndarray
+
+#: Part of a segment within which the length that is out fits the nodes that have been released.
+_FITS = 1e-9
+
+
+def freeze_spools(model: mdl.Model, time: float) -> mdl.Model:
+    """The model with driven spools that stand at their angles of `time`; other arrays are shared."""
+    driven = np.flatnonzero(model.threads["drive"] != FREE)
+    if not driven.size:
+        return model
+    threads, parameters = model.threads.copy(), model.parameters
+    for p in driven:
+        angle = payout.angles_of(model.threads[p], model, np.array([time]))[0]
+        own = parameters.size
+        parameters = np.append(parameters, [angle, 0.0, 0.0])
+        threads["drive"][p], threads["first"][p], threads["last"][p], threads["law"][p] = RAMPS, own, own + 3, 0
+    found: mdl.Model = model._replace(threads=threads, parameters=parameters)
+    return found
+
+
+def idle_nodes(model: mdl.Model) -> Array:
+    """Velocities, counted from the first, of nodes on their spools and of nodes that are fixed to another part."""
+    found = []
+    for p, row in enumerate(model.threads):
+        released = int(model.flexible.switches[p])
+        nodes = [i for i in range(int(row["n"])) if i >= released or (i == 0 and row["end"] >= 0)]
+        found += [int(row["iv"]) - int(model.info.nq) + 3 * i + c for i in nodes for c in range(3)]
+    return np.array(found, dtype=np.int64)
+
+
+def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
+    """An assembly whose spools stand at `time`, with the nodes that are off them then, and the state to start from.
+
+    Parameters
+    ----------
+    y : (ny,) float or None
+        A state of that time: only nodes that have left their spools beyond its own are placed, on straight lines.
+        Without it threads are straight and not stretched, as at the start.
+
+    Raises
+    ------
+    InputError
+        Where a drive has paid out more than its thread by then.
+    """
+    model = assembly.model
+    if time > 0.0:
+        payout.check(assembly, time)
+    given = y is not None and np.shape(y) == assembly.y.shape
+    state = np.array(y if given else assembly.y, dtype=float)
+    s, lengths = assembly.s.copy(), payout.deployed_lengths(assembly, np.array([time]))[0]
+    before = _departures(model, 0.0, assembly.y)
+    now = _departures(model, time, state)
+    for p, row in enumerate(model.threads):
+        out, l0, first, released = float(lengths[p]), float(row["segment"]), int(row["iq"]), int(s[p])
+        if row["drive"] == FREE or s[model.threads.size + p]:
+            continue
+        if not (released - 1.0 - _FITS) * l0 <= out <= (released + _FITS) * l0 or (released == 0 and out > 0.0):
+            s[p] = min(max(int(np.ceil(round(out / l0, 9))), int(row["end"] >= 0)), int(row["n"]))
+        if out > row["n"] * l0 * (1.0 + _FITS):  # which `payout.check` allows of a thread that separates
+            s[model.threads.size + p] = 1
+        Q, R = now[p]
+        nodes = state[first : first + 3 * int(row["n"])].reshape(-1, 3)
+        if given and s[p] <= released:
+            continue
+        if given:
+            outer = _outer(model, row, state, nodes, released, time)
+            share = out - max(released - 1, 0) * l0
+            line = outer - Q if outer is not None and share > 0.0 else (R @ row["payout_axis"]) * max(share, l0)
+            fractions = (out - np.arange(released, s[p]) * l0) / max(share, l0 if outer is None else share)
+            nodes[released : s[p]] = Q + fractions[:, None] * line
+            continue
+        if time == 0.0 and s[p] == released:
+            continue
+        end = _outer(model, row, state, nodes, 1, time) if row["end"] >= 0 else None
+        if end is not None:
+            line = (end - Q) / out if out > 0.0 else R @ row["payout_axis"]
+        else:
+            Q0, R0 = before[p]
+            away = nodes[0] - Q0 if released else np.zeros(3)
+            size = float(np.linalg.norm(away))
+            line = R @ (R0.T @ away) / size if size > 0.0 else R @ row["payout_axis"]
+        first_own = int(row["end"] >= 0)
+        nodes[first_own : s[p]] = Q + (out - np.arange(first_own, s[p]) * l0)[:, None] * line
+    return dataclasses.replace(assembly, model=freeze_spools(model, time), s=s), state if y is None or given else y
+
+
+def _departures(model: mdl.Model, time: float, y: Array) -> list[tuple[Array, Array]]:
+    """Where each thread leaves its spool, m, and the rotation of the body there, inertial axes."""
+    rigid.kinematics(time, y, model)
+    found = []
+    for row in model.threads:
+        body = model.bodies[row["body"]]
+        R = np.array(body["R"])
+        found.append((np.array(body["x"]) + R @ row["departure"], R))
+    return found
+
+
+def _outer(model: mdl.Model, row: np.record, y: Array, nodes: Array, released: int, time: float) -> Array | None:
+    """Position of the last node that has left the spool; None where none has."""
+    if released == 0:
+        return None
+    if released > 1 or row["end"] < 0:
+        return np.array(nodes[released - 1])
+    marker = model.markers[row["end"]]
+    if marker["kind"] == springs.ON_POINT:
+        return np.array(y[model.points["iq"][marker["index"]] :][:3])
+    rigid.kinematics(time, y, model)
+    body = model.bodies[marker["index"]]
+    return np.array(body["x"]) + np.array(body["R"]) @ marker["local"]
