@@ -42,9 +42,11 @@ def observe_load(view: View, name: str) -> Observed:
     x, v = view.marker(int(row["target"]))
     is_torque = bool(row["kind"] == kernels.TORQUE)
     if is_torque:
-        v = view.pose(int(marker["index"])).w
+        pose = view.pose(int(marker["index"]))
+        v = pose.w
     if row["law"] != 0:
-        vector = law_values(view, int(row["law"]), int(row["law_first"]), int(row["law_last"]), x, v)
+        given = np.concatenate([x, pose.R.reshape(-1, 9)], axis=1) if is_torque else x
+        vector = law_values(view, int(row["law"]), int(row["law_first"]), int(row["law_last"]), given, v)
     if is_panel:
         n, (specular, diffuse) = turned(view.pose(int(marker["index"])).R, values[7:10]), values[10:12]
         size = float(np.linalg.norm(values[:3])) or 1.0
