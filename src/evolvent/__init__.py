@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from evolvent import parts
     from evolvent.analysis.stepping import Stepper
     from evolvent.analysis.system import System
-    from evolvent.compiled.laws import drive_law, element_law, event_law, force_law, motor_law, spring_law
+    from evolvent.compiled.laws import drive_law, element_law, event_law, force_law, motor_law, spring_law, torque_law
     from evolvent.design.studies import sweep
     from evolvent.elements.inertia import SectionInertia
     from evolvent.elements.materials import ALUMINIUM, CFRP, KAPTON, STEEL, Material
@@ -53,6 +53,7 @@ __all__ = [
     "save",
     "spring_law",
     "sweep",
+    "torque_law",
 ]
 
 #: Public names that are loaded when they are first asked for, so that importing the package stays quick.
@@ -72,6 +73,7 @@ _LAZY = {
     "open": "evolvent.results",
     "save": "evolvent.results",
     "spring_law": "evolvent.compiled.laws",
+    "torque_law": "evolvent.compiled.laws",
     "sweep": "evolvent.design.studies",
 }
 

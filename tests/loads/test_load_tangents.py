@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import evolvent
 from evolvent import System, elements, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import energy_momentum as flow
@@ -25,6 +26,8 @@ INERTIA = [[0.3, 0.02, -0.01], [0.02, 0.25, 0.03], [-0.01, 0.03, 0.2]]
 VECTOR = (0.7, -1.1, 0.9)
 #: Of position and velocity; without a potential.
 LAW = ["-2*x*y + 0.5*vy + 0.3", "1.5*sin(z) - 0.4*vx*vz", "x - 3*z*y + 0.2*vz"]
+#: Of position, angular velocity and attitude.
+TURNING = ["r11*r23 - 0.3*vy*r31 + x", "0.8*r12*r12 - z*r33", "r21*vz*r13 - 0.4*r32"]
 #: Names of the parts that are not loads.
 FREE, SPIN, POINT, ROD, CABLE, BEAM, THREAD = "free", "spin", "point", "rod", "cable", "beam", "thread"
 
@@ -101,6 +104,16 @@ def off(pairs: tuple[Assembly, Assembly], rng: np.random.Generator, method: str)
     return float(np.abs(found - exact).max() / max(np.abs(exact).max(), 1.0))
 
 
+@evolvent.torque_law
+def turning(t: float, x: Array, R: Array, w: Array, p: Array) -> tuple[float, float, float]:
+    """`TURNING` in Python."""
+    return (
+        R[0, 0] * R[1, 2] - 0.3 * w[1] * R[2, 0] + x[0],
+        0.8 * R[0, 1] * R[0, 1] - x[2] * R[2, 2],
+        R[1, 0] * w[2] * R[0, 2] - 0.4 * R[2, 1],
+    )  # fmt: skip
+
+
 def placed() -> dict[str, tuple[str, parts.Part]]:
     """Forces and torques of every form at every kind of place."""
     places: dict[str, Any] = {
@@ -122,6 +135,10 @@ def placed() -> dict[str, tuple[str, parts.Part]]:
             if target not in (POINT, THREAD) and not isinstance(at, tuple):
                 found[f"torque, {place}, {frame}"] = target, parts.Torque(at=at, torque=VECTOR, frame=frame)
                 found[f"torque by a law, {place}, {frame}"] = target, parts.Torque(at=at, law=LAW, frame=frame)
+            if target in (FREE, SPIN, ROD) and not isinstance(at, tuple):
+                for form, law in (("text", TURNING), ("Python", turning)):
+                    load = parts.Torque(at=at, law=law, frame=frame)
+                    found[f"torque by the attitude, {form}, {place}, {frame}"] = target, load
     return found
 
 

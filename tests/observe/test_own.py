@@ -10,7 +10,7 @@ import pytest
 
 import evolvent as ev
 from evolvent import parts
-from evolvent.results.observe import Observed, of_family
+from evolvent.results.observe import Observed
 from observe.seeing import close, run
 
 
@@ -19,13 +19,10 @@ class Tendon(parts.Spring):
 
     kind: Literal["tendon"] = "tendon"
 
-    def observe(self, view: Any, name: str) -> Observed:
-        found = of_family(view, name)
-        assert found is not None
+    def observe(self, view: Any, name: str, found: Observed) -> None:
         strain = found.variables["extension"].values / self.length
         found.scalar("strain", strain, "1", "extension over the natural length")
         found.plots = ["strain"]
-        return found
 
 
 def test_a_part_adds_results_of_its_own(tmp_path: pathlib.Path) -> None:

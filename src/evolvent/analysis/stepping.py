@@ -18,7 +18,7 @@ from evolvent.kernels import rigid
 from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
 from evolvent.results.motion import quaternions
-from evolvent.results.observe import Observed, View, of_family
+from evolvent.results.observe import Observed, View, observe_part
 from evolvent.solvers import balance as eb
 from evolvent.solvers import drive, implicit
 from evolvent.solvers.drive import METHODS, STEP_ALLOWED
@@ -306,8 +306,7 @@ class Stepper:
         if self._now is None:
             self._now = View.of(self._solution())
         if part not in self._observed:
-            found = self.assembly.parts[part].observe(self._now, part) or of_family(self._now, part)
-            self._observed[part] = Observed() if found is None else found
+            self._observed[part] = observe_part(self._now, part)
         return self._observed[part]
 
     def _sample(self) -> _Sample:

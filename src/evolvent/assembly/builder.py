@@ -314,6 +314,7 @@ class Builder:
             A=np.zeros((rows.size, bandwidth + 1)),
             la=np.zeros(rows.size),
             scratch=np.zeros((3, 3)),
+            pose=np.zeros(12),
             dy=np.zeros((2, y.size)),
             sums=np.zeros((2, mdl.N_INVENTORY)),
             flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}, s),

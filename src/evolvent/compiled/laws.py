@@ -21,6 +21,7 @@ from evolvent.compiled.jit import LAWS, PLAIN, SLOPES, Kernel, pointer_of
 #: How a law of each kind is called, and what it returns.
 FORMS = {
     "force": "(x, v, t, parameters) -> (fx, fy, fz)",
+    "torque": "(t, x, R, w, parameters) -> (Tx, Ty, Tz)",
     "spring": "(extension, rate, t, parameters) -> tension",
     "drive": "(t, parameters) -> (angle, rate, acceleration)",
     "event": "(t, y, parameters) -> value",
@@ -48,8 +49,8 @@ def _along(kind: str, function: Callable) -> Callable:
     """A function of the signature `SLOPES[kind]`: the derivative of a law along a direction, by dual numbers."""
     from evolvent.compiled.dual import dual, dual_vector, slope_of  # which takes a moment to tell numba what it defines
 
-    first = getattr(function, "time_first", None)
-    law = njit(error_model="numpy", _nrt=False, boundscheck=True)(function if first is None else first)
+    plain = getattr(function, "plain", function)
+    law = njit(error_model="numpy", _nrt=False, boundscheck=True)(plain)
 
     def spring(x: Any, dx: Any, v: Any, dv: Any, t: float, parameters: Any) -> Any:
         return slope_of(law(dual(x, dx), dual(v, dv), t, parameters))
@@ -65,12 +66,20 @@ def _along(kind: str, function: Callable) -> Callable:
         fx, fy, fz = law(t, dual_vector(x), dual_vector(v), parameters)
         return slope_of(fx), slope_of(fy), slope_of(fz)
 
+    def torque(x: Any, v: Any, t: float, parameters: Any) -> Any:
+        pose = dual_vector(x)
+        fx, fy, fz = law(t, pose[0:3], pose[3:12].reshape(3, 3), dual_vector(v), parameters)
+        return slope_of(fx), slope_of(fy), slope_of(fz)
+
     def element(t: float, x: Any, v: Any, parameters: Any, f: Any) -> float:
         law(t, dual_vector(x), dual_vector(v), parameters, dual_vector(f))
         return 0.0
 
     made: dict[str, Callable] = {"spring": spring, "motor": motor, "element": element}
-    made["force"] = force if first is None else force_time_first
+    if plain is function:
+        made["force"] = force
+    else:
+        made["force"] = torque if plain.__code__.co_argcount == 5 else force_time_first
     found = made[kind]
     found.__name__, found.__module__ = f"{function.__name__}_slope", function.__module__
     return found
@@ -212,36 +221,67 @@ def force_law(function: Callable) -> Any:
     stored, for the next start, by the content of all that it refers to; where that cannot be decided (a function that
     numba knows from an extension, a class that is compiled) it is compiled at every start.
     """
-    return _law("force", _time_last(function))
-
-
-def _time_last(function: Any) -> Any:
-    """A force law with the time as its third argument, of one that has it first; others as they are."""
     code = getattr(function, "__code__", None)
     if code is None or code.co_argcount != 4 or code.co_varnames[0] != "t":
-        return function
-    inner = function if config.DISABLE_JIT else _compiled_first(function)
+        return _law("force", function)
+    x, v, t, parameters = LAWS["force"].args
+    inner = _compiled_first(function, (t, x, v, parameters), "(t, x, v, parameters) -> (fx, fy, fz)")
 
     def ordered(x: Any, v: Any, t: float, parameters: Any) -> Any:
         return inner(t, x, v, parameters)
 
+    return _law("force", _as_force(ordered, function))
+
+
+def torque_law(function: Callable) -> Any:
+    """Turn ``f(t, x, R, w, parameters) -> (Tx, Ty, Tz)`` into the law of a `Torque` on a body or a rod's node.
+
+    Parameters
+    ----------
+    function : callable
+        Receives the time `t` : s, the position `x` : (3,) m of the point of application and the angular velocity `w` :
+        (3,) rad/s in the inertial frame, the rotation matrix `R` : (3, 3) of the body, whose columns are its axes in
+        the inertial frame, and the `parameters` : (k,) given with the part; returns the torque (N m), in the axes that
+        the part's `frame` names.
+
+    Returns
+    -------
+    compiled function
+
+    Notes
+    -----
+    Under energy-momentum `R` is the mean of the rotation matrices of both ends of a step.
+    """
+    if not isinstance(function, FunctionType):
+        return _law("torque", function)
+    x, v, t, parameters = LAWS["force"].args
+    inner = _compiled_first(function, (t, x, types.Array(x.dtype, 2, "C"), v, parameters), FORMS["torque"])
+
+    def ordered(x: Any, v: Any, t: float, parameters: Any) -> Any:
+        return inner(t, x[0:3], x[3:12].reshape(3, 3), v, parameters)
+
+    found = _law("force", _as_force(ordered, function))
+    found.needs_attitude = True
+    return found
+
+
+def _as_force(ordered: Any, function: Callable) -> Any:
+    """A function of a force law's arguments that calls a user's law, under the law's name and place."""
+    code = function.__code__
     named = {"co_filename": code.co_filename, "co_name": code.co_name, "co_firstlineno": code.co_firstlineno}
     ordered.__code__ = ordered.__code__.replace(**named)
-    ordered.__name__, ordered.time_first = function.__name__, function  # type: ignore[attr-defined]
+    ordered.__name__, ordered.plain = function.__name__, function
     return ordered
 
 
-def _compiled_first(function: Callable) -> Any:
-    """A force law with the time first, compiled."""
-    signature = LAWS["force"]
-    x, v, t, parameters = signature.args
+def _compiled_first(function: Callable, arguments: tuple[Any, ...], form: str) -> Any:
+    """A law of three numbers with arguments in an order of its own, compiled."""
+    if config.DISABLE_JIT:
+        return function
     try:
-        return _compile_law(signature.return_type(t, x, v, parameters), function)
+        return _compile_law(LAWS["force"].return_type(*arguments), function)
     except (NumbaError, TypeError) as error:
-        raise InputError(
-            f"{describe_law(function)} cannot be compiled as (t, x, v, parameters) -> (fx, fy, fz): "
-            f"{_one_line(str(error))}"
-        ) from error
+        raise InputError(f"{describe_law(function)} cannot be compiled as {form}: {_one_line(str(error))}") from error
 
 
 def spring_law(function: Callable) -> Any:

@@ -260,11 +260,16 @@ def motor_expression(t, x, v, p):
 @entry(VECTOR, VECTOR, REAL, VECTOR)
 @kernel
 def force_expression(x, v, t, p):
-    """Force per length, N/m; three programs, one after the other, of the variables x, y, z, vx, vy, vz, t."""
+    """Force per length, N/m; three programs, one after the other, of the variables x, y, z, vx, vy, vz, t.
+
+    Of a torque the rotation matrix follows them, row after row, as it follows the position in x : (12,) float.
+    """
     variables = local_vector()
     for c in range(3):
         variables[c], variables[3 + c] = x[c], v[c]
     variables[6] = t
+    for c in range(3, x.size):
+        variables[4 + c] = x[c]
     second = 1 + int(p[0])
     third = second + 1 + int(p[second])
     return evaluate(p, 0, variables), evaluate(p, second, variables), evaluate(p, third, variables)
@@ -283,12 +288,14 @@ def scalar_expression_slope(x, dx, v, dv, t, p):
 @entry(VECTOR, VECTOR, REAL, VECTOR)
 @kernel
 def force_expression_slope(x, v, t, p):
-    """Derivative of `force_expression` along a direction; x, v : (6,) float, values and derivatives by turns."""
+    """Derivative of `force_expression` along a direction; x, v : twice as long, values and derivatives by turns."""
     variables, rates = local_vector(), local_vector()
     for c in range(3):
         variables[c], rates[c] = x[2 * c], x[2 * c + 1]
         variables[3 + c], rates[3 + c] = v[2 * c], v[2 * c + 1]
     variables[6], rates[6] = t, 0.0
+    for c in range(3, x.size // 2):
+        variables[4 + c], rates[4 + c] = x[2 * c], x[2 * c + 1]
     second = 1 + int(p[0])
     third = second + 1 + int(p[second])
     return (

@@ -67,13 +67,63 @@ def _force_difference(law, p, t, x, v, of, c):
     return scale * (fx - gx), scale * (fy - gy), scale * (fz - gz)
 
 
+@inlined
+def _seeds(d, x, v):
+    """Values of x and v in the scratch d with derivatives that are zero, as laws for dual numbers take them."""
+    n = x.size
+    dx, dv = d[0 : 2 * n], d[2 * n : 2 * n + 6]
+    for c in range(n):
+        dx[2 * c], dx[2 * c + 1] = x[c], 0.0
+    for c in range(3):
+        dv[2 * c], dv[2 * c + 1] = v[c], 0.0
+    return dx, dv
+
+
+@kernel
+def torque_law_turns(law, p, t, x, v, A, row):
+    """A[row : row + 3, :3] = derivative of a torque's law by a turn of its body about the inertial axes.
+
+    Parameters
+    ----------
+    x : (12,) float, position and rotation matrix R, row after row; dR = e x R of a turn about e
+    """
+    d, e = local_vector(), local_vector()
+    dx, dv = _seeds(d, x, v)
+    for c in range(3):
+        i, j = (c + 1) % 3, (c + 2) % 3
+        for k in range(3):
+            e[3 * c + k], e[3 * i + k], e[3 * j + k] = 0.0, -x[3 + 3 * j + k], x[3 + 3 * i + k]
+        if has_slope(law):
+            for k in range(9):
+                dx[7 + 2 * k] = e[k]
+            fx, fy, fz = force_slope_at(law)(dx, dv, t, p)
+        else:
+            for k in range(9):
+                d[k], d[9 + k] = x[3 + k] + STEP * e[k], x[3 + k] - STEP * e[k]
+            fx, fy, fz = _turn_difference(law, p, t, x, v, d)
+        A[row, c], A[row + 1, c], A[row + 2, c] = fx, fy, fz
+
+
+@inlined
+def _turn_difference(law, p, t, x, v, ends):
+    """Central difference of a torque's law between two rotation matrices, `ends`; x is left as it was."""
+    kept = ends[18:27]
+    for k in range(9):
+        kept[k], x[3 + k] = x[3 + k], ends[k]
+    fx, fy, fz = force_law_at(law)(x, v, t, p)
+    for k in range(9):
+        x[3 + k] = ends[9 + k]
+    gx, gy, gz = force_law_at(law)(x, v, t, p)
+    for k in range(9):
+        x[3 + k] = kept[k]
+    scale = 0.5 / STEP
+    return scale * (fx - gx), scale * (fy - gy), scale * (fz - gz)
+
+
 @kernel
 def add_force_law_gradient(law, p, t, x, v, c_x, c_v, scale, A, row):
     """A[row : row + 3, :3] += scale (c_x df/dx + c_v df/dv) of a force law; x and v are left as they were."""
-    d = local_vector()
-    dx, dv = d[0:6], d[6:12]
-    for c in range(3):
-        dx[2 * c], dx[2 * c + 1], dv[2 * c], dv[2 * c + 1] = x[c], 0.0, v[c], 0.0
+    dx, dv = _seeds(local_vector(), x, v)
     for c in range(3):
         if has_slope(law):
             dx[2 * c + 1], dv[2 * c + 1] = c_x, c_v

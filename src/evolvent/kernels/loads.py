@@ -5,7 +5,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, force_law_at, indirect, inlined
-from evolvent.kernels.law_slopes import force_law_gradient
+from evolvent.kernels.law_slopes import force_law_gradient, torque_law_turns
 from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rigid import DRIVEN, FREE
 from evolvent.kernels.rotations import cross, turn, turn_back
@@ -113,12 +113,20 @@ def node_share(loads, k, i, span):
 
 @inlined
 def _note_state(y, k, model):
-    """Position and velocity, of a torque angular velocity, of the marker of load k into model.scratch[1:]."""
+    """What the law of load k is called with: position and velocity of its marker, of a torque `pose` and rate.
+
+    A pose is the position and, row after row, the rotation matrix of the body, whose columns are its axes.
+    """
     m, x, v = model.loads[k].target, model.scratch[1], model.scratch[2]
-    x[0], x[1], x[2], v[0], v[1], v[2] = marker_kinematics(y, model.markers, model.points, model.bodies, m)
+    px, py, pz, v[0], v[1], v[2] = marker_kinematics(y, model.markers, model.points, model.bodies, m)
     if model.loads[k].kind == TORQUE:
-        w = model.bodies[model.markers[m].index].w
+        x, w, R = model.pose, model.bodies[model.markers[m].index].w, model.bodies[model.markers[m].index].R
         v[0], v[1], v[2] = w[0], w[1], w[2]
+        for r in range(3):
+            for c in range(3):
+                x[3 + 3 * r + c] = R[r, c]
+    x[0], x[1], x[2] = px, py, pz
+    return x, v
 
 
 @inlined
@@ -148,7 +156,7 @@ def _factor(t, k, model):
 
 @inlined
 def _load_at_marker(t, y, k, value, model):
-    """Force or torque of load k at its marker, inertial axes: three floats; of a law its state is in model.scratch.
+    """Force or torque of load k at its marker, inertial axes: three floats.
 
     Parameters
     ----------
@@ -159,9 +167,9 @@ def _load_at_marker(t, y, k, value, model):
     i = model.markers[loads[k].target].index
     fx, fy, fz = value * p[0], value * p[1], value * p[2]
     if loads[k].law != 0:
-        _note_state(y, k, model)
+        x, v = _note_state(y, k, model)
         q = model.parameters[loads[k].law_first : loads[k].law_last]
-        gx, gy, gz = force_law_at(loads[k].law)(model.scratch[1], model.scratch[2], t, q)
+        gx, gy, gz = force_law_at(loads[k].law)(x, v, t, q)
         fx, fy, fz = fx * gx, fy * gy, fz * gz
     if p[FRAME] != 0.0:
         fx, fy, fz = turn(bodies[i].R, fx, fy, fz)
@@ -227,18 +235,21 @@ def add_load_tangents(t, y, c_rate, turning, model, matrix):
 
 
 @inlined
-def _law_slopes(t, k, value, c_rate, model, G):
-    """Derivatives of load k, a law, by position, G[:3, :3], and by velocity, G[3:6, :3], at the noted state."""
+def _law_slopes(t, y, k, value, c_rate, model, G):
+    """Derivatives of load k, a law: by position, G[:3, :3], velocity, G[3:6, :3], and turn of a torque, G[6:9, :3]."""
     loads = model.loads
     p = model.parameters[loads[k].first : loads[k].last]
     q = model.parameters[loads[k].law_first : loads[k].law_last]
-    x, v = model.scratch[1], model.scratch[2]
+    x, v = _note_state(y, k, model)
     force_law_gradient(loads[k].law, q, t, x, v, 1.0, 0.0, G, 0)
     force_law_gradient(loads[k].law, q, t, x, v, 0.0, 1.0 if c_rate != 0.0 else 0.0, G, 3)
+    if loads[k].kind == TORQUE:
+        torque_law_turns(loads[k].law, q, t, x, v, G, 6)
     for c in range(3):
         for d in range(3):
             G[c, d] *= value * p[c]
             G[3 + c, d] *= value * p[c]
+            G[6 + c, d] *= value * p[c]
 
 
 @inlined
@@ -290,7 +301,7 @@ def add_load_tangent(t, y, k, c_rate, turning, model, matrix):
         markers[m].index, loads[k].law != 0, loads[k].kind == TORQUE, f.K12, f.K24, f.J[0], f.J[1]
     )  # fmt: skip
     if by_law:
-        _law_slopes(t, k, value, c_rate, model, G)
+        _law_slopes(t, y, k, value, c_rate, model, G)
     if markers[m].kind == ON_POINT:
         at = model.points[i].iv - model.info.nq
         add_block(matrix, at, at, G, 0, 0, 3, 3, -1.0)
@@ -305,7 +316,7 @@ def add_load_tangent(t, y, k, c_rate, turning, model, matrix):
             K[18 + a, c] = 0.0
     if p[FRAME] != 0.0:
         if by_law:
-            for row in range(0, 6, 3):
+            for row in range(0, 9, 3):
                 for d in range(3):
                     G[row, d], G[row + 1, d], G[row + 2, d] = turn(R, G[row, d], G[row + 1, d], G[row + 2, d])
         _fixed_columns(model, i, fx, fy, fz, L)
@@ -314,6 +325,9 @@ def add_load_tangent(t, y, k, c_rate, turning, model, matrix):
                 K[18 + a, c] += L[a, c]
     if by_law:
         _add_change(K, 1.0, G, 0, J, n)
+        if is_torque:
+            _turn_columns(bodies, i, n, L)
+            _add_change(K, 1.0, G, 6, L, n)
         if c_rate != 0.0:
             w = bodies[i].w
             wx, wy, wz = w[0], w[1], w[2]

@@ -416,6 +416,7 @@ class Model(Struct):
     pairs : (np, 4) int, coupled rows r and q < r, and the sides that they share
     A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
     scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch
+    pose : (12,) float, scratch, what the law of a torque is called with: position and attitude of its body
     flexible : Flexible
     addresses : of functions that compiled code calls by address (`evolvent.compiled.jit.Indirect`)
     """
@@ -443,6 +444,7 @@ class Model(Struct):
     A: Array = array(2)
     la: Array = array(1)
     scratch: Array = array(2)
+    pose: Array = array(1)
     dy: Array = array(2)
     sums: Array = array(2)
     flexible: Flexible = struct(Flexible)

@@ -192,8 +192,8 @@ def _paper(torque: float) -> Any:
     from evolvent.papers.rib_runs import winding
 
     return winding(
-        "wrapped-rib-paper", solver__method="energy-momentum", contact__law="hunt-crossley", solver__step="auto",
-        drive__torque=torque, damping__alpha=0.5, solver__duration=150.0,
+        "wrapped-rib-paper", solver__method="energy-momentum", solver__step="auto", drive__torque=torque,
+        damping__alpha=0.5, solver__duration=150.0,
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from evolvent.parts.guide import Guide
 from evolvent.parts.joint import Joint, PrescribedMotion, PrescribedRotation
 from evolvent.parts.link import Link
 from evolvent.parts.load import Force, LawLoad, PanelRadiation, RadiationPressure, Torque, UniformLoad
+from evolvent.parts.magnetic import MagneticTorque
 from evolvent.parts.motor import Motor
 from evolvent.parts.point import Point
 from evolvent.parts.profile import Profile
@@ -54,6 +55,7 @@ __all__ = [
     "LawLoad",
     "LineLoad",
     "Link",
+    "MagneticTorque",
     "Motor",
     "Orbit",
     "PanelRadiation",

@@ -30,20 +30,15 @@ class Part(Section):
         """Append rows, coordinates and parameters; register `name`."""
         raise NotImplementedError(f"{type(self).__name__} has no write()")
 
-    def observe(self, view: Any, name: str) -> Any:
-        """Results of a part of another package, in place of those of its family; None for these.
+    def observe(self, view: Any, name: str, found: Any) -> None:
+        """Add results of the part to those of its family.
 
         Parameters
         ----------
         view : evolvent.results.observe.View, of the finished run
         name : str, of the part
-
-        Returns
-        -------
-        evolvent.results.observe.Observed or None
-            `evolvent.results.observe.of_family` gives those of the family, to which more can be added.
+        found : evolvent.results.observe.Observed, results of its family; what it holds may be changed
         """
-        return None
 
     def as_keys(self) -> dict[str, Any]:
         """The part as plain values of a case file, with units: its kind, and what differs from the defaults."""

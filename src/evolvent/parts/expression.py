@@ -21,11 +21,16 @@ from evolvent.kernels import expression as kernels
 VARIABLES = {
     "spring": ("x", "v", "t"),
     "force": ("x", "y", "z", "vx", "vy", "vz", "t"),
+    "torque": (
+        "x", "y", "z", "vx", "vy", "vz", "t", "r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33",
+    ),
     "drive": ("t",),
     "motor": ("x", "v", "t"),
-}
+}  # fmt: skip
+#: Kinds with three numbers.
+_VECTORS = ("force", "torque")
 _EXAMPLES = {"spring": "k*x + k3*x**3", "force": "[-c*vx, -c*vy, -c*vz]", "drive": "a*(1 - cos(w*t))", "event": "t - 2",
-             "motor": "-k*x - c*v"}  # fmt: skip
+             "motor": "-k*x - c*v", "torque": "[-c*vx, -c*vy, m*r11]"}  # fmt: skip
 _RUN = {
     "spring": kernels.spring_expression,
     "force": kernels.force_expression,
@@ -46,7 +51,7 @@ class Law(Annotation):
 
     Parameters
     ----------
-    kind : {"spring", "force", "drive", "event", "motor"}
+    kind : {"spring", "force", "torque", "drive", "event", "motor"}
     python : bool, whether a Python law is allowed
     """
 
@@ -57,7 +62,7 @@ class Law(Annotation):
     def allowed(self) -> str:
         """What is allowed, as the end of a sentence."""
         example = _EXAMPLES[self.kind]
-        text = f"{example!r}" if self.kind != "force" else f"three of them, {example}"
+        text = f"{example!r}" if self.kind not in _VECTORS else f"three of them, {example}"
         function = f", or a function under @evolvent.{self.kind}_law" if self.python else ""
         return f"an expression such as {text}{function}"
 
@@ -65,14 +70,14 @@ class Law(Annotation):
         """`value`, an expression with single blanks."""
         if callable(value) and self.python:
             return value
-        texts = value if self.kind == "force" and isinstance(value, (list, tuple)) else [value]
-        if not all(isinstance(text, str) for text in texts) or (self.kind == "force" and len(texts) != 3):
+        texts = value if self.kind in _VECTORS and isinstance(value, (list, tuple)) else [value]
+        if not all(isinstance(text, str) for text in texts) or (self.kind in _VECTORS and len(texts) != 3):
             raise PydanticCustomError("law", "it must be {allowed}", {"allowed": self.allowed})
         try:
             found = tuple(expressions.check_grammar(text) for text in texts)
         except ValueError as error:
             raise PydanticCustomError("expression", "{why}", {"why": str(error)}) from None
-        return found if self.kind == "force" else found[0]
+        return found if self.kind in _VECTORS else found[0]
 
     def write(self, value: Any) -> Any:
         """`value` as a case file holds it."""
@@ -87,7 +92,7 @@ class Law(Annotation):
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A text, or three."""
         text: dict[str, Any] = {"type": "string"}
-        if self.kind == "force":
+        if self.kind in _VECTORS:
             return {"type": "array", "items": text, "minItems": 3, "maxItems": 3, "description": self.allowed}
         return {**text, "description": self.allowed}
 
@@ -145,6 +150,7 @@ def _number(value: Any, allowed: str) -> float:
 
 SpringLaw = Annotated[Any, Law("spring")]
 ForceLaw = Annotated[Any, Law("force")]
+TorqueLaw = Annotated[Any, Law("torque")]
 DriveLaw = Annotated[Any, Law("drive")]
 EventLaw = Annotated[Any, Law("event")]
 MotorLaw = Annotated[Any, Law("motor")]
@@ -186,7 +192,7 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
     builder : Builder
     name : str, of the part
     law : compiled Python law, or expression
-    kind : {"spring", "force", "drive", "event", "motor"}
+    kind : {"spring", "force", "torque", "drive", "event", "motor"}
     parameters : of a Python law; constants : of an expression
     key : str, the key that holds the law, for messages
     variables : of an expression; those of `VARIABLES` if left out
@@ -200,14 +206,20 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
     ------
     InputError
     """
+    form = "force" if kind == "torque" else kind  # of the function, whose position goes on with the attitude
     if callable(law):
         if constants:
             raise InputError(f"{name}.constants are those of an expression; a Python law takes {name}.parameters")
+        if getattr(law, "needs_attitude", False) and kind != "torque":
+            raise InputError(
+                f"{name}.{key} is {law.__name__!r}, a law under @evolvent.torque_law, which is for torques on bodies "
+                f"and nodes of rods; use @evolvent.force_law here"
+            )
         first, last = builder.parameters(parameters)
-        return {"law": builder.law(law, kind), "first": first, "last": last}
+        return {"law": builder.law(law, form), "first": first, "last": last}
     if len(parameters):
         raise InputError(f"{name}.parameters are those of a Python law; an expression takes {name}.constants")
-    texts = law if kind == "force" else (law,)
+    texts = law if kind in _VECTORS else (law,)
     known = variables or VARIABLES[kind]
     programs = [expressions.compile_expression(text, known, constants, name=f"{name}.{key}") for text in texts]
     refuse_unused(f"{name}.constants", constants, f"{name}.{key}", texts)
@@ -215,4 +227,4 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
     code = [*before, *(number for program in programs for number in program.code)]
     shown = ", ".join(repr(program.text) for program in programs)
     what = "the expression" if len(programs) == 1 else "the expressions"
-    return builder.expression(_RUN[kind], kind, code, f"{what} {shown}", _SLOPES.get(kind))
+    return builder.expression(_RUN[form], form, code, f"{what} {shown}", _SLOPES.get(form))

@@ -19,7 +19,7 @@ from evolvent.kernels.flexible import CABLE
 from evolvent.parts.base import Part, PointReference, ThreadName, unit
 from evolvent.parts.beam import node_of
 from evolvent.parts.beam_load import add_beam_load, refuse_beside_law
-from evolvent.parts.expression import Constants, ForceLaw, Parameters, refuse_without_law, write_law
+from evolvent.parts.expression import Constants, ForceLaw, Parameters, TorqueLaw, refuse_without_law, write_law
 from evolvent.parts.load_window import FRAMES, Frame, window
 from evolvent.parts.profile import ForceProfile, TorqueProfile, write_profile
 
@@ -256,8 +256,10 @@ class Torque(Part):
     profile : optional
         Value of the torque about `axis`, N m, as a function of time.
     law : list of three expressions, optional
-        Tx, Ty and Tz, N m, of the position x, y, z (m), angular velocity vx, vy, vz (rad/s), inertial axes, and t (s);
-        or a function under ``@evolvent.force_law``: ``law(x, w, t, parameters) -> (Tx, Ty, Tz)``.
+        Tx, Ty and Tz, N m, of the position x, y, z (m), angular velocity vx, vy, vz (rad/s), inertial axes, t (s), and
+        r11 to r33, the rotation matrix of the body, whose columns are its axes; or a function under
+        ``@evolvent.torque_law``: ``law(t, x, R, w, parameters) -> (Tx, Ty, Tz)``. On a beam's node there is no R: an
+        expression without it, or a function under ``@evolvent.force_law``: ``law(x, w, t, parameters)``.
     parameters : list of float
         Of a Python law.
     constants : mapping of names to float
@@ -283,7 +285,7 @@ class Torque(Part):
     torque: units.TorqueVector | None = None
     axis: units.Direction | None = None
     profile: TorqueProfile | None = None
-    law: ForceLaw | None = None
+    law: TorqueLaw | None = None
     parameters: Parameters = ()
     constants: Constants | None = None
     frame: Frame = "inertial"
@@ -396,6 +398,7 @@ def _write_load(builder: Builder, name: str, kind: int, target: int, load: Force
     if load.profile is not None:
         values += write_profile(builder, f"{name}.profile", load.profile)
     if load.law is not None:
-        found = write_law(builder, name, load.law, "force", load.parameters, load.constants)
+        of = "torque" if kind == kernels.TORQUE else "force"
+        found = write_law(builder, name, load.law, of, load.parameters, load.constants)
         fields |= {"law": found["law"], "law_first": found["first"], "law_last": found["last"]}
     _add(builder, name, kind, target, **_parameters(builder, values), **fields)

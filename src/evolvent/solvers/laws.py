@@ -259,8 +259,11 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
         marker = model.markers[use.row["target"]]
         found = springs.marker_kinematics(y, model.markers, model.points, model.bodies, use.row["target"])
         is_torque = use.row["kind"] == loads.TORQUE
-        v = model.bodies["w"][marker["index"]].copy() if is_torque else np.array(found[3:])
-        yield np.array(found[:3]), v, time
+        body = model.bodies[marker["index"]]
+        x, v = np.array(found[:3]), np.array(found[3:])
+        if is_torque:
+            x, v = np.concatenate([x, body["R"].ravel()]), body["w"].copy()
+        yield x, v, time
     elif use.family == "beam_loads":
         iq, iv = (int(use.row[key]) for key in ("iq", "iv"))
         if iq < 0:

@@ -122,6 +122,8 @@ RotationVector = Annotated[Triple, Vector(quantity=_ANGLE)]
 Moments = Annotated[Triple, Vector(quantity=_INERTIA)]
 Products = Annotated[Triple, Vector(quantity=_PRODUCT)]
 Curvatures = Annotated[Triple, Vector(quantity=Quantity(what="a curvature", unit="1/m", example="0.1 1/m"))]
+MagneticMoment = Annotated[Triple, Vector(quantity=Quantity(what="a magnetic moment", unit="A m^2", example="2 A m^2"))]
+MagneticField = Annotated[Triple, Vector(quantity=Quantity(what="a magnetic field", unit="T", example="30 uT"))]
 Times = Annotated[tuple[float, ...], Vector(quantity=Quantity(**_TIME), size=0)]
 Direction = Annotated[Triple, Vector(quantity=_PLAIN, direction=True)]
 Quaternion = Annotated[

@@ -1,7 +1,6 @@
 """Observations: the named results of every part of a finished run, one function a family.
 
-`observe` reads them off a solution. A part of another package may override `evolvent.parts.base.Part.observe`, which
-stands in place of its family's function.
+`observe` reads them off a solution. A part may add its own by `evolvent.parts.base.Part.observe`.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from evolvent.results.observe.variables import Observed, Variable
 from evolvent.results.observe.view import View
 from evolvent.solvers.solution import Solution
 
-__all__ = ["OBSERVERS", "Observed", "Variable", "View", "observe", "of_family"]
+__all__ = ["OBSERVERS", "Observed", "Variable", "View", "observe", "observe_part"]
 
 #: Function of each family of named parts.
 OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
@@ -75,17 +74,18 @@ def observe(solution: Solution, parts: Iterable[str] | None = None) -> dict[str,
     view = View.of(solution)
     found = {}
     for name in view.assembly.names if parts is None else dict.fromkeys(parts):
-        part = view.assembly.parts.get(name)
-        if part is None:  # the ground, or none
+        if name not in view.assembly.parts:  # the ground, or none
             continue
-        own = part.observe(view, name) or of_family(view, name)
-        if own is not None:
+        own = observe_part(view, name)
+        if own.variables:
             symbols.add_symbols(view, name, own)
             found[name] = own
     return found
 
 
-def of_family(view: View, name: str) -> Observed | None:
-    """Named results of a part by its family; None of an event, which has none."""
+def observe_part(view: View, name: str) -> Observed:
+    """Named results of a part, by its family and its own; nothing of an event."""
     function = OBSERVERS.get(view.assembly.names[name][0])
-    return None if function is None else function(view, name)
+    found = Observed() if function is None else function(view, name)
+    view.part(name).observe(view, name, found)
+    return found

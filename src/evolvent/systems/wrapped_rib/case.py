@@ -157,11 +157,10 @@ class Case(Section):
 
     @property
     def method(self) -> str:
-        """The time integration; `auto` is generalized-alpha for the paper's laws of contact and damping only."""
+        """The time integration; `auto` is generalized-alpha for the paper's law of damping only."""
         if self.solver.method != "auto":
             return self.solver.method
-        paper = self.contact.law == "paper" or (self.damping.kind == "paper" and self.damping.beta > 0.0)
-        return ALPHA if paper else ENERGY
+        return ALPHA if self.damping.kind == "paper" and self.damping.beta > 0.0 else ENERGY
 
     @property
     def contact_spacing(self) -> float:

@@ -288,7 +288,7 @@ class Solver(Section):
     """The time integration."""
 
     method: Literal["auto", "energy-momentum", "generalized-alpha", "rk4", "heun"] = key(
-        "auto", "auto: energy-momentum, which gains no energy at any step; with the paper's laws generalized-alpha"
+        "auto", "auto: energy-momentum, which gains no energy at any step; with the paper's damping generalized-alpha"
     )
     duration: units.DurationOrAuto = key(
         "auto", "auto: wind: 1.2 times as long as a string takes; hold: hold.time; deploy: the closed form's end"
