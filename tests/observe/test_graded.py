@@ -7,7 +7,7 @@ import pytest
 
 from evolvent import System, elements, parts
 from evolvent.view import drawing
-from observe.seeing import Seen, at_rest, close
+from observe.seeing import Seen, at_rest, close, run
 
 LENGTHS = np.array([1.0, 3.0, 2.0, 2.0]) / 8.0
 ARC = np.append(0.0, np.cumsum(LENGTHS))
@@ -116,3 +116,16 @@ def test_how_wide_sections_are_drawn(section: elements.CrossSection, kind: str, 
     motion = drawing.motion_of(at_rest(system).tree)
     assert motion is not None
     assert (motion.lines[0].kind, motion.lines[0].width) == (kind, pytest.approx(width))
+
+
+def test_resultant_of_a_line_load_by_a_law() -> None:
+    """A force per length x along a straight beam: integral x ds = 1/2."""
+    system, square = System(), elements.Rectangle(thickness=0.05, width=0.05)
+    stiff = elements.Material(young_modulus=2e8, poisson_ratio=0.0, density=1000.0)
+    system.add(
+        parts.Beam(length=1.0, section=square, material=stiff, elements=4, formulation="cable", grading=(1, 3, 2, 2)),
+        "beam",
+    )
+    system.add(parts.LineLoad(beam="beam", law=["0", "x", "0"]), "load")
+    found = run(system, [0.0, 1e-4], "generalized-alpha", step=1e-4)
+    close(found.of("load", "force")[0], np.array([0.0, 0.5, 0.0]))

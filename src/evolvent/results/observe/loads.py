@@ -115,7 +115,8 @@ def observe_beam_load(view: View, name: str) -> Observed:
     times = (float(row["start"]), float(row["end"]), float(row["ramp"]))
     after, (vector, power) = strength(view, *times, at), fields_of(view, "beam_loads", view.index(name))
     beam, (nodes, _) = view.model.flexible.beams[row["beam"]], view.nodes(int(row["beam"]))
-    follows, what, along = families.follows(view.model.flexible.beam_loads)[view.index(name)], "force", None
+    follows, what = families.follows(view.model.flexible.beam_loads)[view.index(name)], "force"
+    along: Array | None = None
     if row["kind"] == beam_loads.LINE:
         own = slice(int(beam["first_element"]), int(beam["first_element"] + beam["elements"]))
         place = mean_of(nodes, view.model.flexible.elements["length"][own])
