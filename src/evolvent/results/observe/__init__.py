@@ -28,7 +28,7 @@ from evolvent.results.observe.variables import Observed, Variable
 from evolvent.results.observe.view import View
 from evolvent.solvers.solution import Solution
 
-__all__ = ["OBSERVERS", "Observed", "Variable", "View", "observe", "of_family"]
+__all__ = ["OBSERVERS", "Observed", "Variable", "View", "has_results", "observe", "of_family"]
 
 #: Function of each family of named parts.
 OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
@@ -83,6 +83,14 @@ def observe(solution: Solution, parts: Iterable[str] | None = None) -> dict[str,
             symbols.add_symbols(view, name, own)
             found[name] = own
     return found
+
+
+def has_results(solution: Solution, name: str) -> bool:
+    """Whether `observe` finds results of a part, without those of its family: of an event there are none."""
+    part = solution.assembly.parts.get(name)
+    if part is None:  # the ground
+        return False
+    return solution.assembly.names[name][0] in OBSERVERS or part.observe(View.of(solution), name) is not None
 
 
 def of_family(view: View, name: str) -> Observed | None:
