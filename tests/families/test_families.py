@@ -75,7 +75,7 @@ def reference(family: str) -> Array:
     """Motion of a case by Dormand-Prince at a tight tolerance."""
     case = CASES[family]()
     assembly = case.system().assemble()
-    return case.seen(assembly, solve(assembly, samples=case.times, method="dopri5", rtol=1e-11, atol=1e-13).y)
+    return case.seen(assembly, solve(assembly, samples=case.times, method="dopri5", rtol=1e-10, atol=1e-12).y)
 
 
 def check_motion(row: Family, case: Case, variant: str) -> None:

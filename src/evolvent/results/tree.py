@@ -2,18 +2,23 @@
 
 A group's attributes say how the part is drawn and plotted (``drawn``, ``plots`` and ``plots_along``, JSON), so that a
 file needs nothing beside itself to be shown. ``variables`` lists what was written: a damaged file is recognised.
+
+A group is made when one of its variables or attributes is first asked for: observing the parts of a small structure
+takes more time than its run.
 """
 
 from __future__ import annotations
 
+import functools
 import json
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from evolvent import results
-from evolvent.results.observe import Observed, observe
+from evolvent.results.observe import has_results, observe
 from evolvent.results.observe.variables import AXES
 from evolvent.solvers import balance as eb
 from evolvent.solvers.solution import Solution
@@ -43,15 +48,81 @@ def tree_of(
     balances : bool, whether the root has energies and momenta
     """
     tree = xr.DataTree(root_of(solution, root or {}, balances=balances))
-    # assigned at once: DataTree.from_dict copies the tree with every group, three times the time
-    tree.children = {name: xr.DataTree(_group(solution, name, found)) for name, found in observe(solution).items()}
-    tree.attrs = attrs | {"variables": results.variables_of(tree), "parts": json.dumps(list(tree.children))}
+    names = [name for name in solution.assembly.names if has_results(solution, name)]
+    _attach(tree, {name: _Later.of(functools.partial(_group, solution, name)) for name in names})
+    tree.attrs = attrs | {"variables": results.variables_of(tree), "parts": json.dumps(names)}
     return tree
 
 
-def _group(solution: Solution, name: str, found: Observed) -> xr.Dataset:
+#: Attributes of a node with its data, which are slots of xarray's class.
+_DATA = (
+    "_data_variables", "_node_coord_variables", "_node_dims", "_node_indexes", "_encoding", "_attrs", "_close",
+)  # fmt: skip
+#: Whether xarray's class is as `_Later` needs it; if not, groups are made at once.
+_CAN_WAIT = set(_DATA) < set(xr.DataTree.__slots__) and hasattr(xr.DataTree(), "__dict__")
+
+
+class _Later(xr.DataTree):
+    """A node whose data set is made when it is first asked for; it is a plain node from then on.
+
+    Python calls `__getattr__` for a slot that is not set.
+    """
+
+    __slots__ = ()
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self.__class__ = xr.DataTree  # type: ignore[assignment]  # xarray makes new nodes of the class of an old one
+
+    @classmethod
+    def of(cls, make: Callable[[], xr.Dataset]) -> xr.DataTree:
+        """A node without a parent, whose data set `make` returns."""
+        if not _CAN_WAIT:
+            return xr.DataTree(make())
+        node = cls.__new__(cls)
+        node._name = node._parent = None
+        node._children, node._cache = {}, {}
+        node.__dict__["make"] = make
+        return node
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in _DATA:
+            return super().__getattr__(name)
+        self._fill()
+        return getattr(self, name)
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        self._fill()
+        return self.__reduce_ex__(protocol)
+
+    def _fill(self) -> None:
+        """Make the data set."""
+        make = self.__dict__.get("make")
+        if make is None:  # another thread was first
+            return
+        made = xr.DataTree(make())
+        for slot in _DATA:
+            setattr(self, slot, getattr(made, slot))
+        self.__class__ = xr.DataTree  # type: ignore[assignment]
+        self.__dict__.pop("make", None)
+
+
+def _attach(tree: xr.DataTree, groups: dict[str, xr.DataTree]) -> None:
+    """Attach groups to a tree without groups.
+
+    Where they wait, without xarray's check that they have the same coordinates, for which it would ask for them.
+    """
+    if not _CAN_WAIT:
+        tree.children = groups
+        return
+    for name, group in groups.items():
+        tree._children[name] = group
+        group._name, group._parent = name, tree
+
+
+def _group(solution: Solution, name: str) -> xr.Dataset:
     """Variables and coordinates of a part, and how it is drawn and plotted."""
-    part = solution.assembly.parts[name]
+    found, part = observe(solution, [name])[name], solution.assembly.parts[name]
     attrs = {
         "kind": type(part).model_fields["kind"].default,
         "drawn": json.dumps(found.drawn),

@@ -96,7 +96,8 @@ def stability_limit(method: Method, mode: Mode, duration: float) -> float:
         return math.inf
     half = 0.5 * mode.damping_rate
     root = np.sqrt(complex(half * half - mode.frequency**2))
-    poles = [complex(-half + root), complex(-half - root), complex(-mode.largest_damping_rate)]
+    poles = {complex(-half + root), complex(-half - root), complex(-mode.largest_damping_rate)}
+    poles = {pole for pole in poles if pole and pole.imag >= 0.0}  # |R| is 1 at 0, and the same of a conjugate
     polynomial = stability_polynomial(method)
 
     def stable(h: Any) -> Any:

@@ -27,7 +27,7 @@ from evolvent.results.observe.variables import Observed, Variable
 from evolvent.results.observe.view import View
 from evolvent.solvers.solution import Solution
 
-__all__ = ["OBSERVERS", "Observed", "Variable", "View", "observe", "observe_part"]
+__all__ = ["OBSERVERS", "Observed", "Variable", "View", "has_results", "observe", "observe_part"]
 
 #: Function of each family of named parts.
 OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
@@ -81,6 +81,13 @@ def observe(solution: Solution, parts: Iterable[str] | None = None) -> dict[str,
             symbols.add_symbols(view, name, own)
             found[name] = own
     return found
+
+
+def has_results(solution: Solution, name: str) -> bool:
+    """Whether `observe` finds results of a part, without those of its family: of an event there are none."""
+    if name not in solution.assembly.parts:  # the ground
+        return False
+    return solution.assembly.names[name][0] in OBSERVERS or bool(observe_part(View.of(solution), name).variables)
 
 
 def observe_part(view: View, name: str) -> Observed:

@@ -1,0 +1,78 @@
+"""The tree of a run: variables that are made when one is first asked for, and the same tree as if they were there."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import re
+
+import pytest
+import xarray as xr
+
+from evolvent import System, parts
+from evolvent.results import observe, tree
+
+#: What xarray numbers the elements of a page by.
+IDENTITY = re.compile("[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+
+
+def run() -> xr.DataTree:
+    """A point mass on a spring, and an event, which has no results."""
+    system = System()
+    bob = system.add(parts.Point(mass=1.0, position=(1.1, 0.0, 0.0)), name="bob")
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b=bob, length=1.0, stiffness=100.0), name="spring")
+    system.add(parts.Event(law="x - 2.0", variables={"x": "bob.position.x"}), name="far")
+    return system.simulate(until=0.1, every=0.05)
+
+
+@pytest.fixture
+def observed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of the parts whose results were made, in order."""
+    made: list[str] = []
+    real = observe.of_family
+    monkeypatch.setattr(observe, "of_family", lambda view, name: made.append(name) or real(view, name))
+    return made
+
+
+def test_variables_of_a_part_are_made_when_one_is_asked_for(observed):
+    found = run()
+    assert (found.attrs["status"], list(found.children), observed) == ("success", ["bob", "spring"], [])
+    assert found["bob"]["position"].sizes == {"time": 3, "axis": 3}
+    assert found["bob"]["speed"].sizes["time"] == found.sizes["time"] == 3
+    assert observed == ["bob"]
+    assert type(found["bob"]) is type(found) is xr.DataTree
+    assert repr(found)
+    assert observed == ["bob", "spring"]
+
+
+@pytest.mark.parametrize(
+    "same",
+    [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one)), lambda one: one.isel(time=slice(None)),
+     lambda one: one.map_over_datasets(lambda dataset: dataset), xr.DataTree.copy],
+    ids=["copy", "deepcopy", "pickle", "isel", "map", "own"],
+)  # fmt: skip
+def test_a_tree_that_waits_is_the_tree_that_was_made_at_once(same, monkeypatch):
+    found = same(run())
+    monkeypatch.setattr(tree, "_CAN_WAIT", False)
+    at_once = run()
+    assert {type(node) for node in found.subtree} == {xr.DataTree}
+    for attributes in (found.attrs, at_once.attrs):
+        for key in ("date", "wall_time_s", "compile_time_s"):
+            attributes.pop(key)
+    assert found.identical(at_once)
+    pages = [IDENTITY.sub("", one._repr_html_()) for one in (found, at_once)]
+    assert pages[0] == pages[1]
+
+
+def test_a_part_of_a_tree_that_waits_can_be_pickled_and_cut_off():
+    group = pickle.loads(pickle.dumps(run()["spring"]))
+    assert "force" in group.data_vars
+    alone = run()
+    part = alone["spring"]
+    part.orphan()
+    assert list(alone.children) == ["bob"]
+    assert "force" in part.data_vars
+    alone["more"] = xr.DataTree(xr.Dataset({"a": 1.0}))
+    assert list(alone.children) == ["bob", "more"]
+    del alone["bob"]
+    assert list(alone.children) == ["more"]
