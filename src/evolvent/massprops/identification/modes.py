@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.elements.dense import facing
-from evolvent.massprops.identification.signals import Array, Signal, basis, fit_linear, noise_floor, split
+from evolvent.massprops.identification.signals import Array, Signal, basis, fit_linear, noise_of, split
 
 
 class OrderCriteria(NamedTuple):
@@ -310,7 +310,7 @@ def make_modes(
     residual = signal.data - fitted
     a = split(coefficients, m)
     if noise is None:
-        noise = signal.noise if signal.noise is not None else noise_floor(signal, residual, m)
+        noise = signal.noise if signal.noise is not None else noise_of(signal, np.nansum(residual**2, axis=0), m)
     size = 2 * m + 2 * m * sensors + sensors
     return Modes(
         method=method,
