@@ -198,7 +198,6 @@ FactorOrUnknown = Annotated[
     Uncertain, _kind(what="a plain number", unit="", example="1 +- 0.001", above=0.0, unknown=True)
 ]
 Gravity = Annotated[Uncertain, _kind(what="an acceleration", unit="m/s^2", example="9.81553 +- 1e-5 m/s^2", above=0.0)]
-Rate = Annotated[Uncertain, _kind(what="a sampling rate", unit="Hz", example="50 Hz +- 0.001 %", above=0.0)]
 Torsion = Annotated[
     Uncertain, _kind(what="a torsional stiffness", unit="N m/rad", example="0.35 +- 0.001 N m/rad", above=0.0)
 ]
