@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.base import progress
-from evolvent.base.errors import InputError
+from evolvent.base.errors import InputError, reason_of
 from evolvent.base.files import make_folder, writing
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
 from evolvent.results import unfinished
@@ -92,7 +92,7 @@ def write(run: Any, path: str, request: Request) -> str:
     except OSError as error:
         _clear(data)
         _clear(path)
-        raise InputError(f"cannot write into {path!r}: {(error.strerror or str(error)).lower()}") from None
+        raise InputError(f"cannot write into {path!r}: {reason_of(error)}") from None
     text = "".join(_TEXTS[kind] for kind in kinds) + _TEXT
     text = text.format(
         suffix=suffix,

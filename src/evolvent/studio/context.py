@@ -9,7 +9,7 @@ from typing import Any
 
 from nicegui import ui
 
-from evolvent.base.errors import EvolventError
+from evolvent.base.errors import EvolventError, reason_of
 from evolvent.studio.state import Studio, View
 
 
@@ -70,7 +70,7 @@ class Context(abc.ABC):
             return False
         except OSError as error:  # a full disk, a folder that may not be written to
             name = f" {pathlib.Path(error.filename).name!r}" if isinstance(error.filename, str) else ""
-            self.show_message(f"the file{name} cannot be read or written: {(error.strerror or str(error)).lower()}")
+            self.show_message(f"the file{name} cannot be read or written: {reason_of(error)}")
             return False
         return True
 

@@ -25,7 +25,7 @@ KINDS = {
 def main(kind: str, run: str, target: str) -> int:
     """Write the download `kind` of the results file `run` to `target`."""
     from evolvent.base import progress
-    from evolvent.base.errors import EvolventError
+    from evolvent.base.errors import EvolventError, reason_of
 
     send = child.channel()
     threading.Thread(target=_end_with_stdin, daemon=True).start()
@@ -36,7 +36,7 @@ def main(kind: str, run: str, target: str) -> int:
         send(error=str(error))
         return 1
     except OSError as error:
-        send(error=f"the file cannot be written: {(error.strerror or str(error)).lower()}")
+        send(error=f"the file cannot be written: {reason_of(error)}")
         return 1
     return 0
 
