@@ -508,7 +508,3 @@ class Folder:
                 path = self.inside(word)
                 return str(path) if word.endswith(".nc") else content
         return content
-
-    def check_case(self, content: Any) -> None:
-        """Refuse a case or study that names a file outside; see `placed`."""
-        self.placed(content)

@@ -424,7 +424,7 @@ class StudyPanel:
         self._go.props("loading")
         try:
             asked = await asyncio.to_thread(self._asked_study)
-            self.studio.folder.check_case(cases.parse_yaml(asked.text, asked.name))
+            self.studio.folder.placed(cases.parse_yaml(asked.text, asked.name))
         except EvolventError as error:
             self._error = str(error)
             self._show()
