@@ -41,7 +41,7 @@ def many_bodies(count: int = 121, *, drift: float = 0.0) -> Motion:
                 attitude=attitude,
                 solids=[
                     Solid.box((0.5, 0.5, 0.5)),
-                    Solid.cone((0.1, 0.25), 0.2, centre=(0.0, 0.0, 0.25)),
+                    Solid.revolution([(0.0, 0.1), (0.2, 0.25)], centre=(0.0, 0.0, 0.25)),
                     Solid.cylinder(0.12, 0.3, centre=(-0.4, 0.0, 0.0), axis=(0.0, 1.0, 0.0), turned=3.0 * time),
                 ],
             ),

@@ -1,4 +1,4 @@
-"""Mass and loads of elements against integrals over their points."""
+"""Mass of elements against integrals over their points."""
 
 from __future__ import annotations
 
@@ -14,10 +14,7 @@ from evolvent.elements import (
     Taper,
     beam_mass,
     cable_mass,
-    gravity_vector,
-    load_vector,
     straight_beam,
-    straight_cable,
 )
 from evolvent.kernels import ancf
 
@@ -68,28 +65,6 @@ def test_kinetic_energy_is_the_quadratic_form_of_the_mass_matrix(vectors, rng):
     M = beam_mass(LENGTH, BAR, MATERIAL) if vectors == 8 else cable_mass(LENGTH, BAR, MATERIAL)
     x = rng.normal(size=3 * vectors)
     assert_allclose(ancf.kinetic_energy(M, x), 0.5 * x @ np.kron(M, np.eye(3)) @ x, rtol=1e-12)
-
-
-@pytest.mark.parametrize("vectors", [8, 4])
-def test_loads_do_the_work_of_what_they_stand_for(vectors, rng):
-    straight = straight_beam(LENGTH) if vectors == 8 else straight_cable(LENGTH)
-    u = straight + rng.normal(size=3 * vectors)
-    line = (lambda x: shape(x, 0.0, 0.0)) if vectors == 8 else (lambda x: shape(x, 0.0, 0.0)[[0, 1, 4, 5]])
-    force = np.array([0.3, -0.2, 0.9])
-
-    def work(S: np.ndarray) -> float:
-        return float(np.kron(S, force) @ u)
-
-    def power(intensity) -> float:
-        return sum(w * intensity(x / LENGTH) * force @ ancf.interpolate(line(x), u) for x, w in points(8, 0.0, LENGTH))
-
-    assert_allclose(work(line(0.4)), force @ ancf.interpolate(line(0.4), u), rtol=1e-12)
-    assert_allclose(work(load_vector(LENGTH, vectors)), power(lambda xi: 1.0), rtol=1e-12)
-    ramp = load_vector(LENGTH, vectors, intensity=lambda xi: 1.0 - xi**2)
-    assert_allclose(work(ramp), power(lambda xi: 1.0 - xi**2), rtol=1e-12)
-    M = beam_mass(LENGTH, TAPER, MATERIAL) if vectors == 8 else cable_mass(LENGTH, TAPER, MATERIAL)
-    weight = power(lambda xi: MATERIAL.density * TAPER.at(xi).properties(0.3).area)
-    assert_allclose(work(gravity_vector(M)), weight, rtol=1e-12)
 
 
 def test_general_sections_have_mass_too():

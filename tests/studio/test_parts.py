@@ -150,10 +150,10 @@ def test_folder_opens_nothing_outside(tmp_path):
             folder.inside(name)
     assert folder.files(".nc") == []
     with pytest.raises(InputError, match="outside"):
-        folder.check_case({"start": "../secret.nc"})
+        folder.placed({"start": "../secret.nc"})
     with pytest.raises(InputError, match="outside"):
-        folder.check_case({"case": "../other.yaml"})
-    folder.check_case({"start": "sub/a.nc", "rate": "3 rad/s"})
+        folder.placed({"case": "../other.yaml"})
+    folder.placed({"start": "sub/a.nc", "rate": "3 rad/s"})
 
 
 def test_a_case_file_runs_no_code(tmp_path):

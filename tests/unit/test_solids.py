@@ -10,8 +10,8 @@ ROUND = np.sin(2.0 * np.pi / 48) / (2.0 * np.pi / 48)
 SOLIDS = {
     "box": (Solid.box((1.0, 2.0, 0.1)), 0.2),
     "cylinder": (Solid.cylinder(0.5, 2.0), 0.5 * np.pi * ROUND),
-    "cone": (Solid.cone((0.5, 0.0), 1.5), 0.125 * np.pi * ROUND),
-    "frustum": (Solid.cone((0.2, 0.4), 0.3), 0.1 * np.pi * (0.04 + 0.08 + 0.16) * ROUND),
+    "cone": (Solid.revolution([(0.0, 0.5), (1.5, 0.0)]), 0.125 * np.pi * ROUND),
+    "frustum": (Solid.revolution([(0.0, 0.2), (0.3, 0.4)]), 0.1 * np.pi * (0.04 + 0.08 + 0.16) * ROUND),
     "sphere": (Solid.sphere(0.3), 4.0 / 3.0 * np.pi * 0.027),
 }
 

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from evolvent.base import progress
-from evolvent.base.errors import visible
+from evolvent.base.errors import counted, visible
 
 #: Exit code of a command that was interrupted.
 INTERRUPTED = 130
@@ -94,8 +94,7 @@ def compiling(tell: Callable[[str], None] | None) -> Iterator[None]:
     def show(state: progress.Compilation) -> None:
         progress.report(COMPILING, state.done, state.needed, "functions")
         if tell is not None and state.done == 0:
-            count = "1 function" if state.needed == 1 else f"{state.needed} functions"
-            tell(f"compiling {count} for this machine, once")
+            tell(f"compiling {counted(state.needed, 'function')} for this machine, once")
 
     with progress.compilation_shown_by(show):
         yield

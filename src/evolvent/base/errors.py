@@ -57,6 +57,11 @@ def abbreviated(message: str) -> str:
     return f"{message[:half]} ... {message[-half:]}"
 
 
+def reason_of(error: OSError) -> str:
+    """What an error of the operating system says, as the end of a sentence."""
+    return (error.strerror or str(error)).lower()
+
+
 def nearest(word: str, known: Iterable[str]) -> str:
     """A closing half sentence with the known word nearest to `word`, or with all of them."""
     words = sorted(known)

@@ -17,7 +17,7 @@ import uuid
 from collections.abc import Iterator
 from typing import Any
 
-from evolvent.base.errors import InputError
+from evolvent.base.errors import InputError, reason_of
 
 #: Name of a temporary file: computer and process that write it.
 _PART = re.compile(r"\..*\.([0-9a-f]{8})-(\d{1,9})-[0-9a-f]{12}\.part")
@@ -68,7 +68,7 @@ def writing(path: str | os.PathLike[str]) -> Iterator[str]:
         yield temporary
         os.replace(temporary, real)
     except OSError as error:
-        raise InputError(f"cannot write {name!r}: {_reason(error)}") from None
+        raise InputError(f"cannot write {name!r}: {reason_of(error)}") from None
     finally:
         with contextlib.suppress(OSError):
             os.unlink(temporary)
@@ -158,7 +158,7 @@ def make_folder(path: str | os.PathLike[str]) -> None:
     try:
         os.makedirs(os.path.realpath(name), exist_ok=True)
     except OSError as error:
-        raise InputError(f"cannot write into {name!r}: {_reason(error)}") from None
+        raise InputError(f"cannot write into {name!r}: {reason_of(error)}") from None
 
 
 def _named(path: Any, verb: str) -> str:
@@ -186,8 +186,4 @@ def _probe(folder: str, name: str) -> None:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise InputError(f"cannot write {name!r}: {_reason(error)}") from None
-
-
-def _reason(error: OSError) -> str:
-    return (error.strerror or str(error)).lower()
+        raise InputError(f"cannot write {name!r}: {reason_of(error)}") from None

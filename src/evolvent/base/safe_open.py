@@ -17,7 +17,7 @@ import zlib
 from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO, Literal
 
-from evolvent.base.errors import InputError, counted
+from evolvent.base.errors import InputError, counted, reason_of
 
 #: Environment variable with the most bytes of values that one file may hold, and what it is if not set.
 VARIABLE, LARGEST = "EVOLVENT_LARGEST_FILE", 8_000_000_000
@@ -86,8 +86,7 @@ def content(path: str | os.PathLike[str], *, most: int | None = None) -> bytes:
         try:
             found = file.read(limit + 1)
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise InputError(f"cannot read {_short(os.fspath(path))}: {reason}") from None
+            raise InputError(f"cannot read {_short(os.fspath(path))}: {reason_of(error)}") from None
     check_size(len(found), limit, os.fspath(path), raised=most is None)
     return found
 

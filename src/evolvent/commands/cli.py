@@ -18,7 +18,7 @@ import click
 from evolvent import __version__
 from evolvent.base import files, startup
 from evolvent.base.console import INTERRUPTED, discard_output, echo, figure_format, once, say
-from evolvent.base.errors import EvolventError, InputError, RunFailed, abbreviated, nearest
+from evolvent.base.errors import EvolventError, InputError, RunFailed, abbreviated, nearest, reason_of
 from evolvent.commands.analysis import equilibrium, modes
 from evolvent.commands.calibrate import calibrate
 from evolvent.commands.claims import claims
@@ -56,7 +56,7 @@ def main() -> NoReturn:
     except OSError as error:
         discard_output()
         about = f" {error.filename!r}" if error.filename else " the output"
-        echo(f"evolvent: cannot write{about}: {(error.strerror or str(error)).lower()}", err=True)
+        echo(f"evolvent: cannot write{about}: {reason_of(error)}", err=True)
         code = FAILED
     sys.exit(code if isinstance(code, int) else 0)
 

@@ -25,8 +25,6 @@ from evolvent.elements.inertia import (
     axis_shape,
     beam_mass,
     cable_mass,
-    gravity_vector,
-    load_vector,
 )
 from evolvent.elements.materials import ALUMINIUM, CFRP, KAPTON, STEEL, Material
 from evolvent.elements.sections import (
@@ -79,11 +77,9 @@ __all__ = [
     "cable_stretch_form",
     "cable_stretch_parts",
     "coil",
-    "gravity_vector",
     "helix",
     "helix_stiffness_ratio",
     "line_stiffness",
-    "load_vector",
     "nodal",
     "resampled",
     "section_stiffness",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -139,22 +138,3 @@ def cable_mass(
         S = np.array(axis_shape(length, xi))
         M += weight * length * inertia.values(section.at(xi), material)[0] * np.outer(S, S)
     return M
-
-
-def load_vector(length: float, vectors: int, *, intensity: Callable[[float], float] = lambda xi: 1.0) -> Array:
-    """Integral of intensity S dx : (vectors,), for a force per length on the axis that has one direction in space.
-
-    Parameters
-    ----------
-    length : float, m
-    vectors : {8, 4}, of a beam or of a cable
-    intensity : callable, of xi = x/length; integrated exactly if it is a polynomial of degree 8 or less
-    """
-    S = sum(weight * length * intensity(xi) * np.array(axis_shape(length, xi)) for xi, weight in gauss(6))
-    S = np.asarray(S)
-    return S if vectors == 4 else np.array([S[0], S[1], 0.0, 0.0, S[2], S[3], 0.0, 0.0])
-
-
-def gravity_vector(M: Array) -> Array:
-    """Integral of rho S dV : (vectors,), kg and kg m, for an acceleration that is the same everywhere (weight)."""
-    return M[:, 0] + M[:, M.shape[0] // 2]

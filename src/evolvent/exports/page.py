@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from evolvent.base.files import write_file
 from evolvent.exports.request import Request, animation_of, shown_size, size_of
 from evolvent.view import animation
-
-if TYPE_CHECKING:
-    pass
 
 
 def write(run: Any, path: str, request: Request) -> str:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
+from evolvent.base.errors import counted
 from evolvent.base.files import write_file
 from evolvent.exports.pictures import pictures
-from evolvent.exports.request import counted
 from evolvent.results import WELL, made_with, statistics_of, unfinished
 from evolvent.view import animation, pages, plots
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from evolvent import cases
-from evolvent.base.errors import InputError
+from evolvent.base.errors import InputError, counted
 from evolvent.results import regular_samples
 from evolvent.view import animation
 
@@ -90,11 +90,6 @@ def samples_text(samples: np.ndarray, count: int) -> str:
     if samples.size == count:
         return counted(count, "sample")
     return f"{samples.size} of {count} samples (--frames takes more)"
-
-
-def counted(count: int, what: str) -> str:
-    """A number of things, as words."""
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def animation_of(run: Any) -> Motion:

@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.base import progress
-from evolvent.base.errors import InputError
+from evolvent.base.errors import InputError, reason_of
 from evolvent.base.files import make_folder, writing
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
 from evolvent.results import unfinished
 from evolvent.results.motion import turned
 
 if TYPE_CHECKING:
-    from evolvent.results.motion import Motion
+    from evolvent.results.motion import Frame, Motion
 
 #: Samples that are written unless more are asked for.
 MOST = 300
@@ -92,7 +92,7 @@ def write(run: Any, path: str, request: Request) -> str:
     except OSError as error:
         _clear(data)
         _clear(path)
-        raise InputError(f"cannot write into {path!r}: {(error.strerror or str(error)).lower()}") from None
+        raise InputError(f"cannot write into {path!r}: {reason_of(error)}") from None
     text = "".join(_TEXTS[kind] for kind in kinds) + _TEXT
     text = text.format(
         suffix=suffix,
@@ -286,11 +286,16 @@ def _strips(motion: Motion, k: int) -> Grid:
 def _bodies(motion: Motion, k: int) -> Grid:
     made = Grid(_FACES)
     for number, frame in enumerate(motion.frames, 1):
-        for solid in frame.solids:
-            mesh = solid.mesh(sectors=24)
-            placed = turned(frame.attitude[k : k + 1], solid.placed(mesh.vertices, k)[None])[0]
-            made.add(frame.origin[k] + placed, {}, {"body": number}, faces=mesh.faces)
+        _add_solids(made, frame, k, {"body": number}, sectors=24)
     return made
+
+
+def _add_solids(made: Grid, frame: Frame, k: int, cell_data: dict[str, int], *, sectors: int) -> None:
+    """Faces of the solids of a frame at sample k."""
+    for solid in frame.solids:
+        mesh = solid.mesh(sectors=sectors)
+        placed = turned(frame.attitude[k : k + 1], solid.placed(mesh.vertices, k)[None])[0]
+        made.add(frame.origin[k] + placed, {}, cell_data, faces=mesh.faces)
 
 
 def _symbol_names(motion: Motion) -> list[str]:
@@ -301,10 +306,7 @@ def _symbol_names(motion: Motion) -> list[str]:
 def _symbols(motion: Motion, k: int) -> Grid:
     made, names = Grid(_FACES), _symbol_names(motion)
     for frame in motion.symbols:
-        for solid in frame.solids:
-            mesh = solid.mesh(sectors=12)
-            placed = turned(frame.attitude[k : k + 1], solid.placed(mesh.vertices, k)[None])[0]
-            made.add(frame.origin[k] + placed, {}, {"part": 1 + names.index(frame.name)}, faces=mesh.faces)
+        _add_solids(made, frame, k, {"part": 1 + names.index(frame.name)}, sectors=12)
     return made
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import re
 from typing import Any
@@ -14,7 +13,7 @@ from evolvent.massprops.identification.signals import power
 from evolvent.massprops.modal import Modal
 from evolvent.results.figures import WIDTH, axis_label
 from evolvent.view import pages
-from evolvent.view.plots import PALETTE, STYLE
+from evolvent.view.plots import PALETTE, STYLE, content
 
 _BLUE, _RED, _GREEN = PALETTE[1], PALETTE[2], PALETTE[3]
 #: Most shares that a bar shows.
@@ -31,20 +30,25 @@ class Sheet:
 
         self._context = mpl.rc_context(STYLE)
         self._context.__enter__()
-        self.figure = Figure(figsize=(WIDTH / 25.4, height), layout="constrained")
+        self.figure = Figure(figsize=(WIDTH / 25.4, height), layout="constrained", dpi=140)
         FigureCanvasAgg(self.figure)
         self.axes = self.figure.subplots(rows, columns, squeeze=False, **options)
 
     def image(self, alt: str, *, raster: bool = False) -> pages.Picture:
         """The figure as an image in the page; PNG where SVG would hold very many points."""
-        file = io.BytesIO()
-        if raster:
-            self.figure.savefig(file, format="png", dpi=140)
-        else:
-            self.figure.savefig(file, format="svg", metadata={"Date": None})
         self._context.__exit__(None, None, None)
-        kind = "png" if raster else "svg+xml"
-        return pages.picture(file.getvalue(), kind, alt)
+        image = content(self.figure, "png" if raster else "svg")
+        return pages.picture(image, "png" if raster else "svg+xml", alt)
+
+
+def _sheet_of(count: int, most: int, height: float) -> tuple[Sheet, int]:
+    """A sheet with `count` axes in rows of some `height`, inch, and how many stand in a row, `most` or fewer."""
+    columns = min(count, most)
+    rows = -(-count // columns)
+    sheet = Sheet(rows, columns, 0.3 + height * rows)
+    for axis in sheet.axes.ravel()[count:]:
+        axis.set_axis_off()
+    return sheet, columns
 
 
 def _symbol(key: str) -> str:
@@ -101,15 +105,10 @@ def poles(e: Evaluation) -> pages.Picture:
     """Each mode's pole with its ellipse of 95 %."""
     modal, modes = e.modal, e.modal.modes
     m = modes.order
-    columns = min(m, 4)
-    rows = -(-m // columns)
-    sheet = Sheet(rows, columns, 0.3 + 1.75 * rows)
+    sheet, columns = _sheet_of(m, 4, 1.75)
     angle = np.linspace(0.0, 2.0 * np.pi, 61)
     circle = np.sqrt(5.991) * np.stack([np.cos(angle), np.sin(angle)])
-    for k, axis in enumerate(sheet.axes.ravel()):
-        if k >= m:
-            axis.set_axis_off()
-            continue
+    for k, axis in enumerate(sheet.axes.ravel()[:m]):
         C = modes.pole_covariance[np.ix_([k, m + k], [k, m + k])] * modal.widening[k] ** 2
         x, y = np.linalg.cholesky(C) @ circle if np.all(np.isfinite(C)) else np.zeros((2, 1))
         color = _BLUE if k in e.used else "0.5"
@@ -128,14 +127,9 @@ def shapes(e: Evaluation) -> pages.Picture:
     rows = list(e.used)
     measured, c = e.modal.shapes[rows], e.modal.shapes.shape[1]
     std = np.sqrt(np.diagonal(e.modal.shape_covariance[rows], axis1=1, axis2=2))
-    columns = min(len(rows), 3)
-    lines = -(-len(rows) // columns)
-    sheet = Sheet(lines, columns, 0.3 + 1.6 * lines)
+    sheet, columns = _sheet_of(len(rows), 3, 1.6)
     x = np.arange(c)
-    for k, axis in enumerate(sheet.axes.ravel()):
-        if k >= len(rows):
-            axis.set_axis_off()
-            continue
+    for k, axis in enumerate(sheet.axes.ravel()[: len(rows)]):
         axis.axhline(0.0, color="0.3", linewidth=0.7)
         axis.bar(
             x, measured[k], 0.55, yerr=np.nan_to_num(2.0 * std[k]), color=_BLUE, alpha=0.55, capsize=3, label="measured"
@@ -208,13 +202,8 @@ def draws(e: Evaluation, found: MassProperties) -> pages.Picture:
     """Histograms of the Monte Carlo with the coverage interval."""
     assert e.draws is not None
     p = len(found.outputs)
-    columns = min(p, 3)
-    rows = -(-p // columns)
-    sheet = Sheet(rows, columns, 0.3 + 1.7 * rows)
-    for k, axis in enumerate(sheet.axes.ravel()):
-        if k >= p:
-            axis.set_axis_off()
-            continue
+    sheet, _ = _sheet_of(p, 3, 1.7)
+    for k, axis in enumerate(sheet.axes.ravel()[:p]):
         axis.hist(e.draws[:, k] - found.values[k], 40, color=_BLUE, alpha=0.6)
         for side in found.interval[:, k]:
             axis.axvline(side - found.values[k], color=_RED, linewidth=1.0)

@@ -117,38 +117,22 @@ class Measured(Annotation):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class MeasuredList(Annotation):
-    """A pydantic annotation: one `Uncertain` for all, or a list with one each; kept as a tuple.
+class MeasuredList(units.OneOrMore):
+    """A pydantic annotation: one `Uncertain` for all, or a list with one each; kept as a tuple."""
 
-    Parameters
-    ----------
-    each : Measured
-    of : str, what the values of a list belong to ("spring")
-    """
-
-    each: Measured
-    of: str
-
-    @property
-    def allowed(self) -> str:
-        """What is allowed, as the end of a sentence."""
-        return f"{self.each.allowed}, or a list with one per {self.of}"
+    quantity: Measured  # type: ignore[assignment]  # it reads, writes and says what is allowed as a `Quantity` does
+    each: str = "one per spring"
 
     def read(self, value: Any) -> tuple[Uncertain, ...]:
         """`value` as a tuple, of length 1 where one stands for all."""
         if isinstance(value, (list, tuple)) and value:
-            return tuple(self.each.read(v) for v in value)
-        return (self.each.read(value),)
+            return tuple(self.quantity.read(v) for v in value)
+        return (self.quantity.read(value),)
 
     def write(self, value: tuple[Uncertain, ...]) -> Any:
         """`value` as a description holds it."""
-        texts = [self.each.write(v) for v in value]
+        texts = [self.quantity.write(v) for v in value]
         return texts[0] if len(texts) == 1 else texts
-
-    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """One value or an array."""
-        one = self.each.__get_pydantic_json_schema__(schema, handler)["anyOf"]
-        return {"anyOf": [*one, {"type": "array", "items": {"anyOf": one}}], "description": self.allowed}
 
 
 def _shared_unit(value: str, std: str) -> tuple[str, str]:
@@ -181,24 +165,22 @@ Position = Annotated[Uncertain, _position()]
 PositionOrUnknown = Annotated[Uncertain, _position(unknown=True)]
 Mass = Annotated[Uncertain, _kind(**_MASS, above=0.0)]
 MassOrUnknown = Annotated[Uncertain, _kind(**_MASS, above=0.0, unknown=True)]
-Inertia = Annotated[Uncertain, _kind(**_INERTIA, above=0.0)]
 InertiaOrZero = Annotated[Uncertain, _kind(**_INERTIA, least=0.0)]
 InertiaOrUnknown = Annotated[Uncertain, _kind(**_INERTIA, above=0.0, unknown=True)]
 ProductOrUnknown = Annotated[Uncertain, _kind(**_PRODUCT, unknown=True)]
 Length = Annotated[Uncertain, _kind(**_LENGTH)]
 LengthOrZero = Annotated[Uncertain, _kind(what="a length", unit="m", example="0.25 m +- 0.5 mm", least=0.0)]
-Lengths = Annotated[tuple[Uncertain, ...], MeasuredList(each=_kind(**_LENGTH), of="spring")]
-Stiffnesses = Annotated[tuple[Uncertain, ...], MeasuredList(each=_kind(**_STIFFNESS, above=0.0), of="spring")]
-Laterals = Annotated[tuple[Uncertain, ...], MeasuredList(each=_kind(**_STIFFNESS, least=0.0), of="spring")]
+Lengths = Annotated[tuple[Uncertain, ...], MeasuredList(quantity=_kind(**_LENGTH))]
+Stiffnesses = Annotated[tuple[Uncertain, ...], MeasuredList(quantity=_kind(**_STIFFNESS, above=0.0))]
+Laterals = Annotated[tuple[Uncertain, ...], MeasuredList(quantity=_kind(**_STIFFNESS, least=0.0))]
 Dampings = Annotated[
     tuple[Uncertain, ...],
-    MeasuredList(each=_kind(what="a damping coefficient", unit="N s/m", example="100 N s/m", least=0.0), of="spring"),
+    MeasuredList(quantity=_kind(what="a damping coefficient", unit="N s/m", example="100 N s/m", least=0.0)),
 ]
 FactorOrUnknown = Annotated[
     Uncertain, _kind(what="a plain number", unit="", example="1 +- 0.001", above=0.0, unknown=True)
 ]
 Gravity = Annotated[Uncertain, _kind(what="an acceleration", unit="m/s^2", example="9.81553 +- 1e-5 m/s^2", above=0.0)]
-Rate = Annotated[Uncertain, _kind(what="a sampling rate", unit="Hz", example="50 Hz +- 0.001 %", above=0.0)]
 Torsion = Annotated[
     Uncertain, _kind(what="a torsional stiffness", unit="N m/rad", example="0.35 +- 0.001 N m/rad", above=0.0)
 ]

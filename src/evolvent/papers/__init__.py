@@ -83,151 +83,68 @@ class Entry:
         return made
 
 
+def _entries(paper: str, *rows: tuple[str, int, int, str, str]) -> dict[str, Entry]:
+    """Tables and figures by name: name within the paper, seconds in full and quick, function, title of each."""
+    return {
+        f"{paper}-{name}": Entry(
+            kind="table" if ".table" in function else "figure", paper=CLAIMS_OF[paper], title=title,
+            seconds=(full, quick), function=function,
+        )
+        for name, full, quick, function, title in rows
+    }  # fmt: skip
+
+
 #: Tables and figures of the paper on the reeled thread.
-THREAD: dict[str, Entry] = {
-    **{
-        f"thread-{name}": Entry(
-            kind="figure", paper=TENENBAUM, title=title, seconds=(full, quick), function=f"{module}.{function}"
-        )
-        for name, title, full, quick, module, function in (
-            ("figure-2-1", "schematic: unwinding from the spool", 2, 2, "thread_schematics", "figure_2_1"),
-            ("figure-3-1", "schematic: nodes of the model", 2, 2, "thread_schematics", "figure_3_1"),
-            ("figure-3-2", "schematic: the boundary node", 2, 2, "thread_schematics", "figure_3_2"),
-            ("figure-3-3", "eqs. (3, 4) on the boundary node, no external forces", 5, 5, "thread", "figure_3_3"),
-            ("figure-3-4", "eqs. (7, 8) on the boundary node, no external forces", 5, 5, "thread", "figure_3_4"),
-            ("figure-4-1", "schematic: sail with two blades, lag of a node", 2, 2, "thread_schematics", "figure_4_1"),
-            ("figure-4-2", "rate of the body: 14 runs and eq. (18) for each", 45, 10, "thread", "figure_4_2"),
-            ("figure-4-3", "lag of the tip, n = 20 and 40, seven dampings", 45, 10, "thread", "figure_4_3"),
-            ("figure-4-4", "lag of the tip, c = 1e7, 1e8 and 1e9 N/m", 60, 8, "thread", "figure_4_4"),
-            ("soft", "ours: lag of the tip, c = 1e2, 1e3 and 1e4 N/m, beside figure IV.4", 6, 6, "thread", "soft"),
-        )
-    },
-    "thread-table-4-1": Entry(
-        kind="table",
-        paper=TENENBAUM,
-        title="data of the deployment, and what they imply for the film",
-        seconds=(1, 1),
-        function="thread.table_4_1",
-    ),
-}
+THREAD: dict[str, Entry] = _entries(
+    "thread",
+    ("figure-2-1", 2, 2, "thread_schematics.figure_2_1", "schematic: unwinding from the spool"),
+    ("figure-3-1", 2, 2, "thread_schematics.figure_3_1", "schematic: nodes of the model"),
+    ("figure-3-2", 2, 2, "thread_schematics.figure_3_2", "schematic: the boundary node"),
+    ("figure-3-3", 5, 5, "thread.figure_3_3", "eqs. (3, 4) on the boundary node, no external forces"),
+    ("figure-3-4", 5, 5, "thread.figure_3_4", "eqs. (7, 8) on the boundary node, no external forces"),
+    ("figure-4-1", 2, 2, "thread_schematics.figure_4_1", "schematic: sail with two blades, lag of a node"),
+    ("figure-4-2", 45, 10, "thread.figure_4_2", "rate of the body: 14 runs and eq. (18) for each"),
+    ("figure-4-3", 45, 10, "thread.figure_4_3", "lag of the tip, n = 20 and 40, seven dampings"),
+    ("figure-4-4", 60, 8, "thread.figure_4_4", "lag of the tip, c = 1e7, 1e8 and 1e9 N/m"),
+    ("soft", 6, 6, "thread.soft", "ours: lag of the tip, c = 1e2, 1e3 and 1e4 N/m, beside figure IV.4"),
+    ("table-4-1", 1, 1, "thread.table_4_1", "data of the deployment, and what they imply for the film"),
+)
 
 #: Tables and figures of the paper on the wrapped rib.
-RIB: dict[str, Entry] = {
-    **{
-        f"rib-figure-{number}": Entry(
-            kind="figure", paper=YI, title=title, seconds=(1, 1), function=f"rib_schematics.figure_{number}"
-        )
-        for number, title in {
-            1: "schematic: antenna folded in orbit, ribs wound on the hub",
-            2: "schematic: wrapping process",
-            3: "schematic: spatial ANCF beam element with the vectors of its nodes",
-            4: "schematic: detection of contact between rib and hub",
-            5: "schematic: initial state of rib and hub",
-        }.items()
-    },
-    **{
-        f"rib-{name}": Entry(kind="figure", paper=YI, title=title, seconds=seconds, function=f"rib_figures.{function}")
-        for name, title, seconds, function in (
-            ("figure-6", "winding of a rib: shapes in time (our torque and damping)", (3, 2), "figure_6"),
-            ("figure-7", "winding of a rib: tip speed for three mass dampings", (12, 5), "figure_7"),
-            (
-                "figure-8",
-                "winding of a rib: points that touch the hub (our torque and damping)",
-                (12, 5),
-                "figure_8",
-            ),
-            ("figure-9", "winding of a rib: contact force for three mass dampings", (12, 5), "figure_9"),
-            (
-                "root-damping",
-                "ours: damping in the first element or hinge alone",
-                (10, 5),
-                "root_damping",
-            ),
-            ("points-at-rest", "ours: wound rib at rest, gaps of the contact points", (3, 2), "points_at_rest"),
-        )
-    },
-    "rib-table-1": Entry(
-        kind="table",
-        paper=YI,
-        title="winding of a rib, a = 0: CPU time and error over the step, implicit and explicit, two models",
-        seconds=(240, 30),
-        function="rib.table_1",
-    ),
-    "rib-figure-10": Entry(
-        kind="figure",
-        paper=YI,
-        title="winding of a rib, a = 0: tip speed by two methods, implicit and a chain by central differences",
-        seconds=(60, 20),
-        function="rib.figure_10",
-    ),
-}
+RIB: dict[str, Entry] = _entries(
+    "rib",
+    ("figure-1", 1, 1, "rib_schematics.figure_1", "schematic: antenna folded in orbit, ribs wound on the hub"),
+    ("figure-2", 1, 1, "rib_schematics.figure_2", "schematic: wrapping process"),
+    ("figure-3", 1, 1, "rib_schematics.figure_3", "schematic: spatial ANCF beam element with the vectors of its nodes"),
+    ("figure-4", 1, 1, "rib_schematics.figure_4", "schematic: detection of contact between rib and hub"),
+    ("figure-5", 1, 1, "rib_schematics.figure_5", "schematic: initial state of rib and hub"),
+    ("figure-6", 3, 2, "rib_figures.figure_6", "winding of a rib: shapes in time (our torque and damping)"),
+    ("figure-7", 12, 5, "rib_figures.figure_7", "winding of a rib: tip speed for three mass dampings"),
+    ("figure-8", 12, 5, "rib_figures.figure_8", "winding of a rib: points that touch the hub (our torque and damping)"),
+    ("figure-9", 12, 5, "rib_figures.figure_9", "winding of a rib: contact force for three mass dampings"),
+    ("root-damping", 10, 5, "rib_figures.root_damping", "ours: damping in the first element or hinge alone"),
+    ("points-at-rest", 3, 2, "rib_figures.points_at_rest", "ours: wound rib at rest, gaps of the contact points"),
+    ("table-1", 240, 30, "rib.table_1",
+     "winding of a rib, a = 0: CPU time and error over the step, implicit and explicit, two models"),
+    ("figure-10", 60, 20, "rib.figure_10",
+     "winding of a rib, a = 0: tip speed by two methods, implicit and a chain by central differences"),
+)  # fmt: skip
 
 #: Tables and figures of the paper on the inertia stand.
-STAND: dict[str, Entry] = {
-    "stand-figure-1": Entry(
-        kind="figure",
-        paper=BELYAKOV,
-        title="schematic of the stand (axes of rotation: ours)",
-        seconds=(1, 1),
-        function="stand_schematic.figure_1",
-    ),
-    "stand-figure-2": Entry(
-        kind="figure",
-        paper=BELYAKOV,
-        title="distribution of the energy over the modes (our reading: bars, offsets)",
-        seconds=(8, 4),
-        function="stand.figure_2",
-    ),
-    "stand-figure-3": Entry(
-        kind="figure",
-        paper=BELYAKOV,
-        title="amplitudes by modes and numbers of the springs (our reading: bars, offsets)",
-        seconds=(8, 4),
-        function="stand.figure_3",
-    ),
-    "stand-figure-4": Entry(
-        kind="figure",
-        paper=BELYAKOV,
-        title="surface of the least energies of the modes, 999 offsets",
-        seconds=(2, 2),
-        function="stand.figure_4",
-    ),
-    "stand-figure-5": Entry(
-        kind="figure",
-        paper=BELYAKOV,
-        title="two frequencies over the x offset",
-        seconds=(5, 3),
-        function="stand.figure_5",
-    ),
-    "stand-energies": Entry(
-        kind="figure",
-        paper=BELYAKOV,
-        title="ours: energies of the three modes over the offset",
-        seconds=(8, 4),
-        function="stand.energies",
-    ),
-    "stand-amplitudes": Entry(
-        kind="figure",
-        paper=BELYAKOV,
-        title="ours: amplitudes of each mode at each spring over the offset",
-        seconds=(8, 4),
-        function="stand.amplitudes",
-    ),
-    "stand-prony": Entry(
-        kind="figure",
-        paper=BELYAKOV,
-        title="ours: accuracy of Prony's method over samples per period, number of samples, noise; VARPRO compared",
-        seconds=(40, 6),
-        function="stand_prony.figure_prony",
-    ),
-    "stand-error": Entry(
-        kind="table",
-        paper=BELYAKOV,
-        title="ours: where the error of the identified moments comes from: time step, Prony's method, static tilt",
-        seconds=(15, 6),
-        function="stand_error.table_error",
-    ),
-}
+STAND: dict[str, Entry] = _entries(
+    "stand",
+    ("figure-1", 1, 1, "stand_schematic.figure_1", "schematic of the stand (axes of rotation: ours)"),
+    ("figure-2", 8, 4, "stand.figure_2", "distribution of the energy over the modes (our reading: bars, offsets)"),
+    ("figure-3", 8, 4, "stand.figure_3", "amplitudes by modes and numbers of the springs (our reading: bars, offsets)"),
+    ("figure-4", 2, 2, "stand.figure_4", "surface of the least energies of the modes, 999 offsets"),
+    ("figure-5", 5, 3, "stand.figure_5", "two frequencies over the x offset"),
+    ("energies", 8, 4, "stand.energies", "ours: energies of the three modes over the offset"),
+    ("amplitudes", 8, 4, "stand.amplitudes", "ours: amplitudes of each mode at each spring over the offset"),
+    ("prony", 40, 6, "stand_prony.figure_prony",
+     "ours: accuracy of Prony's method over samples per period, number of samples, noise; VARPRO compared"),
+    ("error", 15, 6, "stand_error.table_error",
+     "ours: where the error of the identified moments comes from: time step, Prony's method, static tilt"),
+)  # fmt: skip
 
 ENTRIES: dict[str, Entry] = {**THREAD, **RIB, **STAND}
 

@@ -39,8 +39,7 @@ __all__ = [
 ]  # fmt: skip
 
 _LEAST_OFF = 1e-6
-#: Types whose points coincide at the start and later; b stays on a line or in a plane through a; the others.
-_ONE_PLACE = ("spherical", "revolute", "universal", "clamp", "fixed")
+#: Types of which b stays on a line or in a plane through a.
 _SLIDING = ("prismatic", "cylindrical", "point-on-line", "in-plane")
 
 

@@ -28,7 +28,7 @@ from evolvent.results.fine_samples import MARK
 STATUSES = ("success", "stopped by event", "interrupted", "failed")
 #: Those of runs that did what they were asked to.
 WELL = STATUSES[:2]
-#: Attributes of a run, as `label` writes them; those of `_JSON` hold a mapping.
+#: Attributes of a run, as `attributes` gives them; those of `_JSON` hold a mapping.
 _TEXTS = (
     "title",
     "system",
@@ -116,14 +116,6 @@ def attributes(*, system: str, case: str, method: str, solution: Any, laws: Mapp
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "made_with": made_with(),
     }
-
-
-def label(
-    dataset: xr.Dataset, *, system: str, case: str, method: str, solution: Any, laws: Mapping[str, str]
-) -> xr.Dataset:
-    """Write `attributes` on a run."""
-    dataset.attrs = attributes(system=system, case=case, method=method, solution=solution, laws=laws)
-    return dataset
 
 
 def statistics_of(run: Any) -> dict[str, Any]:
@@ -289,13 +281,10 @@ def _levels(value: Any) -> int:
     """Levels of nested lists and mappings."""
     levels, inside = 0, [value]
     while inside:
-        inside = [one for each in inside if isinstance(each, (list, dict)) for one in _entries(each)]
+        entries = [one.values() if isinstance(one, dict) else one for one in inside if isinstance(one, (list, dict))]
+        inside = [one for each in entries for one in each]
         levels += 1
     return levels
-
-
-def _entries(value: Any) -> Any:
-    return value.values() if isinstance(value, dict) else value
 
 
 def _check_texts(run: Any) -> None:

@@ -329,16 +329,10 @@ class Motion:
 
         def frame(x: Frame) -> Frame:
             origin, attitude = pose(x)
-            solids = [
-                s
-                if s.turned is None and s.scale is None
-                else dataclasses.replace(
-                    s,
-                    turned=None if s.turned is None else values(s.turned),
-                    scale=None if s.scale is None else values(s.scale),
-                )
-                for s in x.solids
-            ]
+            solids = []
+            for s in x.solids:
+                turned, scale = (None if v is None else values(v) for v in (s.turned, s.scale))
+                solids.append(dataclasses.replace(s, turned=turned, scale=scale))
             return dataclasses.replace(x, origin=origin, attitude=attitude, solids=solids)
 
         return dataclasses.replace(

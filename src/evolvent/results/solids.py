@@ -37,7 +37,7 @@ class Mesh(NamedTuple):
 class Solid:
     """A box or a surface of revolution that is fixed in a frame, or turns about its axis there.
 
-    Made by `box`, `revolution`, `cylinder`, `cone` and `sphere`.
+    Made by `box`, `revolution`, `cylinder` and `sphere`.
 
     Attributes
     ----------
@@ -93,19 +93,6 @@ class Solid:
         """A cylinder about `centre`, m."""
         ends = [(-0.5 * length, radius), (0.5 * length, radius)]
         return cls.revolution(ends, centre=centre, axis=axis, turned=turned)
-
-    @classmethod
-    def cone(
-        cls,
-        radii: tuple[float, float],
-        length: float,
-        *,
-        centre: Triple = (0.0, 0.0, 0.0),
-        axis: Triple = (0.0, 0.0, 1.0),
-        turned: Array | None = None,
-    ) -> Solid:
-        """A cone, or a part of one, with the radii of its two ends, m; its base is at `centre`."""
-        return cls.revolution([(0.0, radii[0]), (length, radii[1])], centre=centre, axis=axis, turned=turned)
 
     @classmethod
     def sphere(cls, radius: float, *, centre: Triple = (0.0, 0.0, 0.0)) -> Solid:

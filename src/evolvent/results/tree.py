@@ -43,7 +43,7 @@ def tree_of(
     Parameters
     ----------
     solution : Solution
-    attrs : attributes of the root (`evolvent.results.label`)
+    attrs : attributes of the root (`evolvent.results.attributes`)
     root : dict, optional, name -> (dims, values, units, long name), more variables of the root
     balances : bool, whether the root has energies and momenta
     """

@@ -17,7 +17,7 @@ from evolvent.studio import parts
 from evolvent.studio.context import Context
 from evolvent.studio.elements import upload
 from evolvent.studio.folder import LARGEST
-from evolvent.studio.formview import FormView, errors_text
+from evolvent.studio.formview import FormView, errors_text, first_error
 from evolvent.studio.jobs import COMPUTED
 from evolvent.studio.partsview import PartsView
 from evolvent.studio.startview import StartView
@@ -175,8 +175,7 @@ class CasePanel:
             self._flush()
             if wrong := self.wrong():
                 self._show_all()
-                key, sentence = next(iter(wrong.items()))
-                raise InputError(sentence if not key or sentence.startswith(key) else f"{key}: {sentence}")
+                raise InputError(first_error(wrong))
             key = self.studio.submit(self.draft, kind)
             self.page.show(view_of(self.studio.jobs.get(key)), tab="runs")
 
@@ -206,13 +205,7 @@ class CasePanel:
             return cases.dump(self.draft.content)
 
     def _text(self) -> None:
-        text = self._written()
-        with self.page.dialogs, ui.dialog(value=True) as dialog, ui.card().style("width:900px;max-width:94vw"):
-            ui.label("The case as a file, all defaults written out").classes("ev-title")
-            ui.code(text, language="yaml").classes("ev-code w-full")
-            with ui.row():
-                ui.button("Download", on_click=lambda: ui.download.content(text, "case.yaml")).props("flat no-caps")
-                ui.button("Close", on_click=dialog.close).props("flat no-caps")
+        self.page.show_text("The case as a file, all defaults written out", self._written(), "case.yaml")
 
     def _save(self) -> None:
         def keep(name: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from evolvent import cases
@@ -73,21 +73,10 @@ def written(content: Any, key: str, otherwise: Any) -> tuple[str, Any]:
 
 def _first_missing(key: str, content: Any) -> str:
     """The shortest leading part of a dotted key that a case does not have; the key itself where it has all of it."""
-    for part in _leading(key):
-        if not _has(content, part):
-            return part
-    return key
-
-
-def _leading(key: str) -> Iterator[str]:
-    parts = key.split(".")
-    for count in range(1, len(parts) + 1):
-        yield ".".join(parts[:count])
-
-
-def _has(content: Any, key: str) -> bool:
+    passed: list[str] = []
     for part in key.split("."):
+        passed.append(part)
         if not isinstance(content, Mapping) or part not in content:
-            return False
+            return ".".join(passed)
         content = content[part]
-    return True
+    return key

@@ -133,7 +133,7 @@ def _series(line: Line, name: str, run: int | None, log: bool) -> dict[str, Any]
     return {
         "type": "line",
         "name": label,
-        "data": [[_number(a), _number(b)] for a, b in zip(x, y, strict=True)],
+        "data": [[number(a), number(b)] for a, b in zip(x, y, strict=True)],
         "showSymbol": bool(line.marker) and (len(x) <= 400 or not drawn),
         "symbol": "circle" if line.marker else "none",
         "symbolSize": 7 if line.marker == "o" else 4,
@@ -149,7 +149,8 @@ def _series(line: Line, name: str, run: int | None, log: bool) -> dict[str, Any]
     }
 
 
-def _number(value: float) -> float | None:
+def number(value: float) -> float | None:
+    """A value as a chart takes it: of seven digits, None where it is not finite."""
     return float(f"{value:.7g}") if np.isfinite(value) else None
 
 

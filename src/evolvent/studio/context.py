@@ -9,7 +9,7 @@ from typing import Any
 
 from nicegui import ui
 
-from evolvent.base.errors import EvolventError
+from evolvent.base.errors import EvolventError, reason_of
 from evolvent.studio.state import Studio, View
 
 
@@ -70,7 +70,7 @@ class Context(abc.ABC):
             return False
         except OSError as error:  # a full disk, a folder that may not be written to
             name = f" {pathlib.Path(error.filename).name!r}" if isinstance(error.filename, str) else ""
-            self.show_message(f"the file{name} cannot be read or written: {(error.strerror or str(error)).lower()}")
+            self.show_message(f"the file{name} cannot be read or written: {reason_of(error)}")
             return False
         return True
 
@@ -83,20 +83,47 @@ class Context(abc.ABC):
             ui.notify(text, type="negative", position="bottom", multi_line=True, timeout=8000,
                       close_button="Close", classes="ev-notify")  # fmt: skip
 
-    def ask_name(self, title: str, name: str, keep: Callable[[str], str]) -> None:
-        """Ask for the name of a file, and write it; `keep` does so, and returns the name that it has then."""
+    def ask(
+        self, title: str, name: str, take: Callable[[str], Any], *, word: str, marks: tuple[str, str], note: str = ""
+    ) -> None:
+        """Ask for a name; the dialog stays open until `take` takes what is typed.
+
+        Parameters
+        ----------
+        title, note : str, what is asked
+        name : str, what stands in the field at first
+        word : str, of the button
+        marks : (str, str), names of field and button in tests of the page
+        """
         with self.dialogs, ui.dialog(value=True) as dialog, ui.card().style("min-width:min(360px,90vw)"):
             ui.label(title).classes("ev-title")
-            typed = ui.input("name", value=name).props('outlined dense autofocus data-testid="file-name"')
+            if note:
+                ui.label(note).classes("ev-what")
+            typed = ui.input("name", value=name).props(f'outlined dense autofocus data-testid="{marks[0]}"')
             typed.classes("w-full")
 
             def done() -> None:
-                written: list[str] = []
-                if self.attempt(lambda: written.append(keep(typed.value or ""))):
+                if self.attempt(lambda: take(typed.value or "")):
                     dialog.close()
-                    ui.notify(f"Saved as {written[0]}", type="positive", position="bottom")
 
             typed.on("keydown.enter", done)
             with ui.row():
-                ui.button("Save", on_click=done).props('unelevated color=primary data-testid="file-save"')
+                ui.button(word, on_click=done).props(f'unelevated color=primary data-testid="{marks[1]}"')
                 ui.button("Cancel", on_click=dialog.close).props("flat")
+
+    def ask_name(self, title: str, name: str, keep: Callable[[str], str]) -> None:
+        """Ask for the name of a file, and write it; `keep` does so, and returns the name that it has then."""
+
+        def take(typed: str) -> None:
+            ui.notify(f"Saved as {keep(typed)}", type="positive", position="bottom")
+
+        self.ask(title, name, take, word="Save", marks=("file-name", "file-save"))
+
+    def show_text(self, title: str, text: str, name: str) -> None:
+        """Show a YAML text, which can be downloaded as a file of that name."""
+        with self.dialogs, ui.dialog(value=True) as dialog, ui.card().style("width:900px;max-width:94vw"):
+            ui.label(title).classes("ev-title")
+            ui.code(text, language="yaml").classes("ev-code w-full")
+            with ui.row():
+                ui.button("Download", on_click=lambda: ui.download.content(text, name)).props("flat no-caps")
+                ui.button("Close", on_click=dialog.close).props("flat no-caps")

@@ -71,6 +71,16 @@ class MotionElement(Element, component=_STATIC / "motion.js"):
         self.update()
 
 
+def table(rows: Sequence[Sequence[object]], *, head: Sequence[str] = ()) -> None:
+    """A table of texts, with a line of heads where there are any."""
+    with ui.element("table").classes("ev-table"):
+        for row, cell in [(head, "th")] * bool(head) + [(row, "td") for row in rows]:
+            with ui.element("tr"):
+                for text in row:
+                    with ui.element(cell):
+                        ui.label(str(text))
+
+
 def upload(
     *, most: int, handle: Callable[[Any], Awaitable[None]], refused: Callable[[], Any], **options: Any
 ) -> ui.upload:

@@ -6,12 +6,12 @@ writes one JSON object: the time of a case in s, the cases computed, and the rea
 
 from __future__ import annotations
 
-import json
-import os
 import sys
 import tempfile
 import time
 from typing import Any
+
+from evolvent.studio import child
 
 #: Longest first case, s, after which no other one is computed.
 _LONG = 5.0
@@ -19,18 +19,13 @@ _LONG = 5.0
 
 def main() -> int:
     """Estimate the study on stdin."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
-    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # whatever else prints does not come between
+    send = child.channel()
     from evolvent.base.errors import EvolventError
 
     try:
-        found = estimated(sys.stdin.read())
+        send(**estimated(sys.stdin.read()))
     except EvolventError as error:
-        found = {"error": str(error)}
-    out.write(json.dumps(found))
-    out.flush()
+        send(error=str(error))
     return 0
 
 

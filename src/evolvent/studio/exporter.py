@@ -5,7 +5,6 @@ Its progress goes to stdout, one JSON object a line; the end of stdin stops it.
 
 from __future__ import annotations
 
-import json
 import os
 import pathlib
 import sys
@@ -13,6 +12,8 @@ import tempfile
 import threading
 import zipfile
 from typing import Any
+
+from evolvent.studio import child
 
 #: Kinds of downloads that are written by a process of their own: ending of the file's name.
 KINDS = {
@@ -24,16 +25,10 @@ KINDS = {
 def main(kind: str, run: str, target: str) -> int:
     """Write the download `kind` of the results file `run` to `target`."""
     from evolvent.base import progress
-    from evolvent.base.errors import EvolventError
+    from evolvent.base.errors import EvolventError, reason_of
 
-    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # whatever else prints does not come between
+    send = child.channel()
     threading.Thread(target=_end_with_stdin, daemon=True).start()
-
-    def send(**what: Any) -> None:
-        out.write(json.dumps(what) + "\n")
-        out.flush()
-
     try:
         with progress.shown_by(lambda stage: send(what=stage.what, done=stage.done, total=stage.total)):
             _write(kind, run, target)
@@ -41,7 +36,7 @@ def main(kind: str, run: str, target: str) -> int:
         send(error=str(error))
         return 1
     except OSError as error:
-        send(error=f"the file cannot be written: {(error.strerror or str(error)).lower()}")
+        send(error=f"the file cannot be written: {reason_of(error)}")
         return 1
     return 0
 

@@ -10,11 +10,11 @@ import os
 import pathlib
 import secrets
 import subprocess
-import sys
 import tempfile
 import threading
 
 from evolvent.base.errors import InputError
+from evolvent.studio import child
 from evolvent.studio.exporter import KINDS
 
 #: Downloads whose files are kept until the studio ends; those before are removed.
@@ -83,19 +83,7 @@ class Exports:
             self._exports[key] = export
             for old in list(self._exports)[:-_KEPT]:
                 self._remove(old)
-            command = [
-                sys.executable,
-                "-P",
-                "-m",
-                "evolvent.studio.exporter",
-                kind,
-                os.fspath(run),
-                os.fspath(export.path),
-            ]
-            export.process = subprocess.Popen(
-                command, cwd=place, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                encoding="utf-8", errors="replace", start_new_session=os.name != "nt",
-            )  # fmt: skip
+            export.process = child.start("exporter", kind, run, export.path, folder=place, stderr=subprocess.PIPE)
         threading.Thread(target=_follow, args=(export, export.process), daemon=True).start()
         return export
 
@@ -159,10 +147,7 @@ def _follow(export: Export, process: subprocess.Popen[str]) -> None:
                 export.text = f"{message['what']}: {done:.0f} of {total:.0f}" if total else message["what"]
     printed = process.stderr.read().strip().splitlines()
     process.wait()
-    for pipe in (process.stdin, process.stdout, process.stderr):
-        with contextlib.suppress(OSError):
-            if pipe is not None:
-                pipe.close()
+    child.close(process)
     if process.returncode == 0 and export.path.is_file():
         export.ready = True
     else:

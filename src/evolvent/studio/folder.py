@@ -21,7 +21,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO, NamedTuple
 
 from evolvent import cases
-from evolvent.base.errors import InputError
+from evolvent.base.errors import InputError, reason_of
 from evolvent.design.studies import store
 from evolvent.studio import reading
 from evolvent.studio.places import CREATE, HAS_DIR_FD, NO_LINK, READ, Place, is_junction, is_link
@@ -137,7 +137,7 @@ class Folder:
                     raise InputError(f"{name!r} is a link; it must be a file")
                 file = open(place.open(parts[-1], READ), "rb")  # noqa: SIM115
         except OSError as error:
-            raise InputError(f"cannot read {name!r}: {(error.strerror or str(error)).lower()}") from None
+            raise InputError(f"cannot read {name!r}: {reason_of(error)}") from None
         with file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise InputError(f"cannot read {name!r}: it is not a regular file")
@@ -219,7 +219,7 @@ class Folder:
                 flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NONBLOCK", 0) | NO_LINK
                 file = open(place.open("lock", flags), "r+b", buffering=0)  # noqa: SIM115
         except OSError as error:
-            raise InputError(f"cannot write '{OWN}/lock': {(error.strerror or str(error)).lower()}") from None
+            raise InputError(f"cannot write '{OWN}/lock': {reason_of(error)}") from None
         with file, store.locked_file(file, self.root):
             yield
 
@@ -290,7 +290,7 @@ class Folder:
         try:
             found = path.stat()
         except OSError as error:
-            raise InputError(f"cannot read {name!r:.200}: {(error.strerror or str(error)).lower()}") from None
+            raise InputError(f"cannot read {name!r:.200}: {reason_of(error)}") from None
         if not stat.S_ISREG(found.st_mode):
             raise InputError(f"cannot read {name!r:.200}: it is not a regular file")
         if most is not None and found.st_size > most:
@@ -508,7 +508,3 @@ class Folder:
                 path = self.inside(word)
                 return str(path) if word.endswith(".nc") else content
         return content
-
-    def check_case(self, content: Any) -> None:
-        """Refuse a case or study that names a file outside; see `placed`."""
-        self.placed(content)

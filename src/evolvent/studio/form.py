@@ -369,14 +369,15 @@ def unknown_content(form: Group, content: Mapping[str, Any], skip: tuple[str, ..
 
 
 def put(content: dict[str, Any], key: str, value: Any) -> None:
-    """Put a value at a dotted key, where no value of another kind stands in its way."""
+    """Put a value at a dotted key, where no value of another kind stands in its way; an empty section replaces none."""
     *path, last = key.split(".")
     for part in path:
         inner = content.setdefault(part, {})
         if not isinstance(inner, dict):
             return
         content = inner
-    content[last] = value
+    if value != {} or not isinstance(content.get(last), dict):
+        content[last] = value
 
 
 def _at(content: Any, key: str) -> Any:
@@ -399,7 +400,7 @@ def content_of(form: Group, typed: Mapping[str, str], sections: set[str]) -> tup
     wrong: dict[str, str] = {}
     for group in form.groups():
         if group.key and (not group.optional or group.key in sections):
-            _put(content, group.key, {})
+            put(content, group.key, {})
     for field in form.fields():
         text = typed.get(field.key, "").strip()
         left_out = {g.key for g in form.groups() if g.optional and g.key not in sections}
@@ -407,7 +408,7 @@ def content_of(form: Group, typed: Mapping[str, str], sections: set[str]) -> tup
             continue
         try:
             is_word = field.kind == "choice" and not field.numeric
-            _put(content, field.key, text if is_word else value_of(text, field.key))
+            put(content, field.key, text if is_word else value_of(text, field.key))
         except InputError as error:
             wrong[field.key] = str(error)
     for group in reversed(list(form.groups())):  # a section that may be left out need not stand there empty
@@ -418,15 +419,6 @@ def content_of(form: Group, typed: Mapping[str, str], sections: set[str]) -> tup
 
 def _requires(group: Group) -> bool:
     return any(field.required for field in group.fields())
-
-
-def _put(content: dict[str, Any], key: str, value: Any) -> None:
-    *path, last = key.split(".")
-    for part in path:
-        content = content.setdefault(part, {})
-    if value == {} and isinstance(content.get(last), dict):
-        return
-    content[last] = value
 
 
 def _drop(content: dict[str, Any], key: str) -> None:

@@ -20,6 +20,12 @@ def errors_text(count: int) -> str:
     return "" if not count else "1 error" if count == 1 else f"{count} errors"
 
 
+def first_error(wrong: Mapping[str, str]) -> str:
+    """The first error as a sentence that names its key."""
+    key, sentence = next(iter(wrong.items()))
+    return sentence if not key or sentence.startswith(key) else f"{key}: {sentence}"
+
+
 class FormView:
     """The form of a case, or of another section.
 

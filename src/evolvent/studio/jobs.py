@@ -16,7 +16,6 @@ import pathlib
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -27,7 +26,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, Field, ValidationError
 
 from evolvent.base.errors import InputError
-from evolvent.studio import signing
+from evolvent.studio import child, signing
 from evolvent.studio.folder import LARGEST_RECORDING, OWN, Folder
 from evolvent.studio.worker import CASE, CERTIFICATE, MODES, RUN, STUDY, parsed
 
@@ -361,21 +360,11 @@ class Jobs:
         for name in job.extra.get("signals", ()):
             self.folder.file(name, LARGEST_RECORDING)
         asked = {"kind": job.kind, "case": text, "signals": job.extra.get("signals", [])}
-        # nothing that the working folder holds is picked up by Python or a library: neither modules nor settings
         with (
             self.folder.create(OWN, job.key, _LOG) as log,
             tempfile.TemporaryDirectory(prefix="evolvent-job-") as empty,
         ):
-            process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "evolvent.studio.worker", os.fspath(place)],
-                cwd=empty,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=log,
-                text=True,
-                encoding="utf-8",
-                start_new_session=os.name != "nt",  # Ctrl-C at the studio's terminal is the studio's alone
-            )
+            process = child.start("worker", place, folder=empty, stderr=log)
             assert process.stdin is not None
             with contextlib.suppress(OSError):  # it died at once; what it printed says why
                 process.stdin.write(json.dumps(asked) + "\n")
@@ -402,10 +391,7 @@ class Jobs:
                     job.extra |= message
                 self.version += 1
             process.wait()
-            for pipe in (process.stdin, process.stdout):
-                with contextlib.suppress(OSError):
-                    if pipe is not None:
-                        pipe.close()
+            child.close(process)
         with self._lock:
             job.elapsed, job.note = time.monotonic() - began, ""
             if self._stopped and not ended.get("status", "interrupted").startswith(("success", "stopped", "failed")):

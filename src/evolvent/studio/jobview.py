@@ -14,7 +14,7 @@ from evolvent.studio.worker import AT_ONCE
 #: How a job ended, in a word.
 STATUS = {"stopped by event": "stopped", "success": "done", "interrupted": "cancelled"}
 #: What jobs are called.
-NAMES = {**COMPUTED, "sweep": "Study", "identify": "Identification"}
+_NAMES = {**COMPUTED, "sweep": "Study", "identify": "Identification"}
 #: Letters of one change that are shown.
 _LONGEST = 70
 #: Seconds between two looks at a job.
@@ -81,8 +81,7 @@ def progress_text(job: Job) -> str:
 
 
 def _title(job: Job) -> str:
-    words = COMPUTED | {"sweep": "Study", "identify": "Identification"}
-    return f"{words.get(job.kind, 'Run')} {int(job.key[:4])} {job.title}"
+    return f"{_NAMES.get(job.kind, 'Run')} {int(job.key[:4])} {job.title}"
 
 
 def draw_progress(page: Context, job: Job) -> None:
@@ -144,16 +143,7 @@ def draw_job(page: Context, key: str) -> bool:
 def ask_title(page: Context, key: str) -> None:
     """Ask for another name of a job; all pages show it at their next look at the queue."""
     jobs = page.studio.jobs
-    with page.dialogs, ui.dialog(value=True) as dialog, ui.card().style("min-width:min(360px,90vw)"):
-        ui.label(f"Rename run {int(key[:4])}").classes("ev-title")
-        typed = ui.input("name", value=jobs.get(key).title)
-        typed.props('outlined dense autofocus maxlength=80 data-testid="title"').classes("w-full")
-
-        def done() -> None:
-            if page.attempt(lambda: jobs.rename(key, typed.value or "")):
-                dialog.close()
-
-        typed.on("keydown.enter", done)
-        with ui.row():
-            ui.button("Rename", on_click=done).props('unelevated color=primary data-testid="title-done"')
-            ui.button("Cancel", on_click=dialog.close).props("flat")
+    page.ask(
+        f"Rename run {int(key[:4])}", jobs.get(key).title, lambda name: jobs.rename(key, name), word="Rename",
+        marks=("title", "title-done"),
+    )  # fmt: skip

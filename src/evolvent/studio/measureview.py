@@ -20,9 +20,9 @@ from evolvent.massprops import description, signals
 from evolvent.results.figures import Figure, Line, Panel
 from evolvent.studio import charts, form
 from evolvent.studio.context import Context
-from evolvent.studio.elements import ChartElement, upload
+from evolvent.studio.elements import ChartElement, table, upload
 from evolvent.studio.folder import LARGEST, LARGEST_RECORDING, LARGEST_SIGNALS, SIGNALS
-from evolvent.studio.formview import FormView, errors_text
+from evolvent.studio.formview import FormView, errors_text, first_error
 from evolvent.studio.jobs import Job
 from evolvent.studio.jobview import STATUS, draw_progress
 from evolvent.studio.state import MEASURED, View
@@ -349,8 +349,7 @@ class MeasurePanel:
                 if self._wrong:
                     self._form.show_all()
                     self._changed(self.content, self._wrong)
-                    key, sentence = next(iter(self._wrong.items()))
-                    raise InputError(sentence if not key or sentence.startswith(key) else f"{key}: {sentence}")
+                    raise InputError(first_error(self._wrong))
             files = [str(self.studio.folder.file(name, LARGEST_RECORDING)) for name in self.state["files"]]
             given = description.load(self.content)
             title = given.title or given.body.name
@@ -397,12 +396,8 @@ class MeasurePanel:
             return
         head = ("result", "value", "standard uncertainty", "expanded uncertainty", "unit")
         card = ui.element("div").classes("ev-card ev-tablebox").props('data-testid="measured"')
-        with card, ui.element("table").classes("ev-table"):
-            for k, row in enumerate([head, *rows]):
-                with ui.element("tr"):
-                    for text in row:
-                        with ui.element("td" if k else "th"):
-                            ui.label(str(text))
+        with card:
+            table(rows, head=head)
         for kind, word, plural in (("warnings", "Warning", "warnings"), ("notes", "Note", "notes on the recordings")):
             _group(kind, word, plural, [str(text) for text in job.extra.get(kind, ())])
 

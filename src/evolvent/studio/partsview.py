@@ -50,21 +50,17 @@ class PartsView:
 
     def problems(self) -> dict[str, str]:
         """What is wrong with the parts: dotted key -> sentence."""
-        found = {
-            f"{self.key}.{name}.{own}".rstrip("."): sentence
-            for name, card in self._cards.items()
-            for own, sentence in card.wrong.items()
-        }
-        return found if self.content else self._wrong
+        return self._by_key({name: card.wrong for name, card in self._cards.items()})
 
     def shown_problems(self) -> dict[str, str]:
         """Those of the problems that are shown."""
-        found = {
-            f"{self.key}.{name}.{own}".rstrip("."): sentence
-            for name, card in self._cards.items()
-            for own, sentence in card.shown.items()
-        }
-        return found if self.content else self._wrong
+        return self._by_key({name: card.shown for name, card in self._cards.items()})
+
+    def _by_key(self, wrong: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
+        """Problems of each part as problems of the case."""
+        if not self.content:
+            return self._wrong
+        return {f"{self.key}.{part}.{own}".rstrip("."): text for part, of in wrong.items() for own, text in of.items()}
 
     def show_all(self) -> None:
         """Show all problems, also of fields that were not touched."""
@@ -109,20 +105,10 @@ class PartsView:
 
     def ask_name(self, name: str) -> None:
         """Ask what a part is to be called."""
-        with self.page.dialogs, ui.dialog(value=True) as dialog, ui.card().style("min-width:360px"):
-            ui.label(f"Rename {name}").classes("ev-title")
-            ui.label("References to it in other parts follow.").classes("ev-what")
-            typed = ui.input("name", value=name).props('outlined dense autofocus data-testid="part-name"')
-            typed.classes("w-full")
-
-            def done() -> None:
-                if self.page.attempt(lambda: self._rename(name, typed.value or "")):
-                    dialog.close()
-
-            typed.on("keydown.enter", done)
-            with ui.row():
-                ui.button("Rename", on_click=done).props('unelevated color=primary data-testid="part-done"')
-                ui.button("Cancel", on_click=dialog.close).props("flat")
+        self.page.ask(
+            f"Rename {name}", name, lambda new: self._rename(name, new), word="Rename",
+            marks=("part-name", "part-done"), note="References to it in other parts follow.",
+        )  # fmt: skip
 
     def _rename(self, old: str, new: str) -> None:
         self.flush()

@@ -12,7 +12,6 @@ import base64
 import contextlib
 import functools
 import json
-import os
 import queue
 import subprocess
 import sys
@@ -22,6 +21,7 @@ from collections.abc import Callable
 from typing import Any
 
 from evolvent.base.errors import EvolventError, InputError
+from evolvent.studio import child
 
 #: Processor time of a task, s: a text, the start of a case; between its notes, and the time on the clock for each.
 TEXT, START, CLOCK = 3.0, 20.0, 5.0
@@ -85,16 +85,7 @@ class Reader:
         """Start the process in an empty folder, from which no module and no settings are picked up."""
         self.end()
         empty = self._empty.enter_context(tempfile.TemporaryDirectory(prefix="evolvent-reading-"))
-        process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "evolvent.studio.reading"],
-            cwd=empty,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            text=True,
-            encoding="utf-8",
-            start_new_session=os.name != "nt",
-        )
+        process = child.start("reading", folder=empty, stderr=subprocess.DEVNULL)
         self._process, self._lines = process, queue.SimpleQueue()
         threading.Thread(target=_listen, args=(process, self._lines), daemon=True).start()
         with contextlib.suppress(queue.Empty):
@@ -106,10 +97,7 @@ class Reader:
         if process is not None:
             process.kill()
             process.wait()
-            for pipe in (process.stdin, process.stdout):
-                with contextlib.suppress(OSError):
-                    if pipe is not None:
-                        pipe.close()
+            child.close(process)
         self._empty.close()
 
 
@@ -238,10 +226,7 @@ def _allow(seconds: float) -> None:
 
 def main() -> int:
     """Answer until stdin ends."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
-    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # whatever else prints does not come between
+    send = child.channel()
     from evolvent import cases
 
     assert cases  # loaded before the first task, whose time counts
@@ -249,10 +234,6 @@ def main() -> int:
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
-
-    def send(**what: Any) -> None:
-        out.write(json.dumps(what) + "\n")
-        out.flush()
 
     send(ready=True)
     tasks: dict[str, Callable[..., Any]] = {"content": _content, "facts": _facts, "start": _packed}

@@ -15,7 +15,7 @@ from evolvent.results import variables
 from evolvent.studio import charts, exports, exportview
 from evolvent.studio.changes import flat, full, written
 from evolvent.studio.context import Context
-from evolvent.studio.elements import ChartElement, MotionElement
+from evolvent.studio.elements import ChartElement, MotionElement, table
 from evolvent.studio.form import text_of
 from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, draw_job
 from evolvent.studio.state import Loaded
@@ -98,9 +98,7 @@ class ResultView:
             with ui.element("div").classes(f"ev-card{still}").props('data-testid="motion"'):
                 MotionElement([loaded.ref], [loaded.name])
             with ui.element("div").classes("ev-card ev-tablebox ev-two"):
-                _table(
-                    [["", "value"], *([n.label, n.value] for n in loaded.numbers if n.label != "warning")], bare=True
-                )
+                table([(n.label, n.value) for n in loaded.numbers if n.label != "warning"])
         if not loaded.still or loaded.figures:
             self._tabs([(figure.title, [("", figure)]) for figure in loaded.figures], [loaded])
 
@@ -211,8 +209,8 @@ class ResultView:
             with ui.element("div").classes("ev-card").props('data-testid="motion"'):
                 MotionElement([item.ref for item in loaded], names)
             with ui.element("div").classes("ev-card ev-tablebox ev-beside"):
-                _table([["what differs", *names], *_differences(loaded)])
-                _table([["results", *names], *_numbers(loaded)])
+                table(_differences(loaded), head=["what differs", *names])
+                table(_numbers(loaded), head=["results", *names])
         if not same:
             ui.label("The runs are of different systems; figures that two or more of them have are shown.").classes(
                 "ev-dim"
@@ -247,17 +245,6 @@ def _messages(attrs: Any, *, name: str = "") -> None:
         ui.label(f"{before}{attrs['message']}").classes("ev-banner warn").props('data-testid="interrupted"')
     if attrs.get("warning"):
         ui.label(f"{before}Warning: {attrs['warning']}").classes("ev-banner warn").props('data-testid="warning"')
-
-
-def _table(rows: Sequence[Sequence[str]], *, bare: bool = False) -> None:
-    """A table; the first row is its head."""
-    with ui.element("table").classes("ev-table"):
-        for k, row in enumerate(rows[1:] if bare else rows):
-            head = k == 0 and not bare
-            with ui.element("tr"):
-                for cell in row:
-                    with ui.element("th" if head else "td"):
-                        ui.label(cell)
 
 
 def _differences(loaded: Sequence[Loaded]) -> list[list[str]]:

@@ -24,68 +24,64 @@ def install(app: FastAPI, studio: Studio) -> None:
             try:
                 return answer(ref)
             except EvolventError as error:
-                return Response(str(error), status_code=404, media_type="text/plain")
+                return _missing(str(error))
 
         return route
 
     def motion(ref: str) -> Response:
-        content = studio.motion(ref)
-        if content is None:
-            return Response("this run holds too little to move", status_code=404, media_type="text/plain")
-        return Response(content, media_type="application/octet-stream", headers={"Cache-Control": "no-cache"})
+        return _packed(studio.motion(ref), "this run holds too little to move")
 
     def mode(ref: str) -> Response:
-        content = studio.mode(ref)
-        if content is None:
-            return Response("mode not found", status_code=404, media_type="text/plain")
-        return Response(content, media_type="application/octet-stream", headers={"Cache-Control": "no-cache"})
+        return _packed(studio.mode(ref), "mode not found")
+
+    def start(ref: str) -> Response:
+        return _packed(studio.start_of(ref), "initial state not found")
 
     def modes(ref: str) -> Response:
         path = studio.path(ref)
         if not ref.startswith("job:") or path.name != MODES:
-            return Response("modes not found", status_code=404, media_type="text/plain")
+            return _missing("modes not found")
         return FileResponse(path, filename=f"{plain(studio.name(ref))}-modes.nc", media_type="application/x-netcdf")
-
-    def start(ref: str) -> Response:
-        content = studio.start_of(ref)
-        if content is None:
-            return Response("initial state not found", status_code=404, media_type="text/plain")
-        return Response(content, media_type="application/octet-stream", headers={"Cache-Control": "no-cache"})
 
     def run(ref: str) -> Response:
         path = studio.load(ref).path
         return FileResponse(path, filename=f"{plain(studio.name(ref))}.nc", media_type="application/x-netcdf")
 
     def case(ref: str) -> Response:
-        return _named(studio.case_text(ref).encode(), f"{plain(studio.name(ref))}.yaml", "application/yaml")
+        headers = {"Content-Disposition": f'attachment; filename="{plain(studio.name(ref))}.yaml"'}
+        return Response(studio.case_text(ref).encode(), media_type="application/yaml", headers=headers)
 
     def export(ref: str) -> Response:
         found = studio.exports.ready(ref)
         if found is None:
-            return Response("download not found", status_code=404, media_type="text/plain")
+            return _missing("download not found")
         return FileResponse(found.path, filename=found.name, media_type="application/octet-stream")
 
     def certificate(ref: str) -> Response:
         path = studio.path(ref)
         if not ref.startswith("job:") or path.name != CERTIFICATE:
-            return Response("certificate not found", status_code=404, media_type="text/plain")
+            return _missing("certificate not found")
         # a page without its own script; nothing in it may run one
         headers = {"Content-Security-Policy": "sandbox; script-src 'none'"}
         return FileResponse(path, media_type="text/html", headers=headers)
 
-    for name, answer in (("motion", motion), ("start", start), ("run", run), ("case", case), ("export", export)):
-        app.get(f"/studio/{name}", include_in_schema=False)(guarded(answer))
-    for name, answer in (("mode", mode), ("modes", modes)):
-        app.get(f"/studio/{name}", include_in_schema=False)(guarded(answer))
-    app.get("/studio/certificate", include_in_schema=False)(guarded(certificate))
+    for answer in (motion, mode, start, modes, run, case, export, certificate):
+        app.get(f"/studio/{answer.__name__}", include_in_schema=False)(guarded(answer))
 
     @app.get("/studio/viewer/{name}", include_in_schema=False)
     def viewer(name: str) -> Response:
         path = next((path for path in VIEWER if path.name == name), None)
         if path is None:
-            return Response("there is no such file", status_code=404, media_type="text/plain")
+            return _missing("there is no such file")
         return FileResponse(path, media_type="text/javascript", headers={"Cache-Control": "no-cache"})
 
 
-def _named(content: bytes, name: str, kind: str) -> Response:
-    return Response(content, media_type=kind, headers={"Content-Disposition": f'attachment; filename="{name}"'})
+def _missing(reason: str) -> Response:
+    return Response(reason, status_code=404, media_type="text/plain")
+
+
+def _packed(content: bytes | None, missing: str) -> Response:
+    """A packed motion."""
+    if content is None:
+        return _missing(missing)
+    return Response(content, media_type="application/octet-stream", headers={"Cache-Control": "no-cache"})

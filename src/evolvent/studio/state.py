@@ -246,7 +246,7 @@ class Studio:
         self.draft = self._checked(Draft("", about, taken, base, origin))
 
     def _checked(self, draft: Draft) -> Draft:
-        self.folder.check_case(draft.content)
+        self.folder.placed(draft.content)
         cases.system(str(draft.content.get("system", "")))
         return draft
 

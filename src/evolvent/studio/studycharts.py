@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent.studio.charts import VIRIDIS
+from evolvent.studio.charts import VIRIDIS, number
 
 #: Where a point of a chart is: (series, index) -> dimension of the cases -> index.
 At = Callable[[int, int], dict[str, int]]
@@ -140,10 +140,6 @@ def label(variable: xr.DataArray) -> str:
     return str(variable.name) if unit in ("1", "") else f"{variable.name}, {unit}"
 
 
-def _number(value: float) -> float | None:
-    return float(f"{value:.7g}") if np.isfinite(value) else None
-
-
 def _failed(points: Sequence[tuple[list[Any], str]]) -> dict[str, Any]:
     """Crosses where cases failed; the tooltip of each is its reason."""
     data = [{"value": at, "tooltip": {"formatter": f"failed: {_wrapped(reason)}"}} for at, reason in points]
@@ -189,7 +185,7 @@ def heatmap(values: xr.DataArray, x: xr.DataArray, y: xr.DataArray, reasons: np.
             "right": 6, "top": 40, "itemHeight": 220, "precision": _precision(low, high), "seriesIndex": 0,
             "inRange": {"color": list(VIRIDIS)},
         }  # fmt: skip
-    data = [[i, j, _number(every[i, j])] for i in range(every.shape[0]) for j in range(every.shape[1])]
+    data = [[i, j, number(every[i, j])] for i in range(every.shape[0]) for j in range(every.shape[1])]
     series: list[dict[str, Any]] = [
         {"type": "heatmap", "data": data, "progressive": 0, "emphasis": {"itemStyle": {"borderColor": "#000"}}}
     ]
@@ -240,7 +236,7 @@ def points(values: xr.DataArray, key: xr.DataArray, reasons: np.ndarray, *, grid
     kind = "scatter" if rows or not grid else "bar" if words else "line"
     series: list[dict[str, Any]] = [
         {
-            "type": kind, "name": "", "data": [[a, _number(b)] for a, b in zip(x, y, strict=True)],
+            "type": kind, "name": "", "data": [[a, number(b)] for a, b in zip(x, y, strict=True)],
             "symbol": "circle", "symbolSize": 8, "showSymbol": True, "showAllSymbol": True, "barMaxWidth": 60,
             "itemStyle": {"color": "@1"}, "lineStyle": {"color": "@1", "width": 1.4},
         }
@@ -272,7 +268,7 @@ def lines(
     over_cases = reasons.ndim == 2
     series: list[dict[str, Any]] = []
     for k, value in enumerate(key.values):
-        data = [[_number(a), _number(b)] for a, b in zip(x, values.values[k].astype(float), strict=True)]
+        data = [[number(a), number(b)] for a, b in zip(x, values.values[k].astype(float), strict=True)]
         series.append(
             {
                 "type": "line", "name": f"{key.name} = {text(value)}", "data": data, "showSymbol": over_cases,
@@ -285,7 +281,7 @@ def lines(
         broken = [(int(k), int(i)) for k, i in zip(*np.nonzero(reasons != ""), strict=True)]
         finite = values.values[np.isfinite(values.values)]
         foot = float(finite.min()) if finite.size else 0.0
-        marked = [([_number(x[i]), foot], f"{key.name} = {text(key.values[k])}: {reasons[k, i]}") for k, i in broken]
+        marked = [([number(x[i]), foot], f"{key.name} = {text(key.values[k])}: {reasons[k, i]}") for k, i in broken]
         series.append(_failed(marked))
 
     def at(which: int, index: int) -> dict[str, int]:

@@ -407,7 +407,7 @@ class StudyPanel:
         broken = bool(self._wrong or self._error)
         self._go.set_enabled(not broken)
         self._guess.set_enabled(not broken or self._process is not None)
-        self._state.set_text(note or ("" if count is None else "1 case" if count == 1 else f"{count} cases"))
+        self._state.set_text(note or ("" if count is None else cases_text(count)))
 
     # -------------------------------------------------------------------------------------------- what is done with it
 
@@ -424,7 +424,7 @@ class StudyPanel:
         self._go.props("loading")
         try:
             asked = await asyncio.to_thread(self._asked_study)
-            self.studio.folder.check_case(cases.parse_yaml(asked.text, asked.name))
+            self.studio.folder.placed(cases.parse_yaml(asked.text, asked.name))
         except EvolventError as error:
             self._error = str(error)
             self._show()
@@ -471,14 +471,8 @@ class StudyPanel:
                 self._process.kill()
 
     def _text(self) -> None:
-        text = studydraft.text(self.draft)
-        with self.page.dialogs, ui.dialog(value=True) as dialog, ui.card().style("width:900px;max-width:94vw"):
-            ui.label("The study as a file").classes("ev-title")
-            ui.code(text, language="yaml").classes("ev-code w-full")
-            with ui.row():
-                name = f"{self.draft.content.get('study', 'study')}.yaml"
-                ui.button("Download", on_click=lambda: ui.download.content(text, name)).props("flat no-caps")
-                ui.button("Close", on_click=dialog.close).props("flat no-caps")
+        name = f"{self.draft.content.get('study', 'study')}.yaml"
+        self.page.show_text("The study as a file", studydraft.text(self.draft), name)
 
     def _save(self) -> None:
         own = self.draft.source.removeprefix("file:") if self.draft.source.startswith("file:") else ""

@@ -12,7 +12,10 @@ import os
 import pathlib
 import sys
 import threading
+from collections.abc import Callable
 from typing import Any
+
+from evolvent.studio import child
 
 #: Files of a job.
 CASE, RUN, STUDY, CERTIFICATE = "case.yaml", "run.nc", "study", "certificate.html"
@@ -24,12 +27,11 @@ MODES, MODE = "modes.nc", "mode-{}.motion"
 
 def main(folder: str) -> int:
     """Compute the job in `folder`."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
+    send = child.channel()
     from evolvent.base.errors import EvolventError
 
     job = json.loads(sys.stdin.readline())
-    report = _Report(at_once=job["kind"] in AT_ONCE)
+    report = _Report(send, at_once=job["kind"] in AT_ONCE)
     place = pathlib.Path(folder)
     try:
         compute = {
@@ -65,13 +67,12 @@ class _Report:
 
     Parameters
     ----------
+    send : sends a message
     at_once : bool, whether the process ends as soon as it is asked to
     """
 
-    def __init__(self, *, at_once: bool = False) -> None:
-        self._at_once = at_once
-        self._out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-        os.dup2(2, 1)  # whatever else prints does not come between
+    def __init__(self, send: Callable[..., None], *, at_once: bool) -> None:
+        self._send, self._at_once = send, at_once
         self._stop = threading.Event()
         threading.Thread(target=self._listen, daemon=True).start()
 
@@ -85,8 +86,7 @@ class _Report:
     def send(self, **what: Any) -> None:
         """Send one message."""
         try:
-            self._out.write(json.dumps(what) + "\n")
-            self._out.flush()
+            self._send(**what)
         except OSError:  # the studio is gone; the results are kept all the same
             self._stop.set()
 

@@ -70,9 +70,7 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
     lines: list[Line] = []
     forces: list[Forces] = []
     marks: list[Marks] = []
-    spools: list[tuple[str, Any]] = []
-    surfaces: list[tuple[str, Any]] = []
-    symbols: list[tuple[str, Any]] = []
+    later: dict[str, list[tuple[str, Any]]] = {"spool": [], "surface": [], "symbol": []}  # they need all frames
     for part in variables.parts(run):
         group = variables.group_of(run, part)
         for entry in json.loads(group.attrs.get("drawn", "[]")):
@@ -99,22 +97,17 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
                     forces.append(Forces(name=name, points=points, vectors=vectors, unit=own.get("unit", "N")))
                 elif kind == "pushes":
                     forces += _contact_arrows(run, part, group, own)
-                elif kind == "spool":
-                    spools.append((part, own))
-                elif kind == "surface":
-                    surfaces.append((part, own))
-                elif kind == "symbol":
-                    symbols.append((part, own))
+                elif kind in later:
+                    later[kind].append((part, own))
     if not (frames or lines or marks):
         return None
-    for part, own in spools:
+    for part, own in later["spool"]:
         _add_spool(frames, run, part, own)
     main = next(iter(frames), None)
-    for part, own in surfaces:
+    for part, own in later["surface"]:
         _add_surface(frames, run, part, own)
-    label = unfinished(run)
     motion = Motion(
-        title=title or label,
+        title=title or unfinished(run),
         time=run.to_dataset()["time"].values,
         frames=list(frames.values()),
         lines=lines,
@@ -124,7 +117,7 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
         main=main,
     )
     size = _structure_size(motion)
-    return dataclasses.replace(motion, symbols=[_symbol(run, part, own, frames, size) for part, own in symbols])
+    return dataclasses.replace(motion, symbols=[_symbol(run, part, own, frames, size) for part, own in later["symbol"]])
 
 
 def _structure_size(motion: Motion) -> float:

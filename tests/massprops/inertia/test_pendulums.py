@@ -1,4 +1,4 @@
-"""Pendulums: closed forms, exact motions at large swings, tare and budget."""
+"""Pendulums: closed forms, exact motions at large swings and budget."""
 
 import numpy as np
 import pytest
@@ -10,22 +10,15 @@ from evolvent.massprops.inertia import (
     compound,
     multifilar,
     pendulums,
-    tared,
     torsion,
-    torsion_stiffness,
     trifilar,
 )
 
 G = 9.80665
 
 
-def test_torsion_and_its_calibration():
-    kappa, empty, ring = 0.7, 0.02, 0.05
-    w0, w = np.sqrt(kappa / empty), np.sqrt(kappa / (empty + ring))
-    assert torsion_stiffness(w, frequency_empty=w0, inertia=ring) == pytest.approx(kappa, rel=1e-12)
-    assert torsion(w, stiffness=kappa) == pytest.approx(empty + ring, rel=1e-12)
-    with pytest.raises(InputError, match="below the empty"):
-        torsion_stiffness(w0, frequency_empty=w, inertia=ring)
+def test_torsion():
+    assert torsion(np.sqrt(0.7 / 0.02), stiffness=0.7) == pytest.approx(0.02, rel=1e-12)
 
 
 def quarter(acceleration, amplitude):
@@ -88,17 +81,6 @@ def test_bifilar_is_a_multifilar_of_half_the_spacing():
     w = 2.0
     assert bifilar(w, mass=5.0, length=1.2, spacing=0.6) == pytest.approx(5.0 * G * 0.3**2 / (1.2 * w**2))
     assert trifilar(w, mass=5.0, length=1.2, radius=0.3) == pytest.approx(bifilar(w, mass=5.0, length=1.2, spacing=0.6))
-
-
-def test_tare_shares_the_geometry():
-    L, R, platform, body, M0, M = 0.995, 1.0, 0.235, 0.05, 0.848, 1.4
-    w0 = np.sqrt(M0 * G * R**2 / (L * platform))
-    w = np.sqrt((M0 + M) * G * R**2 / (L * (platform + body)))
-    values = {"frequency": w, "mass": M, "frequency_empty": w0, "mass_empty": M0, "length": L, "radius": R}
-    b = pendulums.budget(tared(trifilar), values, {"length": 1e-3, "frequency": 1e-4, "frequency_empty": 1e-4})
-    assert b.value[0] == pytest.approx(body, rel=1e-10)
-    assert b.contribution[b.inputs.index("length"), 0] == pytest.approx(body * 1e-3 / L, rel=1e-4)
-    assert b.contribution[b.inputs.index("frequency_empty"), 0] == pytest.approx(2 * platform * 1e-4 / w0, rel=1e-4)
 
 
 def test_arrays_go_through():

@@ -134,7 +134,6 @@ StiffnessOrZero = Annotated[float, Quantity(what="a stiffness", unit="N/m", exam
 Number = Annotated[float, Quantity(what="a plain number", unit="", example="0.5")]
 Fraction = Annotated[float, Quantity(what="a plain number", unit="", example="0.9", least=0.0, most=1.0)]
 Tolerance = Annotated[float, Quantity(what="a plain number", unit="", example="1e-8", above=0.0, most=0.1)]
-AngleOrZero = Annotated[float, Quantity(what="an angle", unit="rad", example="10 deg", least=0.0)]
 Modulus = Annotated[float, Quantity(what="a modulus", unit="Pa", example="70 GPa", above=0.0)]
 PoissonRatio = Annotated[float, Quantity(what="a plain number", unit="", example="0.3", above=-1.0, below=0.5)]
 Density = Annotated[float, Quantity(what="a density", unit="kg/m^3", example="1600 kg/m^3", above=0.0)]

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from evolvent.base import files, safe_open
-from evolvent.base.errors import InputError, counted
+from evolvent.base.errors import InputError, counted, reason_of
 
 
 class Kept:
@@ -59,8 +59,7 @@ class Kept:
             with self._file.open("a", encoding="utf-8") as file:
                 file.write(self._line(key, values))
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise InputError(f"cannot write {str(self._file)!r}: {reason}") from None
+            raise InputError(f"cannot write {str(self._file)!r}: {reason_of(error)}") from None
 
     def _line(self, key: str, values: list[list[float]]) -> str:
         return json.dumps([key, values, _check_sum(key, values)]) + "\n"

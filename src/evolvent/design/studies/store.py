@@ -29,7 +29,7 @@ from typing import Any
 import evolvent
 from evolvent import cases, results
 from evolvent.base import files, plugins, safe_open
-from evolvent.base.errors import InputError
+from evolvent.base.errors import InputError, reason_of
 from evolvent.design.studies import record
 from evolvent.design.studies.study import Study
 from evolvent.parts import registry
@@ -124,7 +124,7 @@ class Store:
         except OSError as error:
             with contextlib.suppress(OSError):
                 os.ftruncate(number, before)
-            raise InputError(f"cannot write {str(self.folder / _LOG)!r}: {_reason(error)}") from None
+            raise InputError(f"cannot write {str(self.folder / _LOG)!r}: {reason_of(error)}") from None
         self.rows.append(rows)
         return rows
 
@@ -142,7 +142,7 @@ class Store:
             _sync(self.folder)
         except OSError as error:
             shutil.rmtree(temporary, ignore_errors=True)
-            raise InputError(f"cannot write {str(target)!r}: {_reason(error)}") from None
+            raise InputError(f"cannot write {str(target)!r}: {reason_of(error)}") from None
 
 
 @contextlib.contextmanager
@@ -171,7 +171,7 @@ def opened(folder: str | os.PathLike[str], study: Study) -> Iterator[Store]:
         try:
             log = (place / _LOG).open("a+b")
         except OSError as error:
-            raise InputError(f"cannot write {str(place / _LOG)!r}: {_reason(error)}") from None
+            raise InputError(f"cannot write {str(place / _LOG)!r}: {reason_of(error)}") from None
         with log:
             _sync(place)
             rows, torn = _read_log(log)
@@ -270,7 +270,7 @@ def _write_text(path: pathlib.Path, content: str) -> None:
     try:
         _sync(path.parent)
     except OSError as error:
-        raise InputError(f"cannot write {str(path)!r}: {_reason(error)}") from None
+        raise InputError(f"cannot write {str(path)!r}: {reason_of(error)}") from None
 
 
 def _sync(folder: pathlib.Path) -> None:
@@ -290,7 +290,7 @@ def locked(place: pathlib.Path) -> Iterator[None]:
     try:
         file = (place / _LOCK).open("a+b")
     except OSError as error:
-        raise InputError(f"cannot write {str(place / _LOCK)!r}: {_reason(error)}") from None
+        raise InputError(f"cannot write {str(place / _LOCK)!r}: {reason_of(error)}") from None
     with file, locked_file(file, place):
         yield
 
@@ -310,7 +310,3 @@ def locked_file(file: Any, place: pathlib.Path) -> Iterator[None]:
     except OSError:
         raise InputError(f"another process works in {str(place)!r}; wait for it, or give another folder") from None
     yield
-
-
-def _reason(error: OSError) -> str:
-    return (error.strerror or str(error)).lower()

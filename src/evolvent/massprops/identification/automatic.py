@@ -12,7 +12,7 @@ from evolvent.base.errors import InputError, nearest
 from evolvent.massprops.identification.linear_prediction import prony, tls_prony
 from evolvent.massprops.identification.modes import Modes
 from evolvent.massprops.identification.orders import search
-from evolvent.massprops.identification.signals import read_signal
+from evolvent.massprops.identification.signals import Sampling, read_signal
 from evolvent.massprops.identification.subspace import esprit, matrix_pencil
 from evolvent.massprops.identification.variable_projection import varpro
 
@@ -85,7 +85,7 @@ def identify(
         if order != "auto":
             raise InputError(f"order is {order!r}; it must be a whole number of modes, 1 or more, or 'auto'")
         order = None
-    options: dict[str, Any] = {
+    options: Sampling = {
         "rate": rate, "time": time, "names": names, "noise": noise, "band": band, "detrend": detrend
     }  # fmt: skip
     if order is None and highest_order is not None and (isinstance(highest_order, bool) or highest_order < 1):

@@ -2,43 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from evolvent.base.errors import InputError
 from evolvent.massprops.identification.modes import Modes, make_modes
-from evolvent.massprops.identification.signals import (
-    Array,
-    Signal,
-    check_order,
-    noise_and_highest_frequency,
-    read_signal,
-)
-from evolvent.massprops.identification.subspace import check_poles, choose_stride, hankel_subspace, without_gaps
+from evolvent.massprops.identification.signals import Array, Sampling, Signal, noise_and_highest_frequency
+from evolvent.massprops.identification.subspace import check_poles, choose_stride, complete_signal, hankel_subspace
 
 
-def prony(
-    data: Any,
-    order: int,
-    *,
-    rate: float | None = None,
-    time: Any = None,
-    names: Sequence[str] | None = None,
-    noise: Any = None,
-    band: Sequence[float] | None = None,
-    detrend: str = "constant",
-    samples_per_period: float | None = 2.5,
-) -> Modes:
+def prony(data: Any, order: int, *, samples_per_period: float | None = 2.5, **sampling: Unpack[Sampling]) -> Modes:
     """Least-squares Prony with decimation: the historical method, for comparison.
 
     Parameters
     ----------
-    data, order, rate, time, names, noise, band, detrend : as for `esprit`
+    data, order : as for `esprit`
     samples_per_period : optional, above 2
         Every n-th sample is used, n such that the highest mode has at least so many samples a period; None for all.
+    sampling : rate, time, names, noise, band, detrend, as for `identify`
 
     Returns
     -------
@@ -57,10 +40,7 @@ def prony(
     linearly (to all samples). It is biased by noise, the more the more samples a period there are; see
     benchmarks/identification.py.
     """
-    signal = without_gaps(
-        read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend), "prony"
-    )
-    order = check_order(signal, order)
+    signal, order = complete_signal("prony", data, order, sampling)
     stride = _decimation(signal, samples_per_period)
     size = 2 * order + 1 + signal.degree
     kept = signal.data[::stride]
@@ -75,17 +55,7 @@ def prony(
     return _from_roots("prony", roots[roots.imag > 0.0], stride, signal, order)
 
 
-def tls_prony(
-    data: Any,
-    order: int,
-    *,
-    rate: float | None = None,
-    time: Any = None,
-    names: Sequence[str] | None = None,
-    noise: Any = None,
-    band: Sequence[float] | None = None,
-    detrend: str = "constant",
-) -> Modes:
+def tls_prony(data: Any, order: int, **sampling: Unpack[Sampling]) -> Modes:
     """Total-least-squares Prony: the least-norm prediction that is orthogonal to the signal subspace.
 
     Parameters, returns and errors are those of `esprit`.
@@ -95,10 +65,7 @@ def tls_prony(
     Rahman & Yu (1987), with backward prediction over a third of the record as in Kumaresan & Tufts (1982): of the
     polynomial's roots those of the signal are the innermost. Interleaved subsequences as in `esprit`.
     """
-    signal = without_gaps(
-        read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend), "tls_prony"
-    )
-    order = check_order(signal, order)
+    signal, order = complete_signal("tls_prony", data, order, sampling)
     floor, highest = noise_and_highest_frequency(signal)
     stride = choose_stride(len(signal.time), signal.step, highest)
     rows = max(2 * order + 2, min(64, len(signal.time) // (3 * stride)))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.elements.dense import facing
-from evolvent.massprops.identification.signals import Array, Signal, basis, fit_linear, noise_floor, split
+from evolvent.massprops.identification.signals import Array, Signal, basis, fit_linear, noise_of, split
 
 
 class OrderCriteria(NamedTuple):
@@ -148,30 +148,24 @@ class Modes:
     @property
     def natural_frequency_covariance(self) -> Array:
         """(m, m) of the magnitudes of the poles, first order."""
-        natural = self.natural_frequency
-        J = np.hstack([np.diag(self.frequency / natural), np.diag(self.decay_rate / natural)])
-        return np.asarray(J @ self.pole_covariance @ J.T)
+        return self._propagated(self.frequency / self.natural_frequency, self.decay_rate / self.natural_frequency)
 
     @property
     def natural_frequency_std(self) -> Array:
         """(m,) rad/s, first order."""
-        zeta = self.damping_ratio
-        return self._pole_std(np.sqrt(1.0 - zeta**2), zeta)
+        return np.sqrt(np.diag(self.natural_frequency_covariance))
 
     @property
     def damping_ratio_std(self) -> Array:
         """(m,) first order."""
-        return self._pole_std(
-            -self.frequency * self.decay_rate / self.natural_frequency**3, self.frequency**2 / self.natural_frequency**3
-        )
+        cube = self.natural_frequency**3
+        C = self._propagated(-self.frequency * self.decay_rate / cube, self.frequency**2 / cube)
+        return np.sqrt(np.maximum(np.diag(C), 0.0))
 
-    def _pole_std(self, by_frequency: Array, by_decay: Array) -> Array:
-        m, C = self.order, self.pole_covariance
-        k = np.arange(m)
-        variance = (
-            by_frequency**2 * C[k, k] + 2.0 * by_frequency * by_decay * C[k, m + k] + by_decay**2 * C[m + k, m + k]
-        )
-        return np.sqrt(np.maximum(variance, 0.0))
+    def _propagated(self, by_frequency: Array, by_decay_rate: Array) -> Array:
+        """(m, m) covariance of a number of each pole, from its derivatives (m,)."""
+        J = np.hstack([np.diag(by_frequency), np.diag(by_decay_rate)])
+        return np.asarray(J @ self.pole_covariance @ J.T)
 
     @property
     def amplitude_std(self) -> Array:
@@ -310,7 +304,7 @@ def make_modes(
     residual = signal.data - fitted
     a = split(coefficients, m)
     if noise is None:
-        noise = signal.noise if signal.noise is not None else noise_floor(signal, residual, m)
+        noise = signal.noise if signal.noise is not None else noise_of(signal, np.nansum(residual**2, axis=0), m)
     size = 2 * m + 2 * m * sensors + sensors
     return Modes(
         method=method,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -84,6 +84,17 @@ class Signal:
         """The same times with other samples, none missing."""
         present = np.ones(data.shape, dtype=bool)
         return Signal(self.time, self.step, data, present, self.names, self.degree, self.band, self.noise, self.origin)
+
+
+class Sampling(TypedDict, total=False):
+    """What `read_signal` takes beside the samples."""
+
+    rate: float | None
+    time: Any
+    names: Sequence[str] | None
+    noise: Any
+    band: Sequence[float] | None
+    detrend: str
 
 
 def read_signal(
@@ -373,16 +384,11 @@ def fit_linear(poles: Array, signal: Signal) -> tuple[Array, Array]:
     return coefficients, signal.data - A @ coefficients
 
 
-def noise_floor(signal: Signal, residual: Array, m: int) -> Array:
-    """(c,) standard deviation of the noise from the residual of a fit of `m` modes with common poles.
+def noise_of(signal: Signal, squares: Array, m: int) -> Array:
+    """(c,) standard deviation of the noise, from the sums of squares (c,) of the residual of a fit of `m` modes.
 
     Degrees of freedom: the samples less the sensor's own 2 m + 1 unknowns and its share of the 2 m common ones.
     """
-    return noise_of(signal, np.nansum(residual**2, axis=0), m)
-
-
-def noise_of(signal: Signal, squares: Array, m: int) -> Array:
-    """As `noise_floor`, from the sums of squares of the residual, (c,)."""
     free = signal.counts - (2 * m + 1 + signal.degree) - 2 * m / len(squares)
     return np.maximum(np.sqrt(squares / free), signal.rounding)
 

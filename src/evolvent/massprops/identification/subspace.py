@@ -8,8 +8,7 @@ span, and taking it off removes the offset without touching the modes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -18,6 +17,7 @@ from evolvent.base.errors import InputError
 from evolvent.massprops.identification.modes import Modes, make_modes, sort
 from evolvent.massprops.identification.signals import (
     Array,
+    Sampling,
     Signal,
     basis,
     check_order,
@@ -240,35 +240,26 @@ def check_poles(signal: Signal, order: int, poles: Array, method: str) -> Array:
     return strongest(signal, poles, order) if len(poles) > order else poles
 
 
-def without_gaps(signal: Signal, method: str) -> Signal:
-    """The signal itself; refused where a sample is missing."""
+def complete_signal(method: str, data: Any, order: int, sampling: Sampling) -> tuple[Signal, int]:
+    """The signal and the order that a `method` takes; refused where a sample is missing or the order is too high."""
+    signal = read_signal(data, **sampling)
     if not signal.present.all():
         worst = int(np.argmin(signal.counts))
         raise InputError(
             f"{signal.names[worst]} misses {len(signal.time) - signal.counts[worst]} samples; {method} needs all of "
             "them (varpro and identify fit those that are there)"
         )
-    return signal
+    return signal, check_order(signal, order)
 
 
-def esprit(
-    data: Any,
-    order: int,
-    *,
-    rate: float | None = None,
-    time: Any = None,
-    names: Sequence[str] | None = None,
-    noise: Any = None,
-    band: Sequence[float] | None = None,
-    detrend: str = "constant",
-) -> Modes:
+def esprit(data: Any, order: int, **sampling: Unpack[Sampling]) -> Modes:
     """ESPRIT on all sensors (HTLS): the shift of the signal subspace by total least squares.
 
     Parameters
     ----------
     data : (N,) or (N, c) array, or mapping from names to (N,) arrays; no sample missing
     order : number of modes
-    rate, time, names, noise, band, detrend : as for `identify`
+    sampling : rate, time, names, noise, band, detrend, as for `identify`
 
     Returns
     -------
@@ -285,25 +276,12 @@ def esprit(
     Roy & Kailath (1989); Van Huffel et al. (1994). Up to MOST_ROWS rows and half the record; subsequences as further
     columns, see this module.
     """
-    signal = without_gaps(
-        read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend), "esprit"
-    )
-    order = check_order(signal, order)
+    signal, order = complete_signal("esprit", data, order, sampling)
     poles = shift_poles(signal_subspace(signal), order, signal.step, total=True)
     return make_modes("esprit", check_poles(signal, order, poles, "esprit"), signal)
 
 
-def matrix_pencil(
-    data: Any,
-    order: int,
-    *,
-    rate: float | None = None,
-    time: Any = None,
-    names: Sequence[str] | None = None,
-    noise: Any = None,
-    band: Sequence[float] | None = None,
-    detrend: str = "constant",
-) -> Modes:
+def matrix_pencil(data: Any, order: int, **sampling: Unpack[Sampling]) -> Modes:
     """Matrix pencil: as `esprit` without stride, by least squares.
 
     Parameters, returns and errors are those of `esprit`.
@@ -312,10 +290,7 @@ def matrix_pencil(
     -----
     Hua & Sarkar (1990), with the pencil parameter N / 3, 400 at most.
     """
-    signal = without_gaps(
-        read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend), "matrix_pencil"
-    )
-    order = check_order(signal, order)
+    signal, order = complete_signal("matrix_pencil", data, order, sampling)
     noise_std, _ = noise_and_highest_frequency(signal)
     subspace = hankel_subspace(signal, 1.0 / noise_std, rows=min(len(signal.time) // 3, 400) + 1, stride=1)
     poles = shift_poles(subspace, order, signal.step, total=False)

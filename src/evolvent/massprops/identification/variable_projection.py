@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from evolvent.massprops.identification.modes import Modes, make_modes, sort
 from evolvent.massprops.identification.shared_noise import components, correlation, mixing, pair, refuse_copies, unmixed
 from evolvent.massprops.identification.signals import (
     Array,
+    Sampling,
     Signal,
     basis,
     check_order,
@@ -250,26 +250,15 @@ def modes_of_fit(found: Fit, signal: Signal) -> Modes:
     )
 
 
-def varpro(
-    data: Any,
-    order: int,
-    *,
-    rate: float | None = None,
-    time: Any = None,
-    names: Sequence[str] | None = None,
-    noise: Any = None,
-    band: Sequence[float] | None = None,
-    detrend: str = "constant",
-    start: Any = None,
-) -> Modes:
+def varpro(data: Any, order: int, *, start: Any = None, **sampling: Unpack[Sampling]) -> Modes:
     """Maximum likelihood for white Gaussian noise: common poles, own amplitudes and offset of each sensor.
 
     Parameters
     ----------
     data : (N,) or (N, c) array, or mapping from names to (N,) arrays; NaN where a sample is missing
     order : number of modes
-    rate, time, names, noise, band, detrend : as for `identify`
     start : (order,) complex poles to start from, 1/s; ESPRIT's unless given
+    sampling : rate, time, names, noise, band, detrend, as for `identify`
 
     Returns
     -------
@@ -288,7 +277,7 @@ def varpro(
     degrees of freedom counted, and the fit repeated until it settles. Where the residuals of sensors are correlated
     and white, the fit is repeated with the joint covariance of their noise.
     """
-    signal = read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend)
+    signal = read_signal(data, **sampling)
     order = check_order(signal, order)
     if start is not None:
         poles = np.atleast_1d(np.asarray(start, dtype=complex))

@@ -6,9 +6,7 @@ from evolvent.massprops.inertia.pendulums import (
     bifilar,
     compound,
     multifilar,
-    tared,
     torsion,
-    torsion_stiffness,
     trifilar,
 )
 from evolvent.massprops.inertia.problem import mac, mode_energies, partners
@@ -19,11 +17,9 @@ from evolvent.massprops.inertia.uncertainty import (
     Budget,
     Candidate,
     Inertia,
-    Sample,
     inertia_variables,
     monte_carlo,
     propagate,
-    sample,
     with_budget,
 )
 from evolvent.massprops.inertia.vibration import (
@@ -43,7 +39,6 @@ __all__ = [
     "LinearModel",
     "NormalModes",
     "Pose",
-    "Sample",
     "Stand",
     "Start",
     "bifilar",
@@ -67,12 +62,9 @@ __all__ = [
     "partners",
     "propagate",
     "released",
-    "sample",
     "spring_energies",
     "struck",
-    "tared",
     "torsion",
-    "torsion_stiffness",
     "trifilar",
     "vertical_model",
     "with_budget",

@@ -44,24 +44,6 @@ def torsion(frequency: Any, *, stiffness: Any) -> np.ndarray:
     return stiffness / w**2
 
 
-def torsion_stiffness(frequency: Any, *, frequency_empty: Any, inertia: Any) -> np.ndarray:
-    """Stiffness of a torsion pendulum, N m/rad, from a body of known inertia put onto it.
-
-    Parameters
-    ----------
-    frequency, frequency_empty : float, rad/s, with and without the body
-    inertia : float, kg m2
-
-    Notes
-    -----
-    1/omega^2 - 1/omega_empty^2 = I / kappa.
-    """
-    w, w0, inertia = positive(frequency=frequency, frequency_empty=frequency_empty, inertia=inertia)
-    if np.any(w >= w0):
-        raise InputError(f"frequency is {frequency!r}; with the body on it must be below the empty {frequency_empty!r}")
-    return inertia / (w**-2.0 - w0**-2.0)
-
-
 def compound(frequency: Any, *, mass: Any, distance: Any, amplitude: Any = 0.0, gravity: Any = G0) -> np.ndarray:
     """Moment about the centre of mass, kg m2, of a body that swings about a pivot.
 
@@ -163,34 +145,12 @@ def trifilar(frequency: Any, *, mass: Any, length: Any, radius: Any, **rest: Any
     return multifilar(frequency, mass=mass, length=length, radius=radius, **rest)
 
 
-def tared(pendulum: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
-    """A pendulum whose platform's own moment is taken off.
-
-    Parameters
-    ----------
-    pendulum : `bifilar` or `trifilar` or `multifilar`
-
-    Returns
-    -------
-    callable
-        Of frequency, mass (of the body alone), frequency_empty, mass_empty (of the platform) and the geometry, which
-        both measurements share, so that its errors go into the difference once.
-    """
-
-    def moment(frequency: Any, *, mass: Any, frequency_empty: Any, mass_empty: Any, **geometry: Any) -> np.ndarray:
-        mass, mass_empty = positive(mass=mass, mass_empty=mass_empty)
-        loaded = pendulum(frequency, mass=mass + mass_empty, **geometry)
-        return loaded - pendulum(frequency_empty, mass=mass_empty, **geometry)
-
-    return moment
-
-
 def budget(pendulum: Callable[..., np.ndarray], values: Mapping[str, float], std: Mapping[str, float]) -> Budget:
     """The moment that a pendulum gives, with the uncertainty that each measured number adds.
 
     Parameters
     ----------
-    pendulum : function of this module, or what `tared` returns
+    pendulum : function of this module
     values : mapping of str to float, its arguments by name
     std : mapping of str to float, their standard deviations; one left out is exact
     """

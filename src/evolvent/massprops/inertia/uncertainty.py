@@ -21,7 +21,6 @@ class Budget:
     outputs : tuple of str
     value : (p,) float, of the outputs
     inputs : tuple of str
-    input_std : (q,) float, standard deviation of each input; nan for a group of correlated data
     sensitivity : (q, p) float, derivative of the outputs by the inputs; nan for a group
     contribution : (q, p) float, standard deviation that each input alone would give
     """
@@ -29,7 +28,6 @@ class Budget:
     outputs: tuple[str, ...]
     value: np.ndarray
     inputs: tuple[str, ...]
-    input_std: np.ndarray
     sensitivity: np.ndarray
     contribution: np.ndarray
 
@@ -230,48 +228,14 @@ def with_budget(inertia: Inertia, inputs: Mapping[str, float]) -> Inertia:
         outputs=p.unknown,
         value=at,
         inputs=tuple(labels),
-        input_std=np.concatenate([std, np.full(blank, np.nan)]),
         sensitivity=np.concatenate([sensitivity, np.full((blank, len(at)), np.nan)]),
         contribution=np.abs(np.concatenate(rows)),
     )
     return dataclasses.replace(inertia, covariance=covariance, budget=budget)
 
 
-@dataclasses.dataclass(frozen=True)
-class Sample:
-    """Results of a Monte Carlo.
-
-    Attributes
-    ----------
-    outputs : tuple of str
-    values : (n, p) float
-    """
-
-    outputs: tuple[str, ...]
-    values: np.ndarray
-
-    @property
-    def mean(self) -> np.ndarray:
-        """(p,) float."""
-        return self.values.mean(axis=0)
-
-    @property
-    def std(self) -> np.ndarray:
-        """(p,) float."""
-        return self.values.std(axis=0, ddof=1)
-
-    @property
-    def covariance(self) -> np.ndarray:
-        """(p, p) float."""
-        return np.atleast_2d(np.cov(self.values, rowvar=False))
-
-    def interval(self, coverage: float = 0.95) -> np.ndarray:
-        """(2, p) float, the central interval that holds the share `coverage` of the sample."""
-        return np.quantile(self.values, [0.5 - coverage / 2, 0.5 + coverage / 2], axis=0)
-
-
-def monte_carlo(inertia: Inertia, inputs: Mapping[str, float], *, samples: int = 2000, seed: int = 0) -> Sample:
-    """Distribution of the identified values under that of inputs and data (GUM Supplement 1).
+def monte_carlo(inertia: Inertia, inputs: Mapping[str, float], *, samples: int = 2000, seed: int = 0) -> np.ndarray:
+    """(samples, p) identified values, drawn under the distribution of inputs and data (GUM Supplement 1).
 
     Parameters
     ----------
@@ -310,7 +274,7 @@ def monte_carlo(inertia: Inertia, inputs: Mapping[str, float], *, samples: int =
         if p.prior:
             r[..., -len(p.prior) :] -= shift
         values = values - r @ P.T
-    return Sample(p.unknown, values)
+    return values
 
 
 def propagate(
@@ -356,22 +320,5 @@ def propagate(
     sensitivity = (plus - minus) / (2.0 * step[:, None])
     contribution = sensitivity * u[:, None]
     C = np.eye(len(x)) if correlation is None else np.asarray(correlation, dtype=float)
-    budget = Budget(tuple(outputs), np.asarray(function(x)), names, u, sensitivity, np.abs(contribution))
+    budget = Budget(tuple(outputs), np.asarray(function(x)), names, sensitivity, np.abs(contribution))
     return budget, contribution.T @ C @ contribution
-
-
-def sample(
-    function: Callable[[np.ndarray], np.ndarray],
-    values: Mapping[str, float],
-    std: Mapping[str, float],
-    *,
-    outputs: Sequence[str],
-    samples: int = 100_000,
-    seed: int = 0,
-) -> Sample:
-    """Monte Carlo beside `propagate`: normal, independent inputs."""
-    names = tuple(values)
-    x = np.array([float(values[name]) for name in names])
-    u = np.array([float(std.get(name, 0.0)) for name in names])
-    draws = x + u * np.random.default_rng(seed).standard_normal((samples, len(x)))
-    return Sample(tuple(outputs), np.asarray(function(draws)))

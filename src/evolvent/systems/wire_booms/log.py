@@ -14,14 +14,12 @@ import numpy as np
 from evolvent.base.errors import InputError
 from evolvent.results.measurements import Measurements, Series
 from evolvent.systems.wire_booms.case import PAIRS
-from evolvent.systems.wire_booms.structure import timeline
+from evolvent.systems.wire_booms.structure import SPEED, timeline
 
 COLUMNS = (
     "pair", "start_utc", "end_utc", "stroke_before_m", "stroke_after_m", "rate_before_rpm", "rate_after_rpm",
 )  # fmt: skip
 RPM = 2.0 * math.pi / 60.0
-#: Duration of a step whose times cannot be used: its length over this speed, m/s.
-SPEED = 6e-3
 #: Rise of the rate from one row to the next above which the craft was spun up between them, rpm.
 SPIN_UP = 0.5
 #: Variables that a log holds.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Array = np.ndarray
 #: Directions of the booms, body axes; a pair is opposite.
 DIRECTIONS = {"1": (1.0, 0.0), "2": (-1.0, 0.0), "3": (0.0, 1.0), "4": (0.0, -1.0)}
-#: Speed of a pay-out that the log does not hold.
+#: Speed of a pay-out that the log does not hold, and of one whose times there cannot be used, m/s.
 SPEED = 6e-3
 
 
