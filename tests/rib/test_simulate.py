@@ -473,10 +473,6 @@ def test_the_parts_of_a_system_have_names():
     ("changes", "words"),
     [
         ({"contact.self": True, "contact.law": "conservative"}, "contact.self does not support"),
-        (
-            {"contact.law": "conservative", "solver.method": "generalized-alpha"},
-            "contact.law is 'conservative', which solver.method generalized-alpha does not support",
-        ),
         ({"output.every": "1 us"}, "too many"),
         ({"solver.step": "0.1 us"}, "too many|more than 1e+09"),
         ({"drive": {"kind": "tip", "rate": 1, "ramp": 200}}, "drive.ramp is 200 s"),

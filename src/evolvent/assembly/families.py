@@ -231,8 +231,7 @@ FAMILIES = (
         which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0),
     ),
     Family(
-        "a contact with the law conservative", "cylinders", EVERY - {IMPLICIT},
-        "use energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
+        "a contact with the law conservative", "cylinders", EVERY, which=lambda found: _is_conservative(found),
     ),
     Family(
         "a contact with the paper's law", "cylinders", EVERY,
@@ -252,8 +251,8 @@ FAMILIES = (
         which=lambda found: found["friction"] > 0.0,
     ),
     Family(
-        "a contact between bodies with the law conservative", "body_contacts", EVERY - {IMPLICIT},
-        "use energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
+        "a contact between bodies with the law conservative", "body_contacts", EVERY,
+        which=lambda found: _is_conservative(found),
     ),
 )  # fmt: skip
 

@@ -30,7 +30,7 @@ class ContactLaw(Part):
     law : {"hunt-crossley", "conservative", "paper"}
         Law of the normal force against the depth: hunt-crossley damps in proportion to the elastic force, paper by
         a damper beside it; conservative, of energy-momentum, gives back over a step all of the energy that it stores.
-        Explicit methods, equilibrium and modes take hunt-crossley in its place; generalized-alpha refuses it.
+        All but energy-momentum take hunt-crossley in its place.
     stiffness : float, N/m^n
         Of each contact point.
     exponent : float

@@ -109,11 +109,6 @@ class Case(Section):
             )
         if contact.self and contact.law == "conservative":
             yield "contact.law is 'conservative', which contact.self does not support; use hunt-crossley"
-        elif contact.law == "conservative" and self.solver.method == ALPHA:
-            yield (
-                f"contact.law is 'conservative', which solver.method {ALPHA} does not support; use energy-momentum, "
-                f"or contact.law hunt-crossley"
-            )
         if isinstance(numbers, tuple) and max(numbers) > rib.elements:
             yield f"damping.elements names element {max(numbers)}, but rib.elements is {rib.elements}"
         if rib.root_friction > 0.0 and self.method not in IMPLICIT:
