@@ -8,7 +8,6 @@ from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import beam_loads, hinge, joint, loads, rigid, rod, springs, thermal, thread
-from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
 _3D, _4D = types.Array(REAL, 3, "C"), types.Array(REAL, 4, "C")
@@ -23,29 +22,17 @@ def fill_observations(times, Y, S, model, position, velocity, tension, spool, R,
     """Fill `observations.Observations`, all but the first four arguments, from the states Y, S at `times`."""
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     for n in range(times.size):
-        rhs(times[n], Y[n], S[n], model, model.dy[0])
+        if threads.size > 0:
+            evaluate_threads(times[n], Y[n], S[n], model)
+        for k in range(nodes.size):
+            tension[n, k] = nodes[k].tension
+            for c in range(3):
+                position[n, k, c], velocity[n, k, c] = nodes[k].x[c], nodes[k].v[c]
         for p in range(threads.size):
-            for i in range(S[n, p]):
-                tension[n, threads[p].node + i] = nodes[threads[p].node + i].tension
+            spool[n, p, 0], spool[n, p, 1] = threads[p].phi, threads[p].turning
+            for i in range(threads[p].sums.size):
+                thread_sums[n, p, i] = threads[p].sums[i]
         inventory(times[n], Y[n], S[n], model, sums[n])
-        for p in range(threads.size):
-            thread.thread_inventory(Y[n], S[n], model, p, thread_sums[n, p])
-            first, b = threads[p].node, threads[p].body
-            spool[n, p, 0] = threads[p].phi
-            spool[n, p, 1] = threads[p].b[1] / threads[p].r
-            for i in range(threads[p].n):
-                k = first + i
-                if i < S[n, p]:
-                    for c in range(3):
-                        position[n, k, c] = nodes[k].x[c]
-                        velocity[n, k, c] = nodes[k].v[c]
-                    continue
-                node = thread.wound_node(threads, bodies, p, i)
-                w = bodies[b].w
-                turning = cross(w[0], w[1], w[2], node[0], node[1], node[2])
-                for c in range(3):
-                    position[n, k, c] = bodies[b].x[c] + node[c]
-                    velocity[n, k, c] = bodies[b].v[c] + turning[c] + node[3 + c]
         for b in range(bodies.size):
             for c in range(3):
                 X[n, b, c] = bodies[b].x[c]
@@ -55,10 +42,20 @@ def fill_observations(times, Y, S, model, position, velocity, tension, spool, R,
                     R[n, b, c, d] = bodies[b].R[c, d]
 
 
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
+def evaluate_threads(t, y, s, model):
+    """Fields of threads and nodes that are results, into the records; tensions are those of explicit methods."""
+    rhs(t, y, s, model, model.dy[0])
+    for p in range(model.threads.size):
+        thread.note_results(y, s, model, p)
+
+
 @indirect(void(REAL, VECTOR, INTEGERS, VECTOR, REAL, MODEL))
 def evaluate(t, y, s, la, factor, model):
     """Fields that are results, of a state with the multipliers la of joints and a load factor, into the records."""
     f = model.flexible
+    if model.threads.size > 0:
+        evaluate_threads(t, y, s, model)
     rigid.kinematics(t, y, model)
     if model.springs.size > 0:
         springs.evaluate_springs(t, y, model)

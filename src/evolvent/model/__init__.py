@@ -74,13 +74,17 @@ RECORDS: dict[str, np.dtype] = {
     "links": _record("a b sense", "length drum axis zero", axis=_3, zero=_3),
     # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
     "guides": _record("kind body", "direction axis value", direction=_3, axis=_3),
+    # tip: the point mass that the first node is, or -1. Of a step: rest lengths at the spool, rates of the spool and
+    # squares of the end's speed at both ends; sums: of `kernels.thread.energy`
     "threads": _record(
         "kind iq iv n node copies body drive first last law spool_q spool_v turned carried separates end slack coupled "
-        "spool_switch motor_profile motor_law motor_first motor_last",
+        "spool_switch motor_profile motor_law motor_first motor_last tip",
         "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture "
         "coiling core spool_friction spool_viscous",
-        "Q d X phi b spool leaving start field r loose motor friction rest0 rest1 turning0 turning1 square0 square1",
+        "Q d X phi b spool leaving start field r loose motor friction rest0 rest1 turning0 turning1 square0 square1 "
+        "sums turning reach out hub torque hub_pull end_pull kinetic elastic linear angular",
         departure=_3, payout_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
+        sums=(N_INVENTORY,), hub_pull=_3, end_pull=_3, linear=_3, angular=_3,
     ),
     # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step
     # lengths and elongations at both ends, direction at its end
@@ -268,6 +272,41 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
             "force on end b across the axis of the mount, elastic and damping part, inertial axes",
         ),
         "stored": ("energy_elastic", "J", "elastic energy"),
+    },
+    "threads": {
+        "phi": ("angle", "rad", "angle of the spool, positive pays out"),
+        "turning": ("rate", "rad s-1", "rate of the spool"),
+        "torque": ("torque", "N m", "torque of the thread's tension on the spool"),
+        "reach": ("radius", "m", "radius at which the tape leaves the spool"),
+        "motor": ("motor_torque", "N m", "torque of the motor on the spool, positive pays out"),
+        "friction": ("friction_torque", "N m", "torque of friction and brake on the spool"),
+        "out": ("deployed_length", "m", "length of thread paid out"),
+        "hub": ("hub_tension", "N", "tension at the spool"),
+        "hub_pull": ("hub_force", "N", "pull of the thread where it leaves the spool, inertial axes"),
+        "end_pull": ("end_force", "N", "force on the end part, inertial axes"),
+        "Q": ("hub_position", "m", "where the thread leaves the spool, inertial axes"),
+        "kinetic": (
+            "energy_kinetic",
+            "J",
+            "kinetic energy of the released thread, of wound thread that is carried and of a free spool{copies}",
+        ),
+        "elastic": ("energy_elastic", "J", "elastic energy of the segments{copies}"),
+        "linear": (
+            "momentum",
+            "kg m s-1",
+            "linear momentum of released thread, and of wound thread that is carried{copies}, inertial axes",
+        ),
+        "angular": (
+            "angular_momentum",
+            "kg m2 s-1",
+            "angular momentum about the inertial origin of released thread, and of wound thread that is carried"
+            "{copies}",
+        ),
+    },
+    "nodes": {
+        "x": ("position", "m", "positions of the nodes from the tip, wound ones on their spool, inertial axes"),
+        "v": ("velocity", "m s-1", "velocities of the nodes, inertial axes"),
+        "tension": ("tension", "N", "tension of the segment inwards of each node, NaN while it is wound"),
     },
     "hinges": {
         "angle": ("angle", "rad", "angle of the second side as seen from the first, any number of turns"),

@@ -218,6 +218,7 @@ class Thread(Part):
             spool_friction=drive.friction,
             spool_viscous=drive.viscous,
             spool_switch=-1,
+            tip=-1,
             motor_profile=drive.profile,
             motor_law=drive.motor,
             motor_first=drive.motor_first,
@@ -236,6 +237,7 @@ class Thread(Part):
             q, rate = builder.coordinates(x, v)
             point = builder.add("points", iq=q, iv=rate, mass=0.0, compliance=0.0)
             builder.names[f"{name}.tip"] = ("points", point)
+            row["tip"] = point
             marker = builder.add("markers", kind=springs.ON_POINT, index=point, local=np.zeros(3))
             self.fix_tip(builder, name, marker, v)
         at = builder.rows["markers"][row["end"]]

@@ -212,7 +212,8 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
     by_law = np.any(model.springs["law"] != 0) or f.custom_forces.size or _acts_on_an_end(model)
     families = ("bodies", "points") if by_law else ("bodies",)
     for p in np.unique(model.loads["target"][_turns_with_thread(model.loads)]):
-        own.extend(range(*velocity_slice(model, "threads", p).indices(work.n_v)))
+        where = velocity_slice(model, "threads", int(p))
+        own.extend(range(where.start, where.stop) if where else ())
     for family, index in work.assembly.names.values():
         if family == "rods":  # whose own tangent is complete
             for body in sorted(set(bodies_of(model, family, index)) & _attached(model)):

@@ -76,10 +76,10 @@ def linearized_points(assembly: Assembly, y: Array) -> dict[str, LinearizedPoint
             found.update({f"{name}[{i}]": node for i, node in enumerate(nodes)})
             found[f"{name}.root"], found[f"{name}.tip"] = nodes[0], nodes[-1]
         elif family == "threads":
-            nodes = _thread_nodes(assembly, index, where, y)
-            found.update({f"{name}[{i}]": node for i, node in nodes.items()})
-            if 0 in nodes:
-                found[f"{name}.tip"] = nodes[0]
+            released = _thread_nodes(assembly, index, where, y)
+            found.update({f"{name}[{i}]": node for i, node in released.items()})
+            if 0 in released:
+                found[f"{name}.tip"] = released[0]
         elif family == "points":
             found[name] = LinearizedPoint(_at(y, assembly.model.points["iq"][index]), where, np.eye(3), None)
         else:

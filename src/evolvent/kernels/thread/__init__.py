@@ -37,6 +37,7 @@ from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.free import add_spool_tangent, has_release, until_release
 from evolvent.kernels.thread.implicit import add_thread_residual, add_thread_tangent
 from evolvent.kernels.thread.loads import add_node_load_tangents, load_resultant, node_loads
+from evolvent.kernels.thread.results import note_results
 from evolvent.kernels.thread.spool import (
     hold_torque,
     is_loose,
@@ -96,6 +97,7 @@ __all__ = [
     "longest_step",
     "measure_threads",
     "node_loads",
+    "note_results",
     "paid_out",
     "project_chain",
     "reels",
