@@ -9,7 +9,7 @@ from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import hinge, joint, rigid, springs, thread
 from evolvent.kernels.rotations import cross
-from evolvent.model import MODEL
+from evolvent.model import KEPT, MODEL
 
 _3D, _4D = types.Array(REAL, 3, "C"), types.Array(REAL, 4, "C")
 
@@ -63,8 +63,7 @@ def evaluate(t, y, s, la, model):
     if model.springs.size > 0:
         springs.evaluate_springs(t, y, model)
     if f.hinges.size > 0:
-        hinge.add_hinges(t, y, 0.0, s, model, f.F)
-        hinge.add_kept_friction(y, f.hinges)
+        hinge.add_hinges(t, y, KEPT, s, model, f.F)
     for k in range(f.joints.size):
         joint.joint_geometry(t, y, k, model)
         joint.note_reaction(k, la[k], model)
