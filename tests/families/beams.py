@@ -271,14 +271,15 @@ def layer() -> Case:
             length=0.4,
             section=SQUARE,
             material=HARD,
-            elements=2,
+            elements=1,
             formulation="cable",
             position=place,
             direction=(-1.0, 0.0, 0.0),
         )
         found.add(below, "below")
         for end, x in (("root", -0.8), ("tip", -1.2)):
-            found.add(parts.Joint(a=(x, *place[1:]), b=f"below.{end}", type="clamp"), f"below-{end}")
+            held = {"type": "clamp", "stiffness": 1e5, "rotational_stiffness": 2e4}
+            found.add(parts.Joint(a=(x, *place[1:]), b=f"below.{end}", **held), f"below-{end}")
         given: dict[str, Any] = {"thickness": thickness, "stiffness": K_TOUCH, "points": 1, "centre": (-0.5, -3.0, 0.0)}
         found.add(parts.SelfContact(body="ground", over="rod", under="below", **given), "layer")
 
@@ -321,7 +322,7 @@ def friction() -> Case:
     K = (stiff + stick) * np.array([[count, arms.sum()], [arms.sum(), arms @ arms]])
     across = np.linalg.eigvals(np.diag([1.0, 12.0]) @ K / MASS)
     return Case(
-        part="left", system=system, end=0.8, step=1e-3, theory=5e-4,
+        part="left", system=system, end=0.8, step=8e-6, theory=5e-4, kink=1e-5,
         seen=lambda assembly, y: coordinates(assembly, y, "rod")[..., 0, 0, :1],
         motion=lambda t: columns(v * t - 0.5 * (mu * math.sqrt(2.0) * g - along) * t**2),
         still=(MASS * along / (2 * count * stick),), poles=springs_poles(2 * count * stick / MASS, *across, *across),

@@ -32,6 +32,7 @@ class Case:
     end : float, s, of the motion; step : float, s, of RK4
     stops : bool, whether an event ends the motion, at `end`
     theory : float, relative difference between the system and that of the closed form
+    kink : float, relative error of explicit methods where their order falls: friction that sets in within a step
     still : (k,) float, exact values in equilibrium; poles : (n,) complex, the slowest ones, exact
     time, rotating, damped : options of statics and modes
     """
@@ -44,6 +45,7 @@ class Case:
     step: float
     stops: bool = False
     theory: float = 1e-7
+    kink: float = 0.0
     still: ArrayLike | None = None
     poles: ArrayLike | None = None
     time: float = 0.0

@@ -67,7 +67,7 @@ def rubbing_sphere() -> Case:
         return found
 
     return Case(
-        part="touch", system=system, seen=at("lever"), end=0.6, step=1e-3, theory=5e-4,
+        part="touch", system=system, seen=at("lever"), end=0.6, step=1e-3, theory=5e-4, kink=1e-3,
         motion=lambda t: columns(rate * t - 0.5 * (mu * N - torque) / INERTIA * np.square(t)),
         still=(torque / stick,), poles=(1j * math.sqrt(stick / INERTIA),),
     )  # fmt: skip

@@ -57,7 +57,7 @@ def friction() -> Case:
         system=lambda: on_axes(load / M * AXES[0], v * AXES[0], friction=F, bristle_stiffness=stick),
         seen=lambda assembly, y: (coordinates(assembly, y, "mass") @ AXES[0])[..., None],
         end=0.25,  # before it stops, at 0.31 s
-        step=1e-3, theory=5e-4,
+        step=1e-3, theory=5e-4, kink=1e-4,
         motion=lambda t: columns(rest * (1.0 - np.cos(w * t)) + v / w * np.sin(w * t)),
         still=(load / (K[0] + stick),), poles=springs_poles((K[0] + stick) / M, K[1] / M, K[2] / M),
     )  # fmt: skip

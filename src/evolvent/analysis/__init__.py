@@ -118,9 +118,9 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
         return energy_momentum.NAME, f"{what}: steps of any length gain no energy"
     if model.flexible.body_contacts.size and families.ENERGY not in refused:
         return energy_momentum.NAME, "contact: steps of any length gain no energy"
-    held = _constraint(assembly)
-    if held and families.EXPLICIT not in refused and len(refused) < 2:
-        refused[families.EXPLICIT] = f"{held!r} is a constraint, which implicit methods keep without drift; "
+    stiff = _better_implicit(assembly)
+    if stiff and families.EXPLICIT not in refused and len(refused) < 2:
+        refused[families.EXPLICIT] = f"{stiff}; "
     if families.EXPLICIT in refused and families.ENERGY not in refused and has_loops(model):
         return energy_momentum.NAME, "loops of joints, which may pass positions where they depend on one another"
     if families.EXPLICIT in refused and families.IMPLICIT not in refused:
@@ -137,13 +137,16 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
     return "dopri5", "bodies, points and springs: adaptive steps of fifth order"
 
 
-def _constraint(assembly: Any) -> str:
-    """Name of a joint that is a constraint, but for links and guides; nothing where there is none."""
-    joints = assembly.model.flexible.joints
+def _better_implicit(assembly: Any) -> str:
+    """Why implicit methods suit a constraint (but for links and guides) or friction better; nothing without one."""
+    joints, hinges = assembly.model.flexible.joints, assembly.model.flexible.hinges
     for k in np.flatnonzero(joints["stiffness"] == 0.0):
         name = assembly.joint_parts[k]
         if assembly.names.get(name, ("",))[0] not in ("links", "guides"):
-            return str(name)
+            return f"{name!r} is a constraint, which implicit methods keep without drift"
+    for k in np.flatnonzero(hinges["friction"] > 0.0):
+        name = families.owner(assembly, "hinges", int(k))
+        return f"{name!r} has friction, which sticks by stiff bristles"
     return ""
 
 

@@ -24,7 +24,7 @@ from evolvent.solvers import drive, implicit
 from evolvent.solvers.drive import METHODS, STEP_ALLOWED
 from evolvent.solvers.laws import law_failure, refusing_laws
 from evolvent.solvers.releases import write_accounts
-from evolvent.solvers.sampled import Sampled
+from evolvent.solvers.sampled import Sampled, bristles
 from evolvent.solvers.solution import Solution
 
 IMPLICIT = implicit.NAME
@@ -453,11 +453,13 @@ class Stepper:
     def _solve(self, end: float) -> None:
         model = self.assembly.model
         accounts = int(model.info.nq) + int(model.info.nv)
-        y = self._y.copy()
+        y, states = self._y.copy(), bristles(model)
         y[accounts:] = 0.0
+        y[states] = self._y[states]
         found = self._plan.going_on(np.array([self.time, end]), y, self._s).run()
         if found.status != "success":
             raise RunFailed(found.message, self)
+        self._y[states] = 0.0
         kept = self._y[accounts:]
         self._y, self._s = found.y[-1].copy(), found.s[-1].copy()
         self._y[accounts:] += kept

@@ -301,6 +301,7 @@ class Builder:
             mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
             ne=2 * n_threads + len(self.rows["events"]) + self._latches() + self._brakes(), brakes=self._brakes(),
             bandwidth=bandwidth, gravity=self.gravity,
+            rubbed=self.rubbed,
             penalties=sum(row["stiffness"] > 0.0 for row in self.rows["joints"]),
         )  # fmt: skip
         values = np.array(self.values, dtype=float)
@@ -368,6 +369,14 @@ class Builder:
             size = families[name].size
             families[name]["account"] = at + count * np.arange(size)
             at += count * size
+        self.rubbed, one = -1, np.ones(families["body_contacts"].size, dtype=int)
+        if any(np.any(families[name]["friction"] > 0.0) for name in ("hinges", "cylinders", "body_contacts")):
+            self.rubbed, at = at, at + 1
+        points = families["cylinders"]["last"] - families["cylinders"]["first"]
+        for name, counts in (("cylinders", points), ("body_contacts", one)):
+            sizes = np.where(families[name]["friction"] > 0.0, 3 * counts, 0)
+            families[name]["account"] = np.where(sizes > 0, at + np.cumsum(sizes) - sizes, -1)
+            at += int(sizes.sum())
         return at - first
 
     def _brakes(self) -> int:

@@ -211,8 +211,7 @@ FAMILIES = (
         which=lambda found: ~_is_angle(found) & (found["friction"] == 0.0),
     ),
     Family(
-        "a joint coordinate with friction", "hinges", _NOT_EXPLICIT,
-        "leave out `friction`, or use energy-momentum or generalized-alpha",
+        "a joint coordinate with friction", "hinges", EVERY,
         which=lambda found: found["friction"] > 0.0,
     ),
     Family("a motor", "motors", EVERY),
@@ -226,8 +225,7 @@ FAMILIES = (
         ),
     ),
     Family(
-        "a contact with friction", "cylinders", _NOT_EXPLICIT,
-        "leave out `friction`, or use energy-momentum or generalized-alpha",
+        "a contact with friction", "cylinders", EVERY,
         which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0),
     ),
     Family(
@@ -238,7 +236,7 @@ FAMILIES = (
         which=_is("law", contact_laws.PAPER),
     ),
     Family(
-        "a layer on other turns", "cylinders", _NOT_EXPLICIT, "use energy-momentum or generalized-alpha",
+        "a layer on other turns", "cylinders", EVERY,
         which=lambda found: found["under"] >= 0,
     ),
     Family(
@@ -246,8 +244,7 @@ FAMILIES = (
         which=lambda found: (found["friction"] == 0.0) & (found["law"] == contact_laws.HUNT_CROSSLEY),
     ),
     Family(
-        "a contact between bodies with friction", "body_contacts", _NOT_EXPLICIT,
-        "leave out `friction`, or use energy-momentum or generalized-alpha",
+        "a contact between bodies with friction", "body_contacts", EVERY,
         which=lambda found: found["friction"] > 0.0,
     ),
     Family(

@@ -1,8 +1,11 @@
 """Beams, rods, contacts, hinges, penalty joints, laws between points under explicit methods: forces, energies.
 
 Gears and joints on nodes of beams must be penalties (`stiffness` above 0): other constraints are rows of
-`evolvent.kernels.constraint_rows`. Contact cannot stick. `evolvent.solvers.flexible` finds the fastest mode.
+`evolvent.kernels.constraint_rows`. Bristles of frictions at the start of a step are among the accounts.
+`evolvent.solvers.flexible` finds the fastest mode.
 """
+
+import math
 
 from numba import types, void
 
@@ -27,9 +30,11 @@ from evolvent.model import (
     BY_JOINTS,
     BY_MASS,
     BY_STIFFNESS,
+    DISSIPATED,
     ELASTIC,
     H_BODY,
     IMPULSE,
+    KEPT,
     KINETIC,
     MODEL,
     N_ACCOUNTS,
@@ -77,7 +82,8 @@ def add_flexible_forces(t, y, s, model, dy):
             fields.add_beam_fields(t, y, model, P)
         for i in range(n_v):
             given += P[i] * y[n_q + i]
-    by_contact, _ = contact.add_contacts(y, y, 0.0, -1.0, 1.0, 0.0, 0.0, model, F)
+    step = math.inf if model.info.stepping != 0 else -1.0
+    by_contact, _ = contact.add_contacts(y, y, KEPT, step, 1.0, 0.0, 0.0, model, F)
     for k in range(f.cylinders.size):
         dy[account + IMPULSE + k] = f.cylinders[k].normal
     if f.rods.size > 0:
@@ -88,7 +94,7 @@ def add_flexible_forces(t, y, s, model, dy):
         by_stiffness += viscous
         given += heat
     if f.hinges.size > 0:
-        _, by_joints = hinge.add_hinges(t, y, 0.0, s, model, F)
+        _, by_joints = hinge.add_hinges(t, y, KEPT, s, model, F)
         coordinate.write_account_rates(model, dy)
         info = model.info
         info.step = min(info.step, hinge.longest_step(f.hinges))
@@ -120,7 +126,7 @@ def add_flexible_inventory(t, y, s, model, out):
         out[ELASTIC] += part[1]
         P, H = out[P_ALL : P_ALL + 3], out[H_BODY : H_BODY + 3]
         flexible.beam_momenta(y, 0, f.elements.size, model, P, H)
-    contact.add_contacts(y, y, 0.0, -1.0, 1.0, 0.0, 0.0, model, F)
+    contact.add_contacts(y, y, KEPT, -1.0, 1.0, 0.0, 0.0, model, F)
     out[ELASTIC] += contact.energy_of(model)
     if f.rods.size > 0:
         part = model.sums[1]
@@ -128,7 +134,7 @@ def add_flexible_inventory(t, y, s, model, out):
         rod.evaluate_rods(model, part)
         out[ELASTIC] += part[1]
     if f.hinges.size > 0:
-        energy, _ = hinge.add_hinges(t, y, 0.0, s, model, F)
+        energy, _ = hinge.add_hinges(t, y, KEPT, s, model, F)
         out[ELASTIC] += energy
     if f.custom_forces.size > 0:
         out[ELASTIC] += custom.custom_energies(t, y, model)
@@ -136,6 +142,33 @@ def add_flexible_inventory(t, y, s, model, out):
         if joint.is_penalty(t, s, f.joints, k):
             joint.joint_geometry(t, y, k, model)
             out[ELASTIC] += joint.penalty_energy(f.joints, k)
+
+
+@indirect(void(REAL, VECTOR, INTEGERS, REAL, MODEL))
+def end_frictions(t, y, s, step, model):
+    """Make the state y at t the start of the next explicit step for frictions: bristles and losses into its accounts.
+
+    Parameters
+    ----------
+    step : float, s, infinity at the end of a step, below 0 at the start of a run
+
+    Notes
+    -----
+    Within a step frictions act over the interval from its start, as under implicit methods (`contact_laws.friction`,
+    `coordinate.kept_friction`); their losses are those of the mean forces of both ends.
+    """
+    f, taken = model.flexible, 0.0
+    rigid.kinematics(t, y, model)
+    if contact.any_contact(model):
+        contact.add_contacts(y, y, KEPT, step, 1.0, 0.0, 0.0, model, f.F)
+        slip, _ = contact.end_contacts(y, model)
+        contact.keep_bristles(y, model)
+        if step > 0.0:
+            y[model.info.rubbed] += slip
+            taken += slip
+    if step > 0.0:
+        taken += hinge.end_frictions(y, s, model)
+    y[model.info.nq + model.info.nv + DISSIPATED] += taken
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64))

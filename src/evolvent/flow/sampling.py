@@ -8,7 +8,7 @@ from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import beam_loads, hinge, joint, loads, rigid, rod, springs, thermal, thread
-from evolvent.model import MODEL
+from evolvent.model import KEPT, MODEL
 
 _3D, _4D = types.Array(REAL, 3, "C"), types.Array(REAL, 4, "C")
 
@@ -68,8 +68,7 @@ def evaluate(t, y, s, la, factor, model):
     if f.beam_loads.size > 0:
         beam_loads.evaluate_beam_loads(t, y, model)
     if f.hinges.size > 0:
-        hinge.add_hinges(t, y, 0.0, s, model, f.F)
-        hinge.add_kept_friction(y, f.hinges)
+        hinge.add_hinges(t, y, KEPT, s, model, f.F)
     for k in range(f.joints.size):
         joint.joint_geometry(t, y, k, model)
         joint.note_reaction(k, la[k], model)

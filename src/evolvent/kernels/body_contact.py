@@ -26,7 +26,7 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.compiled.jit import MATRIX, REAL, indirect, inlined
+from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import contact_laws, rigid
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import add_turning, body_columns, turn_axis
@@ -104,10 +104,11 @@ def _shares(row):
     return scale, scale * by_u, scale * by_v, scale * by_w
 
 
-@indirect(_PAIR(REAL, REAL, REAL, REAL, REAL, MODEL))
-def add_bodies(h, step, soft, chi, ratio, model):
+@indirect(_PAIR(VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL))
+def add_bodies(y, h, step, soft, chi, ratio, model):
     """`contact.add_contacts` of two bodies."""
     rows, bodies, lost, rubbed = model.flexible.body_contacts, model.bodies, 0.0, 0.0
+    explicit, h = h < 0.0, max(h, 0.0)
     if h == 0.0:
         measure_bodies(STATE, model)
     for k in range(rows.size):
@@ -165,7 +166,7 @@ def add_bodies(h, step, soft, chi, ratio, model):
             on_a[3], on_a[4], on_a[5] = on_a[3] + ax, on_a[4] + ay, on_a[5] + az
             on_b[3], on_b[4], on_b[5] = on_b[3] + bx, on_b[4] + by, on_b[5] + bz
         if row.friction > 0.0:
-            f, slip, held = _rub(row, A, B, arm_a, arm_b, v, unit, lam, h, step)
+            f, slip, held = _rub(y, row, A, B, arm_a, arm_b, v, unit, lam, h, step, row.account if explicit else -1)
             rubbed += slip if h != 0.0 else 0.0
             row.energy += held
             rubbing[0], rubbing[1], rubbing[2] = f
@@ -187,19 +188,23 @@ def _relative_velocity(A, B, arm_a, arm_b):
 
 
 @inlined
-def _rub(row, A, B, arm_a, arm_b, v, n, lam, h, step):
-    """`contact_laws.rub` of two bodies: the bristle's axes are those of b."""
+def _rub(y, row, A, B, arm_a, arm_b, v, n, lam, h, step, at):
+    """`contact_laws.rub` of two bodies: the bristle's axes are those of b; it stands in the state at `at` >= 0."""
     axes, s, slide, X = contact_laws.body_axes(B.R), (h * v[0], h * v[1], h * v[2]), row.slide, row.X
+    bristle = (row.stick[0], row.stick[1], row.stick[2])
+    if at >= 0:
+        bristle = (y[at], y[at + 1], y[at + 2])
     if h == 0.0 and step > 0.0:
-        x, y, z = turn_back(A.R, arm_a[0], arm_a[1], arm_a[2])
-        qx, qy, qz = turn(row.Q, x, y, z)
-        x, y, z = turn_back(B.R, arm_b[0], arm_b[1], arm_b[2])
-        s = turn(B.R, x - X[0] - qx, y - X[1] - qy, z - X[2] - qz)
+        x, yy, z = turn_back(A.R, arm_a[0], arm_a[1], arm_a[2])
+        qx, qy, qz = turn(row.Q, x, yy, z)
+        x, yy, z = turn_back(B.R, arm_b[0], arm_b[1], arm_b[2])
+        s = turn(B.R, x - X[0] - qx, yy - X[1] - qy, z - X[2] - qz)
     s = contact_laws.tangential(s[0], s[1], s[2], n[0], n[1], n[2])
     slide[0], slide[1], slide[2] = contact_laws.into_axes(axes, s)
-    x, y, z = contact_laws.from_axes(axes, row.stick)
-    u = contact_laws.tangential(x, y, z, n[0], n[1], n[2])
-    return contact_laws.rub(row, row, axes, u, s, lam, step)
+    x, yy, z = contact_laws.from_axes(axes, bristle)
+    u = contact_laws.tangential(x, yy, z, n[0], n[1], n[2])
+    slip = contact_laws.tangential(v[0], v[1], v[2], n[0], n[1], n[2])
+    return contact_laws.rub(row, row, axes, u, s, slip, lam, step)
 
 
 @indirect(void(REAL, REAL, MODEL, SPARSE))

@@ -43,8 +43,10 @@ def add_contacts(y0, y1, h, step, soft, chi, ratio, model, F):
     Parameters
     ----------
     y0, y1 : (ny,) float, states at both ends, whose gaps are measured; of a state both are the same
-    h : float, s, length of the step that conserves energy, or 0 of a state
-    step : float, s, length of the step that ends in y1; 0 where a run begins; below 0 without steps (statics, explicit)
+    h : float, s, length of the step that conserves energy, 0 of a state, or KEPT of one with its bristles among the
+        accounts
+    step : float, s, length of the step that ends in y1, infinity within a step of an explicit method; 0 where a run
+        begins; below 0 without steps (statics, samples)
     soft, chi, ratio : float, of `contact_laws.press`; 1, 0 and 0 of a state
 
     Returns
@@ -55,7 +57,7 @@ def add_contacts(y0, y1, h, step, soft, chi, ratio, model, F):
     if model.flexible.cylinders.size > 0:
         lost, rubbed = add_points(y0, y1, h, step, soft, chi, ratio, model, F)
     if model.flexible.body_contacts.size > 0:
-        by_bodies, by_rubbing = body_contact.add_bodies(h, step, soft, chi, ratio, model)
+        by_bodies, by_rubbing = body_contact.add_bodies(y1, h, step, soft, chi, ratio, model)
         lost, rubbed = lost + by_bodies, rubbed + by_rubbing
     return lost, rubbed
 
@@ -79,6 +81,20 @@ def end_contacts(y, model):
         by_bodies, damped_bodies = body_contact.end_bodies(model)
         slip, damped = slip + by_bodies, damped + damped_bodies
     return slip, damped
+
+
+@inlined
+def keep_bristles(y, model):
+    """Write the bristles at the start of the next step into the accounts of the state y."""
+    cylinders, contacts, rows = model.flexible.cylinders, model.flexible.contact_points, model.flexible.body_contacts
+    for k in range(cylinders.size):
+        at = cylinders[k].account
+        for i in range(cylinders[k].first, cylinders[k].last if at >= 0 else 0):
+            for c in range(3):
+                y[at + 3 * (i - cylinders[k].first) + c] = contacts[i].stick[c]
+    for k in range(rows.size):
+        for c in range(3 if rows[k].account >= 0 else 0):
+            y[rows[k].account + c] = rows[k].stick[c]
 
 
 @inlined
@@ -125,6 +141,7 @@ def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
     """
     flexible, bodies, n_q, lost, rubbed = model.flexible, model.bodies, model.info.nq, 0.0, 0.0
     cylinders, contacts, elements = flexible.cylinders, flexible.contact_points, flexible.elements
+    explicit, h = h < 0.0, max(h, 0.0)
     if h == 0.0:
         surfaces.measure_points(y1, surfaces.STATE, model)
     for k in range(cylinders.size):
@@ -165,7 +182,8 @@ def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
                 lost += lam * fell - (stored - before) - filtered * (gap0 - gap1)
             f, n, whole = (lam * m[0], lam * m[1], lam * m[2]), point.n, point.f
             if row.friction > 0.0:
-                drag, slip, held = _rub(y1, point, row, body, elements, half, u, arm, p, a, unit, lam, h, step)
+                at = row.account + 3 * (i - row.first) if explicit else -1
+                drag, slip, held = _rub(y1, point, row, body, elements, half, u, arm, p, a, unit, lam, h, step, at)
                 f = (f[0] + drag[0], f[1] + drag[1], f[2] + drag[2])
                 energy += held
                 rubbed += slip if h != 0.0 else 0.0
@@ -245,8 +263,12 @@ def _push(F, G, point, elements, c, L, half, arm, f, n_q):
 
 
 @inlined
-def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step):
-    """`contact_laws.rub` of a contact point with the unit normal n; u, arm, p : m, of `_place`.
+def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step, at):
+    """`contact_laws.rub` of a contact point with the unit normal n; its bristle stands in the state at `at` >= 0.
+
+    Parameters
+    ----------
+    u, arm, p : of `_place`
 
     Notes
     -----
@@ -262,6 +284,9 @@ def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step):
         size = math.sqrt(ex * ex + ey * ey + ez * ez)
         ex, ey, ez = ex / size, ey / size, ez / size
         axes = ((ex, ey, ez), cross(n[0], n[1], n[2], ex, ey, ez), (0.0, 0.0, 0.0))
+    bristle = (point.stick[0], point.stick[1], point.stick[2])
+    if at >= 0:
+        bristle = (y[at], y[at + 1], y[at + 2])
     if h == 0.0 and step > 0.0 and not layered:
         x, yy, z = turn(body.R, q[0], q[1], q[2])
         s = (arm[0] - x, arm[1] - yy, arm[2] - z)
@@ -270,12 +295,13 @@ def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step):
         x, yy, z = surfaces.combined(y, elements[c].iq, half, surfaces.shape(elements[c].length, point.xi))
         s = (p[0] - x - off * a[0], p[1] - yy - off * a[1], p[2] - z - off * a[2])
     s = contact_laws.tangential(s[0], s[1], s[2], n[0], n[1], n[2])
-    b = contact_laws.from_axes(axes, point.stick)
+    v = contact_laws.tangential(u[0], u[1], u[2], n[0], n[1], n[2])
+    b = contact_laws.from_axes(axes, bristle)
     if layered:
         q[0], q[1], q[2] = contact_laws.into_axes(axes, s)
     else:
         b = contact_laws.tangential(b[0], b[1], b[2], n[0], n[1], n[2])
-    return contact_laws.rub(point, row, axes, b, s, lam, step)
+    return contact_laws.rub(point, row, axes, b, s, v, lam, step)
 
 
 @indirect(_PAIR(VECTOR, MODEL))

@@ -375,12 +375,13 @@ def body_axes(R):
 
 
 @inlined
-def rub(point, row, axes, u, s, normal, step):
+def rub(point, row, axes, u, s, v, normal, step):
     """Friction on a contact over an interval, what its slip takes, and the energy of its bristle: (force, J, J).
 
     Parameters
     ----------
     axes : of the bristle; u, s : m, the bristle at the start, and the displacement over the step, inertial axes
+    v : m/s, velocity of the slip, which damps a bristle that sticks where `step` is infinite: within an explicit step
     normal : float, N; step : float, s, length of the step that ends here, 0 or less without one
 
     Notes
@@ -390,6 +391,12 @@ def rub(point, row, axes, u, s, normal, step):
     damping = row.bristle_damping if step > 0.0 else 0.0
     found = friction(u[0], u[1], u[2], s[0], s[1], s[2], normal, row.friction, row.bristle_stiffness, damping, step)
     f = (found[0], found[1], found[2])
+    if row.bristle_damping > 0.0 and step == math.inf and not found[6]:
+        c, limit = row.bristle_damping, row.friction * normal
+        f = (f[0] - c * v[0], f[1] - c * v[1], f[2] - c * v[2])
+        size = math.sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
+        scale = limit / size if size > limit else 1.0
+        f = (scale * f[0], scale * f[1], scale * f[2])
     q, q1, d, t, half = point.stick, point.stick1, point.drag1, point.t, 0.5 * row.bristle_stiffness
     before = half * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
     q1[0], q1[1], q1[2] = into_axes(axes, (found[3], found[4], found[5]))
@@ -441,4 +448,7 @@ def bound_of(row, radius):
     Of laws with an exponent above 1 the stiffness is that at the depth `DEPTH`; radius : str, name of its field.
     """
     stiffness = row["exponent"] * row["stiffness"] * (DEPTH * row[radius]) ** (row["exponent"] - 1.0)
-    return stiffness, row["damping"] if row["law"] == PAPER else 0.0
+    damping = row["damping"] if row["law"] == PAPER else 0.0
+    if row["friction"] > 0.0:
+        stiffness, damping = max(stiffness, row["bristle_stiffness"]), max(damping, row["bristle_damping"])
+    return stiffness, damping

@@ -57,6 +57,17 @@ def friction_force(hinges, k, x):
 
 
 @inlined
+def kept_friction(y, hinges, k, moved):
+    """Friction at a coordinate that has moved since a state whose friction is among the accounts of y."""
+    friction, stick = hinges[k].friction, hinges[k].stick
+    if friction <= 0.0:
+        return 0.0
+    force = min(max(y[hinges[k].account + FRICTION_FORCE] + stick * moved, -friction), friction)
+    hinges[k].bristle, hinges[k].rubs = force / stick, force
+    return force
+
+
+@inlined
 def bristle_energy(hinges, k):
     """Energy of the bristle of coordinate k, J."""
     return 0.5 * hinges[k].stick * hinges[k].bristle * hinges[k].bristle

@@ -20,11 +20,12 @@ from evolvent.kernels.coordinate import (
     add_synchronizations,
     bristle_energy,
     friction_force,
+    kept_friction,
     latch_torque,
     note_peaks,
     synchronization_energy,
 )
-from evolvent.model import FRICTION_FORCE, MODEL, family_type
+from evolvent.model import BY_FRICTION, FRICTION_FORCE, MODEL, family_type
 
 _I = types.int64
 #: Angle that a step may turn a hinge by, rad; the quarter turns of its start distinguish turns up to 3/4 pi.
@@ -102,9 +103,11 @@ def add_hinges(t, y, h, s, model, F):
     Parameters
     ----------
     t : float, s, middle of the interval
-    y, h : as of `axial.measure_between`; with h > 0 after `measure_hinges` of both ends
+    y, h : as of `axial.measure_between`; with h > 0 after `measure_hinges` of both ends; or KEPT, of a state with its
+        frictions among the accounts
     """
-    hinges, n_q = model.flexible.hinges, model.info.nq
+    hinges, n_q, kept = model.flexible.hinges, model.info.nq, h < 0.0
+    h = max(h, 0.0)
     for k in range(hinges.size):
         axial.measure_between(hinges, model.bodies, k, y, h, s[hinges[k].switch])
     share, sticks = (1.0, 1.0) if h == 0.0 else (0.5, 2.0)  # friction is that of the end
@@ -113,7 +116,11 @@ def add_hinges(t, y, h, s, model, F):
         latched, x, rate = s[hinges[k].switch + 1], hinges[k].angle, hinges[k].rate
         start = x if h == 0.0 else hinges[k].before
         torque, stiffness, damping, stored, lost = hinge_law(hinges, k, latched, start, x, rate)
-        rubs, stick = friction_force(hinges, k, x)
+        if kept:
+            moved = x - hinges[k].before if model.info.stepping != 0 else 0.0
+            rubs, stick = kept_friction(y, hinges, k, moved), 0.0
+        else:
+            rubs, stick = friction_force(hinges, k, x)
         hinges[k].torque, hinges[k].stored = torque + rubs, stored + bristle_energy(hinges, k)
         hinges[k].slope = stiffness + sticks * stick + hinges[k].applied_slope
         hinges[k].damper = damping + hinges[k].applied_damper
@@ -128,13 +135,20 @@ def add_hinges(t, y, h, s, model, F):
 
 
 @inlined
-def add_kept_friction(y, hinges):
-    """Add to torques and energies of a kept state the friction among its accounts, without any of their own."""
+def end_frictions(y, s, model):
+    """Frictions at the end of an explicit step into the accounts of the state y there; returns what they take, J."""
+    hinges, taken = model.flexible.hinges, 0.0
     for k in range(hinges.size):
-        hinges[k].rubs = y[hinges[k].account + FRICTION_FORCE]
-        hinges[k].torque += hinges[k].rubs
-        if hinges[k].stick > 0.0:
-            hinges[k].stored += 0.5 * hinges[k].rubs * hinges[k].rubs / hinges[k].stick
+        if hinges[k].friction > 0.0:
+            at, stick, before = hinges[k].account, hinges[k].stick, hinges[k].before
+            measure_coordinate(y, s, hinges, model.bodies, k)
+            moved, start = hinges[k].angle - before, y[at + FRICTION_FORCE]
+            end = kept_friction(y, hinges, k, moved)
+            lost = 0.5 * (start + end) * moved - 0.5 * (end * end - start * start) / stick
+            y[at + FRICTION_FORCE] = end
+            y[at + BY_FRICTION] += lost
+            taken += lost
+    return taken
 
 
 @indirect(REAL(INTEGERS, MODEL))
@@ -220,4 +234,5 @@ def hinge_bound(hinges):
     """
     locked = np.isfinite(hinges["latch"])
     stiffness = hinges["stiffness"] + np.maximum(hinges["stop"], 0.0) + np.where(locked, hinges["latch_stiffness"], 0.0)
+    stiffness += np.where(hinges["friction"] > 0.0, hinges["stick"], 0.0)
     return stiffness, hinges["damping"] + np.where(locked, hinges["latch_damping"], 0.0)

@@ -27,6 +27,9 @@ JUMP_ANGULAR, JUMP_LINEAR, N_ACCOUNTS = 5, 8, 11
 #: Accounts that follow in a model with beams or rods, under explicit methods: what causes have taken, and the impulse
 #: of the normal forces of every cylinder.
 BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_JOINTS, IMPULSE = range(5)
+#: In place of the length of an interval: a state, whose frictions are among the accounts (of explicit methods, and of
+#: coordinates at samples).
+KEPT = -1.0
 #: Accounts of each joint's coordinate, which stand last: force of the friction now (N or N m), and what the damper, the
 #: latch and the friction have dissipated (J). Each motor and synchronization has one account.
 FRICTION_FORCE, BY_DAMPER, BY_LATCH, BY_FRICTION, COORDINATE_ACCOUNTS = range(5)
@@ -47,9 +50,14 @@ _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
 RECORDS: dict[str, np.dtype] = {
     # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties and of
     # spools that friction can hold; step: a bound for fixed steps, s; redundant: 1 where joints have a `slack`;
-    # exact: 1 where the residual leaves that out (`solvers.least_norm`)
+    # exact: 1 where the residual leaves that out (`solvers.least_norm`); rubbed: index of the account of what friction
+    # of contacts takes under explicit methods, which the bristles follow; -1 where nothing has friction; stepping:
+    # 1 while an explicit method steps, whose frictions go on from the start of the step
     "info": _record(
-        "nq nv ny ns ne bandwidth penalties brakes redundant exact", "gravity", "step compliance", gravity=_3
+        "nq nv ny ns ne bandwidth penalties brakes redundant exact rubbed stepping",
+        "gravity",
+        "step compliance",
+        gravity=_3,
     ),
     # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
     # acceleration, m/s2; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own
@@ -200,9 +208,10 @@ RECORDS: dict[str, np.dtype] = {
         axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),
     # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
-    # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`
+    # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`;
+    # account: index in the state of the bristle of its first point under explicit methods, three numbers a point
     "cylinders": _record(
-        "body law first last under surface",
+        "body law first last under surface account",
         "sense shift centre axis radius half_length stiffness exponent damping friction bristle_stiffness "
         "bristle_damping",
         "F normal energy power touching",
@@ -230,7 +239,7 @@ RECORDS: dict[str, np.dtype] = {
     # position X and rotation Q of a in the axes of b, and what ends in 0; of its end: what ends in 1. rubbing: friction
     # on a (N), c: point of contact (m), inertial axes; on_a, on_b: force (N) and moment (N m) at the bodies' origins
     "body_contacts": _record(
-        "a b first law surface",
+        "a b first law surface account",
         "place_a axis_a place_b axis_b half_a half_b radius_a radius stiffness exponent damping friction "
         "bristle_stiffness bristle_damping viscous",
         "X Q gap stick damper drag gap1 stick1 damper1 drag1 slide "

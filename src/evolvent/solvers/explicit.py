@@ -18,6 +18,7 @@ from numba import types
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.flow.events import DUE
+from evolvent.flow.explicit_flexible import end_frictions
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import hinge, rigid, thread
@@ -133,6 +134,8 @@ def start_up(model, work):
         project(t, work.y, work.s, model)
     if model.flexible.hinges.size > 0:
         hinge.note_turns(t, work.y, work.s, model)
+    if model.info.rubbed >= 0:
+        end_frictions(t, work.y, work.s, -1.0, model)
     for k in range(work.g0.size):
         work.g0[k] = 0.0
     stop = fire(model, t, work) if work.g.size > 0 else 0
@@ -157,6 +160,19 @@ def end_step(target, corrected, model, work):
     if model.flexible.hinges.size > 0:
         hinge.note_turns(target, work.y, work.s, model)
     return changed
+
+
+@inlined
+def end_rubbing(target, model, work):
+    """Frictions at the end work.y1 of a step at `target`, with what they add to its accounts in work.jump."""
+    if model.info.rubbed < 0:
+        return
+    y1, jump = work.y1, work.jump
+    for n in range(y1.size):
+        jump[n] = -y1[n]
+    end_frictions(target, y1, work.s, math.inf, model)
+    for n in range(y1.size):
+        jump[n] += y1[n]
 
 
 @inlined
@@ -239,6 +255,7 @@ def fixed_step(A, b, c, model, work, budget):
                 if high < h:
                     on_grid = False
                     target, h = t + high, high
+        end_rubbing(target, model, work)
         keep_samples_by_cubics(t, h, target - near, until, model, work)
         end_step(target, corrected, model, work)
         if on_grid:
@@ -345,7 +362,10 @@ def keep_samples_before(P, t, h, time, work):
     """Keep the samples before a time in a step, by the step's continuous extension."""
     loop = work.loop
     while loop.sample < work.samples.size and work.samples[loop.sample] < time:
-        interpolate(P, work.y, work.K, h, (work.samples[loop.sample] - t) / h, work.w)
+        theta = (work.samples[loop.sample] - t) / h
+        interpolate(P, work.y, work.K, h, theta, work.w)
+        for n in range(work.jump.size):
+            work.w[n] += theta * work.jump[n]
         keep_sample(work, work.w)
 
 
@@ -413,13 +433,17 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
         following = max(h * factor, loop.step) if landing else h * factor
         part = event_in_step(P, t, h, target, end, model, work) if watch else NO_EVENT
         if 0.0 < part < 1.0:
+            for n in range(work.jump.size):
+                work.jump[n] = 0.0
             keep_samples_before(P, t, h, t + part * h, work)
             target = t + part * h
             h = target - t
             stages(A, c, model, t, y, s, h, 1, until, work)
             add_stages(b, b.size, y, h, K, y1)
+            end_rubbing(target, model, work)
             landing = False
         else:
+            end_rubbing(target, model, work)
             keep_samples_before(P, t, h, target, work)
         changed = end_step(target, corrected, model, work)
         stop = end_events(part != NO_EVENT, target, model, work)

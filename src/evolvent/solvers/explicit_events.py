@@ -36,6 +36,7 @@ class ExplicitWorkspace(Struct):
     samples : (nt,) float, times to keep the state at
     out_y, out_s : (nt, ny) float, (nt, ns) int, states kept
     log_t, log_k : (nlog,) float and int, time and number of every event; a loop returns where they run short
+    jump : (ny,) float, what frictions have added to the end of the step; (0,) without
     K : (stages, ny) float, stages; w, y1 : (ny,) and g, g0 : (ne,) float, scratch
     R0, x0, R1, x1 : (nb, 3, 3) and (nb, 3) float, rotations and positions of the bodies at both ends of a step
     """
@@ -51,6 +52,7 @@ class ExplicitWorkspace(Struct):
     K: np.ndarray = array(2)
     w: np.ndarray = array(1)
     y1: np.ndarray = array(1)
+    jump: np.ndarray = array(1)
     g: np.ndarray = array(1)
     g0: np.ndarray = array(1)
     R0: np.ndarray = array(3)

@@ -14,6 +14,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.rhs import rhs
+from evolvent.kernels import contact
 from evolvent.solvers import balance as eb
 from evolvent.solvers import explicit, run
 from evolvent.solvers import explicit_events as ex
@@ -61,6 +62,7 @@ class Run(run.Run):
         began = clock.perf_counter()
         self.advance = load(self.model, self.tableau, rtol=of.rtol, atol=of.atol)
         self.compile_time = of.compile_time + clock.perf_counter() - began
+        contact.clear_history(self.model)
         self.work = _workspace(self.assembly, of.times, self.tableau, of.step)
         self.unresolved = strain_round_off(self.model)
         self.seen = [self._look(np.array([of.times[0]]), self.work.y[None], self.work.s[None])]
@@ -195,6 +197,7 @@ def _workspace(assembly: Assembly, times: np.ndarray, tableau: Method, step: flo
         K=np.zeros((tableau.b.size, n)),
         w=np.zeros(n),
         y1=np.zeros(n),
+        jump=np.zeros(n if assembly.model.info.rubbed >= 0 else 0),
         g=np.zeros(n_e),
         g0=np.zeros(n_e),
         **{name: np.zeros((assembly.model.bodies.size, 3, 3)) for name in ("R0", "R1")},
@@ -228,6 +231,10 @@ def load(model: mdl.Model, tableau: Method, *, rtol: float, atol: float) -> Call
     needs.load(model, explicit.start_up, ex.fire, steps)
 
     def advance(work: ex.ExplicitWorkspace, budget: int) -> int:
-        return int(steps(*options, model, work, budget))
+        model.info.stepping = 1
+        try:
+            return int(steps(*options, model, work, budget))
+        finally:
+            model.info.stepping = 0
 
     return advance

@@ -160,6 +160,10 @@ def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
         found["by_mass"], found["by_stiffness"] = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
         found["by_contact"], found["by_joints"] = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]
         found["by_springs"] -= causes[:, : mdl.IMPULSE].sum(axis=1)
+    found["by_friction"] = y[:, model.flexible.hinges["account"] + mdl.BY_FRICTION].sum(axis=1)
+    if model.info.rubbed >= 0:
+        found["by_friction"] += y[:, int(model.info.rubbed)]
+    found["by_springs"] -= found["by_friction"]
     return found.view(np.recarray)
 
 
@@ -181,7 +185,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     for k in range(t.size):
         rhs(t[k], y[k], s[k], model, dy)
         found.acceleration[k] = dy[n_q : n_q + n_v]
-        found.cylinders[k], found.wrenches[k], found.touches[k], _ = forces_of(model)
+        found.cylinders[k], found.wrenches[k], found.touches[k], found.friction[k] = forces_of(model)
         found.balance.contact[k] = found.cylinders[k, :, 9].sum() + found.touches[k, :, 17].sum()
         found.la[k], coupled = joint.penalty_values(t[k], s[k], f.joints)
         found.la[k, model.rows["index"][rows]] = model.la[rows]
@@ -194,13 +198,20 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
             evaluate_rods(model, own)
             found.balance.bending[k] += own[2]
         if f.hinges.size:
-            coupled += hinge.add_hinges(t[k], y[k], 0.0, s[k], model, scratch)[0]
+            coupled += hinge.add_hinges(t[k], y[k], mdl.KEPT, s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled
         found.balance.elastic[k] -= coupled
     if f.cylinders.size:
         first = n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE
         found.cylinders[:, :, 7] = y[:, first : first + f.cylinders.size]
     return found
+
+
+def bristles(model: mdl.Model) -> Array:
+    """Indices of the accounts that are states: forces of frictions of coordinates, and deflections of contacts'."""
+    last = int(model.info.ny)
+    first = int(model.info.rubbed) + 1 if model.info.rubbed >= 0 else last
+    return np.concatenate([model.flexible.hinges["account"] + mdl.FRICTION_FORCE, np.arange(first, last)]).astype(int)
 
 
 def angular_momentum(sums: Array) -> Array:

@@ -112,7 +112,6 @@ class View:
         model = self.model.copy()
         f = model.flexible
         la = np.ascontiguousarray(self.solution.la) if f.joints.size else np.zeros((self.t.size, 0))
-        f.hinges["friction"] = f.hinges["bristle"] = 0.0  # which the states have among their accounts
         records = {name: families.records(model, name) for name in RESULTS}
         found = {
             name: {field: np.empty((self.t.size, *np.shape(rows[field]))) for field in RESULTS[name]}
