@@ -207,8 +207,6 @@ def test_what_explicit_methods_refuse() -> None:
     path = parts.PrescribedMotion(at="rib.tip", drive=parts.ConstantDrive(rate=0.0))
     words = r"do not support 'path' \(a joint driven along a path on a beam's node and .*generalized-alpha"
     refused(lambda s: s.add(path, "path"), words)
-    hub = parts.CylinderContact(body="ground", beams=["rib"], radius=0.6, friction=0.3)
-    refused(lambda s: s.add(hub, "hub"), "'hub' is a contact with friction.*generalized-alpha")
 
 
 def test_a_joint_is_a_penalty_as_a_whole() -> None:

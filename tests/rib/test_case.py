@@ -147,11 +147,6 @@ def test_a_length_of_time_is_found():
         ("wind", {"rib.root": "clamp", "rib.root_stiffness": 1}, ["rib.root_stiffness", "'clamp'", "hinge"]),
         ("wind", {"rib.root": "clamp", "rib.root_damping": 1}, ["rib.root_damping", "'clamp'"]),
         ("wind", {"rib.root": "clamp", "rib.root_friction": 1}, ["rib.root_friction", "'clamp'"]),
-        (
-            "wind",
-            {"rib.root_friction": 0.1, "solver.method": "rk4"},
-            ["rib.root_friction is given", "solver.method 'rk4'", "generalized-alpha"],
-        ),
         ("wind", {"rib.young_modulus": "5 m"}, ["rib.young_modulus is '5 m'", "'70 GPa'"]),
         ("wind", {"rib.widht": 1}, ["'rib.widht'", "did you mean 'rib.width'?"]),
         ("wind", {"hub.radius": 0}, ["hub.radius is 0", "a length above 0"]),

@@ -29,8 +29,10 @@ def run() -> xr.DataTree:
 def observed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Names of the parts whose results were made, in order."""
     made: list[str] = []
-    real = observe.of_family
-    monkeypatch.setattr(observe, "of_family", lambda view, name: made.append(name) or real(view, name))
+    for family in ("points", "springs"):
+        real = observe.OBSERVERS[family]
+        wrapped = lambda view, name, real=real: made.append(name) or real(view, name)  # noqa: E731
+        monkeypatch.setitem(observe.OBSERVERS, family, wrapped)
     return made
 
 
@@ -43,6 +45,16 @@ def test_variables_of_a_part_are_made_when_one_is_asked_for(observed):
     assert type(found["bob"]) is type(found) is xr.DataTree
     assert repr(found)
     assert observed == ["bob", "spring"]
+
+
+def test_a_part_without_variables_is_an_empty_group() -> None:
+    """A reel that no thread uses."""
+    system = System()
+    system.add(parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 1.0)), "hub")
+    system.add(parts.Reel(body="hub", centre=(0.1, 0.0, 0.0), radius=0.05, drive=parts.ConstantDrive(rate=0.0)), "reel")
+    found = system.simulate(until=0.1, every=0.05)
+    assert not found["reel"].data_vars
+    assert repr(found)
 
 
 @pytest.mark.parametrize(

@@ -120,7 +120,8 @@ FAMILIES = (
     ),
     Family(
         "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
-        "use segments 'springs', or dopri5: fixed lengths have directions as unknowns, which explicit methods move",
+        "use segments 'springs' (equilibrium and modes: on a driven spool), or dopri5 for motions: fixed lengths have "
+        "directions as unknowns, which explicit methods move",
         which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] != FREE),
     ),
     Family(
@@ -130,7 +131,8 @@ FAMILIES = (
     ),
     Family(
         "a thread with segments of fixed length on a free spool", "threads", _EXPLICIT,
-        "use segments 'springs', or dopri5: fixed lengths have directions as unknowns, which explicit methods move",
+        "use segments 'springs' (equilibrium and modes: on a driven spool), or dopri5 for motions: fixed lengths have "
+        "directions as unknowns, which explicit methods move",
         which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] == FREE),
     ),
     Family(

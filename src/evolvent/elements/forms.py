@@ -410,7 +410,7 @@ def cable_stretch_form(
 ) -> Form:
     """Constants of the thin cable with engineering strain, for `kernels.cable.stretch_force`.
 
-    They stand where those of a quadratic form would, but are none: not to be added, nor given to `cable_force`.
+    They stand where those of a quadratic form would, but are none: not to be added, nor given to other elements.
 
     Parameters
     ----------

@@ -90,7 +90,8 @@ def thread_load(t, loads, model, bodies, k, body, chord, x, v, e):
             return turn(bodies[body].R, fx, fy, fz)
         return fx, fy, fz
     if loads[k].kind == LAW:
-        return force_law_at(loads[k].law)(x, v, t, p)
+        fx, fy, fz = force_law_at(loads[k].law)(x, v, t, p)
+        return loads[k].scale * fx, loads[k].scale * fy, loads[k].scale * fz
     if loads[k].kind == UNIFORM:
         if p[3] != 0.0:
             return turn(bodies[body].R, p[0], p[1], p[2])
@@ -113,15 +114,18 @@ def node_share(loads, k, i, span):
 
 @inlined
 def _note_state(y, k, model):
-    """What the law of load k is called with: position and velocity of its marker, of a torque `pose` and rate.
+    """What the law of load k is called with: position and velocity of its marker, of a torque angular velocity.
 
-    A pose is the position and, row after row, the rotation matrix of the body, whose columns are its axes.
+    With `attitude` the position is a pose: the rotation matrix of the body, whose columns are its axes, follows it, row
+    after row.
     """
     m, x, v = model.loads[k].target, model.scratch[1], model.scratch[2]
     px, py, pz, v[0], v[1], v[2] = marker_kinematics(y, model.markers, model.points, model.bodies, m)
     if model.loads[k].kind == TORQUE:
-        x, w, R = model.pose, model.bodies[model.markers[m].index].w, model.bodies[model.markers[m].index].R
+        w = model.bodies[model.markers[m].index].w
         v[0], v[1], v[2] = w[0], w[1], w[2]
+    if model.loads[k].attitude != 0:
+        x, R = model.pose, model.bodies[model.markers[m].index].R
         for r in range(3):
             for c in range(3):
                 x[3 + 3 * r + c] = R[r, c]
@@ -243,7 +247,7 @@ def _law_slopes(t, y, k, value, c_rate, model, G):
     x, v = _note_state(y, k, model)
     force_law_gradient(loads[k].law, q, t, x, v, 1.0, 0.0, G, 0)
     force_law_gradient(loads[k].law, q, t, x, v, 0.0, 1.0 if c_rate != 0.0 else 0.0, G, 3)
-    if loads[k].kind == TORQUE:
+    if loads[k].attitude != 0:
         torque_law_turns(loads[k].law, q, t, x, v, G, 6)
     for c in range(3):
         for d in range(3):
@@ -325,7 +329,7 @@ def add_load_tangent(t, y, k, c_rate, turning, model, matrix):
                 K[18 + a, c] += L[a, c]
     if by_law:
         _add_change(K, 1.0, G, 0, J, n)
-        if is_torque:
+        if loads[k].attitude != 0:
             _turn_columns(bodies, i, n, L)
             _add_change(K, 1.0, G, 6, L, n)
         if c_rate != 0.0:

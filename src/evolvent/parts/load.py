@@ -25,7 +25,7 @@ from evolvent.parts.profile import ForceProfile, TorqueProfile, write_profile
 
 
 def _add(builder: Builder, name: str, kind: int, target: int, **fields: int) -> None:
-    whole = {"law": 0, "law_first": 0, "law_last": 0, "node": -1, **fields}
+    whole = {"law": 0, "law_first": 0, "law_last": 0, "node": -1, "attitude": 0, "scale": 1.0, **fields}
     builder.names[name] = ("loads", builder.add("loads", kind=kind, target=target, **whole))
 
 
@@ -401,4 +401,6 @@ def _write_load(builder: Builder, name: str, kind: int, target: int, load: Force
         of = "torque" if kind == kernels.TORQUE else "force"
         found = write_law(builder, name, load.law, of, load.parameters, load.constants)
         fields |= {"law": found["law"], "law_first": found["first"], "law_last": found["last"]}
+        turns = not callable(load.law) or getattr(load.law, "needs_attitude", False)
+        fields["attitude"] = int(kind == kernels.TORQUE and turns)
     _add(builder, name, kind, target, **_parameters(builder, values), **fields)

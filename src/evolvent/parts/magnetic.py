@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.parts.base import Part, PointReference
 from evolvent.parts.load import Torque
 
@@ -52,6 +53,10 @@ class MagneticTorque(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write a torque by a law of the attitude (`Torque`)."""
+        if builder.location(self.at, f"{name}.at").family == "beams":
+            raise InputError(
+                f"{name}.at is {self.at!r}, a node of a beam, which has no attitude; give a body, or a node of a rod"
+            )
         names = ("mx", "my", "mz", "b1", "b2", "b3")
         constants = dict(zip(names, itertools.chain(self.moment, self.field), strict=True))
         times = {"start": self.start, "end": self.end, "ramp": self.ramp}

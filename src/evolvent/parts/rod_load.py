@@ -46,6 +46,6 @@ def write_line_load(builder: Builder, name: str, load: Any, vector: np.ndarray) 
     for i, (length, place) in enumerate(zip(lengths, places, strict=True)):
         target = builder.add("markers", kind=springs.ON_BODY, index=row["first_body"] + i, local=place)
         first, last = builder.parameters([*(length * vector), *times, *rest])
-        whole = {"law": 0, "law_first": 0, "law_last": 0, "node": -1, **law}
+        whole = {"law": 0, "law_first": 0, "law_last": 0, "node": -1, "attitude": 0, "scale": 1.0, **law}
         builder.add("loads", kind=kernels.AT_MARKER, target=target, first=first, last=last, **whole)
     builder.names[name] = ("loads", index)

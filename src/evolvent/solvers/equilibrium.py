@@ -247,6 +247,7 @@ def unbalance(t, step, factor, share, model, b, r):
         first = model.loads[k].first
         for c in range(loads.vector_size(model.loads[k].kind)):
             model.parameters[first + c] = factor * b.parameters[first + c]
+        model.loads[k].scale = factor
     for k in range(model.fields.size):
         model.fields[k].scale = factor
     rigid.kinematics(t, b.y, model)

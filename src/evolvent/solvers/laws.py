@@ -262,7 +262,9 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
         body = model.bodies[marker["index"]]
         x, v = np.array(found[:3]), np.array(found[3:])
         if is_torque:
-            x, v = np.concatenate([x, body["R"].ravel()]), body["w"].copy()
+            v = body["w"].copy()
+        if use.row["attitude"] != 0:
+            x = np.concatenate([x, body["R"].ravel()])
         yield x, v, time
     elif use.family == "beam_loads":
         iq, iv = (int(use.row[key]) for key in ("iq", "iv"))

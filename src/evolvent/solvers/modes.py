@@ -12,6 +12,7 @@ import scipy.sparse as sparse
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import EvolventError, InputError, RunFailed
+from evolvent.kernels import fields
 from evolvent.solvers.eigenproblem import Problem, along_axes
 from evolvent.solvers.laws import law_failure
 from evolvent.solvers.linear_motion import has_symmetric_stiffness, matrices
@@ -19,7 +20,8 @@ from evolvent.solvers.modal import Modes
 from evolvent.solvers.positions import rigid_motions
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.static import solve_static
-from evolvent.solvers.static_work import Work
+from evolvent.solvers.static_work import Work, refuse_thread_mass
+from evolvent.solvers.still_threads import freeze_spools
 
 Array = np.ndarray
 
@@ -103,6 +105,8 @@ def at_equilibrium(
     """The equilibrium that is given or found, an assembly with a copy of the model, and `matrices` there."""
     equilibrium, y, time, rotating, centre = where
     families.check(assembly, families.MODES)
+    if np.any(assembly.model.fields["kind"] == fields.ORBIT):
+        refuse_thread_mass(assembly, "gyroscopic forces in an orbital frame modes leave out")
     assembly = dataclasses.replace(assembly, model=assembly.model.copy())
     if equilibrium is None:
         equilibrium = solve_static(assembly, y=y, time=time, rotating=rotating, centre=centre)
@@ -112,7 +116,8 @@ def at_equilibrium(
         raise InputError(f"equilibrium is a motion by {equilibrium.method}; it must be a solution of solve_static")
     if not equilibrium.success:
         raise RunFailed(f"there is no equilibrium to vibrate about: {equilibrium.message}", equilibrium)
-    assembly = dataclasses.replace(assembly, s=equilibrium.s[-1].copy())
+    still = freeze_spools(assembly.model, float(equilibrium.t[-1]))
+    assembly = dataclasses.replace(assembly, model=still, s=equilibrium.s[-1].copy())
     try:
         work = Work(assembly, equilibrium.y[-1], float(equilibrium.t[-1]), equilibrium.path.spin)
         work.allow_redundant()

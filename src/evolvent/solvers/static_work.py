@@ -73,18 +73,23 @@ def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
         raise InputError(f"rotating does not support the field {name!r}; leave out rotating, or the field")
     if np.linalg.norm(np.cross(axis, gravity)) > 1e-9 * np.linalg.norm(axis) * np.linalg.norm(gravity):
         raise InputError(f"gravity {tuple(gravity)} is not along the axis of the steady turn, so nothing is steady")
+    refuse_thread_mass(assembly, "centrifugal forces equilibria in a steady turn leave out")
     for name, (family, index) in assembly.names.items():
-        if family == "threads" and _has_mass_on_free_body(model, model.threads[index]):
-            raise InputError(
-                f"the thread {name!r} has mass on a free body, by wound_mass 'carried' or by its `end`, whose "
-                f"centrifugal forces equilibria in a steady turn leave out; use wound_mass 'ignored', or end it at a "
-                f"point mass"
-            )
         if family == "bodies" and model.bodies["motion"][index] == rigid.SPIN:
             own = model.bodies["R0"][index] @ model.bodies["axis"][index]
             if np.linalg.norm(np.cross(axis, own)) > 1e-9 * np.linalg.norm(axis):
                 raise InputError(f"the axis of {name!r} is not along that of the steady turn")
     return spin
+
+
+def refuse_thread_mass(assembly: Assembly, left_out: str) -> None:
+    """Refuse threads with mass on free bodies, of which a solver leaves something out; `left_out` names that."""
+    for name, (family, index) in assembly.names.items():
+        if family == "threads" and _has_mass_on_free_body(assembly.model, assembly.model.threads[index]):
+            raise InputError(
+                f"the thread {name!r} has mass on a free body, by wound_mass 'carried' or by its `end`, whose "
+                f"{left_out}; use wound_mass 'ignored', or end it at a point mass"
+            )
 
 
 def _has_mass_on_free_body(model: mdl.Model, thread: np.record) -> bool:

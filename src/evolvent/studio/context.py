@@ -84,8 +84,9 @@ class Context(abc.ABC):
                       close_button="Close", classes="ev-notify")  # fmt: skip
 
     def ask(
-        self, title: str, name: str, take: Callable[[str], Any], *, word: str, marks: tuple[str, str], note: str = ""
-    ) -> None:
+        self, title: str, name: str, take: Callable[[str], Any], *, word: str, marks: tuple[str, str], note: str = "",
+        most: int = 0,
+    ) -> None:  # fmt: skip
         """Ask for a name; the dialog stays open until `take` takes what is typed.
 
         Parameters
@@ -94,13 +95,14 @@ class Context(abc.ABC):
         name : str, what stands in the field at first
         word : str, of the button
         marks : (str, str), names of field and button in tests of the page
+        most : int, characters that can be typed, 0 for any number
         """
         with self.dialogs, ui.dialog(value=True) as dialog, ui.card().style("min-width:min(360px,90vw)"):
             ui.label(title).classes("ev-title")
             if note:
                 ui.label(note).classes("ev-what")
             typed = ui.input("name", value=name).props(f'outlined dense autofocus data-testid="{marks[0]}"')
-            typed.classes("w-full")
+            typed.classes("w-full").props(f"maxlength={most}" if most else "")
 
             def done() -> None:
                 if self.attempt(lambda: take(typed.value or "")):

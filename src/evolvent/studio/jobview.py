@@ -145,5 +145,5 @@ def ask_title(page: Context, key: str) -> None:
     jobs = page.studio.jobs
     page.ask(
         f"Rename run {int(key[:4])}", jobs.get(key).title, lambda name: jobs.rename(key, name), word="Rename",
-        marks=("title", "title-done"),
+        marks=("title", "title-done"), most=80,
     )  # fmt: skip

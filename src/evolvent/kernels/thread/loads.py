@@ -151,11 +151,14 @@ def _add_node_load(t, c_rate, a, p, at, share, model, matrix):
             value = share * window(t, q[4], q[5], q[6])
             own = model.parameters[loads[a].law_first : loads[a].law_last]
             force_law_gradient(loads[a].law, own, t, x, v, 1.0, c_rate, A, 0)
+            for c in range(3):
+                for d in range(3):
+                    A[c, d] *= q[c]
             if turns:
                 for d in range(3):
                     A[0, d], A[1, d], A[2, d] = turn(R, A[0, d], A[1, d], A[2, d])
         else:
-            value = share
+            value = share * loads[a].scale
             force_law_gradient(loads[a].law, q, t, x, v, 1.0, c_rate, A, 0)
         add_block(matrix, at, at, A, 0, 0, 3, 3, -value)
     if turns:

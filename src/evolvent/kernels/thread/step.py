@@ -190,9 +190,8 @@ def add_thread_step(t, h, y, v0, v1, model, F):
         else:
             spools += 0.5 * torque * (before + after) - threads[p].field
         if bodies[b].motion == rigid.DRIVEN:
-            nx, ny, nz = turn(bodies[b].R, threads[p].chord[0], threads[p].chord[1], threads[p].chord[2])
-            w = bodies[b].w
-            driven += torque * (nx * w[0] + ny * w[1] + nz * w[2])
+            a = bodies[b].axis
+            driven += torque * bodies[b].rate * (a[0] * n[0] + a[1] * n[1] + a[2] * n[2])
     return dissipated, given, spools, driven
 
 

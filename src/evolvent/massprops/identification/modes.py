@@ -153,7 +153,7 @@ class Modes:
     @property
     def natural_frequency_std(self) -> Array:
         """(m,) rad/s, first order."""
-        return np.sqrt(np.diag(self.natural_frequency_covariance))
+        return np.sqrt(np.maximum(np.diag(self.natural_frequency_covariance), 0.0))
 
     @property
     def damping_ratio_std(self) -> Array:

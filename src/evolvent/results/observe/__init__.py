@@ -77,7 +77,7 @@ def observe(solution: Solution, parts: Iterable[str] | None = None) -> dict[str,
         if name not in view.assembly.parts:  # the ground, or none
             continue
         own = observe_part(view, name)
-        if own.variables:
+        if own.variables or view.assembly.names[name][0] in OBSERVERS:
             symbols.add_symbols(view, name, own)
             found[name] = own
     return found

@@ -12,7 +12,6 @@ from evolvent.base.schema import Section
 from evolvent.systems.wrapped_rib.keys import (
     ALPHA,
     ENERGY,
-    IMPLICIT,
     KINDS,
     MOST_ELEMENTS,
     MOTIONS,
@@ -111,11 +110,6 @@ class Case(Section):
             yield "contact.law is 'conservative', which contact.self does not support; use hunt-crossley"
         if isinstance(numbers, tuple) and max(numbers) > rib.elements:
             yield f"damping.elements names element {max(numbers)}, but rib.elements is {rib.elements}"
-        if rib.root_friction > 0.0 and self.method not in IMPLICIT:
-            yield (
-                f"rib.root_friction is given, but solver.method {self.method!r} does not support friction; use "
-                f"{ENERGY} or {ALPHA}"
-            )
 
     def _refused_helix(self) -> Iterator[str]:
         rib, hub, drive, rise = self.rib, self.hub, self.drive, self.rise
