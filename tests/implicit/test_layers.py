@@ -194,13 +194,6 @@ def test_refusals(fields: dict[str, Any], words: str) -> None:
         wound(0.0015, **fields)
 
 
-def test_explicit_methods_refuse_layers() -> None:
-    from evolvent.assembly import families
-
-    with pytest.raises(InputError, match="'layer-0' is a layer on other turns"):
-        families.check(wound(0.0015), families.EXPLICIT)
-
-
 def test_a_pressed_coil_springs_apart_without_gaining() -> None:
     """A free coil whose turns are pressed into one another: what the account gains falls with the step's square."""
     gained = []

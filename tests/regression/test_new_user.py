@@ -124,7 +124,11 @@ def test_a_refusal_names_all_parts_and_the_method_that_supports_them() -> None:
     words = r"'gear' is a gear that is a constraint, which rk4, heun and dopri5 do not support"
     with pytest.raises(InputError, match=words) as error:
         system.simulate(until=0.01, every=1e-3, method="dopri5")
-    system.add(parts.RotationalSpring(a="ground", b="one", friction=0.1), "bearing")
-    with pytest.raises(InputError, match=r"'bearing' \(a .*\); energy-momentum supports all of them$") as error:
+    section = Circle(radius=0.01)
+    beam = parts.Beam(length=1.0, section=section, material=METAL, elements=1, position=(0.0, 0.0, 9.0))
+    system.add(beam, "beam")
+    system.add(parts.PrescribedMotion(at="beam.tip", drive=parts.ConstantDrive(rate=0.0)), "path")
+    words = r"'gear' \(a .*\), 'path' \(a .*\); energy-momentum and generalized-alpha support all of them$"
+    with pytest.raises(InputError, match=words) as error:
         system.simulate(until=0.01, every=1e-3, method="dopri5")
     assert "\n" not in str(error.value)

@@ -22,7 +22,7 @@ from evolvent import cases
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.commands.studio import studio as command
 from evolvent.design import studies
-from evolvent.studio import jobs as queue
+from evolvent.studio import child
 from evolvent.studio.folder import Folder
 from evolvent.studio.jobs import Jobs
 from evolvent.studio.state import Studio
@@ -65,10 +65,12 @@ def started(monkeypatch):
     found = []
 
     def start(command, **options):
+        if "evolvent.studio.worker" not in command:  # of what reads files
+            return subprocess.Popen(command, **options)
         found.append({"command": command, **options, "in it": os.listdir(options["cwd"])})
         raise OSError("this test starts no process")
 
-    monkeypatch.setattr(queue, "subprocess", types.SimpleNamespace(**vars(subprocess) | {"Popen": start}))
+    monkeypatch.setattr(child, "subprocess", types.SimpleNamespace(**vars(subprocess) | {"Popen": start}))
     return found
 
 

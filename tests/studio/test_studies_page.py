@@ -181,7 +181,7 @@ def test_categories_have_a_discrete_legend(page, shots):
     page.click(part("study-orders"))
     page.wait_for_selector(f"{part('study-chart')} canvas")
     shown = f"document.querySelector('{part('study-chart')} .ev-chart')"
-    page.wait_for_function(f"{shown}.chart?.getOption()?.visualMap")  # the canvas is there before its options
+    page.wait_for_function(f"{shown}?.chart?.getOption()?.visualMap")  # the canvas is there before its options
     chart = page.locator(f"{part('study-chart')} .ev-chart").first
     scale = "e => e.chart.getOption().visualMap[0].type"
     assert chart.evaluate(scale) == "continuous"

@@ -79,7 +79,6 @@ def absent(model: Model) -> frozenset[str]:
         "thermal": f.thermal_loads.size,
         "thermal.heat_rods": np.any(f.thermal_loads["rod"] >= 0),
         "thread.chain": np.any(threads["kind"] == thread.INEXTENSIBLE),
-        "thread.end": np.any(threads["end"] >= 0),
         "thread.energy": threads.size,
         "thread.fields": threads.size and model.fields.size,
         "thread.free": np.any(threads["drive"] == drive.FREE),

@@ -325,7 +325,10 @@ class Studio:
     def name(self, ref: str) -> str:
         """How a run is called on the page."""
         kind, _, name = ref.partition(":")
-        return f"{int(name[:4])} {self.jobs.get(name).title}" if kind == "job" else name
+        if kind != "job":
+            return name
+        title = self.jobs.get(name).title  # which refuses what is no job
+        return f"{int(name[:4])} {title}"
 
     def load(self, ref: str) -> Loaded:
         """A run with its figures and numbers.
