@@ -38,7 +38,7 @@ class MagneticTorque(Part):
 
     Notes
     -----
-    T = m x B, with the potential energy -m . B (Wertz, 1978, Spacecraft Attitude Determination and Control, eq. 17-71).
+    T = m x B, with the potential energy -m . B (Wertz, 1978, Spacecraft Attitude Determination and Control, ch. 17).
     Small oscillations of a body with the moment of inertia J about the field's direction, across it, have the frequency
     sqrt(m B/J).
     """
