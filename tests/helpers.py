@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import model as mdl
-from evolvent import parts
+from evolvent import model as mdl, parts
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit as equations

@@ -8,8 +8,7 @@ from scipy.integrate import solve_ivp
 
 import evolvent
 from book import Book
-from evolvent import model as mdl
-from evolvent import parts
+from evolvent import model as mdl, parts
 from evolvent.analysis.system import System
 from evolvent.parts.base import unit
 from helpers import fitted_order, rotation, run

@@ -10,6 +10,7 @@ from elements.helpers import (
     CHANGES,
     WORK,
     damped_force,
+    damped_tangent as damped_tangent_of,
     difference,
     energy,
     force,
@@ -20,7 +21,6 @@ from elements.helpers import (
     turn,
     vectors,
 )
-from elements.helpers import damped_tangent as damped_tangent_of
 from evolvent.elements import (
     FORMULATIONS,
     STRAIGHT,

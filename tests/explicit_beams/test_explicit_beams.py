@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from book import Book
-from evolvent import InputError, elements, parts
-from evolvent import model as mdl
+from evolvent import InputError, elements, model as mdl, parts
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import solve

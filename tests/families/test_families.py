@@ -17,8 +17,7 @@ import pytest
 from numba import config
 
 import evolvent
-from evolvent import InputError
-from evolvent import model as mdl
+from evolvent import InputError, model as mdl
 from evolvent.assembly import families, needs
 from evolvent.assembly.families import ENERGY, EXPLICIT, FAMILIES, IMPLICIT, MODES, SOLVERS, STATIC, Family
 from evolvent.compiled import jit

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evolvent import System, parts
-from evolvent import model as mdl
+from evolvent import System, model as mdl, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit, powers
 from evolvent.solvers.linear_motion import matrices
 from evolvent.solvers.static_work import Work
-from helpers import accounts, derivative
-from helpers import run as run_explicit
+from helpers import accounts, derivative, run as run_explicit
 from implicit.rigs import RUBBER, SQUARE, run
 from implicit.test_tangent import disturbed, worst
 

@@ -14,8 +14,7 @@ from click.testing import CliRunner
 from evolvent import EvolventError, InputError
 from evolvent.commands import cli
 from evolvent.commands.massprops import identify
-from evolvent.massprops import description as schema
-from evolvent.massprops import json_schema, load, mass_properties, recordings, signals, write
+from evolvent.massprops import description as schema, json_schema, load, mass_properties, recordings, signals, write
 from evolvent.massprops.inertia import Body, linear_model
 from evolvent.massprops.signals import Signals
 from massprops import rig

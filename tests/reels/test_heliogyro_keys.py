@@ -10,8 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import evolvent
-from evolvent import InputError, cases
-from evolvent import model as mdl
+from evolvent import InputError, cases, model as mdl
 from evolvent.solvers.observations import observe
 from helpers import L0, RHO, TIP, L, R
 

@@ -8,8 +8,7 @@ import pytest
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import General, Material, Rectangle, Taper, rods
-from evolvent.flow import energy_momentum as flow
-from evolvent.flow import implicit
+from evolvent.flow import energy_momentum as flow, implicit
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import rod, rod_strains
 from evolvent.kernels.rigid import kinematics

@@ -14,8 +14,7 @@ from evolvent import cases
 from evolvent.exports import report
 from evolvent.massprops import certificate, mass_properties
 from evolvent.results.figures import Figure, Line, Panel
-from evolvent.results.motion import Line as Thread
-from evolvent.results.motion import Motion
+from evolvent.results.motion import Line as Thread, Motion
 from evolvent.view import animation
 from studio.conftest import browser  # noqa: F401  (a fixture)
 from studio.serving import SHORT, WAIT, choose, part, serving

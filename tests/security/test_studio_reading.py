@@ -10,8 +10,7 @@ import pytest
 
 from evolvent import cases
 from evolvent.base.errors import InputError
-from evolvent.studio import folder as folders
-from evolvent.studio import preview, reading
+from evolvent.studio import folder as folders, preview, reading
 from evolvent.studio.folder import Folder
 
 pytestmark = pytest.mark.slow

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from evolvent import InputError, System, parts
-from evolvent import model as mdl
+from evolvent import InputError, System, model as mdl, parts
 from evolvent.elements import General, Material, Rectangle
 from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.parts.base import unit

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from evolvent import RunFailed, System, element_law, parts
-from evolvent.solvers import balance as eb
-from evolvent.solvers import solve
+from evolvent.solvers import balance as eb, solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
 

@@ -14,8 +14,7 @@ from evolvent.analysis.system import System
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
-from evolvent.solvers import balance as eb
-from evolvent.solvers import drive, implicit, implicit_loop, solve
+from evolvent.solvers import balance as eb, drive, implicit, implicit_loop, solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.implicit_run import _OF_ALPHA, _OF_ENERGY

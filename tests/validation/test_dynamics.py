@@ -11,8 +11,7 @@ from evolvent import System, drive_law, parts
 from evolvent.elements import Material, Rectangle
 from evolvent.flow.rhs import rhs
 from evolvent.solvers.static import solve_static
-from helpers import fitted_order
-from helpers import run as march
+from helpers import fitted_order, run as march
 from implicit.rigs import coordinates, run
 
 CHAPTER = "Dynamics"

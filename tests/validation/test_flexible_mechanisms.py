@@ -11,8 +11,7 @@ from scipy.integrate import solve_ivp
 
 from book import Book
 from evolvent import System, parts
-from validation import flexible_mechanisms as benchmarks
-from validation import lee_frame
+from validation import flexible_mechanisms as benchmarks, lee_frame
 
 Array = np.ndarray
 CHAPTER = "Dynamics"

@@ -12,8 +12,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import ordering
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import matrix_of
-from helpers import fitted_order, rotation
-from helpers import run as march
+from helpers import fitted_order, rotation, run as march
 from implicit.rigs import coordinates, run
 
 CHAPTER = "Rigid bodies"

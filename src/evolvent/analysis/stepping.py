@@ -19,8 +19,7 @@ from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
 from evolvent.results.motion import quaternions
 from evolvent.results.observe import Observed, View, observe_part
-from evolvent.solvers import balance as eb
-from evolvent.solvers import drive, implicit
+from evolvent.solvers import balance as eb, drive, implicit
 from evolvent.solvers.drive import METHODS, STEP_ALLOWED
 from evolvent.solvers.laws import law_failure, refusing_laws
 from evolvent.solvers.releases import write_accounts

@@ -16,18 +16,18 @@ from evolvent.base import safe_open
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import Section, by_name, dotted, keys, locate, sentence, shown
 from evolvent.base.units import UnitError, shared_unit, unit_of
-from evolvent.cases.catalogue import GROUP as GROUP
-from evolvent.cases.catalogue import built_in as built_in
-from evolvent.cases.catalogue import built_in_files
-from evolvent.cases.catalogue import lacks_package as lacks_package
-from evolvent.cases.catalogue import presenter as presenter
-from evolvent.cases.catalogue import system as system
-from evolvent.cases.catalogue import systems as systems
-from evolvent.cases.catalogue import text as text
-from evolvent.cases.catalogue import unusable as unusable
-from evolvent.cases.texts import dump as dump
-from evolvent.cases.texts import key_problem
-from evolvent.cases.texts import parse_yaml as parse_yaml
+from evolvent.cases.catalogue import (
+    GROUP as GROUP,
+    built_in as built_in,
+    built_in_files,
+    lacks_package as lacks_package,
+    presenter as presenter,
+    system as system,
+    systems as systems,
+    text as text,
+    unusable as unusable,
+)
+from evolvent.cases.texts import dump as dump, key_problem, parse_yaml as parse_yaml
 
 
 class Plan(NamedTuple):

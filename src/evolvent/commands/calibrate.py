@@ -42,8 +42,7 @@ def calibrate(
     import pathlib
 
     from evolvent.base.errors import InputError
-    from evolvent.design.calibration import fit as fitting
-    from evolvent.design.calibration import report
+    from evolvent.design.calibration import fit as fitting, report
 
     name = os.path.splitext(os.path.basename(case))[0]
     folder = pathlib.Path(output or f"{name}-calibration")

@@ -45,8 +45,7 @@ def sweep(
 
     Run the same command again to continue after Ctrl-C or any other end; finished cases are not computed again.
     """
-    from evolvent.design.studies import read as read_study
-    from evolvent.design.studies import runner, store
+    from evolvent.design.studies import read as read_study, runner, store
 
     runner.check_installed()
     reached = _Reached()

@@ -8,8 +8,7 @@ the coupled system A la = r is symmetric and banded.
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import joint
-from evolvent.kernels import thread as chain
+from evolvent.kernels import joint, thread as chain
 from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
 from evolvent.kernels.rigid import add_wrench, centripetal, respond
 from evolvent.kernels.rotations import cross, turn

@@ -12,8 +12,7 @@ import scipy.stats
 
 from evolvent.base import progress
 from evolvent.base.errors import InputError
-from evolvent.massprops import modal, pendulum, springs
-from evolvent.massprops import signals as files
+from evolvent.massprops import modal, pendulum, signals as files, springs
 from evolvent.massprops.description import (
     Description,
     OnSprings,

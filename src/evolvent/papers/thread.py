@@ -28,8 +28,7 @@ from evolvent.papers.thread_runs import (
     run_all,
     springs,
 )
-from evolvent.papers.thread_variants import Data, Start, deploy
-from evolvent.papers.thread_variants import Deployment as Variant
+from evolvent.papers.thread_variants import Data, Deployment as Variant, Start, deploy
 from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Panel
 

@@ -10,9 +10,7 @@ import numpy as np
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError, counted, nearest
-from evolvent.kernels import attitude as kernels
-from evolvent.kernels import drive as drives
-from evolvent.kernels import rigid
+from evolvent.kernels import attitude as kernels, drive as drives, rigid
 from evolvent.parts.base import BodyName, Part, PointReference, Reference, unit
 from evolvent.parts.checks import check_rotor
 from evolvent.parts.expression import Constants, Parameters, SpringLaw, refuse_without_law, write_law

@@ -10,8 +10,7 @@ import numpy as np
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.kernels import drive
-from evolvent.kernels import fields as kernels
+from evolvent.kernels import drive, fields as kernels
 from evolvent.parts.base import Part, unit
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
 from evolvent.parts.field_points import write_field_points

@@ -11,8 +11,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
-from evolvent.kernels import axial, rigid, sides
-from evolvent.kernels import joint as kernels
+from evolvent.kernels import axial, joint as kernels, rigid, sides
 from evolvent.parts.base import BodyName, Part, PointReference, unit
 from evolvent.parts.checks import check_units
 from evolvent.parts.drive import DriveKind, RampDrive

@@ -10,8 +10,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
-from evolvent.kernels import flexible, sides
-from evolvent.kernels import joint as kernels
+from evolvent.kernels import flexible, joint as kernels, sides
 
 Array = np.ndarray
 

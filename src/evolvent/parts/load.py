@@ -13,8 +13,7 @@ from evolvent.assembly.references import split_reference
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm
-from evolvent.kernels import beam_loads, springs
-from evolvent.kernels import loads as kernels
+from evolvent.kernels import beam_loads, loads as kernels, springs
 from evolvent.kernels.flexible import CABLE
 from evolvent.parts.base import Part, PointReference, ThreadName, unit
 from evolvent.parts.beam import node_of

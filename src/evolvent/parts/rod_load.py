@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.kernels import loads as kernels
-from evolvent.kernels import springs
+from evolvent.kernels import loads as kernels, springs
 from evolvent.parts.expression import write_law
 from evolvent.parts.load_window import FRAMES, window
 from evolvent.parts.profile import write_profile

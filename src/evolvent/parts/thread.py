@@ -12,8 +12,7 @@ from evolvent.assembly.references import Location
 from evolvent.base import units
 from evolvent.base.errors import InputError, nearest
 from evolvent.elements.dense import norm, product
-from evolvent.kernels import rigid, springs
-from evolvent.kernels import thread as kernels
+from evolvent.kernels import rigid, springs, thread as kernels
 from evolvent.parts.base import Part, PointReference, ReelName, unit
 from evolvent.parts.drive import RampDrive
 from evolvent.parts.reel import Reel

@@ -15,9 +15,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact
-from evolvent.solvers import balance as eb
-from evolvent.solvers import explicit, run
-from evolvent.solvers import explicit_events as ex
+from evolvent.solvers import balance as eb, explicit, explicit_events as ex, run
 from evolvent.solvers.explicit_methods import DOPRI5, DOPRI5_DENSE, DOPRI5_ERROR, METHODS, Method
 from evolvent.solvers.implicit_setup import strain_round_off
 from evolvent.solvers.laws import broken_law

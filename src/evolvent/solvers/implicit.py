@@ -15,8 +15,7 @@ from evolvent.compiled.pointer import zeros_record
 from evolvent.kernels import rigid
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
-from evolvent.solvers import balance as eb
-from evolvent.solvers import reactions
+from evolvent.solvers import balance as eb, reactions
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.implicit_run import Run, rows_of_part
 from evolvent.solvers.implicit_setup import acts_from_outside, check_start, energy_floor, matrix_of, sizes, workspace

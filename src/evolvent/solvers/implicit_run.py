@@ -13,8 +13,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual, tangent
 from evolvent.kernels.sparse import INNER, SparseBlocks
-from evolvent.solvers import balance as eb
-from evolvent.solvers import implicit_loop, implicit_samples, reactions, redundancy, run
+from evolvent.solvers import balance as eb, implicit_loop, implicit_samples, reactions, redundancy, run
 from evolvent.solvers.alpha_state import SHORT
 from evolvent.solvers.implicit_setup import acts_from_outside, matrix_of
 from evolvent.solvers.implicit_state import AT_RESTART, AT_STOP, BUDGET, DONE, ENERGY, STOPPED, Workspace

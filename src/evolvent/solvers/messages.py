@@ -11,8 +11,7 @@ from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.kernels import contact_laws, flexible, rigid
 from evolvent.kernels.sparse import SparseBlocks
-from evolvent.solvers import balance as eb
-from evolvent.solvers import explicit_events, ordering
+from evolvent.solvers import balance as eb, explicit_events, ordering
 from evolvent.solvers.implicit_state import GAINED, NO_CONVERGENCE, NOT_FINITE, REDUNDANT
 from evolvent.solvers.laws import broken_law, large_law, states_energy, what_may_jump
 from evolvent.solvers.pace import Stall

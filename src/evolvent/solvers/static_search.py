@@ -10,8 +10,7 @@ import numpy as np
 
 from evolvent.assembly.families import bodies_of
 from evolvent.kernels import loads, springs
-from evolvent.solvers import balance as eb
-from evolvent.solvers import equilibrium as eq
+from evolvent.solvers import balance as eb, equilibrium as eq
 from evolvent.solvers.linear_motion import growing_motions, has_gyroscopic_forces, has_symmetric_stiffness
 from evolvent.solvers.rod_messages import bending_hint
 from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, forces_of, rubbing_points

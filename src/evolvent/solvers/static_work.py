@@ -22,8 +22,7 @@ from evolvent.kernels import attitude, body_contact, contact, loads, rigid, spar
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.kernels.springs import ON_BODY
-from evolvent.solvers import equilibrium as eq
-from evolvent.solvers import ordering, redundancy
+from evolvent.solvers import equilibrium as eq, ordering, redundancy
 from evolvent.solvers.implicit_setup import matrix_of, sizes
 from evolvent.solvers.sampled import write_contacts
 from evolvent.solvers.still_threads import freeze_spools

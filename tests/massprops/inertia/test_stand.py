@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from evolvent.base.errors import InputError
 from evolvent.massprops.inertia import Body, Stand, energy, equilibrium, linear_model, vertical_model, wrench

@@ -6,62 +6,26 @@ from typing import Annotated, Any
 
 from evolvent.base.units.parsing import (
     COMMON as COMMON,
-)
-from evolvent.base.units.parsing import (
     LARGEST as LARGEST,
-)
-from evolvent.base.units.parsing import (
     OF_CONTACT as OF_CONTACT,
-)
-from evolvent.base.units.parsing import (
     UNIT_LENGTH as UNIT_LENGTH,
-)
-from evolvent.base.units.parsing import (
     UnitError as UnitError,
-)
-from evolvent.base.units.parsing import (
     base_exponents as base_exponents,
-)
-from evolvent.base.units.parsing import (
     is_list as is_list,
-)
-from evolvent.base.units.parsing import (
     known as known,
-)
-from evolvent.base.units.parsing import (
     parse as parse,
-)
-from evolvent.base.units.parsing import (
     split as split,
-)
-from evolvent.base.units.parsing import (
     unit_text as unit_text,
 )
 from evolvent.base.units.quantities import (
     Either as Either,
-)
-from evolvent.base.units.quantities import (
     Measured as Measured,
-)
-from evolvent.base.units.quantities import (
     OneOrMore as OneOrMore,
-)
-from evolvent.base.units.quantities import (
     Quantity as Quantity,
-)
-from evolvent.base.units.quantities import (
     Tensor as Tensor,
-)
-from evolvent.base.units.quantities import (
     Vector as Vector,
-)
-from evolvent.base.units.quantities import (
     Whole as Whole,
-)
-from evolvent.base.units.quantities import (
     shared_unit as shared_unit,
-)
-from evolvent.base.units.quantities import (
     unit_of as unit_of,
 )
 

@@ -16,8 +16,7 @@ from evolvent import cases
 from evolvent.base import progress
 from evolvent.base.files import make_folder, write_file
 from evolvent.base.units import unit_text
-from evolvent.results.figures import Figure as Described
-from evolvent.results.figures import Line, Map, Panel, stacked
+from evolvent.results.figures import Figure as Described, Line, Map, Panel, stacked
 from evolvent.view.plots import content, sheet
 
 if TYPE_CHECKING:

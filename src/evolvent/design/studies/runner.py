@@ -21,8 +21,7 @@ from evolvent.base.console import compiling
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.design.studies import label, record, tasks
 from evolvent.design.studies.store import Store, opened, read
-from evolvent.design.studies.study import Study
-from evolvent.design.studies.study import read as read_study
+from evolvent.design.studies.study import Study, read as read_study
 
 #: Seconds that an automatic task takes, once the cost of a case is known.
 _TASK = 1.0

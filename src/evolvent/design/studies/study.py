@@ -18,8 +18,7 @@ import numpy as np
 from evolvent import cases
 from evolvent.base import progress, safe_open, schema
 from evolvent.base.errors import InputError, nearest
-from evolvent.design.studies import catalogue
-from evolvent.design.studies import stages as st
+from evolvent.design.studies import catalogue, stages as st
 from evolvent.design.studies.axes import MOST_CASES, Axis, annotation, axes, whole_number
 from evolvent.design.studies.record import REDUCTIONS, check_names, stored_name
 

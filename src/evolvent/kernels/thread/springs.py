@@ -14,8 +14,7 @@ from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, add_general_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_block
-from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY
-from evolvent.kernels.springs import marker_columns
+from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_columns
 from evolvent.kernels.thread.end import TINY, is_end, pull_end
 from evolvent.kernels.thread.spool import pull_spool
 from evolvent.model import MODEL

@@ -5,8 +5,7 @@ import math
 from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels.drive import FREE as FREE_SPOOL
-from evolvent.kernels.drive import drive
+from evolvent.kernels.drive import FREE as FREE_SPOOL, drive
 from evolvent.kernels.rigid import add_ring, add_wrench, point_kinematics
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.thread.end import carry_end, place_end

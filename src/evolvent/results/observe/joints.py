@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.assembly.references import split_reference
-from evolvent.kernels import axial, hinge, rigid, sides
-from evolvent.kernels import joint as kernels
+from evolvent.kernels import axial, hinge, joint as kernels, rigid, sides
 from evolvent.kernels.constraint_rows import CENTRE
 from evolvent.model import RESULTS, zeros
 from evolvent.results.observe.gears import observe_gear

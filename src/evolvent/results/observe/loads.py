@@ -8,8 +8,7 @@ import numpy as np
 
 from evolvent.assembly import families
 from evolvent.flow.inventory import inventory
-from evolvent.kernels import beam_loads
-from evolvent.kernels import loads as kernels
+from evolvent.kernels import beam_loads, loads as kernels
 from evolvent.kernels.profile import profile
 from evolvent.kernels.thread import load_resultant
 from evolvent.model import N_INVENTORY

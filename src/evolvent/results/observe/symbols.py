@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.kernels import axial, sides, springs
-from evolvent.kernels import joint as joints
+from evolvent.kernels import axial, joint as joints, sides, springs
 from evolvent.kernels.constraint_rows import CENTRE
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.results.observe.shapes import point_on

@@ -57,8 +57,7 @@ from typing import Any
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
-from evolvent.systems.heliogyro import derived as fields
-from evolvent.systems.heliogyro import show
+from evolvent.systems.heliogyro import derived as fields, show
 from evolvent.systems.heliogyro.case import Case
 from evolvent.systems.heliogyro.chart import study_figures
 from evolvent.systems.heliogyro.structure import build

@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.analysis.definition import SystemDefinition
-from evolvent.systems.wrapped_rib import derived as fields
-from evolvent.systems.wrapped_rib import structure
+from evolvent.systems.wrapped_rib import derived as fields, structure
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.chart import study_figures
 from evolvent.systems.wrapped_rib.initial_state import Start, check_follows, initial_state

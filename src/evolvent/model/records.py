@@ -1,0 +1,255 @@
+"""Records of the model's families, and the accounts of a state."""
+
+from __future__ import annotations
+
+import numpy as np
+
+#: The accounts at the end of the state vector: integrals over time, then what events brought in.
+ACCOUNTS = ("dissipated", "spool", "load", "drive", "release")
+DISSIPATED, SPOOL, LOAD, DRIVE, RELEASE = range(5)
+JUMP_ANGULAR, JUMP_LINEAR, N_ACCOUNTS = 5, 8, 11
+#: Accounts that follow in a model with beams or rods, under explicit methods: what causes have taken, and the impulse
+#: of the normal forces of every cylinder.
+BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_JOINTS, IMPULSE = range(5)
+#: In place of the length of an interval: a state, whose frictions are among the accounts (of explicit methods, and of
+#: coordinates at samples).
+KEPT = -1.0
+#: Accounts of each joint's coordinate, which stand last: force of the friction now (N or N m), and what the damper, the
+#: latch and the friction have dissipated (J). Each motor and synchronization has one account.
+FRICTION_FORCE, BY_DAMPER, BY_LATCH, BY_FRICTION, COORDINATE_ACCOUNTS = range(5)
+#: Layout of what `inventory` writes.
+KINETIC, ELASTIC, H_BODY, H_RELEASED, H_WOUND, P_ALL, H_CARRIED, N_INVENTORY = 0, 1, 2, 5, 8, 11, 14, 17
+
+
+def _record(integers: str, floats: str, scratch: str = "", **shapes: tuple[int, ...]) -> np.dtype:
+    """A family's record: integer and float fields that a part writes, then scratch that a call overwrites."""
+    names: list[tuple[str, type]] = [(name, np.int64) for name in integers.split()]
+    names += [(name, np.float64) for name in (floats + " " + scratch).split()]
+    return np.dtype([(name, kind, shapes.get(name, ())) for name, kind in names], align=True)
+
+
+_3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
+#: One record a part; iq and iv are the indices of its coordinates and velocities in the state, -1 for none.
+#: The scratch fields hold the last call's values in inertial axes, by the kernels' letters.
+RECORDS: dict[str, np.dtype] = {
+    # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties and of
+    # spools that friction can hold; step: a bound for fixed steps, s; redundant: 1 where joints have a `slack`;
+    # exact: 1 where the residual leaves that out (`solvers.least_norm`); rubbed: index of the account of what friction
+    # of contacts takes under explicit methods, which the bristles follow; -1 where nothing has friction; stepping:
+    # 1 while an explicit method steps, whose frictions go on from the start of the step
+    "info": _record(
+        "nq nv ny ns ne bandwidth penalties brakes redundant exact rubbed stepping",
+        "gravity",
+        "step compliance",
+        gravity=_3,
+    ),
+    # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
+    # acceleration, m/s2; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own
+    # (inertia), and spin0, spin1, momentum by turning on spools at both ends of a step, body axes
+    "bodies": _record(
+        "motion iq iv path path_first path_last path_law",
+        "mass inertia axis R0 x0 rate spin_inertia direction",
+        "R x v w M L F J a along carried moment own spin0 spin1",
+        inertia=_33, axis=_3, R0=_33, x0=_3, direction=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
+        moment=_3, own=_33, spin0=_3, spin1=_3,
+    ),
+    # without mass: a node of a beam, whose coordinates it has
+    "points": _record("iq iv", "mass compliance", "f", f=_3),
+    "markers": _record("kind index", "local", local=_3),
+    # of a step: lengths at both ends, and direction at its end; the others are in `RESULTS`, and lost: W, dissipated
+    "springs": _record(
+        "a b law first last",
+        "stiffness damping length lateral_stiffness lateral_damping axis",
+        "length0 length1 end distance extension rate tension lateral stored lost",
+        axis=_3, end=_3, lateral=_3,
+    ),
+    "links": _record("a b sense", "length drum axis zero", axis=_3, zero=_3),
+    # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
+    "guides": _record("kind body", "direction axis value", direction=_3, axis=_3),
+    # tip: the point mass that the first node is, or -1. Of a step: rest lengths at the spool, rates of the spool and
+    # squares of the end's speed at both ends; sums: of `kernels.thread.energy`
+    "threads": _record(
+        "kind iq iv n node copies body drive first last law spool_q spool_v turned carried separates end slack coupled "
+        "spool_switch motor_profile motor_law motor_first motor_last tip",
+        "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture "
+        "coiling core spool_friction spool_viscous",
+        "Q d X phi b spool leaving start field r loose motor friction rest0 rest1 turning0 turning1 square0 square1 "
+        "sums turning reach out hub torque hub_pull end_pull kinetic elastic linear angular",
+        departure=_3, payout_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
+        sums=(N_INVENTORY,), hub_pull=_3, end_pull=_3, linear=_3, angular=_3,
+    ),
+    # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step
+    # lengths and elongations at both ends, direction at its end
+    "nodes": _record(
+        "", "mass compliance span",
+        "x v af tension piv off rhs length along length0 length1 extension0 extension1 end",
+        x=_3, v=_3, af=_3, end=_3,
+    ),
+    # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
+    # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it; scale: statics'
+    # load factor of a law on a thread; vector, rate: see `RESULTS`
+    "loads": _record(
+        "kind target law first last law_first law_last node attitude", "scale", "vector rate", vector=_3
+    ),
+    # value, now: at the start and the end of a step of an implicit method; armed: see `kernels.user_events`
+    "events": _record("law first last stops", "", "value now armed"),
+    # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
+    "fields": _record("kind law first last", "K w scale", K=_33, w=_3),
+    # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
+    "field_points": _record("body element", "mass local S", local=_3, S=(8,)),
+    # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
+    # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
+    "wheels": _record(
+        "body iq iv profile law first last",
+        "axis inertia torque torque_limit rate_limit viscous friction slip",
+        "command motor drag coriolis motor0 drag0",
+        axis=_3,
+    ),
+    "thrusters": _record(
+        "body iv profile", "local direction force limit", "command push push0", local=_3, direction=_3
+    ),
+    "controllers": _record(
+        "body actuators count place path law first last",
+        "proportional derivative target axis limit dead_band",
+        "error slip torque",
+        proportional=_3, derivative=_3, target=(4,), axis=_3, error=_3, slip=_3, torque=_3,
+    ),
+    # sides: bodies and points that a row pulls on, -1 for none
+    "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
+    # flexible beams; a node's coordinates stand together, node after node; first_node: number of the first among
+    # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels
+    "beams": _record("kind iq iv nodes first_element elements first_node paper", "length"),
+    # form, bending, mass: indices in the pools of `Flexible`, bending of the form of that alone; force, tangent,
+    # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
+    # changes: of products, stretches and curvatures over the step before, then over this one (`ancf.force_of`)
+    "elements": _record(
+        "beam iq iv form bending mass force tangent energy stretch", "length alpha beta thickness", "changes",
+        changes=(56,),
+    ),
+    # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
+    "rods": _record("first_element elements first_body", "length alpha"),
+    # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
+    # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod_strains`;
+    # section: compliance of the section in its middle; heated: 1 with a thermal load, whose free strains are `free`.
+    # m0, m1: measures at the start and the end of an interval; before: change of the strains over the step before;
+    # stored, bent: J, elastic energy and that of moments; the others are in `RESULTS`
+    "rod_elements": _record(
+        "a b heated",
+        "length beta arm_a arm_b stiffness rest section",
+        "free m0 m1 before stored bent energy_density strain shear_strain_y shear_strain_z twist curvature_y "
+        "curvature_z axial_force shear_force_y shear_force_z torsional_moment bending_moment_y bending_moment_z",
+        arm_a=_3, arm_b=_3, stiffness=_66, rest=_6, section=_66, free=_6, m0=(15,), m1=(15,), before=_6,
+    ),
+    # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
+    # side is a vector: of coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a
+    # node (on 2, at iq, iv); the third side is the direction of ALONG; row: of explicit methods, -1 for none; path: how
+    # a drive moves the row; event, switch: what releases it, event k or the latch of coordinate -2 - k, and its switch,
+    # 1 once released, or -1; slack: factor of `info.compliance`; latest: `until` as it was given, which an event may
+    # bring forward. measured: distance, product, travel or angle, of which the gap is the rest; force, moment: on the
+    # second side
+    "joints": _record(
+        "kind on index iq iv path drive law first last event switch row",
+        "local along centre axis zero radius value stiffness damping until latest slack",
+        "u g measured gap rate driven bends gap0 gap1 stored force moment",
+        on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),
+        force=_3, moment=_3,
+    ),
+    # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
+    # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
+    # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
+    # once latched. account: index of its accounts in the state (`COORDINATE_ACCOUNTS`).
+    # Of the last forces: torque of the joint, with derivatives slope and damper of all torques but for those of motors,
+    # which the tangent finds; applied: torque of motors and synchronizations, with derivatives of the latter; u, g:
+    # second side, and direction of the force on it; p, q: parts of a second direction at the start and the end of an
+    # interval; bristle: deflection of the friction, slips: the sense in which it slips, rubs: its force, relax: of its
+    # numerical damping; stored: J; lost, latch_lost: powers, W. Of the last step: before, pace, bristle0, rubs0, lost0,
+    # latch_lost0, and anchor, the coordinate at which the bristle has no force. caught: rate at which the latch has
+    # locked; peak: its largest torque
+    "hinges": _record(
+        "kind body on other iq iv switch account",
+        "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
+        "angle rate torque before pace slope damper applied applied_slope applied_damper motor_slope motor_damper "
+        "u g p0 q0 p1 q1 bristle slips rubs relax stored lost latch_lost latch_torque bristle0 rubs0 lost0 latch_lost0 "
+        "anchor caught peak",
+        axis=_3, zero=_3, local=_3, u=_3, g=_3,
+    ),
+    # motors on coordinates: by a profile (kind 0), a user's law (1) or PD to a drive's motion (2); account: of the
+    # work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last evaluation, or 0
+    "motors": _record(
+        "hinge kind drive law first last account event switch",
+        "position_gain velocity_gain limit rate_limit until latest",
+        "on time coordinate rate torque power power0 reference",
+    ),
+    # cables between two coordinates: they keep ratio_b x_b - ratio_a x_a = offset; account: of what is dissipated
+    "synchronizations": _record(
+        "a b account", "ratio_a ratio_b offset stiffness damping", "stretch torque energy lost lost0"
+    ),
+    # a user-defined law between points, which are markers, from first_marker on. balanced: 1 where the last forces had
+    # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric;
+    # stated: 1 once the law has given an energy or a power
+    "custom_forces": _record("law first last first_marker points", "", "balanced symmetric stated"),
+    # angles and travels of gears, which are joints (`kernels.gear`); first, last of a joint: its coordinates; fields as
+    # those of hinges
+    "gear_coordinates": _record(
+        "kind body on other iq iv", "axis zero local factor", "angle before rate u g p0 q0 p1 q1",
+        axis=_3, zero=_3, local=_3, u=_3, g=_3,
+    ),
+    # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
+    # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`;
+    # account: index in the state of the bristle of its first point under explicit methods, three numbers a point
+    "cylinders": _record(
+        "body law first last under surface account",
+        "sense shift centre axis radius half_length stiffness exponent damping friction bristle_stiffness "
+        "bristle_damping",
+        "F normal energy power touching",
+        centre=_3, axis=_3, F=_6,
+    ),
+    # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the
+    # axis and place `xi` on it (m), point `anchor` in body axes (m), bristle `stick` (m) and friction `drag` (N) in the
+    # bristle's axes, part `damper` of the normal force (N); of its end: those with 1, `distance`, position x (m) and
+    # normal n1. Of the interval: normal force (N) with derivatives d_gap and d_rate, n: its direction, f: whole force
+    # (N), and t, along, across, by_normal of `contact_laws.friction`. Of turns: element and point below, carrier and
+    # xi, normals n0 and n1 at both ends, how far `offset` off along the axis the start was; `anchor` is what it moved
+    # by against what is below. rest: depth that a point keeps (`surfaces.measure_points`); sank: change of the gap over
+    # the step before, of the filter of `contact_laws.press`; viscous: of `contact_laws.sliding_damper`
+    "contact_points": _record(
+        "element iq iv carrier carrier1", "S reach viscous",
+        "xi xi1 offset "
+        "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
+        "drag drag1 "
+        "x n0 n1 rest rest1 sank",
+        x=_3, n0=_3, n1=_3,
+        iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
+    ),
+    # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
+    # one, or a plane with the normal axis_b; radius: sum of both; first: the first of its part. Of the step's start:
+    # position X and rotation Q of a in the axes of b, and what ends in 0; of its end: what ends in 1. rubbing: friction
+    # on a (N), c: point of contact (m), inertial axes; on_a, on_b: force (N) and moment (N m) at the bodies' origins
+    "body_contacts": _record(
+        "a b first law surface account",
+        "place_a axis_a place_b axis_b half_a half_b radius_a radius stiffness exponent damping friction "
+        "bristle_stiffness bristle_damping viscous",
+        "X Q gap stick damper drag gap1 stick1 damper1 drag1 slide "
+        "distance0 distance u0 v0 w0 s0 t0 u1 v1 w1 s1 t1 n n1 t "
+        "rubbing c on_a on_b force d_gap d_rate along across by_normal energy power sank",
+        place_a=_3, axis_a=_3, place_b=_3, axis_b=_3,
+        X=_3, Q=_33, stick=_3, drag=_3, stick1=_3, drag1=_3, slide=_3, n=_3, n1=_3, t=_3, rubbing=_3, c=_3,
+        on_a=_6, on_b=_6,
+    ),
+    # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
+    # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
+    # pitch: of the screw motion along which a torque acts, m/rad
+    "beam_loads": _record(
+        "kind beam iq iv first last law frame", "value centre axis pitch start end ramp", "now vector rate",
+        centre=_3, axis=_3, vector=_3,
+    ),
+    # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): indices of profiles among the parameters, or
+    # -1, and of the constants of the elements; now: last amplitudes
+    "thermal_loads": _record("beam rod temperature gradient_y gradient_z constants", "", "now", now=_6),
+}  # fmt: skip
+#: Families that stand in `Flexible`.
+FLEXIBLE = (
+    "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
+    "body_contacts", "motors", "synchronizations", "rods", "rod_elements", "gear_coordinates",
+    "thermal_loads",
+)  # fmt: skip
