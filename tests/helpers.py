@@ -14,8 +14,9 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit as equations
 from evolvent.flow.powers import N_POWERS
 from evolvent.flow.rhs import rhs
+from evolvent.kernels import blocks
 from evolvent.kernels.sparse import OUTSIDE
-from evolvent.solvers import Solution, alpha_state, solve
+from evolvent.solvers import Solution, solve
 from evolvent.solvers.implicit import matrix_of
 from evolvent.solvers.observations import Observations, observe
 from evolvent.solvers.static_work import sparse_of
@@ -230,7 +231,7 @@ def tangent_columns(
 
     def residual(d: Array) -> Array:
         moved = y.copy()
-        alpha_state.displace(y, d, model, moved)
+        blocks.displace(y, d, False, model, moved)
         moved[n_q : n_q + n_v] = y[n_q : n_q + n_v] + rate * d
         equations.residual(0.0, moved, a + mass * d, la, 0.0, 1.0, model, r, powers)
         return r.copy()

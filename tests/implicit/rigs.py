@@ -9,8 +9,8 @@ import numpy as np
 from evolvent import elements
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit, powers
-from evolvent.kernels import contact, sparse
-from evolvent.solvers import Solution, alpha_state
+from evolvent.kernels import blocks, contact, sparse
+from evolvent.solvers import Solution
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.implicit_setup import matrix_of
 from evolvent.solvers.static_work import sparse_of
@@ -42,7 +42,7 @@ class Equations(NamedTuple):
         r, power = np.zeros(n_v + n_j), np.zeros(powers.N_POWERS)
         y = self.y.copy()
         y[n_q : n_q + n_v] += self.c_rate * dq
-        alpha_state.displace(self.y, dq, model, y)
+        blocks.displace(self.y, dq, False, model, y)
         implicit.residual(self.t, y, self.a + self.c_mass * dq, la, self.step, 1.0, model, r, power)
         return r
 

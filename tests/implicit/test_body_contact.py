@@ -10,8 +10,7 @@ import pytest
 from evolvent import System, elements, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import energy_momentum as flow
-from evolvent.kernels import body_contact, sparse_lu
-from evolvent.solvers import alpha_state
+from evolvent.kernels import blocks, body_contact, sparse_lu
 from evolvent.solvers.energy_momentum import plan
 from implicit.rigs import Equations, start_step
 from implicit.test_tangent import C_MASS, C_RATE, worst
@@ -88,7 +87,7 @@ def moved(assembly: Assembly, size: float) -> Equations:
     start_step(assembly, y)
     body_contact.end_bodies(model)
     y1 = y.copy()
-    alpha_state.displace(y, size * rng.standard_normal(n_v), model, y1)
+    blocks.displace(y, size * rng.standard_normal(n_v), False, model, y1)
     return Equations(assembly, 0.0, y1, np.zeros(n_v), C_MASS, C_RATE, 1e-2)
 
 

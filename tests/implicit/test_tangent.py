@@ -269,10 +269,10 @@ def pressed(
         y[n_q : n_q + n_v] = 0.0
     start_step(assembly, y)
     dq = fields.get("moved", 1e-3) * rng.standard_normal(n_v)
-    from evolvent.solvers import alpha_state
+    from evolvent.kernels import blocks
 
     y1 = y.copy()
-    alpha_state.displace(y, dq, model, y1)
+    blocks.displace(y, dq, False, model, y1)
     y1[n_q : n_q + n_v] += 0.02 * rng.standard_normal(n_v) * (1.0 - fields.get("rest", 0.0))
     return Equations(assembly, 0.0, y1, np.zeros(n_v), C_MASS, C_RATE, 1e-2)
 

@@ -11,9 +11,9 @@ from evolvent.elements import General, Material, Rectangle, Taper, rods
 from evolvent.flow import energy_momentum as flow, implicit
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import rod, rod_strains
+from evolvent.kernels.blocks import displace
 from evolvent.kernels.rigid import kinematics
 from evolvent.solvers import energy_momentum
-from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.implicit_setup import matrix_of
 from evolvent.solvers.static_work import sparse_of
 from rods.building import RUBBER, STRIP
@@ -35,7 +35,7 @@ def disturbed(seed: int = 1, size: float = 0.15, **keys: float) -> tuple[Assembl
 
 def moved(assembly: Assembly, y: Array, d: Array) -> Array:
     found = y.copy()
-    displace(y, d, assembly.model, found)
+    displace(y, d, False, assembly.model, found)
     return found
 
 

@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 
 from evolvent import InputError, System, model as mdl, parts
 from evolvent.elements import General, Material, Rectangle
+from evolvent.kernels.blocks import displace
 from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.parts.base import unit
-from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.modes import modes
 from evolvent.solvers.observations import sums_of
 from evolvent.solvers.positions import linearized_points, rigid_motions
@@ -143,7 +143,7 @@ def test_maps_of_places_are_those_of_a_rigid_motion(rng):
         angle = 1e-6 * np.linalg.norm(turn)
         R = rotation([np.cos(0.5 * angle), *(np.sin(0.5 * angle) * turn / np.linalg.norm(turn))])
         moved = y.copy()
-        displace(y, 1e-6 * u, a.model, moved)
+        displace(y, 1e-6 * u, False, a.model, moved)
         for name, place in known.items():
             if place.displacement is not None:
                 wanted = R @ (place.position - point) + point + 1e-6 * shift

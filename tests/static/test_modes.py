@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 
 from evolvent import InputError, RunFailed, System, parts
 from evolvent.elements import General, Material, Rectangle
+from evolvent.kernels.blocks import displace
 from evolvent.solvers import equilibrium as eq
-from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.eigenproblem import DENSE
 from evolvent.solvers.linear_motion import matrices
 from evolvent.solvers.modes import modes
@@ -358,7 +358,7 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
         for step in (1e-4, -1e-4, 2e-4, -2e-4):
             b.d[:] = 0.0
             b.d[j], b.y[:] = step, rest
-            displace(b.y, b.d, model, b.y)
+            displace(b.y, b.d, False, model, b.y)
             eq.unbalance(0.0, 0.0, 1.0, 1.0, model, b, b.r)
             sides.append(b.r.copy())
         slope = (8.0 * (sides[0] - sides[1]) - (sides[2] - sides[3])) / (12.0 * 1e-4)

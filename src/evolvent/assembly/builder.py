@@ -10,6 +10,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly, Pose
+from evolvent.assembly.blocks import blocks_of
 from evolvent.assembly.checks import check_constraints, ends_of, factored_masses, off_axis
 from evolvent.assembly.references import Location, split_reference
 from evolvent.base.errors import InputError, nearest
@@ -37,6 +38,8 @@ _POOLS: dict[str, tuple[int, ...]] = {
     "H24": (28, 28), "h24": (28,), "U24": (), "M24": (8, 8),
     "H12": (6, 6), "h12": (6,), "U12": (), "B12": (2, 4), "M12": (4, 4),
 }  # fmt: skip
+#: Families that follow from the others.
+_DERIVED = ("info", "blocks", "rows")
 #: Fields that hold an index in the state vector's second part, counted from its start while parts are written.
 _VELOCITY_OFFSETS = ("iv", "spool_v")  # of several values each, -1 for none
 
@@ -46,7 +49,7 @@ class Builder:
 
     def __init__(self, gravity: Array) -> None:
         self.gravity = gravity
-        self.rows: dict[str, list[dict[str, Any]]] = {name: [] for name in mdl.RECORDS if name not in ("info", "rows")}
+        self.rows: dict[str, list[dict[str, Any]]] = {name: [] for name in mdl.RECORDS if name not in _DERIVED}
         self.names: dict[str, tuple[str, int]] = {}
         self.specs: dict[str, Any] = {}
         self.part = ""
@@ -310,6 +313,7 @@ class Builder:
             info=info,
             breaks=np.array(sorted(self.breaks | self._ends()), dtype=float),
             parameters=values,
+            blocks=blocks_of(families, self.pools),
             rows=rows,
             pairs=pairs,
             A=np.zeros((rows.size, bandwidth + 1)),

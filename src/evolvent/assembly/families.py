@@ -50,7 +50,7 @@ EVERY = frozenset(SOLVERS)
 MOST_NAMED = 5
 #: Families of records that belong to others: what they hold is supported where those are.
 PARTS_OF_OTHERS = (
-    "info", "markers", "nodes", "rows", "elements", "contact_points", "field_points", "rod_elements",
+    "info", "blocks", "markers", "nodes", "rows", "elements", "contact_points", "field_points", "rod_elements",
     "gear_coordinates",
 )  # fmt: skip
 

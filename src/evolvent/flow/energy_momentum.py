@@ -73,6 +73,7 @@ from evolvent.kernels import (
     thermal,
     thread,
 )
+from evolvent.kernels.blocks import displace
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -159,7 +160,7 @@ def move(model, work):
         ym[n_q + i] = rate
         work.dv[i] = c * (rate - y0[n_q + i] + filtered * work.before[i])
         y1[n_q + i] = y0[n_q + i] + work.dv[i]
-    _displace(model, work)
+    displace(y0, dq, True, model, y1)
     for i in range(n_q):
         ym[i] = 0.5 * (y0[i] + y1[i])
     measure(1, model, work)
@@ -181,44 +182,6 @@ def move(model, work):
         w = turn(work.R0[b], theta[0], theta[1], theta[2])
         for i in range(3):
             bodies[b].w[i] = w[i] / h
-
-
-@inlined
-def _displace(model, work):
-    """Coordinates of y1 = those of y0 moved by dq."""
-    n_q, y0, y1, dq = model.info.nq, work.y0, work.y1, work.dq
-    beams, bodies, own = model.flexible.beams, model.bodies, model.points
-    for k in range(beams.size):
-        q, at, size = beams[k].iq, beams[k].iv - n_q, beams[k].nodes * 3 * flexible.NODE_VECTORS[beams[k].kind]
-        for i in range(size):
-            y1[q + i] = y0[q + i] + dq[at + i]
-    for k in range(own.size):
-        q, at = own[k].iq, own[k].iv - n_q
-        for c in range(3):
-            y1[q + c] = y0[q + c] + dq[at + c]
-    for k in range(model.threads.size):
-        q, at = model.threads[k].iq, model.threads[k].iv - n_q
-        for i in range(3 * model.threads[k].n):
-            y1[q + i] = y0[q + i] + dq[at + i]
-        if model.threads[k].spool_q >= 0:
-            y1[model.threads[k].spool_q] = y0[model.threads[k].spool_q] + dq[model.threads[k].spool_v - n_q]
-    for k in range(model.wheels.size):
-        q, at = model.wheels[k].iq, model.wheels[k].iv - n_q
-        y1[q] = y0[q] + dq[at]
-    for b in range(bodies.size):
-        q, at = bodies[b].iq, bodies[b].iv - n_q
-        if bodies[b].motion == rigid.SPIN:
-            y1[q] = y0[q] + 2.0 * math.atan(0.5 * dq[at])
-        elif bodies[b].motion == rigid.FREE:
-            for c in range(3):
-                y1[q + c] = y0[q + c] + dq[at + c]
-            x, y, z = 0.5 * dq[at + 3], 0.5 * dq[at + 4], 0.5 * dq[at + 5]
-            n = 1.0 / math.sqrt(1.0 + x * x + y * y + z * z)
-            a, b1, c1, d = y0[q + 3], y0[q + 4], y0[q + 5], y0[q + 6]
-            y1[q + 3] = n * (a - b1 * x - c1 * y - d * z)
-            y1[q + 4] = n * (b1 + a * x + c1 * z - d * y)
-            y1[q + 5] = n * (c1 + a * y - b1 * z + d * x)
-            y1[q + 6] = n * (d + a * z + b1 * y - c1 * x)
 
 
 @indirect(void(MODEL, ENERGY_STEP))

@@ -45,6 +45,7 @@ from evolvent.kernels import (
     thread,
 )
 from evolvent.kernels.ancf import STATE
+from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sides import ON_BODY
 from evolvent.kernels.sparse import SPARSE
@@ -273,23 +274,11 @@ def is_isolated(t, model):
 @kernel
 def load_torque(y, P, model):
     """Torque of the loads P about the inertial origin, N m: (x, y, z)."""
-    bodies, points, f, n_q = model.bodies, model.points, model.flexible, model.info.nq
+    blocks, n_q = model.blocks, model.info.nq
     tx = ty = tz = 0.0
-    for k in range(f.beams.size):
-        at = f.beams[k].iv - n_q
-        for i in range(f.beams[k].nodes * flexible.NODE_VECTORS[f.beams[k].kind]):
-            q, p = f.beams[k].iq + 3 * i, at + 3 * i
-            x, yy, z = cross(y[q], y[q + 1], y[q + 2], P[p], P[p + 1], P[p + 2])
-            tx, ty, tz = tx + x, ty + yy, tz + z
-    for i in range(points.size):
-        if points[i].mass == 0.0:  # a beam's node, counted with the beam
-            continue
-        q, p = points[i].iq, points[i].iv - n_q
-        x, yy, z = cross(y[q], y[q + 1], y[q + 2], P[p], P[p + 1], P[p + 2])
-        tx, ty, tz = tx + x, ty + yy, tz + z
-    for b in range(bodies.size):
-        if bodies[b].motion == rigid.FREE:
-            q, p = bodies[b].iq, bodies[b].iv - n_q
+    for k in range(blocks.size):
+        if blocks[k].kind == POSITION or blocks[k].kind == SLOPE:
+            q, p = blocks[k].iq, blocks[k].iv - n_q
             x, yy, z = cross(y[q], y[q + 1], y[q + 2], P[p], P[p + 1], P[p + 2])
             tx, ty, tz = tx + x, ty + yy, tz + z
     return tx, ty, tz
@@ -298,34 +287,20 @@ def load_torque(y, P, model):
 @indirect(void(VECTOR, REAL, REAL, REAL, REAL, REAL, REAL, MODEL, VECTOR))
 def add_rigid_motion(y, wx, wy, wz, cx, cy, cz, model, out):
     """Add to the velocities in `out` those of a turn at (wx, wy, wz) about the point (cx, cy, cz), rad/s and m."""
-    bodies, points, f = model.bodies, model.points, model.flexible
-    for k in range(f.beams.size):
-        v, n = f.beams[k].iv, flexible.NODE_VECTORS[f.beams[k].kind]
-        for i in range(f.beams[k].nodes * n):
-            q, p, place = f.beams[k].iq + 3 * i, v + 3 * i, 1.0 if i % n == 0 else 0.0
-            x, yy, z = cross(wx, wy, wz, y[q] - place * cx, y[q + 1] - place * cy, y[q + 2] - place * cz)
-            out[p] += x
-            out[p + 1] += yy
-            out[p + 2] += z
-    for i in range(points.size):
-        if points[i].mass == 0.0:
+    blocks = model.blocks
+    for k in range(blocks.size):
+        kind, q, p = blocks[k].kind, blocks[k].iq, blocks[k].iv
+        if kind == POSITION:
+            x, yy, z = cross(wx, wy, wz, y[q] - cx, y[q + 1] - cy, y[q + 2] - cz)
+        elif kind == SLOPE:
+            x, yy, z = cross(wx, wy, wz, y[q], y[q + 1], y[q + 2])
+        elif kind == ROTATION:
+            x, yy, z = turn_back(model.bodies[blocks[k].owner].R, wx, wy, wz)
+        else:
             continue
-        q, p = points[i].iq, points[i].iv
-        x, yy, z = cross(wx, wy, wz, y[q] - cx, y[q + 1] - cy, y[q + 2] - cz)
         out[p] += x
         out[p + 1] += yy
         out[p + 2] += z
-    for b in range(bodies.size):
-        if bodies[b].motion == rigid.FREE:
-            q, p = bodies[b].iq, bodies[b].iv
-            x, yy, z = cross(wx, wy, wz, y[q] - cx, y[q + 1] - cy, y[q + 2] - cz)
-            out[p] += x
-            out[p + 1] += yy
-            out[p + 2] += z
-            x, yy, z = turn_back(bodies[b].R, wx, wy, wz)
-            out[p + 3] += x
-            out[p + 4] += yy
-            out[p + 5] += z
 
 
 @indirect(void(REAL, REAL, VECTOR, VECTOR, MODEL, VECTOR, VECTOR))

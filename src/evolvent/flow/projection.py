@@ -7,6 +7,7 @@ from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlin
 from evolvent.flow.explicit_flexible import release_penalties
 from evolvent.flow.impulse import impulse, prepare
 from evolvent.kernels import constraint_rows, joint, rigid, thread
+from evolvent.kernels.blocks import ROTATION, normalise
 from evolvent.kernels.linalg import banded_ldl_solve
 from evolvent.model import MODEL
 
@@ -18,8 +19,8 @@ def is_corrected(model):
     found = constraint_rows.has_joints(model)
     for k in range(model.flexible.joints.size):
         found = found or model.flexible.joints[k].until < np.inf
-    for b in range(model.bodies.size):
-        found = found or model.bodies[b].motion == rigid.FREE
+    for k in range(model.blocks.size):
+        found = found or model.blocks[k].kind == ROTATION
     for p in range(model.threads.size):
         found = found or model.threads[p].kind == thread.INEXTENSIBLE
     return found
@@ -32,10 +33,8 @@ def project(t, y, s, model):
     Quaternions and tangents are normalised, rates made perpendicular to their tangents; joints are drawn to
     their gap and rate along their own directions, weighted by the masses (which keeps momentum).
     """
-    threads, bodies = model.threads, model.bodies
-    for b in range(bodies.size):
-        if bodies[b].motion == rigid.FREE:
-            rigid.normalise_quaternion(y, bodies[b].iq + 3)
+    threads = model.threads
+    normalise(model.blocks, y)
     for p in range(threads.size):
         if threads[p].kind == thread.INEXTENSIBLE:
             thread.project_chain(y, s, threads, p)

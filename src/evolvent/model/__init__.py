@@ -118,6 +118,7 @@ class Model(Struct):
     info: np.record = record(RECORDS["info"])
     breaks: Array = array(1)
     parameters: Array = array(1)
+    blocks: Array = array(1, RECORDS["blocks"])
     bodies: Array = array(1, RECORDS["bodies"])
     points: Array = array(1, RECORDS["points"])
     markers: Array = array(1, RECORDS["markers"])

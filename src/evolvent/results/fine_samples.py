@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from evolvent.kernels import rigid
+from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, THREAD
 from evolvent.results.observe.view import View
 
 if TYPE_CHECKING:
@@ -120,16 +120,17 @@ def tracked_velocities(solution: Solution) -> Array:
     """
     view, model = View.of(solution), solution.assembly.model
     speeds: list[Array] = []
+    rates: list[Array] = []
     if model.threads.size:
         speeds.append(solution.observations.velocity)
-    speeds += [view.coordinates(int(point["iv"]))[:, None] for point in model.points]
-    speeds += [view.nodes(k)[1][:, :, 0] for k in range(model.flexible.beams.size)]
-    free = [body for body in model.bodies if body["motion"] == rigid.FREE]
-    speeds += [view.coordinates(int(body["iv"]))[:, None] for body in free]
-    rates = [view.coordinates(int(body["iv"]) + 3)[:, None] for body in free]
-    for body in model.bodies:
-        if body["motion"] == rigid.SPIN:
-            rates.append(view.coordinates(int(body["iv"]), 1)[:, None] * body["axis"])
+    for block in model.blocks[model.blocks["family"] != THREAD]:
+        at = int(block["iv"])
+        if block["kind"] == POSITION:
+            speeds.append(view.coordinates(at)[:, None])
+        elif block["kind"] == ROTATION:
+            rates.append(view.coordinates(at)[:, None])
+        elif block["kind"] == ANGLE:
+            rates.append(view.coordinates(at, 1)[:, None] * model.bodies["axis"][block["owner"]])
     groups = [np.concatenate(group, axis=1) for group in (speeds, rates) if group]
     return np.concatenate([np.zeros((solution.t.size, 0, 3)), *map(_of_range, groups)], axis=1)
 

@@ -16,15 +16,13 @@ alpha_m = (2 rho - 1)/(rho + 1), alpha_f = rho/(rho + 1), beta = 1/(1 + rho)^2, 
 
 from __future__ import annotations
 
-import math
-
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.implicit import keep_momentum, residual
 from evolvent.kernels import rigid
+from evolvent.kernels.blocks import displace, largest_turn
 from evolvent.model import MODEL
-from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.implicit_state import WORKSPACE
 from evolvent.solvers.step_error import beside_tolerance
 
@@ -71,7 +69,7 @@ def predict(h, coasts, model, work):
             a1[i] = ((1.0 - af) * dv1[i] + af * dv0[i] - am * a0[i]) / (1.0 - am)
         work.dq[i] = h * y0[n_q + i] + h * h * ((0.5 - beta) * a0[i] + beta * a1[i])
         work.y[n_q + i] = y0[n_q + i] + h * ((1.0 - gamma) * a0[i] + gamma * a1[i])
-    displace(y0, work.dq, model, work.y)
+    displace(y0, work.dq, False, model, work.y)
 
 
 @indirect(void(REAL, REAL, MODEL, WORKSPACE))
@@ -92,7 +90,7 @@ def correct(h, model, work):
         y[n_q + i] += c_rate * d
         work.dv1[i] += c_mass * d
         work.a1[i] += c_step * d
-    displace(work.y0, work.dq, model, y)
+    displace(work.y0, work.dq, False, model, y)
 
 
 @indirect(void(MODEL, WORKSPACE))
@@ -131,17 +129,6 @@ def local_error(h, model, work):
         change = c * (work.a1[i] - work.a0[i])
         error = max(error, abs(change) / work.weight[i])
         rates += work.shares[i] * change * change
-    turn = _largest_turn(model, work.dq) / LARGEST_TURN
+    turn = largest_turn(work.dq, False, model.info.nq, model.blocks) / LARGEST_TURN
     error = beside_tolerance(error, rates, h, work.dq, work.shares, work.loop, work.options)
     return max(error, turn * turn * turn)
-
-
-@inlined
-def _largest_turn(model, dq):
-    """Largest angle by which a free body turns over a step, rad."""
-    bodies, n_q, square = model.bodies, model.info.nq, 0.0
-    for b in range(bodies.size):
-        if bodies[b].motion == rigid.FREE:
-            at = bodies[b].iv - n_q + 3
-            square = max(square, dq[at] * dq[at] + dq[at + 1] * dq[at + 1] + dq[at + 2] * dq[at + 2])
-    return math.sqrt(square)

@@ -7,12 +7,13 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.flow.implicit import residual
 from evolvent.kernels import attitude, contact, coordinate, joint, rigid, sparse_lu
+from evolvent.kernels.blocks import ROTATION, displace
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha import end_step
-from evolvent.solvers.alpha_state import displace, factor_at, short_c_mass
+from evolvent.solvers.alpha_state import factor_at, short_c_mass
 from evolvent.solvers.implicit_state import DONE, NOT_FINITE, REDUNDANT, SINGULAR, WORKSPACE
 from evolvent.solvers.newton import solve_alpha
 
@@ -40,7 +41,7 @@ def accelerations_at(t, state, model, matrix, work, A, la):
                 work.dq[i] = d * state[n_q + i] + 0.5 * d * d * A[i]
             for i in range(state.size):
                 y0[i] = state[i]
-            displace(state, work.dq, model, y0)
+            displace(state, work.dq, False, model, y0)
             for i in range(n_v):
                 y0[n_q + i] = state[n_q + i] + d * A[i]
             rigid.kinematics(t + d, y0, model)
@@ -108,7 +109,7 @@ def start_accelerations(model, matrix, work):
     rotation vector of a free body. Where a step does not resolve v'', both are left out.
     """
     n_q, n_v, t, h, options = model.info.nq, model.info.nv, work.loop.time, work.loop.step, work.options
-    y, la, A, bodies = work.y, work.la, work.dv1, model.bodies
+    y, la, A, blocks = work.y, work.la, work.dv1, model.blocks
     for i in range(n_v):
         A[i] = 0.0
     for i in range(la.size):
@@ -140,7 +141,7 @@ def start_accelerations(model, matrix, work):
             la1[k] = la[k]
         for i in range(y.size):
             state[i] = y[i]
-        displace(y, work.dq, model, state)
+        displace(y, work.dq, False, model, state)
         for i in range(n_v):
             state[n_q + i] += d * A[i]
         accelerations_at(t + d, state, model, matrix, work, B, la1)
@@ -159,9 +160,9 @@ def start_accelerations(model, matrix, work):
         for i in range(n_v):
             work.a1[i] += shift * h * J[i]
             J[i] *= c
-        for b in range(bodies.size):
-            if bodies[b].motion == rigid.FREE:
-                q, at = bodies[b].iv + 3, bodies[b].iv + 3 - n_q
+        for k in range(blocks.size):
+            if blocks[k].kind == ROTATION:
+                q, at = blocks[k].iv, blocks[k].iv - n_q
                 x, yy, z = cross(y[q], y[q + 1], y[q + 2], A[at], A[at + 1], A[at + 2])
                 J[at] += x / 12.0
                 J[at + 1] += yy / 12.0

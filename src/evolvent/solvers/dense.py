@@ -7,6 +7,7 @@ import math
 from evolvent.compiled.jit import inlined
 from evolvent.flow.implicit import momenta
 from evolvent.kernels import rigid, rod_strains
+from evolvent.kernels.blocks import RATE, ROTATION, SLOPE
 from evolvent.kernels.flexible import NODE_VECTORS
 
 
@@ -26,35 +27,24 @@ def interpolate(theta, h, y0, y1, model, y):
         y[i] = y0[i] + theta * (y1[i] - y0[i])
     if theta >= 1.0:
         return
-    bodies, points, beams, threads = model.bodies, model.points, model.flexible.beams, model.threads
+    blocks, beams, threads = model.blocks, model.flexible.beams, model.threads
+    for k in range(blocks.size):
+        kind, q, v = blocks[k].kind, blocks[k].iq, blocks[k].iv
+        if kind == ROTATION:
+            _attitude(theta, h, y0, y1, q, v, y)
+        elif kind != RATE:
+            for i in range(blocks[k].size):
+                y[q + i], y[v + i] = cubic(theta, h, y0[q + i], y1[q + i], y0[v + i], y1[v + i])
+            if kind == SLOPE:
+                scale = _scale(theta, _at(y0, q), _at(y1, q), _at(y, q))
+                for i in range(3):
+                    y[q + i] *= scale
     for k in range(beams.size):
-        q, v, size = beams[k].iq, beams[k].iv, 3 * NODE_VECTORS[beams[k].kind]
-        _cubics(theta, h, y0, y1, q, v, size * beams[k].nodes, y)
-        _keep_lengths(theta, y0, y1, q, size, beams[k].nodes, 0.0, y)
-        for i in range(beams[k].nodes):
-            for j in range(3, size, 3):
-                at = q + size * i + j
-                scale = _scale(theta, _at(y0, at), _at(y1, at), _at(y, at))
-                for c in range(3):
-                    y[at + c] *= scale
+        _keep_lengths(theta, y0, y1, beams[k].iq, 3 * NODE_VECTORS[beams[k].kind], beams[k].nodes, 0.0, y)
     for k in range(threads.size):
-        q, v, last = threads[k].iq, threads[k].iv, 3 * (model.flexible.switches[k] - 1)
-        _cubics(theta, h, y0, y1, q, v, 3 * threads[k].n, y)
+        last = model.flexible.switches[k] - 1
         rest = threads[k].segment if threads[k].slack != 0 else 0.0
-        _keep_lengths(theta, y0, y1, q + last, -3, last // 3 + 1, rest, y)
-        if threads[k].spool_q >= 0:
-            _cubics(theta, h, y0, y1, threads[k].spool_q, threads[k].spool_v, 1, y)
-    for k in range(points.size):
-        _cubics(theta, h, y0, y1, points[k].iq, points[k].iv, 3, y)
-    for k in range(model.wheels.size):
-        _cubics(theta, h, y0, y1, model.wheels[k].iq, model.wheels[k].iv, 1, y)
-    for k in range(bodies.size):
-        q, v = bodies[k].iq, bodies[k].iv
-        if bodies[k].motion == rigid.SPIN:
-            _cubics(theta, h, y0, y1, q, v, 1, y)
-        elif bodies[k].motion == rigid.FREE:
-            _cubics(theta, h, y0, y1, q, v, 3, y)
-            _attitude(theta, h, y0, y1, q + 3, v + 3, y)
+        _keep_lengths(theta, y0, y1, threads[k].iq + 3 * last, -3, last + 1, rest, y)
     if model.flexible.rods.size > 0:
         rod_strains.keep_chords(theta, y0, y1, model, y)
 
@@ -89,13 +79,6 @@ def cubic(theta, h, a, b, da, db):
     p, q = h * da - d, d - h * db
     value = u * a + theta * b + theta * u * (u * p + theta * q)
     return value, (d + (1.0 - 2.0 * theta) * (u * p + theta * q) + theta * u * (q - p)) / h
-
-
-@inlined
-def _cubics(theta, h, y0, y1, q, v, size, y):
-    """Coordinates from q on by their cubics, and the rates of these from v on."""
-    for i in range(size):
-        y[q + i], y[v + i] = cubic(theta, h, y0[q + i], y1[q + i], y0[v + i], y1[v + i])
 
 
 @inlined

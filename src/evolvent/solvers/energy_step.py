@@ -9,6 +9,7 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.energy_momentum import measure, residual, tangent
 from evolvent.kernels import ancf, hinge, joint, rigid, rod_strains
+from evolvent.kernels.blocks import largest_turn
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.implicit_state import WORKSPACE, factor
@@ -174,20 +175,6 @@ def longest_turn(bodies):
 
 
 @inlined
-def _turning_error(model, step):
-    """Error of the angles of bodies over a step, rad: they turn by 2 atan(h w/2)."""
-    bodies, n_q, largest = model.bodies, model.info.nq, 0.0
-    for b in range(bodies.size):
-        at = bodies[b].iv - n_q
-        if bodies[b].motion == rigid.FREE:
-            x, y, z = step.dq[at + 3], step.dq[at + 4], step.dq[at + 5]
-            largest = max(largest, x * x + y * y + z * z)
-        elif bodies[b].motion == rigid.SPIN:
-            largest = max(largest, step.dq[at] * step.dq[at])
-    return largest * math.sqrt(largest) / 12.0
-
-
-@inlined
 def local_error(model, work):
     """Estimated error of the step beside the tolerance, (1/12 + chi/4) h^3 v'', by accelerations of the mean rates.
 
@@ -202,5 +189,6 @@ def local_error(model, work):
         change = c * (_acceleration(i, work) - work.acceleration[i])
         error = max(error, abs(change) / work.weight[i])
         rates += work.shares[i] * change * change
-    error = max(error, _turning_error(model, step))
+    turn = largest_turn(step.dq, True, model.info.nq, model.blocks)  # h w of bodies, which turn by 2 atan(h w/2)
+    error = max(error, turn**3 / 12.0)
     return beside_tolerance(error, rates, h, step.dq, work.shares, work.loop, work.options)

@@ -21,11 +21,11 @@ from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow.implicit import energies, residual, tangent
 from evolvent.flow.powers import COUPLED_ENERGY
 from evolvent.kernels import attitude, contact, coordinate, hinge, loads, rigid, sparse_lu
+from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE, displace, is_idle
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
 from evolvent.model import MODEL
-from evolvent.solvers.alpha_state import displace
 
 # status codes
 NO_CONVERGENCE, NOT_FINITE, SINGULAR, UNBALANCED = -1, -2, -3, -4
@@ -115,31 +115,17 @@ def turning(factor, spin, y, model, a):
         a[i] = 0.0
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
-    n_q, beams = model.info.nq, model.flexible.beams
-    points, bodies = model.points, model.bodies
-    for k in range(beams.size):
-        vectors = NODE_VECTORS[beams[k].kind]
-        at = beams[k].iv - n_q
-        for i in range(beams[k].nodes * vectors):
-            q, held = beams[k].iq + 3 * i, 1.0 if i % vectors == 0 else 0.0
+    n_q, blocks, bodies = model.info.nq, model.blocks, model.bodies
+    for k in range(blocks.size):
+        kind, q, at, b = blocks[k].kind, blocks[k].iq, blocks[k].iv - n_q, blocks[k].owner
+        if kind <= SLOPE and not is_idle(k, model.flexible.switches, model):
+            held = 1.0 if kind == POSITION else 0.0
             x, yy, z = y[q] - held * spin[3], y[q + 1] - held * spin[4], y[q + 2] - held * spin[5]
             ax, ay, az = _twice(spin, x, yy, z)
-            a[at + 3 * i], a[at + 3 * i + 1], a[at + 3 * i + 2] = factor * ax, factor * ay, factor * az
-    for k in range(points.size):
-        q, at = points[k].iq, points[k].iv - n_q
-        ax, ay, az = _twice(spin, y[q] - spin[3], y[q + 1] - spin[4], y[q + 2] - spin[5])
-        a[at], a[at + 1], a[at + 2] = factor * ax, factor * ay, factor * az
-    for k in range(model.threads.size):
-        for i in range(1 if model.threads[k].end >= 0 else 0, model.flexible.switches[k]):
-            q, at = model.threads[k].iq + 3 * i, model.threads[k].iv + 3 * i - n_q
-            ax, ay, az = _twice(spin, y[q] - spin[3], y[q + 1] - spin[4], y[q + 2] - spin[5])
             a[at], a[at + 1], a[at + 2] = factor * ax, factor * ay, factor * az
-    for b in range(bodies.size):
-        if bodies[b].motion != rigid.FREE:
+        if kind != ROTATION:
             continue
-        q, at, J = bodies[b].iq, bodies[b].iv - n_q, bodies[b].inertia
-        ax, ay, az = _twice(spin, y[q] - spin[3], y[q + 1] - spin[4], y[q + 2] - spin[5])
-        a[at], a[at + 1], a[at + 2] = factor * ax, factor * ay, factor * az
+        J = bodies[b].inertia
         w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
         h = attitude.wheel_momentum(b, y, model)
         gx, gy, gz = cross(
@@ -161,7 +147,7 @@ def turning(factor, spin, y, model, a):
             for e in range(3):
                 m, n = (e + 1) % 3, (e + 2) % 3
                 s += g[e] * (L[m, u] * L[n, v] - L[m, v] * L[n, u])
-            a[at + 3 + c] = factor * s / det
+            a[at + c] = factor * s / det
     for k in range(model.wheels.size):
         if bodies[model.wheels[k].body].motion == rigid.FREE:
             at, n = bodies[model.wheels[k].body].iv - n_q + 3, model.wheels[k].axis
@@ -309,7 +295,7 @@ def _move(cut, model, b):
         b.total[i] += b.d[i]
     for k in range(b.la.size):
         b.la[k] += cut * b.x[b.d.size + k]
-    displace(b.y, b.d, model, b.y)
+    displace(b.y, b.d, False, model, b.y)
     hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)  # whose angles are those before the move
     return norm
 

@@ -22,6 +22,7 @@ from evolvent.flow.explicit_flexible import end_frictions
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import hinge, rigid, thread
+from evolvent.kernels.blocks import normalise
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.passing import note_places, passing
 from evolvent.model import MODEL
@@ -115,9 +116,7 @@ def keep_samples_by_cubics(t, h, time, until, model, work):
         theta, y = (work.samples[loop.sample] - t) / h, work.out_y[loop.sample]
         for n in range(y.size):
             y[n], _ = cubic(theta, h, work.y[n], work.y1[n], work.K[0, n], f1[n])
-        for k in range(model.bodies.size):
-            if model.bodies[k].motion == rigid.FREE:
-                rigid.normalise_quaternion(y, model.bodies[k].iq + 3)
+        normalise(model.blocks, y)
         for n in range(work.s.size):
             work.out_s[loop.sample, n] = work.s[n]
         loop.sample += 1

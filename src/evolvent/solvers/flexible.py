@@ -11,10 +11,11 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.families import owner
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import contact_laws, hinge, rigid
-from evolvent.kernels.flexible import NODE_VECTORS, beam_rates
-from evolvent.solvers.static_work import velocity_slice
+from evolvent.kernels import contact_laws, hinge
+from evolvent.kernels.blocks import ANGLE, OWNERS, POSITION, ROTATION, SLOPE, block_at
+from evolvent.kernels.flexible import beam_rates
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120
@@ -93,18 +94,12 @@ def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.
     y, dy, s = assembly.y.copy(), np.zeros_like(assembly.y), assembly.s.copy()
     place = np.full(n_v, -1)
     turning = []
-    for family, size in ((model.points, 3), (model.threads, 0), (model.flexible.beams, 0), (model.bodies, 0)):
-        for row in family:
-            n, iq, iv = size, int(row["iq"]), int(row["iv"]) - n_q
-            if family is model.threads:
-                n = 3 * int(row["n"])
-            elif family is model.flexible.beams:
-                n = 3 * NODE_VECTORS[row["kind"]] * int(row["nodes"])
-            elif family is model.bodies:
-                n = {rigid.DRIVEN: 0, rigid.SPIN: 1, rigid.FREE: 3}[int(row["motion"])]
-                if row["motion"] == rigid.FREE:
-                    turning.append((iq + 3, iv + 3))
-            place[iv : iv + n] = np.arange(iq, iq + n)
+    for block in model.blocks:
+        iq, iv, size = int(block["iq"]), int(block["iv"]) - n_q, int(block["size"])
+        if block["kind"] == ROTATION:
+            turning.append((iq, iv))
+        elif block["kind"] in (POSITION, SLOPE, ANGLE):
+            place[iv : iv + size] = np.arange(iq, iq + size)
     moved = np.flatnonzero(place >= 0)
 
     def accelerations(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -153,9 +148,5 @@ def _contact_products(model: mdl.Model, y: np.ndarray) -> Callable[[int, np.ndar
 
 def _location(assembly: Assembly, velocity: int) -> str:
     """Name of the part that a velocity belongs to."""
-    found = []
-    for name, (family, index) in assembly.names.items():
-        where = velocity_slice(assembly.model, family, index)
-        if where is not None and where.start <= velocity:
-            found.append((where.start, name))
-    return max(found)[1] if found else "nothing"
+    own = block_at(assembly.model, velocity)
+    return owner(assembly, OWNERS[own["family"]], int(own["owner"]))

@@ -10,7 +10,8 @@ import itertools
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.kernels import joint, rigid, sides, springs
+from evolvent.kernels import joint, sides, springs
+from evolvent.kernels.blocks import ANGLE, BODY, WHEEL
 from evolvent.kernels.drive import FREE
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.solvers.ordering import Pattern
@@ -78,28 +79,19 @@ def pattern_of(model: mdl.Model, *, layers: bool = False) -> Pattern:
 def _add_coordinates(graph: _Graph) -> None:
     """A block for each node of beams and threads, each point and each body that moves."""
     model = graph.model
-    for beam in model.flexible.beams:
-        size = 3 * NODE_VECTORS[beam["kind"]]
-        nodes = [graph.add(int(beam["iv"]) + size * i, size) for i in range(beam["nodes"])]
-        for a, b in itertools.pairwise(nodes):
-            graph.couple(a, b)
-    for thread in model.threads:
-        nodes = [graph.add(int(thread["iv"]) + 3 * i, 3) for i in range(thread["n"])]
-        for a, b in itertools.pairwise(nodes):
-            graph.couple(a, b)
-    for thread in model.threads[model.threads["drive"] == FREE]:
-        graph.add(int(thread["spool_v"]), 1)
-    for point in model.points[model.points["mass"] > 0.0]:
-        graph.add(int(point["iv"]), 3)
-    for k, body in enumerate(model.bodies):
-        if body["motion"] != rigid.DRIVEN:
-            graph.body[k] = graph.add(int(body["iv"]), 6 if body["motion"] == rigid.FREE else 1)
-        if body["motion"] == rigid.SPIN:
-            graph.fixed.add(int(graph.body[k]))
-    for wheel in model.wheels:
-        graph.couple(graph.add(int(wheel["iv"]), 1), graph.body[wheel["body"]])
-    for thruster in model.thrusters:  # its impulse
-        graph.add(int(thruster["iv"]), 1)
+    for (family, owner, node), rows in itertools.groupby(
+        model.blocks, key=lambda b: (b["family"], b["owner"], b["node"])
+    ):
+        own = list(rows)
+        at = graph.add(int(own[0]["iv"]), sum(int(row["size"]) for row in own))
+        if node > 0:
+            graph.couple(at - 1, at)
+        if family == BODY:
+            graph.body[owner] = at
+        if own[0]["kind"] == ANGLE:
+            graph.fixed.add(at)
+        if family == WHEEL:
+            graph.couple(at, graph.body[model.wheels["body"][owner]])
 
 
 def _block_of_marker(graph: _Graph, marker: np.record) -> int:

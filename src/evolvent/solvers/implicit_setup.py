@@ -16,8 +16,9 @@ from evolvent.flow.energy_momentum import STEP, EnergyStep
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import contact, joint, rigid, sides, springs
 from evolvent.kernels.beam_loads import FIELD
+from evolvent.kernels.blocks import ANGLE, BEAM, POSITION, SCALAR, THREAD, indices
 from evolvent.kernels.drive import FREE
-from evolvent.kernels.flexible import CABLE, NODE_VECTORS
+from evolvent.kernels.flexible import CABLE
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
@@ -56,48 +57,25 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
 
     Of a wheel that is the angle which turns its body by 1 rad.
     """
-    model = assembly.model
-    n_q, n_v = int(model.info.nq), int(model.info.nv)
-    flexible = model.flexible
-    weight = np.ones(n_v)
-    places = [np.zeros(3)] if not flexible.beams.size else []
-    masses = []
-    linear = []
-    for beam in flexible.beams:
-        size = 3 * NODE_VECTORS[beam["kind"]]
-        first = beam["iv"] - n_q
-        for i in range(beam["nodes"]):
-            linear.append(first + i * size)
-            places.append(assembly.y[beam["iq"] + i * size :][:3])
-        element = flexible.elements[beam["first_element"]]
-        pool = flexible.M12 if beam["kind"] == CABLE else flexible.M24
-        masses.append(2.0 * pool[element["mass"]][0, 0])
-    for row in model.threads:
-        linear += [int(row["iv"]) - n_q + 3 * i for i in range(row["n"])]
-        places += [model.bodies["x"][row["body"]], np.array([row["n"] * row["segment"], 0.0, 0.0])]
-    masses += [mass for mass in model.nodes["mass"].tolist() if mass > 0.0]  # a point mass has that of an end on it
-    for point in model.points[model.points["mass"] > 0.0]:
-        linear.append(point["iv"] - n_q)
-        places.append(assembly.y[point["iq"] :][:3])
-        masses.append(point["mass"])
-    for body in model.bodies:
-        places.append(body["x"])
-        if body["motion"] == rigid.FREE:
-            linear.append(body["iv"] - n_q)
-            masses.append(body["mass"])
-        elif body["motion"] == rigid.SPIN:
-            masses.append(body["spin_inertia"])
-    spread = np.ptp(np.array(places), axis=0)
+    model, blocks, n_q = assembly.model, assembly.model.blocks, int(assembly.model.info.nq)
+    weight = np.ones(int(model.info.nv))
+    beams, inertia = blocks["family"] == BEAM, blocks["inertia"][:, 0]
+    positions = blocks["kind"] == POSITION
+    placed = assembly.y[indices(blocks[positions & (blocks["family"] != THREAD)], "iq")]
+    lengths = [(n * l0, 0.0, 0.0) for n, l0 in zip(model.threads["n"], model.threads["segment"], strict=True)]
+    spread = np.ptp(np.concatenate([model.bodies["x"], placed, np.reshape(lengths, (-1, 3))]), axis=0)
     length = float(np.linalg.norm(spread)) or 1.0
-    for at in linear:
-        weight[at : at + 3] = length
+    weight[indices(blocks[positions], "iv") - n_q] = length
+    # the first node of a beam has the mass of half an element; a point mass has that of a thread's end on it
+    typical = (positions & (~beams | (blocks["node"] == 0)) | (blocks["kind"] == ANGLE)) & (inertia > 0.0)
+    masses = np.where(beams, 2.0, 1.0)[typical] * inertia[typical]
     for wheel in model.wheels:
         body, n = model.bodies[wheel["body"]], wheel["axis"]
         about = n @ body["inertia"] @ n if body["motion"] == rigid.FREE else body["spin_inertia"]
         weight[wheel["iv"] - n_q] = max(1.0, float(about / wheel["inertia"]))
     for row in model.threads[model.threads["drive"] == FREE]:
         weight[int(row["spool_v"]) - n_q] = length / row["radius"]
-    return weight, float(np.exp(np.mean(np.log(masses)))) if masses else 1.0
+    return weight, float(np.exp(np.mean(np.log(masses)))) if masses.size else 1.0
 
 
 def shares(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
@@ -105,27 +83,8 @@ def shares(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
 
     The rates beside `weight` are averaged by their inertias, the diagonal of the mass matrix, as in the kinetic energy.
     """
-    f, n_q = model.flexible, int(model.info.nq)
-    inertia = np.zeros(weight.size)
-    for kind, pool in ((True, f.M12), (False, f.M24)):
-        own = f.elements[(f.beams["kind"][f.elements["beam"]] == CABLE) == kind]
-        masses = np.diagonal(pool, axis1=1, axis2=2)[own["mass"]]
-        np.add.at(inertia, (own["iv"] - n_q)[:, None] + np.arange(masses.shape[1]), masses)
-    for point in model.points[model.points["iv"] >= 0]:
-        inertia[point["iv"] - n_q :][:3] += point["mass"]
-    for row in model.threads:
-        masses = model.nodes["mass"][row["node"] :][: row["n"]]
-        inertia[row["iv"] - n_q :][: 3 * row["n"]] += np.repeat(masses, 3)
-    for body in model.bodies:
-        own = inertia[body["iv"] - n_q :]
-        if body["motion"] == rigid.FREE:
-            own[:3] += body["mass"]
-            own[3:6] += np.diag(body["inertia"])
-        elif body["motion"] == rigid.SPIN:
-            own[0] += body["spin_inertia"]
-    inertia[model.wheels["iv"] - n_q] += model.wheels["inertia"]
-    free = model.threads[model.threads["drive"] == FREE]
-    inertia[free["spool_v"] - n_q] += free["spool_inertia"]
+    inertia, own = np.zeros(weight.size), np.arange(3) < model.blocks["size"][:, None]
+    inertia[indices(model.blocks, "iv")[own] - int(model.info.nq)] = model.blocks["inertia"][own]
     total = float(inertia @ weight**2)
     return inertia / total if total > 0.0 else inertia
 
@@ -133,8 +92,7 @@ def shares(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
 def length_of(model: mdl.Model, weight: np.ndarray) -> float:
     """Largest size of the unknowns (m, or 1 for slopes and turns) but for wheels and free spools."""
     kept = np.ones(weight.size, dtype=bool)
-    kept[model.wheels["iv"] - int(model.info.nq)] = False
-    kept[model.threads["spool_v"][model.threads["drive"] == FREE] - int(model.info.nq)] = False
+    kept[model.blocks["iv"][model.blocks["kind"] == SCALAR] - int(model.info.nq)] = False
     return float(weight[kept].max(initial=0.0))
 
 

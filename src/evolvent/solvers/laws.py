@@ -16,8 +16,7 @@ from evolvent.base.errors import EvolventError, InputError
 from evolvent.compiled import laws
 from evolvent.flow.impulse import prepare
 from evolvent.kernels import coordinate, drive, hinge, loads, springs
-from evolvent.kernels.flexible import NODE_VECTORS
-from evolvent.kernels.rigid import FREE
+from evolvent.kernels.blocks import POSITION, THREAD
 
 Array = np.ndarray
 #: A time (s) and the states y and s at which a run was then.
@@ -299,13 +298,8 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
 
 def _masses(model: Any, y: Array) -> Iterator[tuple[Array, Array]]:
     """Positions and velocities, (3,) each, of points, free bodies, nodes of beams and threads; after `kinematics`."""
-    for point in model.points:
-        yield y[point["iq"] :][:3].copy(), y[point["iv"] :][:3].copy()
-    for body in model.bodies[model.bodies["motion"] == FREE]:
-        yield body["x"].copy(), body["v"].copy()
-    for beam in model.flexible.beams:
-        for k in range(0, 3 * NODE_VECTORS[beam["kind"]] * int(beam["nodes"]), 3 * NODE_VECTORS[beam["kind"]]):
-            yield y[beam["iq"] + k :][:3].copy(), y[beam["iv"] + k :][:3].copy()
+    for block in model.blocks[(model.blocks["kind"] == POSITION) & (model.blocks["family"] != THREAD)]:
+        yield y[block["iq"] :][:3].copy(), y[block["iv"] :][:3].copy()
     for thread in model.threads:
         yield thread["Q"][:3].copy(), thread["Q"][3:].copy()
 

@@ -11,8 +11,8 @@ from evolvent.assembly import families
 from evolvent.assembly.families import bodies_of
 from evolvent.kernels import fields, joint, loads, rigid, sides, springs
 from evolvent.kernels.beam_loads import FIELD
+from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE, displace
 from evolvent.solvers import equilibrium as eq
-from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.eigenproblem import Problem
 from evolvent.solvers.redundancy import independent
 from evolvent.solvers.static_work import Work, velocity_slice
@@ -147,22 +147,15 @@ def gyroscopic(work: Work, M: sparse.csr_matrix, rate: Array) -> sparse.csr_matr
     W = _skew(rate)
     turns = sparse.lil_matrix((n_v, n_v))
     own = []
-    for family, index in work.assembly.names.values():
-        where = velocity_slice(model, family, index)
-        if where is None:
-            continue
-        if family in ("bodies", "rods"):
-            for b in bodies_of(model, family, index):
-                body = model.bodies[b]
-                if body["motion"] == rigid.FREE:
-                    at = int(body["iv"]) - work.n_q
-                    turns[at : at + 3, at : at + 3] = 2.0 * W
-                    J, w = body["inertia"], body["R"].T @ rate
-                    rows = slice(at + 3, at + 6)
-                    own.append((rows, rows, J @ _skew(w) - _skew(J @ w) + _skew(w) @ J))
-            continue
-        for first in range(where.start, where.stop, 3):
-            turns[first : first + 3, first : first + 3] = 2.0 * W
+    for block in model.blocks:
+        at = int(block["iv"]) - work.n_q
+        rows = slice(at, at + 3)
+        if block["kind"] in (POSITION, SLOPE):
+            turns[rows, rows] = 2.0 * W
+        elif block["kind"] == ROTATION:
+            body = model.bodies[block["owner"]]
+            J, w = body["inertia"], body["R"].T @ rate
+            own.append((rows, rows, J @ _skew(w) - _skew(J @ w) + _skew(w) @ J))
     for wheel in model.wheels:
         body, at = model.bodies[wheel["body"]], int(wheel["iv"]) - work.n_q
         across, first = wheel["inertia"] * np.cross(body["R"].T @ rate, wheel["axis"]), int(body["iv"]) - work.n_q
@@ -240,7 +233,7 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
         b.d[:] = 0.0
         b.d[at] = step
         b.y[:] = rest
-        displace(b.y, b.d, model, b.y)
+        displace(b.y, b.d, False, model, b.y)
         eq.unbalance(work.time, work.step, 1.0, 1.0, model, b, b.r)
         return (work.copies * b.r)[: work.n_v]
 

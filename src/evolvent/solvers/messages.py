@@ -9,7 +9,8 @@ import numpy as np
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
-from evolvent.kernels import contact_laws, flexible, rigid
+from evolvent.kernels import contact_laws
+from evolvent.kernels.blocks import BEAM, BODY, OWNERS, THREAD, block_at
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import balance as eb, explicit_events, ordering
 from evolvent.solvers.implicit_state import GAINED, NO_CONVERGENCE, NOT_FINITE, REDUNDANT
@@ -140,27 +141,19 @@ def _location(assembly: Assembly, values: Array) -> str:
     if not np.all(np.isfinite(size)):
         size = np.where(np.isfinite(size), 0.0, np.inf)
     k = int(np.argmax(size))
-    model, n_q, n_v = assembly.model, int(assembly.model.info.nq), int(assembly.model.info.nv)
+    model, n_v = assembly.model, int(assembly.model.info.nv)
     if k >= n_v:
         return repr(owner(assembly, "joints", k - n_v))
-    for b, row in enumerate(model.flexible.beams):
-        node = (k - int(row["iv"]) + n_q) // (3 * flexible.NODE_VECTORS[row["kind"]])
-        if 0 <= node < row["nodes"]:
-            return f"{owner(assembly, 'beams', b)!r}, node {node} of {row['nodes'] - 1}"
-    for r, row in enumerate(model.flexible.rods):
-        node = (k - int(model.bodies["iv"][row["first_body"]]) + n_q) // 6
-        if 0 <= node <= row["elements"]:
-            return f"{owner(assembly, 'rods', r)!r}, node {node} of {row['elements']}"
-    for p, row in enumerate(model.threads):
-        node = (k - int(row["iv"]) + n_q) // 3
-        if 0 <= node < row["n"]:
-            return f"{owner(assembly, 'threads', p)!r}, node {node} of {row['n'] - 1}"
-    for family, rows in (("points", model.points), ("bodies", model.bodies)):
-        for i, row in enumerate(rows):
-            extent = 3 if family == "points" else {rigid.FREE: 6, rigid.SPIN: 1}.get(int(row["motion"]), 0)
-            if 0 <= k - int(row["iv"]) + n_q < extent:
-                return repr(owner(assembly, family, i))
-    return "an unknown of the joints"
+    block = block_at(model, k)
+    name, node = repr(owner(assembly, OWNERS[block["family"]], int(block["owner"]))), int(block["node"])
+    if block["family"] == BEAM:
+        return f"{name}, node {node} of {model.flexible.beams['nodes'][block['owner']] - 1}"
+    if block["family"] == THREAD and node >= 0:
+        return f"{name}, node {node} of {model.threads['n'][block['owner']] - 1}"
+    for row in model.flexible.rods:
+        if block["family"] == BODY and 0 <= block["owner"] - row["first_body"] <= row["elements"]:
+            return f"{name}, node {node} of {row['elements']}"
+    return name
 
 
 def _touching(assembly: Assembly) -> str:

@@ -15,9 +15,9 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import bodies_of
 from evolvent.assembly.references import split_reference
 from evolvent.base.errors import InputError
+from evolvent.kernels.blocks import displace
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.parts.checks import positive, vector
-from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.eigenproblem import constrained
 from evolvent.solvers.implicit_setup import sizes
 from evolvent.solvers.positions import LinearizedPoint, find_moving, linearized_points, moving, rigid_motions
@@ -300,7 +300,7 @@ class Modes:
         rest = np.ascontiguousarray(self.equilibrium.y[-1])
         y = np.tile(rest, (frames, 1))
         for j in range(frames):
-            displace(rest, np.ascontiguousarray(scale * d[j]), model, y[j])
+            displace(rest, np.ascontiguousarray(scale * d[j]), False, model, y[j])
         y[:, n_q : n_q + n_v] += scale * rate
         return t, y
 

@@ -10,6 +10,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import bodies_of, rod_arms
 from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import rigid
+from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SLOPE, idle
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
 from evolvent.solvers.static_work import velocity_slice
@@ -157,46 +158,20 @@ def rigid_motions(assembly: Assembly, y: Array, point: Array) -> Array:
     body on a fixed axis takes part by its rotation about that axis.
     """
     model = assembly.model
-    found = np.zeros((int(model.info.nv), 6))
-    turns = np.eye(3)
-    for family, index, where in moving(assembly).values():
-        block = found[where]
-        if family == "beams":
-            row = model.flexible.beams[index]
-            vectors = NODE_VECTORS[row["kind"]]
-            e = y[row["iq"] : row["iq"] + len(block)].reshape(-1, vectors, 3).copy()
-            e[:, 0] -= point
-            whole = block.reshape(-1, vectors, 3, 6)
-            whole[:, 0, :, :3] = np.eye(3)
-            for j in range(3):
-                whole[..., 3 + j] = np.cross(turns[j], e)
-            continue
-        if family == "threads":
-            for node in _thread_nodes(assembly, index, where, y).values():
-                found[node.where, :3] = np.eye(3)
-                found[node.where, 3:] = np.cross(turns, node.position - point).T
-            continue
-        if family == "rods":
-            for b in bodies_of(model, family, index):
-                at = int(model.bodies["iv"][b]) - int(model.info.nq)
-                node = _body(assembly, b, slice(at, at + 6), y)
-                assert node.rotation is not None
-                found[at : at + 3, :3] = np.eye(3)
-                found[at : at + 3, 3:] = np.cross(turns, node.position - point).T
-                found[at + 3 : at + 6, 3:] = node.rotation[:, 3:].T
-            continue
-        place = _body(assembly, index, where, y) if family == "bodies" else None
-        if place is not None and place.displacement is None:
-            assert place.rotation is not None
-            block[0, 3:] = place.rotation[:, 0]
-            continue
-        x = place.position if place is not None else _at(y, model.points["iq"][index])
-        block[:3, :3] = np.eye(3)
-        for j in range(3):
-            block[:3, 3 + j] = np.cross(turns[j], x - point)
-        if place is not None:
-            assert place.rotation is not None
-            block[3:, 3:] = place.rotation[:, 3:].T
+    found, R = np.zeros((int(model.info.nv), 6)), np.empty((3, 3))
+    for block in model.blocks[~idle(model, assembly.s)]:
+        q, at, size, body = int(block["iq"]), int(block["iv"]) - int(model.info.nq), int(block["size"]), block["owner"]
+        own = found[at : at + size]
+        if block["kind"] == POSITION:
+            own[:, :3], own[:, 3:] = np.eye(3), np.cross(np.eye(3), y[q : q + 3] - point).T
+        elif block["kind"] == SLOPE:
+            own[:, 3:] = np.cross(np.eye(3), y[q : q + 3]).T
+        elif block["kind"] == ROTATION:
+            rotation_from_quaternion(*y[q : q + 4], R)
+            own[:, 3:] = R.T
+        elif block["kind"] == ANGLE:
+            rotation_about_axis(model.bodies["axis"][body], float(y[q]), model.bodies["R0"][body], R)
+            own[0, 3:] = R @ model.bodies["axis"][body]
     return found
 
 

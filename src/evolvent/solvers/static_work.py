@@ -19,7 +19,7 @@ from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import attitude, body_contact, contact, loads, rigid, sparse_lu
-from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SLOPE, idle, indices, of_part
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.kernels.springs import ON_BODY
 from evolvent.solvers import equilibrium as eq, ordering, redundancy
@@ -152,19 +152,13 @@ class Work:
         start[self.n_q :] = 0.0
         start[model.wheels["iv"]] = spinning  # whose momentum is felt by what turns
         weight, _ = sizes(assembly)
-        slopes = [
-            int(row["iq"]) + 3 * k
-            for row in model.flexible.beams
-            for k in range(NODE_VECTORS[row["kind"]] * int(row["nodes"]))
-            if k % NODE_VECTORS[row["kind"]] > 0
-        ]
         #: Indices in the state of all slopes of beams, (n, 3).
-        self.slopes = np.add.outer(np.array(slopes, dtype=np.int64), np.arange(3))
-        nodes = [
-            int(model.bodies["iq"][b]) + 3 for k in range(model.flexible.rods.size) for b in bodies_of(model, "rods", k)
-        ]
+        self.slopes = indices(model.blocks[model.blocks["kind"] == SLOPE], "iq")
+        nodes = of_part(
+            model, "bodies", [b for k in range(model.flexible.rods.size) for b in bodies_of(model, "rods", k)]
+        )
         #: Indices in the state of the quaternions of all nodes of rods, (n, 4).
-        self.turns = np.add.outer(np.array(nodes, dtype=np.int64), np.arange(4))
+        self.turns = indices(nodes[nodes["kind"] == ROTATION], "iq", 4)
         #: What each equation stands for: of threads' nodes all copies, so that tangents are symmetric, (nu,).
         self.copies = np.ones(n_u)
         for index, row in enumerate(model.threads):
@@ -371,38 +365,21 @@ def _allowed_moves(G: Array, size: Array) -> Any:
 
 def _moments(model: mdl.Model) -> Array:
     """1 of velocities that are turns or rates of slopes, whose forces are moments, 0 of the others: (nv,)."""
-    n_q = int(model.info.nq)
     found = np.ones(int(model.info.nv), dtype=np.int64)
-    firsts = [int(at) for at in model.points["iv"][model.points["mass"] > 0.0]]
-    firsts += [int(at) for at in model.bodies["iv"][model.bodies["motion"] == rigid.FREE]]
-    firsts += [int(row["iv"]) + 3 * i for row in model.threads for i in range(int(row["n"]))]
-    for row in model.flexible.beams:
-        firsts += [int(row["iv"]) + 3 * NODE_VECTORS[row["kind"]] * i for i in range(int(row["nodes"]))]
-    for first in firsts:
-        found[first - n_q : first - n_q + 3] = 0
+    found[indices(model.blocks[model.blocks["kind"] == POSITION], "iv") - int(model.info.nq)] = 0
     return found
 
 
 def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:
     """Velocities of a part that moves, as the model counts them; None of one that does not."""
-    n_q = int(model.info.nq)
-    if family == "beams":
-        row = model.flexible.beams[index]
-        first = int(row["iv"]) - n_q
-        return slice(first, first + 3 * NODE_VECTORS[row["kind"]] * int(row["nodes"]))
-    if family == "threads":
-        first = int(model.threads["iv"][index]) - n_q
-        return slice(first, first + 3 * int(model.threads["n"][index]))
-    if family == "points":
-        first = int(model.points["iv"][index]) - n_q
-        return slice(first, first + 3)
-    if family == "bodies" and model.bodies["motion"][index] != rigid.DRIVEN:
-        first = int(model.bodies["iv"][index]) - n_q
-        return slice(first, first + (6 if model.bodies["motion"][index] == rigid.FREE else 1))
     if family == "rods":
-        bodies = bodies_of(model, family, index)
-        return slice(int(model.bodies["iv"][bodies[0]]) - n_q, int(model.bodies["iv"][bodies[-1]]) - n_q + 6)
-    return None
+        own = of_part(model, "bodies", bodies_of(model, family, index))
+    elif family in ("beams", "threads", "points", "bodies"):
+        own = of_part(model, family, [index])
+    else:
+        return None
+    n_q = int(model.info.nq)
+    return slice(int(own["iv"][0]) - n_q, int(own["iv"][-1] + own["size"][-1]) - n_q) if own.size else None
 
 
 def spare_of(model: mdl.Model) -> int:
@@ -431,20 +408,13 @@ def add_turn(model: mdl.Model, spin: Array, y: Array) -> None:
     w, c = spin[:3], spin[3:]
     if not np.any(w):
         return
-    for row in model.flexible.beams:
-        vectors, n = NODE_VECTORS[row["kind"]], int(row["nodes"])
-        e = y[row["iq"] : row["iq"] + 3 * vectors * n].reshape(n, vectors, 3).copy()
-        e[:, 0] -= c
-        first = int(row["iv"])
-        y[first : first + e.size] = np.cross(w, e).ravel()
-    for p, row in enumerate(model.threads):
-        for i in range(int(row["end"] >= 0), int(model.flexible.switches[p])):
-            y[row["iv"] + 3 * i :][:3] = np.cross(w, y[row["iq"] + 3 * i :][:3] - c)
-    for row in model.points:
-        y[row["iv"] :][:3] = np.cross(w, y[row["iq"] :][:3] - c)
-    for row in model.bodies:
-        if row["motion"] == rigid.FREE:
-            y[row["iv"] :][:3] = np.cross(w, y[row["iq"] :][:3] - c)
-            y[row["iv"] + 3 :][:3] = row["R"].T @ w
-        elif row["motion"] == rigid.SPIN:
-            y[row["iv"]] = (row["R"] @ row["axis"]) @ w
+    for block in model.blocks[~idle(model, model.flexible.switches)]:
+        q, v, b = int(block["iq"]), int(block["iv"]), block["owner"]
+        if block["kind"] == POSITION:
+            y[v : v + 3] = np.cross(w, y[q : q + 3] - c)
+        elif block["kind"] == SLOPE:
+            y[v : v + 3] = np.cross(w, y[q : q + 3])
+        elif block["kind"] == ROTATION:
+            y[v : v + 3] = model.bodies["R"][b].T @ w
+        elif block["kind"] == ANGLE:
+            y[v] = (model.bodies["R"][b] @ model.bodies["axis"][b]) @ w

@@ -10,6 +10,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import rigid, springs
+from evolvent.kernels.blocks import idle, indices
 from evolvent.kernels.drive import FREE, RAMPS
 from evolvent.solvers import payout
 
@@ -36,12 +37,8 @@ def freeze_spools(model: mdl.Model, time: float) -> mdl.Model:
 
 def idle_nodes(model: mdl.Model) -> Array:
     """Velocities, counted from the first, of nodes on their spools and of nodes that are fixed to another part."""
-    found = []
-    for p, row in enumerate(model.threads):
-        released = int(model.flexible.switches[p])
-        nodes = [i for i in range(int(row["n"])) if i >= released or (i == 0 and row["end"] >= 0)]
-        found += [int(row["iv"]) - int(model.info.nq) + 3 * i + c for i in nodes for c in range(3)]
-    return np.array(found, dtype=np.int64)
+    own = model.blocks[idle(model, model.flexible.switches)]
+    return np.asarray(indices(own, "iv") - int(model.info.nq)).ravel()
 
 
 def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:

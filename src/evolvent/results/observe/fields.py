@@ -7,7 +7,7 @@ import numpy as np
 from evolvent.assembly import needs
 from evolvent.flow.inventory import inventory
 from evolvent.kernels import fields, rigid, thread
-from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.blocks import POSITION, indices
 from evolvent.model import N_INVENTORY, Model, zeros
 from evolvent.results.observe.variables import Observed
 from evolvent.results.observe.view import View
@@ -44,9 +44,8 @@ def _sums(t: float, y: Array, s: Array, model: Model, force: Array) -> float:
     power = float(fields.add_field_forces(t, y, model))
     fields.add_beam_fields(t, y, model, f.P)
     power += float(f.P @ y[n_q : n_q + f.P.size])
-    for beam in f.beams:
-        at, size = int(beam["iv"]) - n_q, 3 * NODE_VECTORS[beam["kind"]]
-        force += f.P[at : at + size * int(beam["nodes"])].reshape(-1, size)[:, :3].sum(axis=0)
+    positions = model.blocks[model.blocks["kind"] == POSITION]
+    force += f.P[indices(positions, "iv") - n_q].sum(axis=0)
     if model.threads.size:
         power += float(thread.wound_fields(t, s, model))
     for p, row in enumerate(model.threads):
