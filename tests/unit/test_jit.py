@@ -360,7 +360,7 @@ def hits(function):
 
 print(json.dumps({
     "x": found.y[-1, 0], "law": [hits(pull), misses(pull)], "rhs": [hits(rhs.dispatcher), misses(rhs.dispatcher)],
-    "loop": [hits(explicit.fixed_step.dispatcher), misses(explicit.fixed_step.dispatcher)],
+    "loop": [hits(explicit.advance.dispatcher), misses(explicit.advance.dispatcher)],
 }))
 """
 

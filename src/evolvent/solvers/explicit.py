@@ -1,6 +1,6 @@
-"""Explicit Runge-Kutta methods, their time loops compiled whole: fixed step, and adaptive Dormand-Prince 5(4).
+"""Explicit Runge-Kutta methods, of fixed steps and of steps that adapt, in one time loop compiled whole.
 
-A loop lands exactly on events (nodes leave or reach a spool, a user's events), on breaks (corners of drives, loads
+The loop lands exactly on events (nodes leave or reach a spool, a user's events), on breaks (corners of drives, loads
 that start or end) and on its end; what is due at its end, but for round-off, still happens. Samples cut no step. It
 returns to Python only when its budget of steps is used up, so that progress can be shown and the run interrupted, when
 its log of events is full, or when it ends.
@@ -127,7 +127,7 @@ def start_up(model, work):
     """Events due at the start, first projection and first sample; returns a status or BUDGET."""
     if work.loop.starts == 0:
         return BUDGET
-    work.loop.starts = 0
+    work.loop.starts, work.loop.stale = 0, 1
     t = work.loop.time
     if is_corrected(model):
         project(t, work.y, work.s, model)
@@ -191,88 +191,6 @@ def keep_samples_until(t, work):
         keep_sample(work, work.y)
 
 
-@indirect(_I(MATRIX, VECTOR, VECTOR, MODEL, WORKSPACE, _I))
-def fixed_step(A, b, c, model, work, budget):
-    """Advance with a fixed step until the last sample, an event that stops, a failure or the end of the budget."""
-    y, s, loop, y1 = work.y, work.s, work.loop, work.y1
-    status = start_up(model, work)
-    if status != BUDGET:
-        return status
-    watch, corrected = work.g.size > 0, is_corrected(model)
-    end, near = work.samples[work.samples.size - 1], 1e-9 * loop.step
-    until = next_break(model, work, loop.time)
-    for _ in range(budget):
-        if loop.sample == work.samples.size:
-            return DONE
-        if watch and log_is_short(model, work):
-            return LOG_FULL
-        t = loop.time
-        target = loop.origin + (loop.grid + 1) * loop.step
-        on_grid = True
-        if end <= target + 1e-6 * loop.step:
-            on_grid = target <= end + 1e-6 * loop.step
-            target = end
-        if until < target:
-            on_grid = False
-            target = until
-        h = target - t
-        rhs(t, y, s, model, work.K[0])
-        loop.rhs_evaluations += 1
-        if h > model.info.step:  # a link that has just been released is stiff while it is short
-            on_grid = False
-            h = model.info.step
-            target = t + h
-        stages(A, c, model, t, y, s, h, 1, until, work)
-        add_stages(b, b.size, y, h, work.K, y1)
-        loop.steps += 1
-        if not is_finite(y1):
-            return NOT_FINITE
-        at_event = False
-        if watch:
-            f_high = highest(model, target, y1, s, work)
-            if f_high >= 0.0 or (target == end and f_high >= DUE):
-                at_event = True
-                low, high = 0.0, h
-                f_low = highest(model, t, y, s, work)
-                for trial in range(80):
-                    if f_low >= 0.0 or f_high < 0.0 or high - low <= 4e-16 * max(abs(target), h):
-                        break
-                    middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
-                    if middle <= low or middle >= high:
-                        middle = 0.5 * (low + high)
-                    stages(A, c, model, t, y, s, middle, 1, until, work)
-                    add_stages(b, b.size, y, middle, work.K, y1)
-                    f = highest(model, t + middle, y1, s, work)
-                    if f >= 0.0:
-                        high, f_high = middle, f
-                        if f < 1e-13:
-                            break
-                    else:
-                        low, f_low = middle, f
-                stages(A, c, model, t, y, s, high, 1, until, work)
-                add_stages(b, b.size, y, high, work.K, y1)
-                if high < h:
-                    on_grid = False
-                    target, h = t + high, high
-        end_rubbing(target, model, work)
-        keep_samples_by_cubics(t, h, target - near, until, model, work)
-        end_step(target, corrected, model, work)
-        if on_grid:
-            loop.grid += 1
-        stop = end_events(at_event, target, model, work)
-        if stop < 0:
-            return stop
-        if stop > 0:
-            keep_rest(work, target)
-            return STOPPED
-        keep_samples_until(target + near, work)
-        if target == until:
-            until = next_break(model, work, target)
-            if model.info.brakes > 0:  # a motor's torque may jump
-                fire(model, target, work)
-    return BUDGET
-
-
 @inlined
 def way(t, model, work):
     """Way of contacts over a step to the state work.y1 at time t, of `passing`; its start is work.y at `loop.time`."""
@@ -332,8 +250,18 @@ def interpolate(P, y, K, h, theta, out):
 
 
 @inlined
-def event_in_step(P, t, h, target, end, model, work):
-    """Part of a step at which its first event falls, by the continuous extension; NO_EVENT where it has none."""
+def find_state(A, b, c, P, t, h, theta, until, model, work):
+    """Put the state at t + theta h into work.w, by the continuous extension or, without one, by a step."""
+    if P.size > 0:
+        interpolate(P, work.y, work.K, h, theta, work.w)
+    else:
+        stages(A, c, model, t, work.y, work.s, theta * h, 1, until, work)
+        add_stages(b, b.size, work.y, theta * h, work.K, work.w)
+
+
+@inlined
+def event_in_step(A, b, c, P, t, h, target, end, until, model, work):
+    """Part of a step at which its first event falls; NO_EVENT where it has none."""
     f_high = highest(model, target, work.y1, work.s, work)
     if not (f_high >= 0.0 or (target == end and f_high >= DUE)):
         return NO_EVENT
@@ -345,7 +273,7 @@ def event_in_step(P, t, h, target, end, model, work):
         middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
         if middle <= low or middle >= high:
             middle = 0.5 * (low + high)
-        interpolate(P, work.y, work.K, h, middle, work.w)
+        find_state(A, b, c, P, t, h, middle, until, model, work)
         f = highest(model, t + middle * h, work.w, work.s, work)
         if f >= 0.0:
             high, f_high = middle, f
@@ -368,103 +296,135 @@ def keep_samples_before(P, t, h, time, work):
         keep_sample(work, work.w)
 
 
+@inlined
+def next_stop(adapts, t, end, model, work):
+    """Time after t on which a step lands: a break, of steps that adapt the end of the run as well."""
+    found = next_break(model, work, t)
+    return min(found, end) if adapts else found
+
+
+@inlined
+def grid_step(end, until, model, loop):
+    """End and length of the next step on the grid of fixed steps, which breaks, the end and short links cut."""
+    target = loop.origin + (loop.grid + 1) * loop.step
+    if end <= target + 1e-6 * loop.step:
+        target = end
+    target = min(target, until)
+    h = target - loop.time
+    if h > model.info.step:  # a link that has just been released is stiff while it is short
+        return loop.time + model.info.step, model.info.step
+    return target, h
+
+
+@inlined
+def adapted_step(until, model, work):
+    """End and length of the next step of those that adapt."""
+    t, h = work.loop.time, work.loop.step
+    if model.flexible.hinges.size > 0:
+        h = min(h, hinge.longest_step(model.flexible.hinges))
+    if model.threads.size > 0:
+        h = min(h, thread.longest_step(work.y, work.s, model))
+    return (until, until - t) if t + h * 1.01 >= until else (t + h, h)
+
+
+@inlined
+def following_step(error, h, rejected, lands, loop):
+    """Length of the step after an accepted one of length h."""
+    error = max(error, 1e-10)
+    h *= min(1.0 if rejected else 5.0, max(0.2, 0.9 * error**-0.17 * loop.last_error**0.04))
+    loop.last_error = max(error, 1e-4)
+    return max(h, loop.step) if lands else h
+
+
 @indirect(_I(MATRIX, VECTOR, VECTOR, VECTOR, MATRIX, REAL, REAL, MODEL, WORKSPACE, _I))
-def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
-    """Dormand-Prince 5(4) with proportional-integral step control, dense output and events.
+def advance(A, b, c, E, P, rtol, atol, model, work, budget):
+    """Advance until the last sample, an event that stops, a failure or the end of the budget.
+
+    Parameters
+    ----------
+    E, P : error estimate and continuous extension of a method whose steps adapt; of size 0 of one with fixed steps
 
     Notes
     -----
-    Step factor 0.9 err^-0.17 err_old^0.04 within [0.2, 5] (Hairer, Norsett, Wanner, Solving ODEs I, II.4; Gustafsson's
-    controller). The last stage serves as the first of the next step unless an event or a projection changed the state.
+    Steps adapt by a proportional-integral controller, with the factor 0.9 err^-0.17 err_old^0.04 within [0.2, 5]
+    (Hairer, Norsett, Wanner, Solving ODEs I, II.4; Gustafsson's controller). The last stage serves as the first of the
+    next step unless an event or a projection changed the state.
     """
     y, s, loop, y1, K = work.y, work.s, work.loop, work.y1, work.K
-    fresh = loop.starts != 0
     status = start_up(model, work)
     if status != BUDGET:
         return status
-    n = model.info.nq + model.info.nv
-    watch, turns, corrected = work.g.size > 0, model.flexible.hinges.size > 0, is_corrected(model)
+    n, adapts = model.info.nq + model.info.nv, E.size > 0
+    watch, corrected = work.g.size > 0, is_corrected(model)
     passes = model.flexible.body_contacts.size > 0 or model.flexible.cylinders.size > 0
-    end = work.samples[work.samples.size - 1]
-    until = min(next_break(model, work, loop.time), end)
-    if fresh:
-        rhs(loop.time, y, s, model, K[0])
-        loop.rhs_evaluations += 1
-    rejected = False
+    end, near = work.samples[work.samples.size - 1], 0.0 if adapts else 1e-9 * loop.step
+    until = next_stop(adapts, loop.time, end, model, work)
+    rejected, error = False, 0.0
     for _ in range(budget):
         if loop.sample == work.samples.size:
             return DONE
         if watch and log_is_short(model, work):
             return LOG_FULL
-        t, h = loop.time, loop.step
-        if turns:
-            h = min(h, hinge.longest_step(model.flexible.hinges))
-        if model.threads.size > 0:
-            h = min(h, thread.longest_step(y, s, model))
-        landing = t + h * 1.01 >= until
-        if landing:
-            h = until - t
-        if not h > 1e-14 * max(abs(t), 1e-3):
-            if not landing:
-                return TOO_SMALL
-            loop.time = until  # an event fell on it, but for round-off
-            keep_samples_until(until, work)
-            until = min(next_break(model, work, until), end)
+        if loop.stale != 0:
             rhs(loop.time, y, s, model, K[0])
             loop.rhs_evaluations += 1
+            loop.stale = 0
+        t = loop.time
+        target, h = adapted_step(until, model, work) if adapts else grid_step(end, until, model, loop)
+        if adapts and not h > 1e-14 * max(abs(t), 1e-3):
+            if target < until:
+                return TOO_SMALL
+            loop.time, loop.stale = until, 1  # an event fell on it, but for round-off
+            keep_samples_until(until, work)
+            until = next_stop(adapts, until, end, model, work)
             continue
         stages(A, c, model, t, y, s, h, 1, until, work)
         add_stages(b, b.size, y, h, K, y1)
         loop.steps += 1
-        error = error_norm(y, y1, K, E, h, n, rtol, atol, work.w)
-        if passes and error < 1.0:
-            error = max(error, way(t + h, model, work) ** 5)
-        if not error < 1.0:
-            loop.rejected += 1
-            rejected = True
-            loop.step = h * max(0.2, 0.9 * error**-0.2) if math.isfinite(error) else 0.1 * h
-            continue
-        error = max(error, 1e-10)
-        factor = min(1.0 if rejected else 5.0, max(0.2, 0.9 * error**-0.17 * loop.last_error**0.04))
-        rejected = False
-        loop.last_error = max(error, 1e-4)
-        target = until if landing else t + h
-        following = max(h * factor, loop.step) if landing else h * factor
-        part = event_in_step(P, t, h, target, end, model, work) if watch else NO_EVENT
-        if 0.0 < part < 1.0:
-            for n in range(work.jump.size):
-                work.jump[n] = 0.0
-            keep_samples_before(P, t, h, t + part * h, work)
-            target = t + part * h
-            h = target - t
+        if not adapts and not is_finite(y1):
+            return NOT_FINITE
+        following = loop.step
+        if adapts:
+            error = error_norm(y, y1, K, E, h, n, rtol, atol, work.w)
+            if passes and error < 1.0:
+                error = max(error, way(t + h, model, work) ** 5)
+            if not error < 1.0:
+                loop.rejected += 1
+                rejected = True
+                loop.step = h * max(0.2, 0.9 * error**-0.2) if math.isfinite(error) else 0.1 * h
+                continue
+            following = following_step(error, h, rejected, target >= until, loop)
+            rejected = False
+        part = event_in_step(A, b, c, P, t, h, target, end, until, model, work) if watch else NO_EVENT
+        if part != NO_EVENT:
+            if part < 1.0:
+                target = t + part * h
+                h = target - t if adapts else part * h  # of fixed steps the very one that was tried
             stages(A, c, model, t, y, s, h, 1, until, work)
             add_stages(b, b.size, y, h, K, y1)
-            end_rubbing(target, model, work)
-            landing = False
-        else:
-            end_rubbing(target, model, work)
+        end_rubbing(target, model, work)
+        if adapts:
             keep_samples_before(P, t, h, target, work)
-        changed = end_step(target, corrected, model, work)
+        else:
+            keep_samples_by_cubics(t, h, target - near, until, model, work)
+        stale = end_step(target, corrected, model, work) or part != NO_EVENT or not adapts
+        if target >= loop.origin + (loop.grid + 1) * loop.step:
+            loop.grid += 1
         stop = end_events(part != NO_EVENT, target, model, work)
         if stop < 0:
             return stop
-        if part != NO_EVENT:
-            changed = True
-            following = min(following, max(loop.step, h)) * 0.1
-        loop.step = following
+        if adapts:
+            loop.step = min(following, max(loop.step, h)) * 0.1 if part != NO_EVENT else following
         if stop > 0:
             keep_rest(work, target)
             return STOPPED
-        keep_samples_until(target, work)
-        if landing or target >= until:
-            until = min(next_break(model, work, target), end)
-            changed = True
+        keep_samples_until(target + near, work)
+        if target >= until:
+            until, stale = next_stop(adapts, target, end, model, work), True
             if model.info.brakes > 0:  # a motor's torque may jump
                 fire(model, target, work)
-        if changed:
-            rhs(target, y, s, model, K[0])
-            loop.rhs_evaluations += 1
-        else:
+        loop.stale = 1 if stale else 0
+        if not stale:
             for i in range(y.size):
-                K[0, i] = K[6, i]
+                K[0, i] = K[K.shape[0] - 1, i]
     return BUDGET

@@ -8,13 +8,22 @@ import numpy as np
 
 
 class Method(NamedTuple):
-    """A Runge-Kutta method as data: tableau, order, and the largest |R(z)| <= 1 on the imaginary and real axis."""
+    """A Runge-Kutta method as data.
+
+    Attributes
+    ----------
+    A, b, c : tableau
+    error : (s,) float, b - b_hat, by which steps adapt; (0,) of methods with fixed steps
+    dense : (s, 4) float, continuous extension y(t + th h) = y + h sum_i P_i(th) k_i, th^1 .. th^4; (0, 4) without
+    """
 
     name: str
     A: np.ndarray
     b: np.ndarray
     c: np.ndarray
     order: int
+    error: np.ndarray = np.zeros(0)
+    dense: np.ndarray = np.zeros((0, 4))
 
 
 def _method(name: str, order: int, rows: list[list[float]], b: list[float]) -> Method:
@@ -28,6 +37,20 @@ def _method(name: str, order: int, rows: list[list[float]], b: list[float]) -> M
 HEUN = _method("heun", 2, [[1.0]], [0.5, 0.5])
 #: The classical fourth-order method (ibid., table 1.2).
 RK4 = _method("rk4", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
+#: b - b_hat of the Dormand-Prince pair.
+_ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+#: Continuous extension of order 4 of that pair (ibid., II.6, eq. 6.12).
+_DENSE = np.array(
+    [
+        [1.0, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432],
+        [0.0, 0.0, 0.0, 0.0],
+        [0.0, 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799],
+        [0.0, -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 / 1880347072],
+        [0.0, 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632],
+        [0.0, -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844],
+        [0.0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
+    ]
+)
 #: Dormand and Prince (1980), fifth order with an embedded fourth (ibid., table 5.2).
 DOPRI5 = _method(
     "dopri5",
@@ -41,20 +64,6 @@ DOPRI5 = _method(
         [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
     ],
     [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0.0],
-)
+)._replace(error=_ERROR, dense=_DENSE)
 #: Methods by name.
 METHODS = {method.name: method for method in (HEUN, RK4, DOPRI5)}
-#: b - b_hat of the Dormand-Prince pair.
-DOPRI5_ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
-#: Continuous extension of order 4 (ibid., II.6, eq. 6.12): y(t + th h) = y + h sum_i P_i(th) k_i, th^1 .. th^4.
-DOPRI5_DENSE = np.array(
-    [
-        [1.0, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432],
-        [0.0, 0.0, 0.0, 0.0],
-        [0.0, 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799],
-        [0.0, -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 / 1880347072],
-        [0.0, 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632],
-        [0.0, -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844],
-        [0.0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
-    ]
-)

@@ -13,10 +13,9 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import zeros_record
-from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact
 from evolvent.solvers import balance as eb, explicit, explicit_events as ex, run
-from evolvent.solvers.explicit_methods import DOPRI5, DOPRI5_DENSE, DOPRI5_ERROR, METHODS, Method
+from evolvent.solvers.explicit_methods import METHODS, Method
 from evolvent.solvers.implicit_setup import strain_round_off
 from evolvent.solvers.laws import broken_law
 from evolvent.solvers.messages import explicit_reason, explicit_stalled, unbalanced
@@ -108,7 +107,7 @@ class Run(run.Run):
         try:
             code = self.advance(self.work, length)
         except Exception:  # of a user's law: up to where it raises, the samples are kept
-            if self.plan.step is None and _shorter(self.model, self.work, 1e-6 * self.span):
+            if self.plan.step is None and _shorter(self.work, 1e-6 * self.span):
                 return None
             raise
         if code == ex.LOG_FULL and self.reached - self.filled > CHATTER * self.span:
@@ -203,12 +202,12 @@ def _workspace(assembly: Assembly, times: np.ndarray, tableau: Method, step: flo
     )
 
 
-def _shorter(model: mdl.Model, work: ex.ExplicitWorkspace, least: float) -> bool:
+def _shorter(work: ex.ExplicitWorkspace, least: float) -> bool:
     """Try the step of the adaptive method again with a fifth of its length, unless that is below `least`."""
     if not 0.2 * work.loop.step > least:
         return False
     work.loop.step *= 0.2
-    rhs(float(work.loop.time), work.y, work.s, model, work.K[0])
+    work.loop.stale = 1
     return True
 
 
@@ -222,16 +221,13 @@ def _grow_log(work: ex.ExplicitWorkspace) -> ex.ExplicitWorkspace:
 
 def load(model: mdl.Model, tableau: Method, *, rtol: float, atol: float) -> Callable[[ex.ExplicitWorkspace, int], int]:
     """The time loop, loaded with all that it calls, as a function of what it carries and its budget."""
-    steps: Any = explicit.fixed_step if tableau is not DOPRI5 else explicit.adaptive
-    options: tuple[Any, ...] = (tableau.A, tableau.b, tableau.c)
-    if steps is explicit.adaptive:
-        options += (DOPRI5_ERROR, DOPRI5_DENSE, rtol, atol)
-    needs.load(model, explicit.start_up, ex.fire, steps)
+    options = (tableau.A, tableau.b, tableau.c, tableau.error, tableau.dense, rtol, atol)
+    needs.load(model, explicit.start_up, ex.fire, explicit.advance)
 
     def advance(work: ex.ExplicitWorkspace, budget: int) -> int:
         model.info.stepping = 1
         try:
-            return int(steps(*options, model, work, budget))
+            return int(explicit.advance(*options, model, work, budget))
         finally:
             model.info.stepping = 0
 
