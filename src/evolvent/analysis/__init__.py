@@ -24,13 +24,11 @@ if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
 
 #: Methods that `simulate` takes by name.
-METHODS = (*drive.METHODS, implicit.NAME, energy_momentum.NAME)
-#: Solver of `evolvent.assembly.families` by the name of an implicit method.
-_IMPLICIT = {implicit.NAME: families.IMPLICIT, energy_momentum.NAME: families.ENERGY}
+METHODS = (*drive.METHODS, *implicit.METHODS)
 #: Samples of a run where no interval is given.
 SAMPLES = 400
-#: Default tolerances of implicit methods, and spectral radius: vibrations that the steps resolve keep their energy.
-TOLERANCES, SPECTRAL_RADIUS = {implicit.NAME: 1e-6, energy_momentum.NAME: 1e-7}, 0.9
+#: Default spectral radius of implicit methods: vibrations that the steps resolve keep their energy.
+SPECTRAL_RADIUS = 0.9
 #: Largest number of values of the state that a run may keep.
 MOST_VALUES = 200_000_000
 #: Largest number of steps of a given length: at a microsecond each they take a quarter of an hour.
@@ -102,7 +100,7 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
     if method != "auto":
         if method not in METHODS:
             raise InputError(f"method is {method!r}; {nearest(str(method), [*METHODS, 'auto'])}")
-        families.check(assembly, _IMPLICIT.get(method, families.EXPLICIT))
+        families.check(assembly, implicit.METHODS[method].solver if method in implicit.METHODS else families.EXPLICIT)
         return method, "as asked for"
     refused = {}
     for solver in (families.EXPLICIT, families.IMPLICIT, families.ENERGY):
@@ -206,15 +204,17 @@ def plan(
             f"absolute_tolerance is {absolute_tolerance!r}, but the method is {method}; only dopri5 has one, "
             f"in addition to `tolerance`"
         )
-    if method in _IMPLICIT:
+    if method in implicit.METHODS:
+        of = implicit.METHODS[method]
         options: dict[str, Any] = {"method": method, "step": step}
-        options["tolerance"] = TOLERANCES[method] if tolerance is None else tolerance
-        options["spectral_radius"] = SPECTRAL_RADIUS if spectral_radius is None else spectral_radius
+        options["tolerance"] = of.tolerance if tolerance is None else tolerance
+        least = max(SPECTRAL_RADIUS, of.least_radius)
+        options["spectral_radius"] = least if spectral_radius is None else spectral_radius
         return implicit.plan(assembly, samples=samples, **options), why
     if spectral_radius is not None:
         raise InputError(
             f"spectral_radius is {spectral_radius!r}, but the method is {method}; only "
-            f"{implicit.NAME} and {energy_momentum.NAME} have one"
+            f"{' and '.join(implicit.METHODS)} have one"
         )
     options = {"method": method}
     if method == "dopri5":

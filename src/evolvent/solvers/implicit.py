@@ -39,6 +39,8 @@ class Method(NamedTuple):
     ----------
     code : int, of `implicit_state`; solver : key of `evolvent.assembly.families`
     radius, least_radius : float, spectral radius at infinite frequency where none is given, and the least; least : text
+    tolerance : float, of `System.simulate` where none is given
+    constants : function of the spectral radius to the fields of `implicit_state.OPTIONS` that are the method's own
     """
 
     code: int
@@ -46,11 +48,27 @@ class Method(NamedTuple):
     radius: float
     least_radius: float
     least: str
+    tolerance: float
+    constants: Callable[[float], dict[str, float]]
 
 
+def _chung_hulbert(rho: float) -> dict[str, float]:
+    """Constants of generalized-alpha (`evolvent.solvers.alpha`)."""
+    return {
+        "alpha_m": (2.0 * rho - 1.0) / (rho + 1.0), "alpha_f": rho / (rho + 1.0), "beta": 1.0 / (1.0 + rho) ** 2,
+        "gamma": 2.0 / (1.0 + rho) - 0.5,
+    }  # fmt: skip
+
+
+def _filter(rho: float) -> dict[str, float]:
+    """Constant of energy-momentum (`evolvent.flow.energy_momentum`)."""
+    return {"chi": rho * (1.0 - rho) / (1.0 + rho) ** 2}
+
+
+#: Methods by name. One that is generalized-alpha with other constants is a row here.
 METHODS = {
-    NAME: Method(ALPHA, families.IMPLICIT, 0.3, 0.0, "0"),
-    ENERGY_MOMENTUM: Method(ENERGY, families.ENERGY, 1.0 / 3.0, 1.0 / 3.0 - 1e-9, "1/3"),
+    NAME: Method(ALPHA, families.IMPLICIT, 0.3, 0.0, "0", 1e-6, _chung_hulbert),
+    ENERGY_MOMENTUM: Method(ENERGY, families.ENERGY, 1.0 / 3.0, 1.0 / 3.0 - 1e-9, "1/3", 1e-7, _filter),
 }
 
 
@@ -156,12 +174,8 @@ def plan(
     if energy:
         # laws between points alone are not made to do the work that they state; that is of third order in the step
         gain = LARGEST_GAIN if not own.model.flexible.custom_forces.size else eb.GAINED
-        constants = {"chi": rho * (1.0 - rho) / (1.0 + rho) ** 2, "span": span}
     else:
-        gain, constants = eb.GAINED, {
-            "alpha_m": (2.0 * rho - 1.0) / (rho + 1.0), "alpha_f": rho / (rho + 1.0), "beta": 1.0 / (1.0 + rho) ** 2,
-            "gamma": 2.0 / (1.0 + rho) - 0.5, "span": 10.0 * first if adaptive else first,
-        }  # fmt: skip
+        gain, span = eb.GAINED, 10.0 * first if adaptive else first
         floor *= gain if largest_gain is None else largest_gain
     options = zeros_record(
         OPTIONS,
@@ -170,13 +184,14 @@ def plan(
         sharp=sharp,
         tolerance=tolerance if adaptive else 0.0,
         rates=rate_tolerance(tolerance) if rated else 0.0,
-        smallest=1e-13 * span,
+        smallest=1e-13 * float(times[-1] - times[0]),
         longest=longest,
-        first=first if energy or not adaptive else 0.1 * constants["span"],
+        first=first if energy or not adaptive else 0.1 * span,
         gain=gain if largest_gain is None else largest_gain,
         floor=floor,
         mass=mass,
-        **constants,
+        span=span,
+        **of.constants(rho),
     )
     return Plan(own, method, times, step, matrix_of(own.model), weight, options)
 
