@@ -212,19 +212,18 @@ def test_pages_of_the_package_show_its_keys(installed, tmp_path):
     (tmp_path / "conf.py").write_text('extensions = ["myst_parser", "evolvent.sphinxext"]\n')
     page = "# Mast\n\n```{keys} pantograph tension-cable\n```\n\n```{parts} tension-cable\n```\n\n"
     (tmp_path / "index.md").write_text(page + "```{case-file} pantograph\n```\n")
-    (tmp_path / "other.md").write_text("---\norphan: true\n---\n# Mast\n\n```{keys} pantografh\n```\n")
     source = str(pathlib.Path(evolvent.__file__).parents[1])
     env = os.environ | {"PYTHONPATH": os.pathsep.join([source, str(installed), os.environ.get("PYTHONPATH", "")])}
     del env["EVOLVENT_PLUGINS"]
     build = [sys.executable, "-m", "sphinx", "-q", "-b", "text", ".", "out"]
     done = subprocess.run(build, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
-    assert done.returncode == 0
-    (error,) = done.stderr.splitlines()
-    assert "other.md" in error
-    assert "no system and no kind of part is called 'pantografh'; did you mean 'pantograph'?" in error
+    assert (done.returncode, done.stderr) == (0, "")
     text = (tmp_path / "out" / "index.txt").read_text()
     for words in ("Pantograph\n", "Tension cable\n", "cells", "stiffness", "system: pantograph"):
         assert words in text, words
+    (tmp_path / "index.md").write_text("# Mast\n\n```{keys} pantografh\n```\n")
+    done = subprocess.run(build, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
+    assert "no system and no kind of part is called 'pantografh'; did you mean 'pantograph'?" in done.stderr
 
 
 def test_a_package_that_cannot_be_loaded_harms_no_other(environment, tmp_path, installed):
