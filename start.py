@@ -24,7 +24,10 @@ import pathlib
 import platform
 import shutil
 import subprocess
+import tempfile
+import threading
 import time
+from typing import IO
 
 ROOT = pathlib.Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
@@ -61,9 +64,10 @@ def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def call(command: list[str], **environment: str) -> int:
+def call(command: list[str], output: IO[bytes] | None = None, **environment: str) -> int:
     """Run a command in the checkout; Ctrl-C is left to it, and its exit code is returned."""
-    with subprocess.Popen(command, cwd=ROOT, env=os.environ | environment) as process:
+    streams = {} if output is None else {"stdout": output, "stderr": output}
+    with subprocess.Popen(command, cwd=ROOT, env=os.environ | environment, **streams) as process:
         while True:
             try:
                 return process.wait()
@@ -138,7 +142,10 @@ def quick(arguments: list[str]) -> int:
 
 
 def test(arguments: list[str]) -> int:
-    """Lint, format, types, layers, tests and documentation; all are run, and any failure counts."""
+    """Lint, format, types, layers, tests and documentation; all are run, and any failure counts.
+
+    What has one process runs beside what has several, which at times leave a core idle.
+    """
     if code := set_up("test"):
         return code
     if not arguments:  # the validation book is that of a whole run
@@ -147,29 +154,43 @@ def test(arguments: list[str]) -> int:
     FAILED.parent.mkdir(exist_ok=True)
     os.environ["EVOLVENT_FAILED_TESTS"] = str(FAILED)
     find_browser()
-    steps = {
+    checks = {
         "lint": ["ruff", "check"],
         "format": ["ruff", "format", "--check"],
         "types": ["mypy"],
         "layers": ["lint-imports", "--no-logo"],
-        "tests": ["pytest", "-q", "-rs", f"--junitxml={DURATIONS}", *in_parallel(), *arguments],
-        "digits": ["pytest", "-q", "-m", "digits", *in_parallel()],
-        "docs": SPHINX,
     }
-    if arguments:
-        del steps["digits"]
-    failed, names = [], []
+    tests = {"tests": ["pytest", "-q", "-rs", f"--junitxml={DURATIONS}", *in_parallel(), *arguments]}
+    digits = {} if arguments else {"digits": ["pytest", "-q", "-m", "digits", *in_parallel()]}
+    failed: dict[str, list[str]] = {}
+    for shown, beside in ((tests, checks), (digits, {"docs": SPHINX})):  # the pages show what the tests have found
+        other = threading.Thread(target=run_steps, args=(beside, failed), kwargs={"shown": False})
+        other.start()
+        run_steps(shown, failed, shown=True)
+        other.join()
+    names = [test for tests_of_step in failed.values() for test in tests_of_step]
+    say("all passed" if not failed else "\n  ".join([f"failed: {', '.join(failed)}", *names]))
+    return 1 if failed else 0
+
+
+def run_steps(steps: dict[str, list[str]], failed: dict[str, list[str]], *, shown: bool) -> None:
+    """Run steps one after another, and enter those that fail with the names of their tests.
+
+    The output of steps that are not `shown` is printed as each of them ends.
+    """
     for name, (program, *options) in steps.items():
         say(f"--- {name}: {' '.join([program, *options])}")
         began = time.perf_counter()
-        FAILED.unlink(missing_ok=True)
-        code = call([str(BIN / program), *options], **(OTHER_PROCESSOR if name == "digits" else {}))
+        if program == "pytest":
+            FAILED.unlink(missing_ok=True)
+        with tempfile.TemporaryFile() as kept:
+            environment = OTHER_PROCESSOR if name == "digits" else {}
+            code = call([str(BIN / program), *options], None if shown else kept, **environment)
+            kept.seek(0)
+            text = kept.read().decode(errors="replace")
         if code:
-            failed.append(name)
-            names += FAILED.read_text().splitlines() if FAILED.exists() else []
-        say(f"--- {name}: {'ok' if code == 0 else 'FAILED'} in {time.perf_counter() - began:.1f} s")
-    say("all passed" if not failed else "\n  ".join([f"failed: {', '.join(failed)}", *names]))
-    return 1 if failed else 0
+            failed[name] = FAILED.read_text().splitlines() if program == "pytest" and FAILED.exists() else []
+        say(f"{text}--- {name}: {'ok' if code == 0 else 'FAILED'} in {time.perf_counter() - began:.1f} s")
 
 
 def find_browser() -> None:

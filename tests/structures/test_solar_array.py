@@ -75,7 +75,7 @@ def reference(until: float, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     t, found = 0.0, np.zeros((times.size, 3))
     while t < until:
         part = solve_ivp(
-            f, (t, until), y, "DOP853", rtol=1e-10, atol=1e-12, events=[catch(k) for k in range(3)], dense_output=True
+            f, (t, until), y, "DOP853", rtol=1e-8, atol=1e-10, events=[catch(k) for k in range(3)], dense_output=True
         )
         here = (times >= t) & (times <= part.t[-1])
         found[here] = np.diff(part.sol(times[here])[2:6], axis=0).T
