@@ -65,6 +65,8 @@ def evaluate(t, y, s, la, factor, model):
         rod.evaluate_rods(model, model.sums[1])
     if model.loads.size > 0:
         loads.evaluate_loads(t, y, model)
+        if model.threads.size > 0:
+            thread.evaluate_thread_loads(t, s, factor, model)
     if f.beam_loads.size > 0:
         beam_loads.evaluate_beam_loads(t, y, model)
     if f.hinges.size > 0:

@@ -87,9 +87,10 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
     # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it; scale: statics'
-    # load factor of a law on a thread; vector, rate: see `RESULTS`
+    # load factor of a law on a thread; vector, rate, middle: see `RESULTS`
     "loads": _record(
-        "kind target law first last law_first law_last node attitude", "scale", "vector rate", vector=_3
+        "kind target law first last law_first law_last node attitude", "scale", "vector rate middle", vector=_3,
+        middle=_3,
     ),
     # value, now: at the start and the end of a step of an implicit method; armed: see `kernels.user_events`
     "events": _record("law first last stops", "", "value now armed"),

@@ -83,10 +83,11 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "gap": ("gap", "rad", "error of the coordinate of a"),
         "stored": ("energy_elastic", "J", "elastic energy of the penalties that hold the joint"),
     },
-    # of loads, but those on threads, where the factor that times and profiles make is 1
+    # of loads at markers where the factor that times and profiles make is 1, of those on threads as they act
     "loads": {
         "vector": ("force", "N", "force or torque that acts, inertial axes"),
         "rate": ("power", "W", "power of the load"),
+        "middle": ("position", "m", "middle of the released thread, inertial axes"),
     },
     "beam_loads": {
         "vector": ("force", "N", "force, resultant of a line load, or torque that acts, inertial axes"),

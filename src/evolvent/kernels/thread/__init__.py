@@ -36,7 +36,7 @@ from evolvent.kernels.thread.energy import add_thread_energies, thread_inventory
 from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.free import add_spool_tangent, has_release, until_release
 from evolvent.kernels.thread.implicit import add_thread_residual, add_thread_tangent
-from evolvent.kernels.thread.loads import add_node_load_tangents, load_resultant, node_loads
+from evolvent.kernels.thread.loads import add_node_load_tangents, evaluate_thread_loads, node_loads
 from evolvent.kernels.thread.results import note_results
 from evolvent.kernels.thread.spool import (
     hold_torque,
@@ -86,13 +86,13 @@ __all__ = [
     "chain_rhs",
     "chain_solve",
     "departure_acceleration",
+    "evaluate_thread_loads",
     "has_release",
     "hold_torque",
     "is_end",
     "is_loose",
     "kick_chain",
     "leave_spool",
-    "load_resultant",
     "lock_spools",
     "longest_step",
     "measure_threads",

@@ -19,6 +19,7 @@ from evolvent.results.observe.variables import cross, norm, turned
 from evolvent.solvers import heating
 from evolvent.solvers.drive import METHODS
 from evolvent.solvers.solution import Solution
+from evolvent.solvers.still_threads import end_ramps
 
 Array = np.ndarray
 
@@ -109,8 +110,10 @@ class View:
     @functools.cached_property
     def fields(self) -> dict[str, dict[str, Array]]:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
-        model = self.model.copy()
+        model = self.solution.model.copy()
         f = model.flexible
+        if self.solution.path is not None:
+            end_ramps(model)
         la = np.ascontiguousarray(self.solution.la) if f.joints.size else np.zeros((self.t.size, 0))
         records = {name: families.records(model, name) for name in RESULTS}
         found = {
