@@ -204,6 +204,7 @@ def test_positions_that_a_state_has_are_kept() -> None:
     y[first : first + 9] = bent.ravel()
     still, placed = at_time(assembly, y, 3.0)
     nodes = placed[first : first + 24].reshape(8, 3)
-    assert still.s.tolist() == [4, 0] and assembly.s.tolist() == [2, 0]
+    assert still.s.tolist() == [4, 0]
+    assert assembly.s.tolist() == [2, 0]
     assert nodes[:3] == pytest.approx(bent, abs=0.0)
     assert nodes[3] == pytest.approx(bent[2] * (0.9 - 3 * 0.25) / (0.9 - 2 * 0.25))  # on the line to the spool

@@ -49,6 +49,7 @@ def absent(model: Model) -> frozenset[str]:
         "contact.add_point_tangents": f.cylinders.size,
         "contact.add_turn_tangents": turns,
         "contact.end_points": f.cylinders.size,
+        "contact.evaluate_points": f.cylinders.size,
         "surfaces": f.cylinders.size,
         "surfaces.measure_turns": turns,
         "surfaces.nearest": turns,

@@ -7,7 +7,7 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import beam_loads, hinge, joint, loads, rigid, rod, springs, thermal, thread
+from evolvent.kernels import beam_loads, contact, hinge, joint, loads, rigid, rod, springs, thermal, thread
 from evolvent.model import KEPT, MODEL
 
 _3D, _4D = types.Array(REAL, 3, "C"), types.Array(REAL, 4, "C")
@@ -71,6 +71,8 @@ def evaluate(t, y, s, la, factor, model):
         beam_loads.evaluate_beam_loads(t, y, model)
     if f.hinges.size > 0:
         hinge.add_hinges(t, y, KEPT, s, model, f.F)
+    if f.cylinders.size > 0:
+        contact.evaluate_points(y, model)
     for k in range(f.joints.size):
         joint.joint_geometry(t, y, k, model)
         joint.note_reaction(k, la[k], model)

@@ -218,7 +218,7 @@ RECORDS: dict[str, np.dtype] = {
         "xi xi1 offset "
         "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
         "drag drag1 "
-        "x n0 n1 rest rest1 sank",
+        "x n0 n1 rest rest1 sank apart",
         x=_3, n0=_3, n1=_3,
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),

@@ -93,6 +93,16 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "vector": ("force", "N", "force, resultant of a line load, or torque that acts, inertial axes"),
         "rate": ("power", "W", "power of the load"),
     },
+    "contact_points": {
+        "force": ("point_force", "N", "normal force of each contact point, positive where it pushes"),
+        "apart": (
+            "gap",
+            "m",
+            "distance of each contact point, negative where it overlaps, NaN where it is too far away or past the edge",
+        ),
+        "x": ("point_position", "m", "position of each contact point, inertial axes"),
+        "n1": ("point_normal", "1", "normal of the surface at each contact point, inertial axes"),
+    },
     "rod_elements": {
         "strain": ("strain", "1", "strain of the axis"),
         "shear_strain_y": ("shear_strain_y", "1", "shear strain along y"),

@@ -87,7 +87,8 @@ def warning(case: Case, begin: Start, solution: Solution) -> str:
         at = f"at t = {t[np.argmax(strain)]:.6g} s"
         found.append(f"the rib was strained by up to {100.0 * strain.max():.3g} %, {at}, {case_checks.BEYOND}")
     hubs = [view.model.flexible.cylinders[view.index(f"contact-{k + 1}")] for k in range(case.rib.count)]
-    gaps = np.concatenate([view.contacts[1][:, int(row["first"]) : int(row["last"])] for row in hubs], axis=1)
+    apart = view.fields["contact_points"]["apart"]
+    gaps = np.concatenate([apart[:, int(row["first"]) : int(row["last"])] for row in hubs], axis=1)
     gap = np.fmin.reduce(gaps, axis=1, initial=np.inf)
     if gap.min() < -case_checks.SUNK_WARNED * case.hub.radius:
         sunk = f"the rib sank {-gap.min():.3g} m into the hub at t = {t[np.argmin(gap)]:.6g} s"
