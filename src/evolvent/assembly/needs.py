@@ -100,6 +100,7 @@ def absent(model: Model) -> frozenset[str]:
         "flow.explicit_flexible.release_by": penalties or held or f.motors.size,
         "flow.explicit_flexible.release_penalties": penalties,
         "flow.sampling.evaluate_threads": threads.size,
+        "flow.sampling.evaluate_fields": model.fields.size,
         "flow.impulse": model.rows.size or threads.size,
         "flow.projection.project_joints": held,
         "solvers.sampled.write_contacts": f.cylinders.size or f.body_contacts.size,

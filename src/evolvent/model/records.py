@@ -95,7 +95,7 @@ RECORDS: dict[str, np.dtype] = {
     # value, now: at the start and the end of a step of an implicit method; armed: see `kernels.user_events`
     "events": _record("law first last stops", "", "value now armed"),
     # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
-    "fields": _record("kind law first last", "K w scale", K=_33, w=_3),
+    "fields": _record("kind law first last", "K w scale", "force power", K=_33, w=_3, force=_3),
     # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
     "field_points": _record("body element", "mass local S", local=_3, S=(8,)),
     # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
@@ -103,16 +103,17 @@ RECORDS: dict[str, np.dtype] = {
     "wheels": _record(
         "body iq iv profile law first last",
         "axis inertia torque torque_limit rate_limit viscous friction slip",
-        "command motor drag coriolis motor0 drag0",
-        axis=_3,
+        "command motor drag coriolis motor0 drag0 angle rate rubs spin momentum kinetic",
+        axis=_3, momentum=_3,
     ),
     "thrusters": _record(
-        "body iv profile", "local direction force limit", "command push push0", local=_3, direction=_3
+        "body iv profile", "local direction force limit", "command push push0 impulse place vector",
+        local=_3, direction=_3, place=_3, vector=_3,
     ),
     "controllers": _record(
         "body actuators count place path law first last",
         "proportional derivative target axis limit dead_band",
-        "error slip torque",
+        "error slip torque off",
         proportional=_3, derivative=_3, target=(4,), axis=_3, error=_3, slip=_3, torque=_3,
     ),
     # sides: bodies and points that a row pulls on, -1 for none

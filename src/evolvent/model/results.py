@@ -89,6 +89,31 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "rate": ("power", "W", "power of the load"),
         "middle": ("position", "m", "middle of the released thread, inertial axes"),
     },
+    "fields": {
+        "force": ("force", "N", "resultant on all masses, inertial axes"),
+        "power": ("power", "W", "power of the field"),
+    },
+    "wheels": {
+        "angle": ("angle", "rad", "angle of the wheel relative to its body"),
+        "rate": ("rate", "rad s-1", "rate of the wheel relative to its body"),
+        "motor": ("torque", "N m", "torque of the motor on the wheel"),
+        "rubs": ("friction_torque", "N m", "torque of friction on the wheel"),
+        "spin": ("wheel_momentum", "kg m2 s-1", "angular momentum relative to the body, about the axis"),
+        "momentum": ("angular_momentum", "kg m2 s-1", "angular momentum relative to the body, inertial axes"),
+        "kinetic": ("energy_kinetic", "J", "kinetic energy beyond that of the wheel fixed in its body"),
+    },
+    "thrusters": {
+        "push": ("thrust", "N", "force of the thruster"),
+        "impulse": ("impulse", "N s", "integral of the thrust since the start"),
+        "place": ("position", "m", "position of the thruster, inertial axes"),
+        "vector": ("force", "N", "force on the body, inertial axes"),
+    },
+    "controllers": {
+        "error": ("error", "rad", "rotation vector from the target to the body, body axes"),
+        "off": ("error_angle", "rad", "angle between the target and the body"),
+        "slip": ("rate_error", "rad s-1", "angular velocity relative to the target, body axes"),
+        "torque": ("torque", "N m", "commanded torque, body axes"),
+    },
     "beam_loads": {
         "vector": ("force", "N", "force, resultant of a line load, or torque that acts, inertial axes"),
         "rate": ("power", "W", "power of the load"),
