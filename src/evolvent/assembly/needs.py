@@ -40,6 +40,7 @@ def absent(model: Model) -> frozenset[str]:
         "attitude": acts,
         "attitude_tangent": acts,
         "beam_loads": f.beam_loads.size,
+        "beam_strains": f.elements.size,
         "node_loads": f.beam_loads.size and np.any(families.follows(f.beam_loads)),
         "body_contact": f.body_contacts.size,
         "constraint_rows": model.rows.size,

@@ -10,6 +10,7 @@ from evolvent.flow.rhs import rhs
 from evolvent.kernels import (
     attitude,
     beam_loads,
+    beam_strains,
     contact,
     fields,
     flexible,
@@ -117,9 +118,11 @@ def evaluate(t, y, s, la, factor, model):
     rigid.kinematics(t, y, model)
     if model.springs.size > 0:
         springs.evaluate_springs(t, y, model)
+    if f.thermal_loads.size > 0:
+        thermal.evaluate_heat(t, factor, model)
+    if f.elements.size > 0:
+        beam_strains.evaluate_beams(y, model)
     if f.rods.size > 0:
-        if f.thermal_loads.size > 0:
-            thermal.heat_rods(t, t, factor, model)
         rod.evaluate_rods(model, model.sums[1])
     if model.loads.size > 0:
         loads.evaluate_loads(t, y, model)

@@ -123,10 +123,18 @@ RECORDS: dict[str, np.dtype] = {
     "beams": _record("kind iq iv nodes first_element elements first_node paper", "length"),
     # form, bending, mass: indices in the pools of `Flexible`, bending of the form of that alone; force, tangent,
     # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
-    # changes: of products, stretches and curvatures over the step before, then over this one (`ancf.force_of`)
+    # section: index among the parameters of what `beam_strains` needs; changes: of products, stretches and curvatures
+    # over the step before, then over this one (`ancf.force_of`); free: strains by heat at `beam_strains.POINTS`; the
+    # others are in `RESULTS`
     "elements": _record(
-        "beam iq iv form bending mass force tangent energy stretch", "length alpha beta thickness", "changes",
-        changes=(56,),
+        "beam iq iv form bending mass force tangent energy stretch section", "length alpha beta thickness",
+        "changes free strain axial_force energy_density shear_force_y shear_force_z bending_moment torsional_moment "
+        "bending_moment_y bending_moment_z free_strain free_curvature_y free_curvature_z",
+        changes=(56,), free=(5, 3),
+        **dict.fromkeys(
+            ("strain", "axial_force", "energy_density", "shear_force_y", "shear_force_z", "bending_moment",
+             "free_strain", "free_curvature_y", "free_curvature_z"), (2,)
+        ),
     ),
     # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
     "rods": _record("first_element elements first_body", "length alpha"),
@@ -246,8 +254,11 @@ RECORDS: dict[str, np.dtype] = {
         centre=_3, axis=_3, vector=_3,
     ),
     # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): indices of profiles among the parameters, or
-    # -1, and of the constants of the elements; now: last amplitudes
-    "thermal_loads": _record("beam rod temperature gradient_y gradient_z constants", "", "now", now=_6),
+    # -1, and of the constants of the elements; expansions: of those of a beam by temperature at `beam_strains.POINTS`;
+    # now: last amplitudes; change, along_y, along_z: see `RESULTS`
+    "thermal_loads": _record(
+        "beam rod temperature gradient_y gradient_z constants expansions", "", "now change along_y along_z", now=_6
+    ),
 }  # fmt: skip
 #: Families that stand in `Flexible`.
 FLEXIBLE = (

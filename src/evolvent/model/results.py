@@ -118,6 +118,25 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "vector": ("force", "N", "force, resultant of a line load, or torque that acts, inertial axes"),
         "rate": ("power", "W", "power of the load"),
     },
+    "elements": {
+        "strain": ("strain", "1", "strain of the axis"),
+        "axial_force": ("axial_force", "N", "force along the axis, positive where it pulls,"),
+        "energy_density": ("energy_density", "J m-1", "strain energy per length"),
+        "shear_force_y": ("shear_force_y", "N", "shear force along y {section},"),
+        "shear_force_z": ("shear_force_z", "N", "shear force along z {section},"),
+        "torsional_moment": ("torsional_moment", "N m", "moment about x {section},"),
+        "bending_moment_y": ("bending_moment_y", "N m", "moment about y {section},"),
+        "bending_moment_z": ("bending_moment_z", "N m", "moment about z {section},"),
+        "bending_moment": ("bending_moment", "N m", "size of the bending moment"),
+        "free_strain": ("free_strain", "1", "strain of the axis without stress"),
+        "free_curvature_y": ("free_curvature_y", "m-1", "curvature towards z without stress"),
+        "free_curvature_z": ("free_curvature_z", "m-1", "curvature towards y without stress"),
+    },
+    "thermal_loads": {
+        "change": ("temperature", "K", "change of the temperature of the axis, where `along` is 1"),
+        "along_y": ("gradient_y", "K m-1", "gradient of the temperature along y, where `along` is 1"),
+        "along_z": ("gradient_z", "K m-1", "gradient of the temperature along z, where `along` is 1"),
+    },
     "contact_points": {
         "force": ("point_force", "N", "normal force of each contact point, positive where it pushes"),
         "apart": (
@@ -142,6 +161,7 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "bending_moment_y": ("bending_moment_y", "N m", "moment about y in the section's axes"),
         "bending_moment_z": ("bending_moment_z", "N m", "moment about z in the section's axes"),
         "energy_density": ("energy_density", "J m-1", "strain energy per length"),
+        "free": ("free_strains", "1", "strains and curvatures without stress"),
         "stored": ("energy_elastic", "J", "strain energy"),
         "bent": ("energy_bending", "J", "strain energy of bending and torsion"),
     },

@@ -76,13 +76,10 @@ def wrap_angle(path: Array, radius: float) -> Array:
 def warning(case: Case, begin: Start, solution: Solution) -> str:
     """Warnings about a case and its run, sentences joined by semicolons."""
     from evolvent.results.observe import View
-    from evolvent.results.observe.beams import element_means
 
     view, t = View.of(solution), solution.t
     found = [begin.warning, *case_checks.warnings(case)]
-    names = [f"rib-{k + 1}" for k in range(case.rib.count)]
-    strains = [element_means(view.part(name), view.nodes(view.index(name))[0], "strain")[0] for name in names]
-    strain = np.abs(strains).max(axis=(0, 2))
+    strain = np.abs(view.fields["elements"]["strain"].mean(axis=2)).max(axis=1)
     if strain.max() > case_checks.STRAIN_WARNED:
         at = f"at t = {t[np.argmax(strain)]:.6g} s"
         found.append(f"the rib was strained by up to {100.0 * strain.max():.3g} %, {at}, {case_checks.BEYOND}")
