@@ -75,7 +75,8 @@ def heat_rods(t0, t1, factor, model):
 def evaluate_heat(t, factor, model):
     """Amplitudes of all temperatures, times `factor`, and free strains of beams and rods, into their records."""
     f, p = model.flexible, model.parameters
-    heat_rods(t, t, factor, model)
+    if f.rods.size > 0:
+        heat_rods(t, t, factor, model)
     for k in range(f.thermal_loads.size):
         load = f.thermal_loads[k]
         _fill_mean(t, t, factor, load, model)
