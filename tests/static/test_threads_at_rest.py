@@ -208,3 +208,15 @@ def test_positions_that_a_state_has_are_kept() -> None:
     assert assembly.s.tolist() == [2, 0]
     assert nodes[:3] == pytest.approx(bent, abs=0.0)
     assert nodes[3] == pytest.approx(bent[2] * (0.9 - 3 * 0.25) / (0.9 - 2 * 0.25))  # on the line to the spool
+
+
+def test_a_field_is_that_of_the_load_factor() -> None:
+    """It pulls a mass on a spring: its resultant grows with the factor, as the force of the spring does."""
+    system = System()
+    system.add(parts.AccelerationField(law=["2", "0", "0"]), "field")
+    system.add(parts.Point(mass=2.0, position=(1.0, 0.0, 0.0)), "mass")
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=1e3, length=1.0), "spring")
+    found = solved(solve_static(system.assemble(), load_steps=2))
+    seen, factor = observe(found), found.path.factor
+    assert seen["field"].variables["force"].values[:, 0] == pytest.approx(4.0 * factor)
+    assert seen["spring"].variables["force"].values[factor > 0.0] == pytest.approx(4.0 * factor[factor > 0.0], rel=1e-6)
