@@ -34,8 +34,8 @@ def observe_beam(view: View, name: str) -> Observed:
     add_sections(view, index, "strain axial_force energy_density", found)
     found.coordinate("arc", "section", section_arc(part), "m", "length from the root to the two points of each element")
     if part.vectors == 4:
-        moments = "torsional_moment bending_moment_y bending_moment_z"
-        add_sections(view, index, f"shear_force_y shear_force_z {moments}", found)
+        add_sections(view, index, "shear_force_y shear_force_z", found)
+        add_sections(view, index, "torsional_moment bending_moment_y bending_moment_z", found)
         middles = part.arc[:-1] + 0.5 * part.lengths
         found.coordinate("arc_element", "element", middles, "m", "length from the root to the elements' middles")
     else:
