@@ -94,9 +94,8 @@ class ThermalLoad(Part):
             )  # fmt: skip
             builder.parameters([*form.C.ravel(), *form.Q.ravel(), *form.rest])
         at = (beam.arc[:-1, None] + beam.lengths[:, None] * np.asarray(POINTS)) / beam.length
-        expansions = builder.parameters((float(beam.material.thermal_expansion) * np.ravel(self.factor(at))).tolist())[
-            0
-        ]
+        grown = float(beam.material.thermal_expansion) * np.ravel(self.factor(at))
+        expansions = builder.parameters(grown.tolist())[0]
         fields = {"beam": index, "rod": -1, "constants": constants, "expansions": expansions, **places}
         builder.names[name] = ("thermal_loads", builder.add("thermal_loads", **fields))
 
