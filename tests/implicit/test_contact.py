@@ -341,8 +341,8 @@ def test_derivatives_and_work_of_friction(rng: np.random.Generator, slip: bool, 
     for _ in range(20):
         normal, mu, k, h = 5.0, 0.4, 1e4, 0.1  # k, mu and h as in `rub`
         n = unit(rng)
-        u = np.array(contact_laws.tangential(*rng.standard_normal(3), *n)) * 2e-5
-        s = np.array(contact_laws.tangential(*rng.standard_normal(3), *n)) * (1e-2 if slip else 3e-5)
+        u = np.array(contact_laws.tangential(rng.standard_normal(3), n)) * 2e-5
+        s = np.array(contact_laws.tangential(rng.standard_normal(3), n)) * (1e-2 if slip else 3e-5)
         F, after, slipping, work, tangent, by_normal = rub(u, s, normal, c=c)
         assert slipping == slip
         assert_allclose(after @ n, 0.0, atol=1e-15)

@@ -9,7 +9,6 @@ import pytest
 
 from evolvent import System, elements, parts
 from evolvent.elements import Circle, Material, Rectangle, Taper
-from evolvent.kernels import ancf
 from observe.seeing import Array, Seen, at_rest, close, run
 
 THICK = Rectangle(thickness=0.02, width=0.03)
@@ -220,20 +219,6 @@ def test_energies_and_momenta_are_integrals(formulation: str, method: str, rng: 
                     strain, bend = np.sqrt(aa) - 1.0, np.sum(np.cross(a, b) ** 2, axis=1) / aa**2
                 stored = stored + 0.5 * h * weight * SOFT.E * (s.area * strain**2 + s.Iz * bend)
         close(found.of("beam", "energy_elastic"), stored, part=1e-6)
-
-
-def test_strains_along_are_those_of_the_kernel(rng: np.random.Generator) -> None:
-    """`Beam.along` evaluates all samples at once; the kernel one point of one element."""
-    spec = parts.Beam(length=LENGTH, section=THICK, material=SOFT, elements=3)
-    x = spec.start_nodes() + 0.05 * rng.normal(size=(5, 4, 4, 3))
-    at = np.array([0.1, 0.5, 0.9])
-    found = spec._beam_strains(x, at)
-    for sample in range(5):
-        for i in range(3):
-            for k, xi in enumerate(at):
-                wanted = np.zeros(9)
-                ancf.line_strains(np.ascontiguousarray(x[sample, i : i + 2].ravel()), LENGTH / 3, float(xi), wanted)
-                np.testing.assert_allclose(found[sample, i, k], wanted, atol=1e-13)
 
 
 def test_shapes_and_rates_of_nodes_are_those_of_the_state() -> None:

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from evolvent import System, parts
+from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle
+from evolvent.kernels.beam_strains import evaluate_beams
 from evolvent.solvers import Solution
 
 Array = np.ndarray
@@ -51,6 +53,14 @@ def nodes(assembly: Assembly, state: Array | Solution, name: str = "beam") -> Ar
     row = assembly.model.flexible.beams[assembly.index(name, "beams")]
     vectors = (2, 4)[row["kind"]]
     return y[row["iq"] : row["iq"] + 3 * vectors * row["nodes"]].reshape(-1, vectors, 3)
+
+
+def sections(assembly: Assembly, state: Array | Solution) -> Any:
+    """Records of all elements of beams, evaluated in a state."""
+    model, y = assembly.model.copy(), state.y[-1] if isinstance(state, Solution) else state
+    needs.load(model, evaluate_beams)
+    evaluate_beams(np.ascontiguousarray(y), model)
+    return model.flexible.elements
 
 
 def tip_force(*force: float) -> Callable[[System], None]:

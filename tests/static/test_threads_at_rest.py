@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, System, parts
+from evolvent.results.observe import observe
 from evolvent.solvers import solve
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
+from evolvent.solvers.still_threads import at_time
 from helpers import derivative
 from static.composing import solved
 
@@ -154,3 +156,67 @@ def test_mass_on_a_free_body_in_a_steady_turn_is_refused() -> None:
     system = reeled(out=1.0, body=body, length=2.0, nodes=2, line_density=0.1, stiffness=1e3, wound_mass="carried")
     with pytest.raises(InputError, match="'thread' has mass on a free body"):
         solve_static(system.assemble(), rotating=(0.0, 0.0, 1.0))
+
+
+def test_no_damper_acts_in_an_equilibrium_on_a_body_that_moves() -> None:
+    """A thread and a spring hang on a driven body whose points would rise by its rate: tensions are weights."""
+    body = parts.RigidBody(motion="driven", rate=0.5, axis=(0.0, 1.0, 0.0), points={"hook": (0.5, 0.0, 0.0)})
+    system = reeled(out=1.0, gravity=(0.0, 0.0, -G), body=body, at=0.3, length=1.0, nodes=2, line_density=0.2,
+                    stiffness=1e4, damping=50.0, direction=(0.0, 0.0, -1.0))  # fmt: skip
+    system.add(parts.Point(mass=0.4, position=(0.5, 0.0, -1.0)), "weight")
+    system.add(parts.Spring(a="hub.hook", b="weight", stiffness=1e3, length=1.0, damping=50.0), "spring")
+    found = solved(solve_static(system.assemble()))
+    seen = observe(found)
+    assert seen["thread"].variables["tension"].values[-1] == pytest.approx(G * np.array([0.05, 0.15]), rel=1e-9)
+    assert found.observations.tension[-1] == pytest.approx(G * np.array([0.05, 0.15]), rel=1e-9)
+    assert seen["spring"].variables["force"].values[-1] == pytest.approx(0.4 * G, rel=1e-9)
+
+
+def test_loads_are_those_of_the_load_factor_without_ramps() -> None:
+    """Light on a thread, a force on its tip and one on a point mass: what is shown balances at every factor."""
+    system = reeled(out=1.0, length=1.0, nodes=2, line_density=0.5, stiffness=300.0)
+    light = {"pressure": 0.4, "width": 1.0, "reflectivity": 0.6, "direction": (1.0, 0.0, -0.5)}
+    system.add(parts.RadiationPressure(thread="thread", **light), "light")
+    system.add(parts.Force(at="thread.tip", force=(2.0, 0.0, 0.0), ramp=3.0), "pull")
+    system.add(parts.Point(mass=0.4, position=(2.0, 0.0, 0.0)), "mass")
+    system.add(parts.Spring(a=(1.0, 0.0, 0.0), b="mass", stiffness=1e3, length=1.0), "spring")
+    system.add(parts.Force(at="mass", force=(5.0, 0.0, 0.0), ramp=3.0), "push")
+    found = solved(solve_static(system.assemble(), load_steps=2))
+    seen, factor = observe(found), found.path.factor[:, None]
+    assert {0.5, 1.0} <= set(found.path.factor)
+    assert seen["pull"].variables["force"].values == pytest.approx(factor * [2.0, 0.0, 0.0])
+    assert seen["push"].variables["force"].values == pytest.approx(factor * [5.0, 0.0, 0.0])
+    held = seen["thread"].variables["hub_force"].values
+    whole = seen["light"].variables["force"].values + seen["pull"].variables["force"].values
+    assert np.abs(whole - held)[found.path.factor > 0.0].max() < 1e-8
+
+
+def test_positions_that_a_state_has_are_kept() -> None:
+    """Nodes that have left the spool since the start stay where a given state has them; others are placed."""
+    system = System(gravity=(G, 0.0, 0.0))
+    system.add(parts.RigidBody(motion="driven"), "hub")
+    drive = parts.ConstantDrive(rate=2.0, angle=3.0)
+    system.add(parts.Reel(body="hub", centre=(0.0, 0.0, -0.1), radius=0.1, drive=drive), "reel")
+    system.add(parts.Thread(reel="reel", length=2.0, nodes=8, line_density=0.4, stiffness=2e3), "thread")
+    assembly = system.assemble()
+    y, first = assembly.y.copy(), int(assembly.model.threads["iq"][0])
+    bent = np.array([[0.6, 0.2, 0.0], [0.4, 0.15, 0.0], [0.2, 0.1, 0.0]])  # of four nodes at 3 s
+    y[first : first + 9] = bent.ravel()
+    still, placed = at_time(assembly, y, 3.0)
+    nodes = placed[first : first + 24].reshape(8, 3)
+    assert still.s.tolist() == [4, 0]
+    assert assembly.s.tolist() == [2, 0]
+    assert nodes[:3] == pytest.approx(bent, abs=0.0)
+    assert nodes[3] == pytest.approx(bent[2] * (0.9 - 3 * 0.25) / (0.9 - 2 * 0.25))  # on the line to the spool
+
+
+def test_a_field_is_that_of_the_load_factor() -> None:
+    """It pulls a mass on a spring: its resultant grows with the factor, as the force of the spring does."""
+    system = System()
+    system.add(parts.AccelerationField(law=["2", "0", "0"]), "field")
+    system.add(parts.Point(mass=2.0, position=(1.0, 0.0, 0.0)), "mass")
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=1e3, length=1.0), "spring")
+    found = solved(solve_static(system.assemble(), load_steps=2))
+    seen, factor = observe(found), found.path.factor
+    assert seen["field"].variables["force"].values[:, 0] == pytest.approx(4.0 * factor)
+    assert seen["spring"].variables["force"].values[factor > 0.0] == pytest.approx(4.0 * factor[factor > 0.0], rel=1e-6)

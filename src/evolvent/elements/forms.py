@@ -300,8 +300,21 @@ def beam_form(
     return functools.reduce(operator.add, parts.values())
 
 
+def line_strains(formulation: str, length: float, xi: float, e: ArrayLike) -> Array:
+    """Strains of an element's axis: `kernels.ancf.STRAINS`, (9,); of a cable the strain alone, (1,)."""
+    if formulation in ("cable", "cable_stretch"):
+        size = norm(product(nodal_vectors(e).T, np.array(_slope(length, xi))))
+        return np.array([size - 1.0 if formulation == "cable_stretch" else 0.5 * (size * size - 1.0)])
+    unit = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0])
+    return product(np.array(list(line_rows(length, xi).values())), products(e)) - 0.5 * unit
+
+
 def line_stiffness(xi: float, section: CrossSection, material: Material) -> Array:
-    """Stiffness of the section against each of `kernels.ancf.STRAINS`, without coupling; (9,), N and N m2."""
+    """Stiffness of the section against each of `kernels.ancf.STRAINS`, without coupling; (9,), N and N m2.
+
+    Its forces are the axial force, shear forces, torque, the two bending moments (int y S_xx dA, int z S_xx dA), and
+    three that hold the section in shape.
+    """
     s, E, G = section.at(xi).properties(material.nu), material.E, material.shear_modulus
     A = s.area
     return np.array([E * A, G * A * s.shear_y, G * A * s.shear_z, G * s.J, E * s.Iz, E * s.Iy, E * A, E * A, G * A])

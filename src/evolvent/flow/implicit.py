@@ -112,18 +112,17 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         energy, lost = joint.add_joint_residual(t, 0.0, y, la[k], k, n_v + k, model, F, r)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
+    if model.threads.size > 0:  # whose forces on points and bodies are among those of these
+        lost, given, spools = thread.add_thread_residual(t, y, a, step, model, F)
+        powers[SPRINGS] += lost
+        powers[MARKER_LOADS] += given
+        powers[SPOOLS] += spools
     points.add_point_residual(a, n_q, model.points, F)
     powers[DRIVEN] += rigid.add_body_residual(a, n_q, model.bodies, F)
     if attitude.has_actuators(model):
         attitude.add_wheel_residual(y, a, n_q, model, F)
     for i in range(n_v):
         r[i] = F[i] - P[i]
-    if model.threads.size > 0:
-        lost, given, spools, driven = thread.add_thread_residual(t, y, a, step, model, r)
-        powers[SPRINGS] += lost
-        powers[MARKER_LOADS] += given
-        powers[SPOOLS] += spools
-        powers[DRIVEN] += driven
 
 
 @indirect(void(VECTOR, types.int64, MODEL, VECTOR))

@@ -7,7 +7,23 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import beam_loads, hinge, joint, loads, rigid, rod, springs, thermal, thread
+from evolvent.kernels import (
+    attitude,
+    beam_loads,
+    beam_strains,
+    contact,
+    fields,
+    flexible,
+    hinge,
+    joint,
+    loads,
+    rigid,
+    rod,
+    springs,
+    thermal,
+    thread,
+)
+from evolvent.kernels.points import clear_forces
 from evolvent.model import KEPT, MODEL
 
 _3D, _4D = types.Array(REAL, 3, "C"), types.Array(REAL, 4, "C")
@@ -50,6 +66,49 @@ def evaluate_threads(t, y, s, model):
         thread.note_results(y, s, model, p)
 
 
+@indirect(void(REAL, VECTOR, INTEGERS, REAL, MODEL))
+def evaluate_fields(t, y, s, factor, model):
+    """Resultant and power of each field on all masses, times `factor`, into its record.
+
+    After `kinematics`, and `evaluate_threads` where there are threads. Overwrites `Flexible.P`, forces on bodies and on
+    points.
+    """
+    f, n_q, on, points, bodies = model.flexible, model.info.nq, model.fields, model.points, model.bodies
+    for k in range(on.size):
+        force, P = on[k].force, f.P
+        for i in range(on.size):
+            on[i].scale = factor if i == k else 0.0
+        clear_forces(points)
+        for b in range(bodies.size):
+            for c in range(6):
+                bodies[b].F[c] = 0.0
+        for i in range(P.size):
+            P[i] = 0.0
+        for c in range(3):
+            force[c] = 0.0
+        power = fields.add_field_forces(t, y, model)
+        if f.beams.size > 0:
+            fields.add_beam_fields(t, y, model, P)
+        if model.threads.size > 0:
+            power += thread.wound_fields(t, s, model) + thread.add_node_fields(t, s, model, force)
+        for i in range(points.size):
+            for c in range(3):
+                force[c] += points[i].f[c]
+        for b in range(bodies.size):
+            for c in range(3):
+                force[c] += bodies[b].F[c]
+        for i in range(f.beams.size):
+            at, size = f.beams[i].iv - n_q, 3 * flexible.NODE_VECTORS[f.beams[i].kind]
+            for n in range(f.beams[i].nodes):
+                for c in range(size):
+                    power += P[at + size * n + c] * y[n_q + at + size * n + c]
+                for c in range(3):
+                    force[c] += P[at + size * n + c]
+        on[k].power = power
+    for k in range(on.size):
+        on[k].scale = factor
+
+
 @indirect(void(REAL, VECTOR, INTEGERS, VECTOR, REAL, MODEL))
 def evaluate(t, y, s, la, factor, model):
     """Fields that are results, of a state with the multipliers la of joints and a load factor, into the records."""
@@ -59,16 +118,26 @@ def evaluate(t, y, s, la, factor, model):
     rigid.kinematics(t, y, model)
     if model.springs.size > 0:
         springs.evaluate_springs(t, y, model)
+    if f.thermal_loads.size > 0:
+        thermal.evaluate_heat(t, factor, model)
+    if f.elements.size > 0:
+        beam_strains.evaluate_beams(y, model)
     if f.rods.size > 0:
-        if f.thermal_loads.size > 0:
-            thermal.heat_rods(t, t, factor, model)
         rod.evaluate_rods(model, model.sums[1])
     if model.loads.size > 0:
         loads.evaluate_loads(t, y, model)
+        if model.threads.size > 0:
+            thread.evaluate_thread_loads(t, s, factor, model)
     if f.beam_loads.size > 0:
         beam_loads.evaluate_beam_loads(t, y, model)
     if f.hinges.size > 0:
         hinge.add_hinges(t, y, KEPT, s, model, f.F)
+    if f.cylinders.size > 0:
+        contact.evaluate_points(y, model)
+    if attitude.has_actuators(model) or model.controllers.size > 0:
+        attitude.evaluate_actuators(t, y, model)
+    if model.fields.size > 0:
+        evaluate_fields(t, y, s, factor, model)
     for k in range(f.joints.size):
         joint.joint_geometry(t, y, k, model)
         joint.note_reaction(k, la[k], model)

@@ -329,6 +329,20 @@ def beam_shape(length, xi, y, z, S):
     S[7] = z * xi
 
 
+@inlined
+def line_vectors(e, length, xi, i):
+    """Component i of a = r,x, b = r,y, b', c = r,z and c' on the beam's axis at x = xi length."""
+    p, q = 1.0 - xi, xi
+    a = (
+        6.0 * p * q / length * (e[12 + i] - e[i])
+        + (1.0 - 4.0 * xi + 3.0 * xi * xi) * e[3 + i]
+        + (3.0 * xi * xi - 2.0 * xi) * e[15 + i]
+    )
+    b, b1 = p * e[6 + i] + q * e[18 + i], (e[18 + i] - e[6 + i]) / length
+    c, c1 = p * e[9 + i] + q * e[21 + i], (e[21 + i] - e[9 + i]) / length
+    return a, b, b1, c, c1
+
+
 @entry(VECTOR, REAL, REAL, VECTOR)
 @kernel
 def line_strains(e, length, xi, strains):
@@ -339,16 +353,9 @@ def line_strains(e, length, xi, strains):
     In the order of `STRAINS`, with a = r,x, b = r,y, c = r,z on the axis and ' = d/dx: (a.a - 1)/2, a.b, a.c,
     (b'.c - c'.b)/2, a.b', a.c', (b.b - 1)/2, (c.c - 1)/2, b.c. Green's E_xx = axial + y bend_y + z bend_z + ...
     """
-    p, q = 1.0 - xi, xi
     aa = ab = ac = ab1 = ac1 = bb = cc = bc = b1c = bc1 = 0.0
     for i in range(3):
-        a = (
-            6.0 * p * q / length * (e[12 + i] - e[i])
-            + (1.0 - 4.0 * xi + 3.0 * xi * xi) * e[3 + i]
-            + (3.0 * xi * xi - 2.0 * xi) * e[15 + i]
-        )
-        b, b1 = p * e[6 + i] + q * e[18 + i], (e[18 + i] - e[6 + i]) / length
-        c, c1 = p * e[9 + i] + q * e[21 + i], (e[21 + i] - e[9 + i]) / length
+        a, b, b1, c, c1 = line_vectors(e, length, xi, i)
         aa += a * a
         ab += a * b
         ac += a * c
@@ -368,19 +375,6 @@ def line_strains(e, length, xi, strains):
     strains[6] = 0.5 * (bb - 1.0)
     strains[7] = 0.5 * (cc - 1.0)
     strains[8] = bc
-
-
-@kernel
-def line_forces(strains, rest, stiffness, forces):
-    """Forces and moments of the section conjugate to `line_strains`: forces = stiffness (strains - rest), all (9,).
-
-    Notes
-    -----
-    In the order of `STRAINS`: axial force, shear forces, torque, the two bending moments (int y S_xx dA,
-    int z S_xx dA), and three that hold the section in shape. `evolvent.elements.line_stiffness` gives the stiffness.
-    """
-    for k in range(9):
-        forces[k] = stiffness[k] * (strains[k] - rest[k])
 
 
 # ---------------------------------------------------------------------------------------------- mass and shape

@@ -221,6 +221,32 @@ def actuator_forces(t, y, model):
     return lost, given, driven
 
 
+@indirect(void(REAL, VECTOR, MODEL))
+def evaluate_actuators(t, y, model):
+    """Evaluate wheels, thrusters and controllers in a state, after `kinematics`, into their records.
+
+    Momentum and energy of a wheel are those beyond what the body's inertia has of it.
+    """
+    wheels, thrusters, controllers, bodies = model.wheels, model.thrusters, model.controllers, model.bodies
+    actuator_forces(t, y, model)
+    for i in range(wheels.size):
+        row, b, n, w, h = wheels[i], wheels[i].body, wheels[i].axis, bodies[wheels[i].body].w, wheels[i].momentum
+        nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
+        row.angle, row.rate, row.rubs, row.spin = y[row.iq], y[row.iv], -row.drag, row.inertia * y[row.iv]
+        h[0], h[1], h[2] = row.spin * nx, row.spin * ny, row.spin * nz
+        row.kinetic = row.spin * (0.5 * row.rate + nx * w[0] + ny * w[1] + nz * w[2])
+    for i in range(thrusters.size):
+        row, x, e, f = thrusters[i], thrusters[i].local, thrusters[i].direction, thrusters[i].push
+        place, acts, R, at = row.place, row.vector, bodies[row.body].R, bodies[row.body].x
+        dx, dy, dz = turn(R, x[0], x[1], x[2])
+        place[0], place[1], place[2] = at[0] + dx, at[1] + dy, at[2] + dz
+        acts[0], acts[1], acts[2] = turn(R, f * e[0], f * e[1], f * e[2])
+        row.impulse = y[row.iv]
+    for k in range(controllers.size):
+        e = controllers[k].error
+        controllers[k].off = math.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
+
+
 # ---------------------------------------------------------------------------------------------- explicit methods
 
 

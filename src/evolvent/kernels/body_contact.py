@@ -191,20 +191,14 @@ def _relative_velocity(A, B, arm_a, arm_b):
 def _rub(y, row, A, B, arm_a, arm_b, v, n, lam, h, step, at):
     """`contact_laws.rub` of two bodies: the bristle's axes are those of b; it stands in the state at `at` >= 0."""
     axes, s, slide, X = contact_laws.body_axes(B.R), (h * v[0], h * v[1], h * v[2]), row.slide, row.X
-    bristle = (row.stick[0], row.stick[1], row.stick[2])
-    if at >= 0:
-        bristle = (y[at], y[at + 1], y[at + 2])
     if h == 0.0 and step > 0.0:
         x, yy, z = turn_back(A.R, arm_a[0], arm_a[1], arm_a[2])
         qx, qy, qz = turn(row.Q, x, yy, z)
         x, yy, z = turn_back(B.R, arm_b[0], arm_b[1], arm_b[2])
         s = turn(B.R, x - X[0] - qx, yy - X[1] - qy, z - X[2] - qz)
-    s = contact_laws.tangential(s[0], s[1], s[2], n[0], n[1], n[2])
-    slide[0], slide[1], slide[2] = contact_laws.into_axes(axes, s)
-    x, yy, z = contact_laws.from_axes(axes, bristle)
-    u = contact_laws.tangential(x, yy, z, n[0], n[1], n[2])
-    slip = contact_laws.tangential(v[0], v[1], v[2], n[0], n[1], n[2])
-    return contact_laws.rub(row, row, axes, u, s, slip, lam, step)
+    f, slip, held, moved = contact_laws.rub(y, at, row, row, axes, n, s, v, lam, step)
+    slide[0], slide[1], slide[2] = moved
+    return f, slip, held
 
 
 @indirect(void(REAL, REAL, MODEL, SPARSE))
@@ -241,9 +235,7 @@ def add_body_tangents(h, c_rate, model, matrix):
             continue
         for i in range(3):
             for j in range(3):
-                same, tt = 1.0 if i == j else 0.0, t[i] * t[j]
-                drag = row.along * tt + row.across * (same - unit[i] * unit[j] - tt)
-                K[i, j] = factor * (drag + row.by_normal * slope * t[i] * n1[j])
+                K[i, j] = factor * (contact_laws.drag_slope(row, i, j) + row.by_normal * slope * t[i] * n1[j])
         f = (-rubbing[0], -rubbing[1], -rubbing[2])
         add_pair(matrix, model, row.a, row.b, (c[0], c[1], c[2]), f, K)
 

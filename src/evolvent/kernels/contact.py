@@ -134,11 +134,7 @@ def clear_history(model):
 
 @indirect(_PAIR(VECTOR, VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL, VECTOR))
 def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
-    """`add_contacts` of contact points of beams.
-
-    Of a cylinder: F, force and torque on its body at the body's origin; normal, the sum of the normal forces; energy;
-    power that normal damping takes; touching, the number of contact points that overlap it.
-    """
+    """`add_contacts` of contact points of beams."""
     flexible, bodies, n_q, lost, rubbed = model.flexible, model.bodies, model.info.nq, 0.0, 0.0
     cylinders, contacts, elements = flexible.cylinders, flexible.contact_points, flexible.elements
     explicit, h = h < 0.0, max(h, 0.0)
@@ -199,6 +195,24 @@ def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
     return lost, rubbed
 
 
+@indirect(void(VECTOR, MODEL))
+def evaluate_points(y, model):
+    """Evaluate all contact points of beams in a state, after `kinematics`, into their records; overwrites `Flexible.F`.
+
+    `apart` is the gap, NaN beyond an obstacle's ends and where a point is too far from it; places and normals are those
+    of far points too. Sliding is damped as if the state were the start of its step as well.
+    """
+    contacts, damped = model.flexible.contact_points, False
+    for i in range(contacts.size):
+        contacts[i].gap, damped = math.inf, damped or contacts[i].viscous > 0.0
+    for _ in range(2 if damped else 1):
+        add_points(y, y, 0.0, -1.0, 1.0, 0.0, 0.0, model, model.flexible.F)
+        for i in range(contacts.size):
+            contacts[i].gap = contacts[i].gap1
+            contacts[i].apart = contacts[i].gap1 if contacts[i].gap1 < math.inf else math.nan
+    surfaces.measure_points(y, surfaces.END, model)
+
+
 @inlined
 def _place(y0, y1, point, row, body, elements, half, h):
     """Where a contact point is over an interval: (p, arm, u, c, L).
@@ -231,8 +245,8 @@ def _place(y0, y1, point, row, body, elements, half, h):
 @inlined
 def _normal(point, row, elements, p, u, c, o, a, sank, h):
     """Direction of the normal force over an interval, unit normal, fall of the gap by its work, whether it lasts."""
-    n, fell = point.n1, sank
-    m, unit, same = (n[0], n[1], n[2]), (n[0], n[1], n[2]), True
+    m, fell, same = (point.n1[0], point.n1[1], point.n1[2]), sank, True
+    unit = m
     if row.under >= 0:
         m, unit, same = surfaces.turn_normal(point, u, elements[c].length, h)
         fell = -(m[0] * u[0] + m[1] * u[1] + m[2] * u[2])
@@ -246,29 +260,19 @@ def _normal(point, row, elements, p, u, c, o, a, sank, h):
 @inlined
 def _push(F, G, point, elements, c, L, half, arm, f, n_q):
     """Add the force f on a contact point to F, and its reaction to F or the body's wrench G."""
-    for j in range(4):
-        at, s = point.iv[j] - n_q, point.S[j]
-        F[at] -= s * f[0]
-        F[at + 1] -= s * f[1]
-        F[at + 2] -= s * f[2]
-        if c >= 0:
-            at, s = elements[c].iv + 3 * (j % 2 + half * (j // 2)) - n_q, L[j]
-            F[at] += s * f[0]
-            F[at + 1] += s * f[1]
-            F[at + 2] += s * f[2]
-    x, y, z = cross(arm[0], arm[1], arm[2], f[0], f[1], f[2])
-    if c < 0:
-        G[0], G[1], G[2] = G[0] - f[0], G[1] - f[1], G[2] - f[2]
-    G[3], G[4], G[5] = G[3] - x, G[4] - y, G[5] - z
+    couple = cross(arm[0], arm[1], arm[2], f[0], f[1], f[2])
+    for i in range(3):
+        G[i] -= f[i] if c < 0 else 0.0
+        G[3 + i] -= couple[i]
+        for j in range(4):
+            F[point.iv[j] - n_q + i] -= point.S[j] * f[i]
+            if c >= 0:
+                F[elements[c].iv + 3 * (j % 2 + half * (j // 2)) - n_q + i] += L[j] * f[i]
 
 
 @inlined
 def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step, at):
-    """`contact_laws.rub` of a contact point with the unit normal n; its bristle stands in the state at `at` >= 0.
-
-    Parameters
-    ----------
-    u, arm, p : of `_place`
+    """`contact_laws.rub` of a contact point with the unit normal n, whose u, arm and p are those of `_place`.
 
     Notes
     -----
@@ -277,31 +281,24 @@ def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step, at)
     bristle lies along the turn and the axis, and turns with the coil; the displacement of a state, which `anchor`
     keeps, is that from what was below at the step's start.
     """
-    s, q, layered = u if h != 0.0 else (0.0, 0.0, 0.0), point.anchor, row.under >= 0
-    axes = contact_laws.body_axes(body.R)
-    if layered:
+    s, q, axes = u if h != 0.0 else (0.0, 0.0, 0.0), point.anchor, contact_laws.body_axes(body.R)
+    if row.under < 0:
+        if h == 0.0 and step > 0.0:
+            x, yy, z = turn(body.R, q[0], q[1], q[2])
+            s = (arm[0] - x, arm[1] - yy, arm[2] - z)
+    else:
         ex, ey, ez = cross(a[0], a[1], a[2], n[0], n[1], n[2])
         size = math.sqrt(ex * ex + ey * ey + ez * ez)
         ex, ey, ez = ex / size, ey / size, ez / size
         axes = ((ex, ey, ez), cross(n[0], n[1], n[2], ex, ey, ez), (0.0, 0.0, 0.0))
-    bristle = (point.stick[0], point.stick[1], point.stick[2])
-    if at >= 0:
-        bristle = (y[at], y[at + 1], y[at + 2])
-    if h == 0.0 and step > 0.0 and not layered:
-        x, yy, z = turn(body.R, q[0], q[1], q[2])
-        s = (arm[0] - x, arm[1] - yy, arm[2] - z)
-    elif h == 0.0 and step > 0.0 and point.carrier >= 0:
-        c, off = point.carrier, point.offset
-        x, yy, z = surfaces.combined(y, elements[c].iq, half, surfaces.shape(elements[c].length, point.xi))
-        s = (p[0] - x - off * a[0], p[1] - yy - off * a[1], p[2] - z - off * a[2])
-    s = contact_laws.tangential(s[0], s[1], s[2], n[0], n[1], n[2])
-    v = contact_laws.tangential(u[0], u[1], u[2], n[0], n[1], n[2])
-    b = contact_laws.from_axes(axes, bristle)
-    if layered:
-        q[0], q[1], q[2] = contact_laws.into_axes(axes, s)
-    else:
-        b = contact_laws.tangential(b[0], b[1], b[2], n[0], n[1], n[2])
-    return contact_laws.rub(point, row, axes, b, s, v, lam, step)
+        if h == 0.0 and step > 0.0 and point.carrier >= 0:
+            c, off = point.carrier, point.offset
+            x, yy, z = surfaces.combined(y, elements[c].iq, half, surfaces.shape(elements[c].length, point.xi))
+            s = (p[0] - x - off * a[0], p[1] - yy - off * a[1], p[2] - z - off * a[2])
+    f, slip, held, slide = contact_laws.rub(y, at, point, row, axes, n, s, u, lam, step)
+    if row.under >= 0:
+        q[0], q[1], q[2] = slide
+    return f, slip, held
 
 
 @indirect(_PAIR(VECTOR, MODEL))
@@ -313,26 +310,21 @@ def end_points(y, model):
         row, R, X = cylinders[k], bodies[cylinders[k].body].R, bodies[cylinders[k].body].x
         _, a = surfaces.frame(bodies, row)
         for i in range(row.first, row.last):
-            point = contacts[i]
-            q, slide = point.anchor, (0.0, 0.0, 0.0)
+            point, slide = contacts[i], (0.0, 0.0, 0.0)
+            q, rest, p = point.anchor, point.rest, surfaces.point_position(y, point.iq, point.S)
             if row.under >= 0:
                 if point.force != 0.0:
                     slide = (q[0], q[1], q[2])
                 point.carrier, point.xi = point.carrier1, point.xi1
                 if point.carrier >= 0:
                     c, half = point.carrier, NODE_VECTORS[flexible.beams[row.under].kind]
-                    L = surfaces.shape(elements[c].length, point.xi)
-                    px, py, pz = surfaces.point_position(y, point.iq, point.S)
-                    x, yy, z = surfaces.combined(y, elements[c].iq, half, L)
-                    point.offset = (px - x) * a[0] + (py - yy) * a[1] + (pz - z) * a[2]
+                    x = surfaces.combined(y, elements[c].iq, half, surfaces.shape(elements[c].length, point.xi))
+                    point.offset = (p[0] - x[0]) * a[0] + (p[1] - x[1]) * a[1] + (p[2] - x[2]) * a[2]
             elif row.friction > 0.0:
-                x, yy, z = surfaces.point_position(y, point.iq, point.S)
-                x, yy, z = turn_back(R, x - X[0], yy - X[1], z - X[2])
-                slide = (x - q[0], yy - q[1], z - q[2])
-                q[0], q[1], q[2] = x, yy, z
-            by_slip, by_damping = contact_laws.end_point(
-                point, row, point.gap + point.rest, point.gap1 + point.rest, slide
-            )
+                x = turn_back(R, p[0] - X[0], p[1] - X[1], p[2] - X[2])
+                slide = (x[0] - q[0], x[1] - q[1], x[2] - q[2])
+                q[0], q[1], q[2] = x
+            by_slip, by_damping = contact_laws.end_point(point, row, point.gap + rest, point.gap1 + rest, slide)
             slip, damped, point.rest = slip + by_slip, damped + by_damping, point.rest1
     return slip, damped
 
@@ -349,38 +341,31 @@ def add_point_tangents(y0, y1, h, c_rate, model, matrix):
             continue
         _clear(W, 12)
         row, b = cylinders[k], cylinders[k].body
-        moves, R, X = bodies[b].motion != rigid.DRIVEN, bodies[b].R, bodies[b].x
+        moves, R = bodies[b].motion != rigid.DRIVEN, bodies[b].R
         o, a = surfaces.frame(bodies, row)
         element, nodes = -1, (0, 0)  # whose sum is in W
         for i in range(row.first, row.last):
             point, lam = contacts[i], contacts[i].force
             if lam == 0.0:
                 continue
-            S, n, t = point.S, point.n, point.t
-            x0, y00, z0 = surfaces.point_position(y0, point.iq, S)
-            x1, y11, z1 = surfaces.point_position(y1, point.iq, S)
-            arm = (0.5 * (x0 + x1) - X[0], 0.5 * (y00 + y11) - X[1], 0.5 * (z0 + z1) - X[2])
-            unit, slope, share, total = (n[0], n[1], n[2]), 1.0, 0.0, point.distance + point.offset
+            S, n, slope, share, total = point.S, point.n, 1.0, 0.0, point.distance + point.offset
+            x, arm, u, _, _ = _place(y0, y1, point, row, bodies[b], flexible.elements, 0, h)
             if h == 0.0:
-                u = (x1 - o[0]) * a[0] + (y11 - o[1]) * a[1] + (z1 - o[2]) * a[2]
+                s = (x[0] - o[0]) * a[0] + (x[1] - o[1]) * a[1] + (x[2] - o[2]) * a[2]
                 H = surfaces.curvature(
-                    row.surface, u, row.half_length, n[0], n[1], n[2], a[0], a[1], a[2], point.distance
+                    row.surface, s, row.half_length, n[0], n[1], n[2], a[0], a[1], a[2], point.distance
                 )
-                g = _state_slope(y1, point, bodies[b], arm, H, c_rate)
+                g = _state_slope(point, u, H, c_rate)
             else:
                 slope, H = point.d_gap, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-                g, share = surfaces.step_end(row, point, (x1 - x0, y11 - y00, z1 - z0), a)
-                size = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
-                unit = (n[0] / size, n[1] / size, n[2] / size)
+                p, q = surfaces.point_position(y0, point.iq, S), surfaces.point_position(y1, point.iq, S)
+                g, share = surfaces.step_end(row, point, (q[0] - p[0], q[1] - p[1], q[2] - p[2]), a)
             for p in range(3):
                 for q in range(3):
-                    same, tt = 1.0 if p == q else 0.0, t[p] * t[q]
                     bent = H[p] if p == q else H[2 + p + q]
                     if h != 0.0 and row.surface != surfaces.PLANE:
-                        bent = (same - share * a[p] * a[q] - n[p] * g[q]) / total
-                    drag = point.along * tt + point.across * (same - unit[p] * unit[q] - tt)
-                    by_normal = slope * (n[p] - point.by_normal * t[p]) * g[q]  # friction follows the normal force
-                    K[p, q] = factor * (drag - by_normal - lam * bent)
+                        bent = ((1.0 if p == q else 0.0) - share * a[p] * a[q] - n[p] * g[q]) / total
+                    K[p, q] = factor * (contact_laws.slope_by(point, slope, g, p, q) - lam * bent)
             if element >= 0 and element != point.element:
                 _add_sum(matrix, nodes, 2, W)
             element, nodes = point.element, (point.iv[0] - n_q, point.iv[2] - n_q)
@@ -404,17 +389,13 @@ def add_point_tangents(y0, y1, h, c_rate, model, matrix):
 
 
 @inlined
-def _state_slope(y, point, body, arm, H, c_rate):
-    """Derivative of a state's normal force by the point's position."""
-    n, V, w, S = point.n, body.v, body.w, point.S
-    vx, vy, vz = surfaces.point_position(y, point.iv, S)
-    bx, by, bz = cross(w[0], w[1], w[2], arm[0], arm[1], arm[2])
-    vx, vy, vz = vx - V[0] - bx, vy - V[1] - by, vz - V[2] - bz
-    normal, d_rate = point.d_gap + c_rate * point.d_rate, point.d_rate
+def _state_slope(point, v, H, c_rate):
+    """Derivative of a state's normal force by the position of the point, which moves at v against the body."""
+    n, normal, d_rate = point.n, point.d_gap + c_rate * point.d_rate, point.d_rate
     return (
-        normal * n[0] + d_rate * (H[0] * vx + H[3] * vy + H[4] * vz),
-        normal * n[1] + d_rate * (H[3] * vx + H[1] * vy + H[5] * vz),
-        normal * n[2] + d_rate * (H[4] * vx + H[5] * vy + H[2] * vz),
+        normal * n[0] + d_rate * (H[0] * v[0] + H[3] * v[1] + H[4] * v[2]),
+        normal * n[1] + d_rate * (H[3] * v[0] + H[1] * v[1] + H[5] * v[2]),
+        normal * n[2] + d_rate * (H[4] * v[0] + H[5] * v[1] + H[2] * v[2]),
     )
 
 
@@ -468,22 +449,18 @@ def add_turn_tangents(y1, h, c_rate, model, k, matrix):
         D = surfaces.shape(elements[c].length, point.xi1) if point.carrier1 == c else L
         for q in range(4):
             B[q], C[q], B[4 + q], C[4 + q] = S[q], S[q], -L[q], -D[q]
-        slope = -factor * (point.d_gap + c_rate * point.d_rate)
+        slope = point.d_gap + c_rate * point.d_rate
         if not coupled:
             _add_inner(matrix, point, row, factor, slope, elements[c].iv, half, n_q, B)
             continue
-        n, n1, t = point.n, point.n1, point.t
-        size, along = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), factor * point.along
-        across = factor * point.across
+        n1, lam = point.n1, point.force if point.carrier1 == c else 0.0
         e, T, bent = surfaces.turning(y1, elements, point.carrier1, half, point.xi1, n1)
-        lam = point.force if point.carrier1 == c else 0.0
         for a in range(3):
             for b in range(3):
-                tt = t[a] * t[b]
-                drag = along * tt + across * ((1.0 if a == b else 0.0) - n[a] * n[b] / (size * size) - tt)
-                by_normal = slope * (n[a] - point.by_normal * t[a]) * n1[b] - lam * bent * e[a] * e[b]
+                drag = factor * contact_laws.drag_slope(point, a, b)
+                normal = factor * contact_laws.normal_slope(point, slope, n1, a, b) - lam * bent * e[a] * e[b]
                 for q in range(8):
-                    K[a, 3 * q + b] = by_normal * C[q] + drag * B[q]
+                    K[a, 3 * q + b] = normal * C[q] + drag * B[q]
                 for q in range(4):
                     K[a, 12 + 3 * q + b] += lam * e[a] * n1[b] * T[q]
         for p in range(8):
@@ -497,19 +474,15 @@ def add_turn_tangents(y1, h, c_rate, model, k, matrix):
 @inlined
 def _couples(matrix, nodes):
     """Whether the pattern of a matrix couples the first two of four nodes with the others."""
-    found = True
-    for p in range(2):
-        for q in range(2, 4):
-            found = found and first_entry(matrix, nodes[p], nodes[q])[0] >= 0
-    return found
+    a, b = first_entry(matrix, nodes[0], nodes[2])[0], first_entry(matrix, nodes[0], nodes[3])[0]
+    return min(a, b, first_entry(matrix, nodes[1], nodes[2])[0], first_entry(matrix, nodes[1], nodes[3])[0]) >= 0
 
 
 @inlined
 def _add_inner(matrix, point, row, factor, slope, lower, half, n_q, B):
     """Add the tangent of a contact point through inner unknowns, B: factors of its 8 vectors."""
-    n, n1, t = point.n, point.n1, point.t
-    along, across, rubs = factor * point.along, factor * point.across, row.friction > 0.0
-    square, size = n[0] * n[0] + n[1] * n[1] + n[2] * n[2], math.sqrt(abs(slope) + along + across)
+    n, n1, rubs = point.n, point.n1, row.friction > 0.0
+    size = math.sqrt(factor * (abs(slope) + point.along + point.across))
     if not size > 0.0:
         return
     q = inner(matrix, 3 if rubs else 1)
@@ -518,9 +491,7 @@ def _add_inner(matrix, point, row, factor, slope, lower, half, n_q, B):
         for a in range(3):
             if rubs:
                 for b in range(3):
-                    same, tt = 1.0 if a == b else 0.0, t[a] * t[b]
-                    value = along * tt + across * (same - n[a] * n[b] / square - tt)
-                    value += slope * (n[a] - point.by_normal * t[a]) * n1[b]
-                    add_inner(matrix, at - n_q + a, q + b, s * value / size, size * s * same)
+                    value = factor * contact_laws.slope_by(point, slope, n1, a, b)
+                    add_inner(matrix, at - n_q + a, q + b, s * value / size, size * s * (1.0 if a == b else 0.0))
             else:
-                add_inner(matrix, at - n_q + a, q, s * n[a] * slope / size, size * s * n1[a])
+                add_inner(matrix, at - n_q + a, q, -s * n[a] * factor * slope / size, size * s * n1[a])

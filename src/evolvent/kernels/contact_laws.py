@@ -180,10 +180,10 @@ def _mean_power(a, b, n):
 
 
 @inlined
-def tangential(x, y, z, nx, ny, nz):
+def tangential(v, n):
     """The part of a vector across n: for displacements, and for the state of `friction` when the normal has turned."""
-    along = x * nx + y * ny + z * nz
-    return x - along * nx, y - along * ny, z - along * nz
+    along = v[0] * n[0] + v[1] * n[1] + v[2] * n[2]
+    return v[0] - along * n[0], v[1] - along * n[1], v[2] - along * n[2]
 
 
 @inlined
@@ -375,20 +375,29 @@ def body_axes(R):
 
 
 @inlined
-def rub(point, row, axes, u, s, v, normal, step):
-    """Friction on a contact over an interval, what its slip takes, and the energy of its bristle: (force, J, J).
+def rub(y, at, point, row, axes, n, s, v, normal, step):
+    """Friction on a contact over an interval, what its slip takes, the energy of its bristle, and its displacement.
 
     Parameters
     ----------
-    axes : of the bristle; u, s : m, the bristle at the start, and the displacement over the step, inertial axes
-    v : m/s, velocity of the slip, which damps a bristle that sticks where `step` is infinite: within an explicit step
+    y, at : the bristle at the start stands in the state at `at` >= 0, else in the contact
+    axes, n : of the bristle, and the unit normal, inertial axes
+    s : m, displacement over the step; v : m/s, velocity, which damps a bristle that sticks where `step` is infinite:
+        within an explicit step; of both the part across n counts
     normal : float, N; step : float, s, length of the step that ends here, 0 or less without one
+
+    Returns
+    -------
+    f, slip, held : force (N, inertial axes), J, J
+    slide : m, displacement across n in the bristle's axes
 
     Notes
     -----
     The force is that of the step's end, and never gives back more than the bristle's energy.
     """
-    damping = row.bristle_damping if step > 0.0 else 0.0
+    damping, q = row.bristle_damping if step > 0.0 else 0.0, point.stick
+    bristle = (y[at], y[at + 1], y[at + 2]) if at >= 0 else (q[0], q[1], q[2])
+    u, s, v = tangential(from_axes(axes, bristle), n), tangential(s, n), tangential(v, n)
     found = friction(u[0], u[1], u[2], s[0], s[1], s[2], normal, row.friction, row.bristle_stiffness, damping, step)
     f = (found[0], found[1], found[2])
     if row.bristle_damping > 0.0 and step == math.inf and not found[6]:
@@ -397,14 +406,34 @@ def rub(point, row, axes, u, s, v, normal, step):
         size = math.sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
         scale = limit / size if size > limit else 1.0
         f = (scale * f[0], scale * f[1], scale * f[2])
-    q, q1, d, t, half = point.stick, point.stick1, point.drag1, point.t, 0.5 * row.bristle_stiffness
+    q1, d, t, half = point.stick1, point.drag1, point.t, 0.5 * row.bristle_stiffness
     before = half * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
     q1[0], q1[1], q1[2] = into_axes(axes, (found[3], found[4], found[5]))
     d[0], d[1], d[2] = into_axes(axes, f)
     t[0], t[1], t[2] = found[8], found[9], found[10]
     point.along, point.across, point.by_normal = found[11], found[12], found[13]
     after = half * (q1[0] * q1[0] + q1[1] * q1[1] + q1[2] * q1[2])
-    return f, -(f[0] * s[0] + f[1] * s[1] + f[2] * s[2]) - (after - before), after
+    return f, -(f[0] * s[0] + f[1] * s[1] + f[2] * s[2]) - (after - before), after, into_axes(axes, s)
+
+
+@inlined
+def drag_slope(point, i, j):
+    """-d(friction)_i/ds_j of a contact at a constant normal force, N/m."""
+    n, t = point.n, point.t
+    square, tt = n[0] * n[0] + n[1] * n[1] + n[2] * n[2], t[i] * t[j]
+    return point.along * tt + point.across * ((1.0 if i == j else 0.0) - n[i] * n[j] / square - tt)
+
+
+@inlined
+def normal_slope(point, slope, g, i, j):
+    """-d(force)_i/ds_j of a contact by its normal force, which changes by slope g, and by the friction that follows."""
+    return -slope * (point.n[i] - point.by_normal * point.t[i]) * g[j]
+
+
+@inlined
+def slope_by(point, slope, g, i, j):
+    """-d(force)_i/ds_j of a contact whose normal stays, N/m."""
+    return drag_slope(point, i, j) + normal_slope(point, slope, g, i, j)
 
 
 @inlined

@@ -10,7 +10,7 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, element_law_at, indirect, inlined, kernel, matrix_view
 from evolvent.kernels.law_slopes import add_element_law_gradient
 from evolvent.kernels.rotations import cross
-from evolvent.kernels.sides import add_general_product, add_turning
+from evolvent.kernels.sides import add_product, add_turning
 from evolvent.kernels.sparse import SPARSE
 from evolvent.kernels.springs import ON_BODY, marker_columns, marker_kinematics, push_marker
 from evolvent.model import MODEL
@@ -162,6 +162,6 @@ def _add_products(model, k, m, K, matrix):
         at, n = marker_columns(model, p, Ja)
         for j in range(forces[k].points):
             bt, o = marker_columns(model, forces[k].first_marker + j, Jb)
-            add_general_product(matrix, at, n, Ja, K, 3 * i, 3 * j, bt, o, Jb, 1.0)
+            add_product(matrix, at, n, Ja, K, 3 * i, 3 * j, bt, o, Jb, 1.0)
         if markers[p].kind == ON_BODY:
             add_turning(matrix, model, markers[p].index, markers[p].local, -work[f], -work[f + 1], -work[f + 2])

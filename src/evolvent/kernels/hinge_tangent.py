@@ -16,6 +16,7 @@ from evolvent.kernels.sides import (
     body_columns,
     side_columns,
     turn_axis,
+    write_axial,
 )
 from evolvent.kernels.sparse import SPARSE, add_block, first_entry
 from evolvent.model import MODEL
@@ -183,11 +184,12 @@ def add_travel_tangent(k, slope, model, matrix):
     place_on_body(hinges, model.bodies, k, local)
     at, na = side_columns(model, ON_BODY, a, -1, local, True, Ja)
     bt, nb = side_columns(model, on, other, hinges[k].iv, hinges[k].local, True, Jb)
-    K = (d[0] * d[0], d[0] * d[1], d[0] * d[2], d[1] * d[1], d[1] * d[2], d[2] * d[2])
-    add_product(matrix, bt, nb, Jb, K[0], K[1], K[2], K[3], K[4], K[5], bt, nb, Jb, slope)
-    add_product(matrix, at, na, Ja, K[0], K[1], K[2], K[3], K[4], K[5], at, na, Ja, slope)
-    add_product(matrix, bt, nb, Jb, K[0], K[1], K[2], K[3], K[4], K[5], at, na, Ja, -slope)
-    add_product(matrix, at, na, Ja, K[0], K[1], K[2], K[3], K[4], K[5], bt, nb, Jb, -slope)
+    K = f.K12
+    write_axial(K, 0.0, 1.0, d)
+    add_product(matrix, bt, nb, Jb, K, 0, 0, bt, nb, Jb, slope)
+    add_product(matrix, at, na, Ja, K, 0, 0, at, na, Ja, slope)
+    add_product(matrix, bt, nb, Jb, K, 0, 0, at, na, Ja, -slope)
+    add_product(matrix, at, na, Ja, K, 0, 0, bt, nb, Jb, -slope)
     if on == ON_BODY and nb > 0:
         add_turning(matrix, model, other, hinges[k].local, force[0], force[1], force[2])
     if na > 0:

@@ -9,7 +9,7 @@ from evolvent.kernels import rigid
 from evolvent.kernels.gear import add_gear
 from evolvent.kernels.joint import ALONG, ANGLE, CORD, DIRECTION, DISTANCE, GEAR, holds, joint_geometry, side_count
 from evolvent.kernels.rotations import cross
-from evolvent.kernels.sides import ON_BODY, add_product, add_turning, side_columns
+from evolvent.kernels.sides import ON_BODY, add_product, add_turning, side_columns, write_axial
 from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
 from evolvent.model import MODEL
 
@@ -66,23 +66,23 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
                 matrix, model, joints[k].index[side], joints[k].local[side],
                 la * g[0], la * g[1], la * g[2],
             )  # fmt: skip
+    K = flexible.K12
+    write_axial(K, 1.0, -1.0 if kind in (DISTANCE, CORD) else 0.0, gb)
     if kind == DIRECTION:
-        add_product(matrix, a, n, Ja, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, b, m, Jb, la)
-        add_product(matrix, b, m, Jb, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, a, n, Ja, la)
+        add_product(matrix, a, n, Ja, K, 0, 0, b, m, Jb, la)
+        add_product(matrix, b, m, Jb, K, 0, 0, a, n, Ja, la)
     elif kind == ALONG:
-        add_product(matrix, d, n_d, Jd, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, b, m, Jb, la)
-        add_product(matrix, b, m, Jb, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, d, n_d, Jd, la)
-        add_product(matrix, d, n_d, Jd, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, a, n, Ja, -la)
-        add_product(matrix, a, n, Ja, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, d, n_d, Jd, -la)
+        add_product(matrix, d, n_d, Jd, K, 0, 0, b, m, Jb, la)
+        add_product(matrix, b, m, Jb, K, 0, 0, d, n_d, Jd, la)
+        add_product(matrix, d, n_d, Jd, K, 0, 0, a, n, Ja, -la)
+        add_product(matrix, a, n, Ja, K, 0, 0, d, n_d, Jd, -la)
     elif kind in (DISTANCE, CORD):
-        x, y, z = gb[0], gb[1], gb[2]
         u = joints[k].u
         s = la / math.sqrt((u[1, 0] - u[0, 0]) ** 2 + (u[1, 1] - u[0, 1]) ** 2 + (u[1, 2] - u[0, 2]) ** 2)
-        p = 1.0 - x * x, -x * y, -x * z, 1.0 - y * y, -y * z, 1.0 - z * z
-        add_product(matrix, a, n, Ja, p[0], p[1], p[2], p[3], p[4], p[5], a, n, Ja, s)
-        add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, s)
-        add_product(matrix, a, n, Ja, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, -s)
-        add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], a, n, Ja, -s)
+        add_product(matrix, a, n, Ja, K, 0, 0, a, n, Ja, s)
+        add_product(matrix, b, m, Jb, K, 0, 0, b, m, Jb, s)
+        add_product(matrix, a, n, Ja, K, 0, 0, b, m, Jb, -s)
+        add_product(matrix, b, m, Jb, K, 0, 0, a, n, Ja, -s)
 
 
 @inlined

@@ -100,25 +100,17 @@ def pull(F, bodies, n_q, on, index, iv, u, is_place, fx, fy, fz):
         G[5] -= tz
 
 
-@indirect(void(SPARSE, _I, _I, MATRIX, REAL, REAL, REAL, REAL, REAL, REAL, _I, _I, MATRIX, REAL))
-def add_product(matrix, at, n, J, Kxx, Kxy, Kxz, Kyy, Kyz, Kzz, bt, m, L, scale):
-    """Add scale J^T K L, K symmetric; rows of unknowns at, at + 1 ..., columns of unknowns bt, bt + 1 ..."""
-    if n == 0 or m == 0:
-        return
-    to, right, down = first_entry(matrix, at, bt)
-    if to < 0:
-        return
-    values = matrix.values
-    for c in range(m):
-        x, y, z = scale * L[0, c], scale * L[1, c], scale * L[2, c]
-        kx, ky, kz = Kxx * x + Kxy * y + Kxz * z, Kxy * x + Kyy * y + Kyz * z, Kxz * x + Kyz * y + Kzz * z
-        for r in range(n):
-            values[to + r * down + c * right] += J[0, r] * kx + J[1, r] * ky + J[2, r] * kz
+@inlined
+def write_axial(K, one, along, n):
+    """K[:3, :3] = one I + along n n^T."""
+    for i in range(3):
+        for j in range(3):
+            K[i, j] = (one if i == j else 0.0) + along * n[i] * n[j]
 
 
 @indirect(void(SPARSE, _I, _I, MATRIX, MATRIX, _I, _I, _I, _I, MATRIX, REAL))
-def add_general_product(matrix, at, n, J, K, row, column, bt, m, L, scale):
-    """Add scale J^T K[row : row + 3, column : column + 3] L, as `add_product`."""
+def add_product(matrix, at, n, J, K, row, column, bt, m, L, scale):
+    """Add scale J^T K[row : row + 3, column : column + 3] L; rows of unknowns at, at + 1 ..., columns bt, bt + 1 ..."""
     if n == 0 or m == 0:
         return
     to, right, down = first_entry(matrix, at, bt)

@@ -14,7 +14,7 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined, spring_law_at
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import DRIVEN, add_wrench, point_kinematics
-from evolvent.kernels.sides import ON_COORDINATES, add_general_product, add_turning, side_columns
+from evolvent.kernels.sides import ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL, family_type
 
@@ -245,10 +245,10 @@ def spring_tangents(t, y, h, c_rate, model, matrix):
             K[i, i] += across + sideways
         ra, na = marker_columns(model, ma, Ja)
         rb, nb = marker_columns(model, mb, Jb)
-        add_general_product(matrix, ra, na, Ja, K, 0, 0, ra, na, Ja, 1.0)
-        add_general_product(matrix, rb, nb, Jb, K, 0, 0, rb, nb, Jb, 1.0)
-        add_general_product(matrix, ra, na, Ja, K, 0, 0, rb, nb, Jb, -1.0)
-        add_general_product(matrix, rb, nb, Jb, K, 0, 0, ra, na, Ja, -1.0)
+        add_product(matrix, ra, na, Ja, K, 0, 0, ra, na, Ja, 1.0)
+        add_product(matrix, rb, nb, Jb, K, 0, 0, rb, nb, Jb, 1.0)
+        add_product(matrix, ra, na, Ja, K, 0, 0, rb, nb, Jb, -1.0)
+        add_product(matrix, rb, nb, Jb, K, 0, 0, ra, na, Ja, -1.0)
         f = lateral_of(springs, k, a, b)
         if model.markers[ma].kind == ON_BODY:
             fx, fy, fz = -tension * n[0], -tension * n[1], -tension * n[2]

@@ -71,6 +71,30 @@ def heat_rods(t0, t1, factor, model):
             free[0], free[4], free[5] = alpha * load.now[0], alpha * load.now[4], -alpha * load.now[2]
 
 
+@indirect(void(REAL, REAL, MODEL))
+def evaluate_heat(t, factor, model):
+    """Amplitudes of all temperatures, times `factor`, and free strains of beams and rods, into their records."""
+    f, p = model.flexible, model.parameters
+    if f.rods.size > 0:
+        heat_rods(t, t, factor, model)
+    for k in range(f.thermal_loads.size):
+        load = f.thermal_loads[k]
+        _fill_mean(t, t, factor, load, model)
+        a, at = load.now, load.expansions
+        load.change, load.along_y, load.along_z = a[0], a[2], a[4]
+        if load.beam < 0:
+            continue
+        first = f.beams[load.beam].first_element
+        for i in range(first, first + f.beams[load.beam].elements):
+            free, green = f.elements[i].free, 1.0 if f.elements[i].stretch == 0 else 0.0
+            for j in range(free.shape[0]):  # see `evolvent.elements.thermal.free_strains`
+                c = p[at + j]
+                free[j, 0] = c * a[0] + 0.5 * green * c * c * a[1]
+                free[j, 1] = green * (c * a[2] + c * c * a[3])
+                free[j, 2] = green * (c * a[4] + c * c * a[5])
+            at += free.shape[0]
+
+
 @inlined
 def _fill_stresses(load, at, m, p, s):
     """s = C^T a : (m,), of the element whose constants stand at `at` of the parameters p."""

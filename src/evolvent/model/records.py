@@ -90,14 +90,15 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
     # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it; scale: statics'
-    # load factor of a law on a thread; vector, rate: see `RESULTS`
+    # load factor of a law on a thread; vector, rate, middle: see `RESULTS`
     "loads": _record(
-        "kind target law first last law_first law_last node attitude", "scale", "vector rate", vector=_3
+        "kind target law first last law_first law_last node attitude", "scale", "vector rate middle", vector=_3,
+        middle=_3,
     ),
     # value, now: at the start and the end of a step of an implicit method; armed: see `kernels.user_events`
     "events": _record("law first last stops", "", "value now armed"),
     # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
-    "fields": _record("kind law first last", "K w scale", K=_33, w=_3),
+    "fields": _record("kind law first last", "K w scale", "force power", K=_33, w=_3, force=_3),
     # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
     "field_points": _record("body element", "mass local S", local=_3, S=(8,)),
     # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
@@ -105,16 +106,17 @@ RECORDS: dict[str, np.dtype] = {
     "wheels": _record(
         "body iq iv profile law first last",
         "axis inertia torque torque_limit rate_limit viscous friction slip",
-        "command motor drag coriolis motor0 drag0",
-        axis=_3,
+        "command motor drag coriolis motor0 drag0 angle rate rubs spin momentum kinetic",
+        axis=_3, momentum=_3,
     ),
     "thrusters": _record(
-        "body iv profile", "local direction force limit", "command push push0", local=_3, direction=_3
+        "body iv profile", "local direction force limit", "command push push0 impulse place vector",
+        local=_3, direction=_3, place=_3, vector=_3,
     ),
     "controllers": _record(
         "body actuators count place path law first last",
         "proportional derivative target axis limit dead_band",
-        "error slip torque",
+        "error slip torque off",
         proportional=_3, derivative=_3, target=(4,), axis=_3, error=_3, slip=_3, torque=_3,
     ),
     # sides: bodies and points that a row pulls on, -1 for none
@@ -124,10 +126,18 @@ RECORDS: dict[str, np.dtype] = {
     "beams": _record("kind iq iv nodes first_element elements first_node paper", "length"),
     # form, bending, mass: indices in the pools of `Flexible`, bending of the form of that alone; force, tangent,
     # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
-    # changes: of products, stretches and curvatures over the step before, then over this one (`ancf.force_of`)
+    # section: index among the parameters of what `beam_strains` needs; changes: of products, stretches and curvatures
+    # over the step before, then over this one (`ancf.force_of`); free: strains by heat at `beam_strains.POINTS`; the
+    # others are in `RESULTS`
     "elements": _record(
-        "beam iq iv form bending mass force tangent energy stretch", "length alpha beta thickness", "changes",
-        changes=(56,),
+        "beam iq iv form bending mass force tangent energy stretch section", "length alpha beta thickness",
+        "changes free strain axial_force energy_density shear_force_y shear_force_z bending_moment torsional_moment "
+        "bending_moment_y bending_moment_z free_strain free_curvature_y free_curvature_z",
+        changes=(56,), free=(5, 3),
+        **dict.fromkeys(
+            ("strain", "axial_force", "energy_density", "shear_force_y", "shear_force_z", "bending_moment",
+             "free_strain", "free_curvature_y", "free_curvature_z"), (2,)
+        ),
     ),
     # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
     "rods": _record("first_element elements first_body", "length alpha"),
@@ -220,7 +230,7 @@ RECORDS: dict[str, np.dtype] = {
         "xi xi1 offset "
         "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
         "drag drag1 "
-        "x n0 n1 rest rest1 sank",
+        "x n0 n1 rest rest1 sank apart",
         x=_3, n0=_3, n1=_3,
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
@@ -247,8 +257,11 @@ RECORDS: dict[str, np.dtype] = {
         centre=_3, axis=_3, vector=_3,
     ),
     # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): indices of profiles among the parameters, or
-    # -1, and of the constants of the elements; now: last amplitudes
-    "thermal_loads": _record("beam rod temperature gradient_y gradient_z constants", "", "now", now=_6),
+    # -1, and of the constants of the elements; expansions: of those of a beam by temperature at `beam_strains.POINTS`;
+    # now: last amplitudes; change, along_y, along_z: see `RESULTS`
+    "thermal_loads": _record(
+        "beam rod temperature gradient_y gradient_z constants expansions", "", "now change along_y along_z", now=_6
+    ),
 }  # fmt: skip
 #: Families that stand in `Flexible`.
 FLEXIBLE = (

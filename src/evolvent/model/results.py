@@ -83,14 +83,69 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "gap": ("gap", "rad", "error of the coordinate of a"),
         "stored": ("energy_elastic", "J", "elastic energy of the penalties that hold the joint"),
     },
-    # of loads, but those on threads, where the factor that times and profiles make is 1
+    # of loads at markers where the factor that times and profiles make is 1, of those on threads as they act
     "loads": {
         "vector": ("force", "N", "force or torque that acts, inertial axes"),
         "rate": ("power", "W", "power of the load"),
+        "middle": ("position", "m", "middle of the released thread, inertial axes"),
+    },
+    "fields": {
+        "force": ("force", "N", "resultant on all masses, inertial axes"),
+        "power": ("power", "W", "power of the field"),
+    },
+    "wheels": {
+        "angle": ("angle", "rad", "angle of the wheel relative to its body"),
+        "rate": ("rate", "rad s-1", "rate of the wheel relative to its body"),
+        "motor": ("torque", "N m", "torque of the motor on the wheel"),
+        "rubs": ("friction_torque", "N m", "torque of friction on the wheel"),
+        "spin": ("wheel_momentum", "kg m2 s-1", "angular momentum relative to the body, about the axis"),
+        "momentum": ("angular_momentum", "kg m2 s-1", "angular momentum relative to the body, inertial axes"),
+        "kinetic": ("energy_kinetic", "J", "kinetic energy beyond that of the wheel fixed in its body"),
+    },
+    "thrusters": {
+        "push": ("thrust", "N", "force of the thruster"),
+        "impulse": ("impulse", "N s", "integral of the thrust since the start"),
+        "place": ("position", "m", "position of the thruster, inertial axes"),
+        "vector": ("force", "N", "force on the body, inertial axes"),
+    },
+    "controllers": {
+        "error": ("error", "rad", "rotation vector from the target to the body, body axes"),
+        "off": ("error_angle", "rad", "angle between the target and the body"),
+        "slip": ("rate_error", "rad s-1", "angular velocity relative to the target, body axes"),
+        "torque": ("torque", "N m", "commanded torque, body axes"),
     },
     "beam_loads": {
         "vector": ("force", "N", "force, resultant of a line load, or torque that acts, inertial axes"),
         "rate": ("power", "W", "power of the load"),
+    },
+    "elements": {
+        "strain": ("strain", "1", "strain of the axis"),
+        "axial_force": ("axial_force", "N", "force along the axis, positive where it pulls,"),
+        "energy_density": ("energy_density", "J m-1", "strain energy per length"),
+        "shear_force_y": ("shear_force_y", "N", "shear force along y {section},"),
+        "shear_force_z": ("shear_force_z", "N", "shear force along z {section},"),
+        "torsional_moment": ("torsional_moment", "N m", "moment about x {section},"),
+        "bending_moment_y": ("bending_moment_y", "N m", "moment about y {section},"),
+        "bending_moment_z": ("bending_moment_z", "N m", "moment about z {section},"),
+        "bending_moment": ("bending_moment", "N m", "size of the bending moment"),
+        "free_strain": ("free_strain", "1", "strain of the axis without stress"),
+        "free_curvature_y": ("free_curvature_y", "m-1", "curvature towards z without stress"),
+        "free_curvature_z": ("free_curvature_z", "m-1", "curvature towards y without stress"),
+    },
+    "thermal_loads": {
+        "change": ("temperature", "K", "change of the temperature of the axis, where `along` is 1"),
+        "along_y": ("gradient_y", "K m-1", "gradient of the temperature along y, where `along` is 1"),
+        "along_z": ("gradient_z", "K m-1", "gradient of the temperature along z, where `along` is 1"),
+    },
+    "contact_points": {
+        "force": ("point_force", "N", "normal force of each contact point, positive where it pushes"),
+        "apart": (
+            "gap",
+            "m",
+            "distance of each contact point, negative where it overlaps, NaN where it is too far away or past the edge",
+        ),
+        "x": ("point_position", "m", "position of each contact point, inertial axes"),
+        "n1": ("point_normal", "1", "normal of the surface at each contact point, inertial axes"),
     },
     "rod_elements": {
         "strain": ("strain", "1", "strain of the axis"),
@@ -106,6 +161,7 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "bending_moment_y": ("bending_moment_y", "N m", "moment about y in the section's axes"),
         "bending_moment_z": ("bending_moment_z", "N m", "moment about z in the section's axes"),
         "energy_density": ("energy_density", "J m-1", "strain energy per length"),
+        "free": ("free_strains", "1", "strains and curvatures without stress"),
         "stored": ("energy_elastic", "J", "strain energy"),
         "bent": ("energy_bending", "J", "strain energy of bending and torsion"),
     },

@@ -134,7 +134,7 @@ def _read(solution: Solution, case: Any, kept: Array) -> Run:
     return Run(
         case=case, status=solution.status, message=solution.message, statistics=solution.statistics,
         t=solution.t, even=kept[: solution.t.size], x=x, rates=rates,
-        force=contact[:, 6], impulse=contact[:, 7], points=contact[:, 8], gap=view.contacts[1],
+        force=contact[:, 6], impulse=contact[:, 7], points=contact[:, 8], gap=view.fields["contact_points"]["apart"],
     )  # fmt: skip
 
 

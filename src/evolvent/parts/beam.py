@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from evolvent import elements
 from evolvent.assembly.builder import Builder
@@ -20,12 +17,11 @@ from evolvent.elements.dense import dot, inverse, norm, product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, CrossSection, MaterialOrName
 from evolvent.kernels import element_calls, flexible as kernels
+from evolvent.kernels.beam_strains import POINTS
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, node_arc
 
 CABLES = ("cable", "cable_stretch")
-#: Gauss's two points of an element.
-GAUSS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
 #: Nodal vectors: positions and slopes of all nodes.
 Nodal = Annotated[
     tuple[tuple[units.Triple, ...], ...],
@@ -212,125 +208,6 @@ class Beam(Part):
             raise InputError(f"{name}.{key} has the shape {found.shape}; it must be {wanted}")
         return found
 
-    def along(
-        self, nodes: ArrayLike, *, at: Sequence[float] = GAUSS, free: np.ndarray | None = None
-    ) -> dict[str, np.ndarray]:
-        """Strains, forces, moments and energy along the beam.
-
-        Parameters
-        ----------
-        nodes : (..., n + 1, 2 or 4, 3) float, m and 1, coordinates of its nodes, of a run's states for example
-        at : (k,) float, points of each element, from 0 to 1; Gauss's two if left out, at which its cubic is nearest to
-            the shape that it stands for
-        free : (..., n, k, 3) float, strain and curvatures (`bend_y`, `bend_z`) without stress, of a temperature
-
-        Returns
-        -------
-        dict
-            `arc` (k n,), m, from the root; and there (..., k n): `strain` of the axis; `force` along it, N; `shear_y`,
-            `shear_z`, N; `torque`, N m; `bend_y`, `bend_z`, N m, moments of what bends it across y and z (of a cable
-            `bend_y` is all); `energy`, J/m, stored per length. A cable has neither shear nor torque: zeros.
-
-        Notes
-        -----
-        A beam's strains and moments are those of `kernels.ancf.STRAINS` and `line_stiffness`, without what its
-        formulation takes together. With their forces N, Q_y, Q_z and moments M_y, M_z, the section carries the force
-        dW/da = N a + Q_y b + Q_z c + M_y b' + M_z c' (a = r,x, b and c across): here are its parts along a, b and c.
-        A cable's moment is ``EI |r' x r''| / |r'|^2``; its force ``EA E |r'| + EI |r''|^2 / |r'|``, since its energy of
-        bending is that of r'' whatever the stretch; of `cable_stretch` ``EA (|r'| - 1)``.
-        """
-        x = np.asarray(nodes, dtype=float)
-        if x.shape[-3:] != (self.elements + 1, self.vectors, 3):
-            raise InputError(
-                f"nodes has the shape {x.shape}; its last sizes must be {(self.elements + 1, self.vectors, 3)}"
-            )
-        xi, n = np.asarray(at, dtype=float), self.elements
-        strains = self._cable_strains if self.vectors == 2 else self._beam_strains
-        found = strains(x, xi)
-        if self.rests_at_start:
-            rest = strains(self.start_nodes(), xi)
-            if self.vectors == 2:  # whose curvature is never without stress
-                rest[..., 1] = 0.0
-            found = found - rest
-        if free is not None:
-            found = found.copy()
-            found[..., 0] -= free[..., 0]
-            if self.vectors == 4:
-                found[..., 4:6] -= free[..., 1:]
-        values = self._of_cable(found, x, xi) if self.vectors == 2 else self._of_beam(found, x, xi)
-        arc = (self.arc[:-1, None] + self.lengths[:, None] * xi).ravel()
-        return {"arc": arc, **{key: value.reshape(*x.shape[:-3], n * xi.size) for key, value in values.items()}}
-
-    def _of_beam(self, off: np.ndarray, x: np.ndarray, xi: np.ndarray) -> dict[str, np.ndarray]:
-        """What `along` gives, of strains (..., n, k, 9) off those without stress."""
-        stiff = self._stiffness(xi, lambda section, at: elements.section_stiffness(at, section, self.material))
-        forces = np.einsum("...ij,...j->...i", stiff, off)
-        a, b, c, db, dc = self._beam_vectors(x, xi)
-        force = sum(forces[..., i, None] * v for i, v in ((0, a), (1, b), (2, c), (4, db), (5, dc)))
-        pull, shear_y, shear_z = (np.einsum("...i,...i->...", force, v) for v in (a, b, c))
-        return {
-            "force": pull / np.sqrt(np.einsum("...i,...i->...", a, a)),
-            "shear_y": shear_y,
-            "shear_z": shear_z,
-            **{key: forces[..., i] for i, key in ((3, "torque"), (4, "bend_y"), (5, "bend_z"))},
-            "strain": off[..., 0],
-            "energy": 0.5 * np.einsum("...i,...i->...", forces, off),
-        }
-
-    def _of_cable(self, off: np.ndarray, x: np.ndarray, xi: np.ndarray) -> dict[str, np.ndarray]:
-        """What `along` gives, of the strain off that without stress and the curvature, (..., n, k, 2)."""
-
-        def stiffness(section: CrossSection, at: float) -> np.ndarray:
-            s = section.at(at).properties(self.material.nu)
-            return self.material.E * np.array([s.area, s.Iz])
-
-        stiff = self._stiffness(xi, stiffness)
-        forces = off * stiff
-        pull, zero = forces[..., 0], np.zeros(off.shape[:-1])
-        if self.formulation == "cable":  # Green's strain and its stress: |r'| turns them into a force
-            a, bend = (_slopes(x, self.lengths, xi, order=order) for order in (1, 2))
-            size = np.sqrt(np.einsum("...i,...i->...", a, a))
-            pull = pull * size + stiff[..., 1] * np.einsum("...i,...i->...", bend, bend) / size
-        energy = 0.5 * np.einsum("...i,...i->...", forces, off)
-        nothing = dict.fromkeys(("shear_y", "shear_z", "torque", "bend_z"), zero)
-        return {**nothing, "strain": off[..., 0], "force": pull, "bend_y": forces[..., 1], "energy": energy}
-
-    def _stiffness(self, xi: np.ndarray, of: Callable[[CrossSection, float], np.ndarray]) -> np.ndarray:
-        """A function of section and point in each element, at the points `xi` of all of them: (n or 1, k, ...)."""
-        if self.section.between(0.0, 1.0) is self.section:  # the same in every element
-            return np.array([[of(self.section, at) for at in xi]])
-        pieces = [self.section.between(*ends) for ends in itertools.pairwise(self.arc / self.length)]
-        return np.array([[of(piece, at) for at in xi] for piece in pieces])
-
-    def _beam_vectors(self, x: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Slopes a, b, c of nodes (..., n + 1, 4, 3), b' and c', at `xi` of all elements: (..., n, k, 3) each."""
-        at = xi[:, None]
-        a = _slopes(x, self.lengths, xi, order=1)
-        across, steps = x[..., 2:, :], np.diff(x[..., 2:, :], axis=-3)
-        first, last = across[..., :-1, :, :], across[..., 1:, :, :]
-        b, c = (first[..., None, i, :] * (1.0 - at) + last[..., None, i, :] * at for i in (0, 1))
-        db, dc = (steps[..., None, i, :] / self.lengths[:, None, None] for i in (0, 1))
-        return a, b, c, db, dc
-
-    def _beam_strains(self, x: np.ndarray, xi: np.ndarray) -> np.ndarray:
-        """`kernels.ancf.line_strains` of nodes (..., n + 1, 4, 3), at `xi` of all elements: (..., n, k, 9)."""
-        a, b, c, db, dc = self._beam_vectors(x, xi)
-        found = np.empty((*a.shape[:-1], 9))
-        pairs = ((a, a), (a, b), (a, c), (db, c), (a, db), (a, dc), (b, b), (c, c), (b, c))
-        for i, (one, other) in enumerate(pairs):
-            np.einsum("...i,...i->...", one, other, out=found[..., i])
-        found[..., 3] = 0.5 * (found[..., 3] - np.einsum("...i,...i->...", b, dc))
-        found[..., [0, 6, 7]] = 0.5 * (found[..., [0, 6, 7]] - 1.0)
-        return found
-
-    def _cable_strains(self, x: np.ndarray, xi: np.ndarray) -> np.ndarray:
-        """Strain and curvature of nodes (..., n + 1, 2, 3), at the points `xi` of all elements: (..., n, k, 2)."""
-        slope, bend = (_slopes(x, self.lengths, xi, order=order) for order in (1, 2))
-        square = np.einsum("...i,...i->...", slope, slope)
-        strain = np.sqrt(square) - 1.0 if self.formulation == "cable_stretch" else 0.5 * (square - 1.0)
-        turn = np.cross(slope, bend)
-        return np.stack([strain, np.sqrt(np.einsum("...i,...i->...", turn, turn)) / square], axis=-1)
-
     def write(self, builder: Builder, name: str) -> None:
         """Write the beam into the families `beams` and `elements`, and its constants into the pools."""
         n, k = self.elements, self.vectors
@@ -359,7 +236,7 @@ class Beam(Part):
         if not damped <= set(range(n)):
             odd = next(k for k in self.damped or () if k not in range(n))
             raise InputError(f"{name}.damped holds {odd!r}; it must hold numbers of elements, from 0 to {n - 1}")
-        form = bending = mass = -1
+        form = bending = mass = constants = -1
         kinds = element_calls.CABLES if kind == kernels.CABLE else element_calls.BEAMS
         if self.formulation == "cable_stretch":
             kinds = element_calls.STRETCH_CABLES
@@ -371,6 +248,7 @@ class Beam(Part):
                 section = self.section.between(ends[i], ends[i + 1])
                 rest = nodes[i : i + 2].ravel() if self.rests_at_start else None
                 form, bending, mass = self._constants(builder, float(lengths[i]), section, rest)
+                constants = self._write_sections(builder, float(lengths[i]), section, rest)
             functions = kinds[self.damping if beta > 0.0 and i in damped else element_calls.OBJECTIVE]
             builder.add(
                 "elements",
@@ -384,6 +262,7 @@ class Beam(Part):
                 tangent=jit.slot(functions.tangent),
                 energy=jit.slot(functions.energy),
                 stretch=int(self.formulation == "cable_stretch"),
+                section=constants,
                 length=float(lengths[i]),
                 alpha=alpha if i in damped else 0.0,
                 beta=beta if i in damped else 0.0,
@@ -410,13 +289,19 @@ class Beam(Part):
         form, bending = (builder.pooled(H24=of.H, h24=of.h, U24=of.U0) for of in (whole, parts["bending"]))
         return form, bending, mass
 
-
-def _slopes(x: np.ndarray, lengths: np.ndarray, xi: np.ndarray, *, order: int) -> np.ndarray:
-    """First or second derivative of the axis, of nodes (..., n + 1, vectors, 3) at `xi`: (..., n, k, 3)."""
-    _, p, step, q = (np.asarray(f)[..., None] for f in elements.axis_shape(lengths[:, None], xi, order=order))
-    slopes, steps = x[..., 1, :], np.diff(x[..., 0, :], axis=-2)
-    found: np.ndarray = step * steps[..., None, :] + p * slopes[..., :-1, None, :] + q * slopes[..., 1:, None, :]
-    return found
+    def _write_sections(self, builder: Builder, length: float, section: CrossSection, rest: np.ndarray | None) -> int:
+        """Write what `kernels.beam_strains` needs of an element into the parameters; returns the index of the first."""
+        found: list[float] = []
+        start = np.zeros(9)
+        for xi in POINTS:
+            if rest is not None:
+                start = elements.line_strains(self.formulation, length, xi, rest)
+            if self.vectors == 2:
+                s = section.at(xi).properties(self.material.nu)
+                found += [self.material.E * s.area, self.material.E * s.Iz, start[0]]
+            else:
+                found += [*elements.section_stiffness(xi, section, self.material).ravel(), *start]
+        return builder.parameters(found)[0]
 
 
 def _across(e1: np.ndarray) -> np.ndarray:

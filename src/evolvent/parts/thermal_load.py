@@ -14,6 +14,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import legendre, product
 from evolvent.elements.thermal import thermal_form
+from evolvent.kernels.beam_strains import POINTS
 from evolvent.parts.base import BeamName, Part
 from evolvent.parts.profile import GradientProfile, TemperatureProfile, write_profile
 
@@ -79,7 +80,7 @@ class ThermalLoad(Part):
         constants = len(builder.values)
         if family == "rods":
             builder.parameters(beam.material.thermal_expansion * self.means(beam.arc / beam.length))
-            fields = {"beam": -1, "rod": index, "constants": constants, **places}
+            fields = {"beam": -1, "rod": index, "constants": constants, "expansions": -1, **places}
             builder.names[name] = ("thermal_loads", builder.add("thermal_loads", **fields))
             first = builder.rows["rods"][index]["first_element"]
             for row in builder.rows["rod_elements"][first : first + beam.elements]:
@@ -92,7 +93,10 @@ class ThermalLoad(Part):
                 self._along(ends[i], ends[i + 1]), rest=nodes[i : i + 2].ravel() if beam.rests_at_start else None,
             )  # fmt: skip
             builder.parameters([*form.C.ravel(), *form.Q.ravel(), *form.rest])
-        fields = {"beam": index, "rod": -1, "constants": constants, **places}
+        at = (beam.arc[:-1, None] + beam.lengths[:, None] * np.asarray(POINTS)) / beam.length
+        grown = float(beam.material.thermal_expansion) * np.ravel(self.factor(at))
+        expansions = builder.parameters(grown.tolist())[0]
+        fields = {"beam": index, "rod": -1, "constants": constants, "expansions": expansions, **places}
         builder.names[name] = ("thermal_loads", builder.add("thermal_loads", **fields))
 
     def means(self, ends: np.ndarray) -> np.ndarray:

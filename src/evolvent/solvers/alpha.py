@@ -26,8 +26,6 @@ from evolvent.model import MODEL
 from evolvent.solvers.implicit_state import WORKSPACE
 from evolvent.solvers.step_error import beside_tolerance
 
-_I = types.int64
-
 #: Largest angle of a free body over an adaptive step, rad: a steady turn has no error by itself, but samples between
 #: the ends of a step do not show more.
 LARGEST_TURN = 0.5

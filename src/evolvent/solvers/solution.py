@@ -14,6 +14,7 @@ from evolvent.solvers import balance as eb
 from evolvent.solvers.heating import less_free_strain
 from evolvent.solvers.observations import Observations, momenta_of, observe, sums_of
 from evolvent.solvers.sampled import Momentum, Sampled, angular_momentum, balances, empty, evaluate, momentum_of
+from evolvent.solvers.still_threads import stand_still
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
@@ -100,16 +101,25 @@ class Solution:
         return self.status in ("success", "stopped by event")
 
     @functools.cached_property
+    def model(self) -> mdl.Model:
+        """What its states are evaluated with: of equilibria without a steady turn a model at rest."""
+        found: mdl.Model = self.assembly.model
+        if self.path is not None and self.t.size and not np.any(self.path.spin):
+            found = found.copy()
+            stand_still(found, float(self.t[0]))
+        return found
+
+    @functools.cached_property
     def observations(self) -> Observations:
         """Positions and tensions of threads, and motion of bodies, at the samples."""
-        return observe(self.assembly.model, self.t, self.y, self.s)
+        return observe(self.model, self.t, self.y, self.s)
 
     @functools.cached_property
     def sums(self) -> Array:
         """(nt, N_INVENTORY) energies and momenta at the samples (see `evolvent.flow.inventory`)."""
         if self.assembly.model.threads.size:
             return self.observations.inventory
-        return sums_of(self.assembly.model, self.t, self.y, self.s)
+        return sums_of(self.model, self.t, self.y, self.s)
 
     @functools.cached_property
     def sampled(self) -> Sampled:

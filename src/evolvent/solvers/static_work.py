@@ -18,14 +18,14 @@ from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import attitude, body_contact, contact, loads, rigid, sparse_lu
+from evolvent.kernels import attitude, body_contact, contact, rigid, sparse_lu
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SLOPE, idle, indices, of_part
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.kernels.springs import ON_BODY
 from evolvent.solvers import equilibrium as eq, ordering, redundancy
 from evolvent.solvers.implicit_setup import matrix_of, sizes
 from evolvent.solvers.sampled import write_contacts
-from evolvent.solvers.still_threads import freeze_spools
+from evolvent.solvers.still_threads import end_ramps, freeze_spools, stand_still
 
 Array = np.ndarray
 
@@ -114,16 +114,8 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     """A copy of a model for statics: driven bodies and spools stand where they are at `time`, ramps are over."""
     copy = model.copy()
     flexible = copy.flexible
-    y = np.zeros(int(model.info.ny))
-    y[copy.bodies["iq"][copy.bodies["motion"] == rigid.FREE] + 3] = 1.0  # quaternions of no turn
-    rigid.kinematics(time, y, copy)
-    driven = copy.bodies["motion"] == rigid.DRIVEN
-    copy.bodies["rate"][driven], copy.bodies["path"][driven] = 0.0, 0
-    for scratch in ("v", "w", "F"):
-        copy.bodies[scratch] = 0.0
-    flexible.beam_loads["ramp"] = 0.0
-    for load in copy.loads[(copy.loads["kind"] >= loads.AT_MARKER) | (copy.loads["kind"] == loads.NODE)]:
-        copy.parameters[load["first"] + loads.RAMP] = 0.0
+    stand_still(copy, time)
+    end_ramps(copy)
     contact.clear_history(copy)
     flexible.cylinders["bristle_damping"] = 0.0
     flexible.body_contacts["bristle_damping"] = 0.0

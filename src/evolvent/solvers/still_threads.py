@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly
-from evolvent.kernels import rigid, springs
+from evolvent.kernels import loads, rigid, springs
 from evolvent.kernels.blocks import idle, indices
 from evolvent.kernels.drive import FREE, RAMPS
 from evolvent.solvers import payout
@@ -35,6 +35,24 @@ def freeze_spools(model: mdl.Model, time: float) -> mdl.Model:
     return found
 
 
+def stand_still(model: mdl.Model, time: float) -> None:
+    """Let driven bodies of a model stand where they are at `time`; velocities and wrenches of all are cleared."""
+    y, bodies = np.zeros(int(model.info.ny)), model.bodies
+    y[bodies["iq"][bodies["motion"] == rigid.FREE] + 3] = 1.0  # quaternions of no turn
+    rigid.kinematics(time, y, model)
+    driven = bodies["motion"] == rigid.DRIVEN
+    bodies["rate"][driven], bodies["path"][driven] = 0.0, 0
+    for scratch in ("v", "w", "F"):
+        bodies[scratch] = 0.0
+
+
+def end_ramps(model: mdl.Model) -> None:
+    """Let all loads of a model act as after their ramps."""
+    model.flexible.beam_loads["ramp"] = 0.0
+    for load in model.loads[(model.loads["kind"] >= loads.AT_MARKER) | (model.loads["kind"] == loads.NODE)]:
+        model.parameters[load["first"] + loads.RAMP] = 0.0
+
+
 def idle_nodes(model: mdl.Model) -> Array:
     """Velocities, counted from the first, of nodes on their spools and of nodes that are fixed to another part."""
     own = model.blocks[idle(model, model.flexible.switches)]
@@ -47,7 +65,8 @@ def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
     Parameters
     ----------
     y : (ny,) float or None
-        A state of that time: only nodes that have left their spools beyond its own are placed, on straight lines.
+        A state of that time: only nodes whose positions it does not have, those of its start, are placed, on straight
+        lines.
         Without it threads are straight and not stretched, as at the start.
 
     Raises
@@ -76,6 +95,11 @@ def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
         if given and s[p] <= released:
             continue
         if given:
+            own = assembly.y[first : first + nodes.size].reshape(-1, 3)
+            while released < s[p] and np.any(nodes[released] != own[released]):  # one that has left its spool since
+                released += 1
+            if released == s[p]:
+                continue
             outer = _outer(model, row, state, nodes, released, time)
             share = out - max(released - 1, 0) * l0
             line = outer - Q if outer is not None and share > 0.0 else (R @ row["payout_axis"]) * max(share, l0)

@@ -33,10 +33,10 @@ from evolvent.kernels.thread.chain import (
 )
 from evolvent.kernels.thread.end import TINY, is_end
 from evolvent.kernels.thread.energy import add_thread_energies, thread_inventory
-from evolvent.kernels.thread.fields import wound_fields
+from evolvent.kernels.thread.fields import add_node_fields, wound_fields
 from evolvent.kernels.thread.free import add_spool_tangent, has_release, until_release
 from evolvent.kernels.thread.implicit import add_thread_residual, add_thread_tangent
-from evolvent.kernels.thread.loads import add_node_load_tangents, load_resultant, node_loads
+from evolvent.kernels.thread.loads import add_node_load_tangents, evaluate_thread_loads, node_loads
 from evolvent.kernels.thread.results import note_results
 from evolvent.kernels.thread.spool import (
     hold_torque,
@@ -68,6 +68,7 @@ __all__ = [
     "SHORT",
     "SPRINGS",
     "TINY",
+    "add_node_fields",
     "add_node_load_tangents",
     "add_spool_tangent",
     "add_thread_bound",
@@ -86,13 +87,13 @@ __all__ = [
     "chain_rhs",
     "chain_solve",
     "departure_acceleration",
+    "evaluate_thread_loads",
     "has_release",
     "hold_torque",
     "is_end",
     "is_loose",
     "kick_chain",
     "leave_spool",
-    "load_resultant",
     "lock_spools",
     "longest_step",
     "measure_threads",

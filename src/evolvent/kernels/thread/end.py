@@ -53,30 +53,6 @@ def pull_end(model, p, fx, fy, fz):
     push_marker(model.markers, model.points, model.bodies, model.threads[p].end, x[0], x[1], x[2], fx, fy, fz)
 
 
-# ---------------------------------------------------------------------------------------------- implicit methods
-
-
-@inlined
-def clear_end_force(model, p):
-    """No force yet on the point mass that thread p ends at; its other forces are in the residual already."""
-    e = model.threads[p].end
-    if e >= 0 and model.markers[e].kind != ON_BODY:
-        for c in range(3):
-            model.points[model.markers[e].index].f[c] = 0.0
-
-
-@inlined
-def add_end_residual(n_q, model, p, r):
-    """The force of thread p on its point mass, from `pull_end`, into the residual r."""
-    e, points = model.threads[p].end, model.points
-    if e < 0 or model.markers[e].kind == ON_BODY:
-        return
-    i = model.markers[e].index
-    for c in range(3):
-        r[points[i].iv - n_q + c] -= points[i].f[c]
-        points[i].f[c] = 0.0
-
-
 def add_end_bound(model, row, body, point):
     """Add the outermost segment to the stiffness and damping at its point. Not compiled."""
     marker, node = model.markers[int(row["end"])], model.nodes[int(row["node"])]

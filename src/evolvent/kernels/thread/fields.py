@@ -1,10 +1,11 @@
 """Fields on wound thread, and on what moves with the end of a thread on a body."""
 
-from evolvent.compiled.jit import INTEGERS, REAL, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.fields import acceleration
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.springs import ON_BODY
+from evolvent.kernels.thread.end import is_end
 from evolvent.kernels.thread.spool import ring_radius
 from evolvent.kernels.thread.wound import spool_axis, wound_mass
 from evolvent.model import MODEL
@@ -23,6 +24,27 @@ def _end_field(t, model, p):
     m, at = nodes[k].mass, bodies[b].x
     add_wrench(bodies[b].F, x[0] - at[0], x[1] - at[1], x[2] - at[2], m * ax, m * ay, m * az)
     return m * (ax * v[0] + ay * v[1] + az * v[2])
+
+
+@indirect(REAL(REAL, INTEGERS, MODEL, VECTOR))
+def add_node_fields(t, s, model, force):
+    """Add the resultant of all fields on released nodes, whose places are known, to force : (3,); returns the power, W.
+
+    Without the ends on bodies and points (`wound_fields`, `fields.add_field_forces`).
+    """
+    threads, nodes, x, v, power = model.threads, model.nodes, model.scratch[1], model.scratch[2], 0.0
+    for p in range(threads.size):
+        for i in range(s[p]):
+            if is_end(threads, p, i):
+                continue
+            k = threads[p].node + i
+            for c in range(3):
+                x[c], v[c] = nodes[k].x[c], nodes[k].v[c]
+            a, m = acceleration(t, model, x, v), threads[p].copies * nodes[k].mass
+            for c in range(3):
+                force[c] += m * a[c]
+                power += m * a[c] * v[c]
+    return power
 
 
 @indirect(REAL(REAL, INTEGERS, MODEL))

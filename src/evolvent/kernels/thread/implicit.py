@@ -13,7 +13,7 @@ from evolvent.kernels import rigid
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rotations import turn, turn_back
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry
-from evolvent.kernels.thread.end import TINY, add_end_residual, clear_end_force, is_end
+from evolvent.kernels.thread.end import TINY, is_end
 from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.free import add_spool_residual, add_spool_tangent, turn_spools
 from evolvent.kernels.thread.loads import add_node_load_tangents, node_loads
@@ -29,22 +29,19 @@ from evolvent.kernels.thread.wound import carry_power, carry_wound, reels
 from evolvent.model import MODEL
 
 
-@indirect(types.UniTuple(REAL, 4)(REAL, VECTOR, VECTOR, REAL, MODEL, VECTOR))
-def add_thread_residual(t, y, a, step, model, r):
-    """Add threads to a residual (`evolvent.flow.implicit.residual`) that has everything else.
+@indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, VECTOR, REAL, MODEL, VECTOR))
+def add_thread_residual(t, y, a, step, model, F):
+    """Add threads to a residual (`evolvent.flow.implicit.residual`): before points and bodies, which get their forces.
 
     Returns
     -------
-    dissipated, given, spools, driven : float, W, powers taken by damping and friction, given by loads on threads, by
-        the spools, and by what drives bodies, against the forces of threads
+    dissipated, given, spools : float, W, powers taken by damping and friction, given by loads on threads, by the spools
     """
     bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
     n_q, s = model.info.nq, f.switches
-    for b in range(bodies.size):  # forces and masses of threads alone
+    for b in range(bodies.size):  # masses of threads alone
         bodies[b].J = 0.0
         for i in range(6):
-            bodies[b].L[0, i] = bodies[b].F[i]
-            bodies[b].F[i] = 0.0
             for j in range(6):
                 bodies[b].M[i, j] = 0.0
     reels(t, y, s, model)
@@ -52,8 +49,6 @@ def add_thread_residual(t, y, a, step, model, r):
     given, dy = carry_wound(s, model), model.dy[0]
     if model.fields.size > 0:
         given += wound_fields(t, s, model)
-    for p in range(threads.size):
-        clear_end_force(model, p)
     dissipated, power, spools = add_forces(t, y, 0.0, is_loaded(model), model, dy)
     given += power
     for p in range(threads.size):
@@ -62,22 +57,14 @@ def add_thread_residual(t, y, a, step, model, r):
         for i in range(threads[p].n):
             m = nodes[threads[p].node + i].mass
             for c in range(v + 3 * i, v + 3 * i + 3):
-                r[c - n_q] = m * (a[c - n_q] - (dy[c] if i < s[p] else 0.0))
+                F[c - n_q] = m * (a[c - n_q] - (dy[c] if i < s[p] else 0.0))
                 if is_end(threads, p, i):  # these coordinates stand still
-                    r[c - n_q] = a[c - n_q]
-    for p in range(threads.size):
-        add_end_residual(n_q, model, p, r)
-    if threads.size > 0:
-        f.strands[nodes.size, 0] = t
-    moved = 0.0
+                    F[c - n_q] = a[c - n_q]
+    f.strands[nodes.size, 0] = t
     for b in range(bodies.size):
-        moved -= _add_body_rows(a, n_q, bodies, b, r)
-    dissipated += add_spool_residual(y, a, model, r)
-    spools += carry_power(s, model)
-    for b in range(bodies.size):
-        for i in range(6):
-            bodies[b].F[i] += bodies[b].L[0, i]
-    return dissipated, given, spools, moved
+        _add_inertia(a, n_q, bodies, b, F)
+    dissipated += add_spool_residual(y, a, model, F)
+    return dissipated, given, spools + carry_power(s, model)
 
 
 @inlined
@@ -142,37 +129,28 @@ def _note_segments(t, y, step, model, p):
 
 
 @inlined
-def _add_body_rows(a, n_q, bodies, b, r):
-    """Inertia and forces of threads on body b; its acceleration twist goes to its a.
-
-    Returns the power of the forces on a driven body, W.
-    """
-    at, R, M, G, A = bodies[b].iv - n_q, bodies[b].R, bodies[b].M, bodies[b].F, bodies[b].a
+def _add_inertia(a, n_q, bodies, b, F):
+    """Inertia of what threads add to body b; its acceleration twist goes to its a."""
+    at, R, M, A = bodies[b].iv - n_q, bodies[b].R, bodies[b].M, bodies[b].a
     for i in range(6):
         A[i] = 0.0
     if bodies[b].motion == rigid.SPIN:
         n = bodies[b].axis
         nx, ny, nz = turn(R, n[0], n[1], n[2])
         A[3], A[4], A[5] = nx * a[at], ny * a[at], nz * a[at]
-        r[at] += bodies[b].J * a[at] - (nx * G[3] + ny * G[4] + nz * G[5])
+        F[at] += bodies[b].J * a[at]
     elif bodies[b].motion == rigid.FREE:
         A[0], A[1], A[2] = a[at], a[at + 1], a[at + 2]
         A[3], A[4], A[5] = turn(R, a[at + 3], a[at + 4], a[at + 5])
-        first = bodies[b].L[1]
+        own = bodies[b].L[1]
         for i in range(6):
-            first[i] = -G[i]
+            own[i] = 0.0
             for j in range(6):
-                first[i] += M[i, j] * A[j]
-        x, yy, z = turn_back(R, first[3], first[4], first[5])
+                own[i] += M[i, j] * A[j]
+        x, yy, z = turn_back(R, own[3], own[4], own[5])
         for c in range(3):
-            r[at + c] += first[c]
-        r[at + 3] += x
-        r[at + 4] += yy
-        r[at + 5] += z
-    else:
-        v, w = bodies[b].v, bodies[b].w
-        return G[0] * v[0] + G[1] * v[1] + G[2] * v[2] + G[3] * w[0] + G[4] * w[1] + G[5] * w[2]
-    return 0.0
+            F[at + c] += own[c]
+        F[at + 3], F[at + 4], F[at + 5] = F[at + 3] + x, F[at + 4] + yy, F[at + 5] + z
 
 
 @indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))

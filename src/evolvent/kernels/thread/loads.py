@@ -4,7 +4,7 @@ import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, indirect, inlined
 from evolvent.kernels.fields import acceleration, gradient
 from evolvent.kernels.law_slopes import force_law_gradient
 from evolvent.kernels.loads import AT_MARKER, FRAME, LAW, NODE, RADIATION, node_share, thread_load
@@ -37,35 +37,30 @@ def node_motion(threads, nodes, s, p, i, e, x, v):
         v[c] = nodes[k].v[c]
 
 
-@indirect(REAL(REAL, INTEGERS, MODEL, types.int64, VECTOR))
-def load_resultant(t, s, model, a, out):
-    """Resultant of load a on its thread, of a state whose nodes are known; returns its power, W, on all copies.
-
-    Parameters
-    ----------
-    out : (6,) float, output: force (N), middle of the released thread (m), inertial axes; where it leaves the spool if
-        nothing is released
-    """
+@indirect(void(REAL, INTEGERS, REAL, MODEL))
+def evaluate_thread_loads(t, s, factor, model):
+    """Evaluate loads on threads, times `factor`, in a state whose nodes are known, into their records."""
     threads, nodes, bodies, loads = model.threads, model.nodes, model.bodies, model.loads
-    e, position, velocity = model.scratch[0], model.scratch[1], model.scratch[2]
-    p = loads[a].target
-    power, length = 0.0, 0.0
-    for c in range(6):
-        out[c] = 0.0
-    for i in range(s[p]):
-        node_motion(threads, nodes, s, p, i, e, position, velocity)
-        fx, fy, fz = thread_load(t, loads, model, bodies, a, threads[p].body, threads[p].chord, position, velocity, e)
-        span = node_share(loads, a, i, nodes[threads[p].node + i].span)
-        out[0] += fx * span
-        out[1] += fy * span
-        out[2] += fz * span
-        power += span * (fx * velocity[0] + fy * velocity[1] + fz * velocity[2])
-        length += span
+    e, x, v = model.scratch[0], model.scratch[1], model.scratch[2]
+    for a in range(loads.size):
+        if loads[a].kind >= AT_MARKER:
+            continue
+        p, force, middle, power, length = loads[a].target, loads[a].vector, loads[a].middle, 0.0, 0.0
         for c in range(3):
-            out[3 + c] += span * position[c]
-    for c in range(3):
-        out[3 + c] = out[3 + c] / length if length > 0.0 else threads[p].Q[c]
-    return power * threads[p].copies
+            force[c] = middle[c] = 0.0
+        for i in range(s[p]):
+            node_motion(threads, nodes, s, p, i, e, x, v)
+            fx, fy, fz = thread_load(t, loads, model, bodies, a, threads[p].body, threads[p].chord, x, v, e)
+            span = node_share(loads, a, i, nodes[threads[p].node + i].span)
+            force[0], force[1], force[2] = force[0] + fx * span, force[1] + fy * span, force[2] + fz * span
+            power += span * (fx * v[0] + fy * v[1] + fz * v[2])
+            length += span
+            for c in range(3):
+                middle[c] += span * x[c]
+        for c in range(3):
+            force[c] *= factor
+            middle[c] = middle[c] / length if length > 0.0 else threads[p].Q[c]
+        loads[a].rate = factor * power * threads[p].copies
 
 
 @indirect(REAL(REAL, INTEGERS, MODEL, types.int64))

@@ -12,7 +12,7 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import add_wrench
-from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, add_general_product, add_turning, side_columns
+from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_columns
 from evolvent.kernels.thread.end import TINY, is_end, pull_end
@@ -296,10 +296,10 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
         return
     Ja, Jb, copies = f.J[0], f.J[1], float(threads[p].copies) if whole else 1.0
     a, na, b, nb = segment_columns(p, i, s, model, Ja, Jb)
-    add_general_product(matrix, a, na, Ja, K, 0, 0, a, na, Ja, 1.0)
-    add_general_product(matrix, a, na, Ja, K, 0, 0, b, nb, Jb, -1.0)
-    add_general_product(matrix, b, nb, Jb, K, 0, 0, a, na, Ja, -copies)
-    add_general_product(matrix, b, nb, Jb, K, 0, 0, b, nb, Jb, copies)
+    add_product(matrix, a, na, Ja, K, 0, 0, a, na, Ja, 1.0)
+    add_product(matrix, a, na, Ja, K, 0, 0, b, nb, Jb, -1.0)
+    add_product(matrix, b, nb, Jb, K, 0, 0, a, na, Ja, -copies)
+    add_product(matrix, b, nb, Jb, K, 0, 0, b, nb, Jb, copies)
     e = threads[p].end
     if held and model.markers[e].kind == MARKER_ON_BODY:
         body, local = model.markers[e].index, model.markers[e].local

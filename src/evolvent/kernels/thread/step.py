@@ -146,7 +146,8 @@ def add_thread_step(t, h, y, v0, v1, model, F):
 
     Returns
     -------
-    dissipated, given, spools, driven : float, W, as of `implicit.add_thread_residual`, means over the step
+    dissipated, given, spools, driven : float, W, as of `implicit.add_thread_residual`, means over the step, and what
+        drives bodies against the inertia of threads
     """
     bodies, threads, nodes, s, n_q = model.bodies, model.threads, model.nodes, model.flexible.switches, model.info.nq
     gravity, dy, given, driven = model.info.gravity, model.dy[0], 0.0, 0.0

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from evolvent.elements.sections import Arc, Circle, Tube
-from evolvent.parts.beam import GAUSS
-from evolvent.results.observe.thermal import free_strain
+from evolvent.kernels.beam_strains import POINTS
+from evolvent.model import RESULTS
 from evolvent.results.observe.variables import Observed, cross, norm
 from evolvent.results.observe.view import View, root_axes
 
 Array = np.ndarray
-#: Free strains of a beam at points of each element (`evolvent.results.observe.thermal.free_strain`).
-Free = Callable[[Any], Array | None]
+#: What forces and moments are of, in words.
+_SECTION = "that the outer part exerts on the section that faces the tip, in the section's axes"
 #: Angle, rad, by which a beam must bend for its curvature to be its first colour: a taut wire shows its force.
 _BENT = 1e-3
 
@@ -33,10 +31,15 @@ def observe_beam(view: View, name: str) -> Observed:
     nodes, rates = view.nodes(index)
     axes = root_axes(nodes)
     _observe_shape(part, name, nodes, rates, axes, found)
+    add_sections(view, index, "strain axial_force energy_density", found)
+    found.coordinate("arc", "section", section_arc(part), "m", "length from the root to the two points of each element")
     if part.vectors == 4:
-        _observe_sections(part, nodes, found, functools.partial(free_strain, view, index))
+        add_sections(view, index, "shear_force_y shear_force_z", found)
+        add_sections(view, index, "torsional_moment bending_moment_y bending_moment_z", found)
+        middles = part.arc[:-1] + 0.5 * part.lengths
+        found.coordinate("arc_element", "element", middles, "m", "length from the root to the elements' middles")
     else:
-        _observe_cable(part, nodes, found, functools.partial(free_strain, view, index))
+        add_sections(view, index, "bending_moment", found)
     length, count = float(part.length), int(part.elements)
     found.along("curvature", "node", curvature(nodes, part.lengths), "m-1", "curvature of the axis at the nodes")
     sums = view.beam_sums(index)
@@ -76,56 +79,22 @@ def _observe_shape(part: Any, name: str, nodes: Array, rates: Array, axes: Array
     found.scalar("tip_speed", norm(rates[:, -1, 0]), "m s-1", "speed of the tip in inertial space")
 
 
-def element_means(part: Any, nodes: Array, *names: str, free: Free = lambda at: None) -> list[Array]:
-    """Means (..., n) over the elements of what `Beam.along` gives, by the three points of their strain."""
-    at, weight = np.polynomial.legendre.leggauss(3)
-    at = 0.5 * (1.0 + at)
-    along = part.along(nodes, at=at, free=free(at))
-    return [along[name].reshape(*along[name].shape[:-1], -1, 3) @ (0.5 * weight) for name in names]
+def add_sections(view: View, index: int, fields: str, found: Observed) -> None:
+    """Add fields of the records of a beam's elements that are results, at two points of each or in its middle."""
+    row = view.model.flexible.beams[index]
+    own = slice(int(row["first_element"]), int(row["first_element"] + row["elements"]))
+    for field in fields.split():
+        name, unit, text = RESULTS["elements"][field]
+        values, dimension, where = view.fields["elements"][field][:, own], "element", "in the middle of each element"
+        if values.ndim == 3:
+            values, dimension, where = values.reshape(view.t.size, -1), "section", "at two points of each element"
+        found.along(name, dimension, values, unit, f"{text.format(section=_SECTION)} {where}")
 
 
-def _observe_axis(part: Any, nodes: Array, found: Observed, free: Free) -> dict[str, Array]:
-    """Strain, axial force and energy per length at two points of each element.
-
-    Notes
-    -----
-    Strain and force are moved so that the mean of both points is the element's mean: of a slack beam that is bent, the
-    cubic stretches between its points by more than the beam does.
-    """
-    along: dict[str, Array] = part.along(nodes, free=free(GAUSS))
-    for name, mean in zip(("strain", "force"), element_means(part, nodes, "strain", "force", free=free), strict=True):
-        pairs = along[name].reshape(*mean.shape, 2)
-        along[name] = (pairs + (mean - pairs.mean(axis=-1))[..., None]).reshape(along[name].shape)
-    where = "at two points of each element"
-    found.along("strain", "section", along["strain"], "1", f"strain of the axis {where}")
-    found.along(
-        "axial_force", "section", along["force"], "N", f"force along the axis, positive where it pulls, {where}"
-    )
-    found.along("energy_density", "section", along["energy"], "J m-1", f"strain energy per length {where}")
-    found.coordinate("arc", "section", along["arc"], "m", "length from the root to the two points of each element")
-    return along
-
-
-def _observe_sections(part: Any, nodes: Array, found: Observed, free: Free) -> None:
-    """Forces at two points of each element; moments in its middle, since the section turns linearly along it."""
-    along = _observe_axis(part, nodes, found, free)
-    middle = part.along(nodes, at=(0.5,), free=free((0.5,)))
-    what = "that the outer part exerts on the section that faces the tip, in the section's axes"
-    where = "at two points of each element"
-    found.along("shear_force_y", "section", along["shear_y"], "N", f"shear force along y {what}, {where}")
-    found.along("shear_force_z", "section", along["shear_z"], "N", f"shear force along z {what}, {where}")
-    where = "in the middle of each element"
-    found.along("torsional_moment", "element", middle["torque"], "N m", f"moment about x {what}, {where}")
-    found.along("bending_moment_y", "element", middle["bend_z"], "N m", f"moment about y {what}, {where}")
-    found.along("bending_moment_z", "element", -middle["bend_y"], "N m", f"moment about z {what}, {where}")
-    found.coordinate("arc_element", "element", middle["arc"], "m", "length from the root to the elements' middles")
-
-
-def _observe_cable(part: Any, nodes: Array, found: Observed, free: Free) -> None:
-    """Axial force and the size of the bending moment at two points of each element."""
-    along = _observe_axis(part, nodes, found, free)
-    text = "size of the bending moment at two points of each element"
-    found.along("bending_moment", "section", along["bend_y"], "N m", text)
+def section_arc(part: Any) -> Array:
+    """Lengths from the root to the two points of each element at which its sections are seen."""
+    found: Array = (part.arc[:-1, None] + part.lengths[:, None] * np.array(POINTS[:2])).ravel()
+    return found
 
 
 def _section_drawn(section: Any, nodes: Array, axes: Array, found: Observed) -> dict[str, Any]:

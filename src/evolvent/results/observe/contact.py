@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.kernels import surfaces
+from evolvent.model import RESULTS
 from evolvent.results.observe.shapes import capsule, disc
 from evolvent.results.observe.variables import Observed
 from evolvent.results.observe.view import View
@@ -29,11 +30,11 @@ def observe_contact(view: View, name: str) -> Observed:
     found.scalar("points", values[:, 8], "1", "contact points that touch")
     found.scalar("energy_elastic", values[:, 9], "J", "elastic energy of the contact and of what sticks by friction")
     inside = slice(int(row["first"]), int(row["last"]))
-    force, gap, places, normals = view.contacts
-    text = "normal force of each contact point, positive where it pushes: of the sample, or the mean over its step"
-    found.along("point_force", "contact_point", force[:, inside], "N", text)
-    text = "distance of each contact point, negative where it overlaps, NaN where it is too far away or past the edge"
-    found.along("gap", "contact_point", gap[:, inside], "m", text)
+    fields, (name_of, unit, text) = view.fields["contact_points"], RESULTS["contact_points"]["force"]
+    text = f"{text}: of the sample, or the mean over its step"
+    found.along(name_of, "contact_point", view.point_forces[:, inside], unit, text)
+    name_of, *words = RESULTS["contact_points"]["apart"]
+    found.along(name_of, "contact_point", fields["apart"][:, inside], *words)
     points, beams, elements = flexible.contact_points[inside], flexible.beams, flexible.elements
     owner = elements["beam"][points["element"]]
     length, S = elements["length"][points["element"]], points["S"]
@@ -46,7 +47,7 @@ def observe_contact(view: View, name: str) -> Observed:
     )
     part = view.part(name)
     if int(row["under"]) < 0:
-        _add_vectors(found, view, places[:, inside], normals[:, inside], inside)
+        _add_vectors(found, view, inside)
     if int(row["under"]) >= 0 or int(row["surface"]) == surfaces.CYLINDER:
         pushes = {"size": "point_force", "arc": "arc", "beam": "beam", "body": part.body}
         found.drawn = [{"pushes": pushes | {"centre": list(part.centre), "axis": list(part.axis)}}]
@@ -62,13 +63,14 @@ def observe_contact(view: View, name: str) -> Observed:
     return found
 
 
-def _add_vectors(found: Observed, view: View, places: Array, normals: Array, inside: slice) -> None:
+def _add_vectors(found: Observed, view: View, inside: slice) -> None:
     """Positions of the contact points, and the vectors of their forces."""
-    friction, kept = np.zeros(places.shape), view.solution.sampled.friction
+    fields, (place, *words) = view.fields["contact_points"], RESULTS["contact_points"]["x"]
+    friction, kept = np.zeros(fields["x"][:, inside].shape), view.solution.sampled.friction
     if kept.shape[1] > 0:
         friction = kept[:, inside]
-    whole = found.variables["point_force"].values[..., None] * normals + friction
-    found.along("point_position", "contact_point", places, "m", "position of each contact point, inertial axes")
+    whole = found.variables["point_force"].values[..., None] * fields["n1"][:, inside] + friction
+    found.along(place, "contact_point", fields["x"][:, inside], *words)
     text = "{} of each contact point on its beam, inertial axes: of the sample, or the mean over its step"
     found.along("point_friction", "contact_point", friction, "N", text.format("friction"))
     found.along("point_resultant", "contact_point", whole, "N", text.format("whole force"))

@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly import families
-from evolvent.flow.inventory import inventory
 from evolvent.kernels import beam_loads, loads as kernels
 from evolvent.kernels.profile import profile
-from evolvent.kernels.thread import load_resultant
-from evolvent.model import N_INVENTORY
+from evolvent.model import RESULTS
 from evolvent.results.observe.threads import copies_drawn
 from evolvent.results.observe.variables import Observed, dot
 from evolvent.results.observe.view import View
@@ -70,16 +68,13 @@ def _observe_rod_load(view: View, index: int, rod: Any) -> Observed:
 
 def observe_thread_load(view: View, index: int) -> Observed:
     """Resultant on the released thread, and the work on all copies that the thread stands for."""
-    found, model = Observed(), view.model.copy()
-    thread = model.threads[int(model.loads["target"][index])]
-    sums, values, power = np.empty(N_INVENTORY), np.empty((view.t.size, 6)), np.empty(view.t.size)
-    for k, (t, y, s) in enumerate(zip(view.t.tolist(), view.y, view.s, strict=True)):
-        inventory(t, y, s, model, sums)  # it places the nodes
-        power[k] = load_resultant(t, s, model, index, values[k])
-    _add_vector(found, values[:, :3], values[:, 3:], "force")
+    found, thread = Observed(), view.model.threads[int(view.model.loads["target"][index])]
+    vector, power = fields_of(view, "loads", index)
+    middle, *words = RESULTS["loads"]["middle"]
+    _add_vector(found, vector, view.fields["loads"]["middle"][:, index], "force")
     what = "resultant of the load on the released thread" + (", of one copy" if thread["copies"] > 1 else "")
-    found.vector("force", values[:, :3], "N", f"{what}, inertial axes")
-    found.vector("position", values[:, 3:], "m", "middle of the released thread, inertial axes")
+    found.vector("force", vector, "N", f"{what}, inertial axes")
+    found.vector(middle, view.fields["loads"]["middle"][:, index], *words)
     if thread["copies"] > 1:
         found.drawn[0]["forces"]["copies"] = copies_drawn(view, thread)
     _add_work(found, view, power)
@@ -87,15 +82,17 @@ def observe_thread_load(view: View, index: int) -> Observed:
 
 
 def strength(view: View, start: float, end: float, ramp: float, at: int) -> Array:
-    """Factor of a load just after each sample, (nt,).
+    """Factor of a load just after each sample, (nt,), with the load factor of equilibria, where ramps are over.
 
     It acts from its start to its end, grows smoothly over `ramp`, and follows the profile at the point `at` of the
     parameters (-1 for none): `kernels.profile`.
     """
+    ramp = ramp if view.solution.path is None else 0.0
     t, near = view.t.copy(), 1e-9 * max(float(np.ptp(view.t)), 1e-300)
     for stop in (start, end):
         t[np.abs(t - stop) < near] = stop
-    return strength_at(view, t, start, end, ramp, at)
+    found: Array = view.load_factor * strength_at(view, t, start, end, ramp, at)
+    return found
 
 
 def strength_at(view: View, t: Array, start: float, end: float, ramp: float, at: int) -> Array:

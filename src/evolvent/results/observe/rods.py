@@ -45,7 +45,7 @@ def observe_rod(view: View, name: str) -> Observed:
     found.scalar("tip_speed", norm(velocity[:, -1]), "m s-1", "speed of the tip in inertial space")
     row, fields = view.model.flexible.rods[index], view.fields["rod_elements"]
     own = slice(int(row["first_element"]), int(row["first_element"] + row["elements"]))
-    found.results_along("rod_elements", fields, own, "element", _SUMS, "in the middle of each element")
+    found.results_along("rod_elements", fields, own, "element", (*_SUMS, "free"), "in the middle of each element")
     _observe_momenta(view, bodies, poses, found)
     for field in _SUMS:
         name, *described = RESULTS["rod_elements"][field]

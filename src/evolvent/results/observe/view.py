@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent.assembly import families, needs
 from evolvent.flow.sampling import evaluate
-from evolvent.kernels import contact, flexible, rigid, sides, springs, surfaces
+from evolvent.kernels import flexible, rigid, sides, springs
 from evolvent.kernels.drive import drive
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.model import RESULTS
@@ -19,6 +19,7 @@ from evolvent.results.observe.variables import cross, norm, turned
 from evolvent.solvers import heating
 from evolvent.solvers.drive import METHODS
 from evolvent.solvers.solution import Solution
+from evolvent.solvers.still_threads import end_ramps
 
 Array = np.ndarray
 
@@ -109,8 +110,10 @@ class View:
     @functools.cached_property
     def fields(self) -> dict[str, dict[str, Array]]:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
-        model = self.model.copy()
+        model = self.solution.model.copy()
         f = model.flexible
+        if self.solution.path is not None:
+            end_ramps(model)
         la = np.ascontiguousarray(self.solution.la) if f.joints.size else np.zeros((self.t.size, 0))
         records = {name: families.records(model, name) for name in RESULTS}
         found = {
@@ -125,6 +128,12 @@ class View:
                 for field, values in kept.items():
                     values[k] = records[name][field]
         return found
+
+    @property
+    def point_forces(self) -> Array:
+        """Normal forces of the contact points of beams (nt, n), N: of the states, or those that the solver kept."""
+        kept = self.solution.kept
+        return self.fields["contact_points"]["force"] if kept is None or kept.points is None else kept.points
 
     @property
     def load_factor(self) -> Array | float:
@@ -238,32 +247,6 @@ class View:
             out[:, 1] += heated.elastic
             out[:, 2] += heated.bending
         return BeamSums(out[:, 0], out[:, 1], out[:, 2], out[:, 3:6], out[:, 6:])
-
-    @functools.cached_property
-    def contacts(self) -> tuple[Array, Array, Array, Array]:
-        """Normal forces (N) and gaps (m, negative inside) (nt, n), places (m) and normals (nt, n, 3) of contact points.
-
-        Those of the states alone, or forces that the solver kept; gaps are NaN beyond an obstacle's ends, and where a
-        point is too far from it. Places and normals are those of points on surfaces.
-        """
-        model = self.model.copy()
-        points, F = model.flexible.contact_points, np.zeros(int(model.info.nv))
-        force, gap = (np.zeros((self.t.size, points.size)) for _ in range(2))
-        place, normal = (np.zeros((self.t.size, points.size, 3)) for _ in range(2))
-        damped = bool(np.any(points["viscous"] > 0.0))
-        for k, y in enumerate(self.y):
-            rigid.kinematics(self.t[k], y, model)
-            points["gap"] = math.inf
-            contact.add_points(y, y, 0.0, -1.0, 1.0, 0.0, 0.0, model, F)
-            if damped:  # as if the state were the start of its step as well
-                points["gap"] = points["gap1"]
-                contact.add_points(y, y, 0.0, -1.0, 1.0, 0.0, 0.0, model, F)
-            force[k], gap[k] = points["force"], points["gap1"]
-            surfaces.measure_points(y, surfaces.END, model)  # far points too
-            place[k], normal[k] = points["x"], points["n1"]
-        gap[gap == math.inf] = math.nan
-        kept = self.solution.kept
-        return force if kept is None or kept.points is None else kept.points, gap, place, normal
 
 
 def about(axis: Array, angle: Array) -> Array:

@@ -76,18 +76,16 @@ def wrap_angle(path: Array, radius: float) -> Array:
 def warning(case: Case, begin: Start, solution: Solution) -> str:
     """Warnings about a case and its run, sentences joined by semicolons."""
     from evolvent.results.observe import View
-    from evolvent.results.observe.beams import element_means
 
     view, t = View.of(solution), solution.t
     found = [begin.warning, *case_checks.warnings(case)]
-    names = [f"rib-{k + 1}" for k in range(case.rib.count)]
-    strains = [element_means(view.part(name), view.nodes(view.index(name))[0], "strain")[0] for name in names]
-    strain = np.abs(strains).max(axis=(0, 2))
+    strain = np.abs(view.fields["elements"]["strain"].mean(axis=2)).max(axis=1)
     if strain.max() > case_checks.STRAIN_WARNED:
         at = f"at t = {t[np.argmax(strain)]:.6g} s"
         found.append(f"the rib was strained by up to {100.0 * strain.max():.3g} %, {at}, {case_checks.BEYOND}")
     hubs = [view.model.flexible.cylinders[view.index(f"contact-{k + 1}")] for k in range(case.rib.count)]
-    gaps = np.concatenate([view.contacts[1][:, int(row["first"]) : int(row["last"])] for row in hubs], axis=1)
+    apart = view.fields["contact_points"]["apart"]
+    gaps = np.concatenate([apart[:, int(row["first"]) : int(row["last"])] for row in hubs], axis=1)
     gap = np.fmin.reduce(gaps, axis=1, initial=np.inf)
     if gap.min() < -case_checks.SUNK_WARNED * case.hub.radius:
         sunk = f"the rib sank {-gap.min():.3g} m into the hub at t = {t[np.argmin(gap)]:.6g} s"

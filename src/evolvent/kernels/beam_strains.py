@@ -1,0 +1,106 @@
+"""What the sections of beams carry in a state: strains, forces, moments and energy per length along their elements.
+
+A beam's section with the forces N, Q_y, Q_z and moments M_y, M_z conjugate to `ancf.STRAINS` carries the force
+dW/da = N a + Q_y b + Q_z c + M_y b' + M_z c' (a = r,x, b = r,y and c = r,z): results are its parts along a, b and c.
+A cable's moment is EI |r' x r''|/|r'|^2. Its force is EA E |r'| + EI |r''|^2/|r'|, since its energy of bending is that
+of r'' whatever the stretch; with engineering strain EA (|r'| - 1).
+
+Strain and force at Gauss's two points are moved so that their mean is the element's mean by the three points of the
+strain: of a slack beam that is bent, the cubic stretches between its points by more than the beam does.
+"""
+
+import math
+
+from numba import void
+
+from evolvent.compiled.jit import VECTOR, indirect, inlined
+from evolvent.kernels import ancf
+from evolvent.kernels.flexible import CABLE
+from evolvent.kernels.rotations import cross
+from evolvent.model import MODEL
+
+#: Points of an element: the two of the results, the three of the means, of which the middle has moments; weights.
+_TWO, _THREE = 0.5 / math.sqrt(3.0), 0.5 * math.sqrt(0.6)
+POINTS = (0.5 - _TWO, 0.5 + _TWO, 0.5 - _THREE, 0.5, 0.5 + _THREE)
+_WEIGHTS, MIDDLE = (0.0, 0.0, 5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0), 3
+#: Parameters of a point (`parts.beam`): stiffness (9 x 9) and strains without stress; EA, EI and strain without stress.
+OF_BEAM, OF_CABLE = 90, 3
+
+
+@indirect(void(VECTOR, MODEL))
+def evaluate_beams(y, model):
+    """Evaluate all elements in a state into their records, with the free strains that stand there (`thermal`)."""
+    f = model.flexible
+    for k in range(f.elements.size):
+        row, strain, force, extra, pull = f.elements[k], f.elements[k].strain, f.elements[k].axial_force, 0.0, 0.0
+        for i in range(len(POINTS)):
+            if f.beams[row.beam].kind == CABLE:
+                e, N = _evaluate_cable(y, row, i, model)
+            else:
+                e, N = _evaluate_beam(y, row, i, model)
+            extra, pull = extra + _WEIGHTS[i] * e, pull + _WEIGHTS[i] * N
+            if i < 2:
+                strain[i], force[i], row.free_strain[i] = e, N, row.free[i, 0]
+                row.free_curvature_y[i], row.free_curvature_z[i] = row.free[i, 2], row.free[i, 1]
+        extra, pull = extra - 0.5 * (strain[0] + strain[1]), pull - 0.5 * (force[0] + force[1])
+        for i in range(2):
+            strain[i] += extra
+            force[i] += pull
+
+
+@inlined
+def _evaluate_beam(y, row, i, model):
+    """Results of point i of a beam's element but for strain and axial force, which are returned."""
+    p, at, e, work = model.parameters, row.section + OF_BEAM * i, y[row.iq : row.iq + 24], model.flexible.work
+    off, S, free = work[:9], work[9:18], row.free
+    ancf.line_strains(e, row.length, POINTS[i], off)
+    for r in range(9):
+        off[r] -= p[at + 81 + r]
+    off[0], off[4], off[5] = off[0] - free[i, 0], off[4] - free[i, 1], off[5] - free[i, 2]
+    energy = N = shear_y = shear_z = square = 0.0
+    for r in range(9):
+        S[r] = 0.0
+        for c in range(9):
+            S[r] += p[at + 9 * r + c] * off[c]
+        energy += 0.5 * S[r] * off[r]
+    for r in range(3):
+        a, b, b1, c, c1 = ancf.line_vectors(e, row.length, POINTS[i], r)
+        g = S[0] * a + S[1] * b + S[2] * c + S[4] * b1 + S[5] * c1
+        N, shear_y, shear_z, square = N + g * a, shear_y + g * b, shear_z + g * c, square + a * a
+    if i < 2:
+        row.shear_force_y[i], row.shear_force_z[i], row.energy_density[i] = shear_y, shear_z, energy
+    elif i == MIDDLE:
+        row.torsional_moment, row.bending_moment_y, row.bending_moment_z = S[3], S[5], -S[4]
+    return off[0], N / math.sqrt(square)
+
+
+@inlined
+def _evaluate_cable(y, row, i, model):
+    """Results of point i of a cable's element but for strain and axial force, which are returned."""
+    p, at, e, xi, L = model.parameters, row.section + OF_CABLE * i, y[row.iq : row.iq + 12], POINTS[i], row.length
+    A = (1.0 - 4.0 * xi + 3.0 * xi * xi, 6.0 * xi * (1.0 - xi) / L, 3.0 * xi * xi - 2.0 * xi)
+    B = ((6.0 * xi - 4.0) / L, (6.0 - 12.0 * xi) / (L * L), (6.0 * xi - 2.0) / L)
+    ax, ay, az = _combined(e, A)
+    bx, by, bz = _combined(e, B)
+    x, yy, z = cross(ax, ay, az, bx, by, bz)
+    square = ax * ax + ay * ay + az * az
+    size, bend = math.sqrt(square), math.sqrt(x * x + yy * yy + z * z) / square
+    strain = size - 1.0 if row.stretch != 0 else 0.5 * (square - 1.0)
+    strain -= p[at + 2] + row.free[i, 0]
+    force = p[at] * strain
+    if i < 2:
+        row.bending_moment[i] = p[at + 1] * bend
+        row.energy_density[i] = 0.5 * (force * strain + p[at + 1] * bend * bend)
+    if row.stretch == 0:
+        force = force * size + p[at + 1] * (bx * bx + by * by + bz * bz) / size
+    return strain, force
+
+
+@inlined
+def _combined(e, S):
+    """S . (r_p,x, r_q - r_p, r_q,x) of a cable's element."""
+    return (
+        S[0] * e[3] + S[1] * (e[6] - e[0]) + S[2] * e[9],
+        S[0] * e[4] + S[1] * (e[7] - e[1]) + S[2] * e[10],
+        S[0] * e[5] + S[1] * (e[8] - e[2]) + S[2] * e[11],
+    )
