@@ -43,7 +43,7 @@ def absent(model: Model) -> frozenset[str]:
         "node_loads": f.beam_loads.size and np.any(families.follows(f.beam_loads)),
         "body_contact": f.body_contacts.size,
         "constraint_rows": model.rows.size,
-        "constraint_rows._add_joint_row": held,
+        "constraint_rows._measure_joint_row": held,
         "contact": f.cylinders.size or f.body_contacts.size,
         "contact.add_points": f.cylinders.size,
         "contact.add_point_tangents": f.cylinders.size,

@@ -9,7 +9,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels.axial import gradients, measure_between, measure_end, push
+from evolvent.kernels.axial import gradients, measure_between, measure_end, push, second_rate
 from evolvent.kernels.sparse import SPARSE, first_entry
 from evolvent.model import MODEL
 
@@ -31,12 +31,14 @@ def gear_geometry(k, h, y, model):
     y, h : as of `axial.measure_between`; with h > 0 after `measure_gear` of both ends
     """
     joints, rows = model.flexible.joints, model.flexible.gear_coordinates
-    total, rate = 0.0, 0.0
+    total, rate, bends = 0.0, 0.0, 0.0
     for i in range(joints[k].first, joints[k].last):
         measure_between(rows, model.bodies, i, y, h, 0.0)
         total += rows[i].factor * rows[i].angle
         rate += rows[i].factor * rows[i].rate
-    joints[k].measured, joints[k].rate = total, rate
+        if h == 0.0:
+            bends += rows[i].factor * second_rate(rows, model.bodies, i, y)
+    joints[k].measured, joints[k].rate, joints[k].bends = total, rate, bends
     joints[k].gap = wrapped(total - joints[k].value, joints[k].radius)
 
 
