@@ -71,8 +71,8 @@ def measure_gap(joints, k, a, b, d):
 
 
 @inlined
-def secant_gap(joints, k):
-    """Make gradients of a mean state those along which a multiplier does the work of the change of the gap.
+def secant_gap(joints, k, h):
+    """Make gradients of the mean state of an interval of length h those whose work is the change of the gap.
 
     Those of a product of two vectors are so already.
     """

@@ -184,7 +184,7 @@ def _secant(y, h, k, model):
     if joints[k].kind == GEAR:
         gear_geometry(k, h, y, model)
     else:
-        secant_gap(joints, k)
+        secant_gap(joints, k, h)
 
 
 @indirect(void(VECTOR, REAL, _I, REAL, MODEL, VECTOR))
