@@ -179,9 +179,9 @@ def load(model: Model, *roots: Any, without: frozenset[str] = frozenset()) -> No
     if model not in _LOADED:
         _LOADED[model] = absent(model), set()
     lacks, loaded = _LOADED[model]
-    if roots not in loaded:
+    if (roots, without) not in loaded:
         jit.load(needed(model, roots, lacks | without))
-        loaded.add(roots)
+        loaded.add((roots, without))
 
 
 def unload() -> None:

@@ -21,7 +21,7 @@ from evolvent.kernels.gaps import (  # noqa: F401  (kinds of joints)
     secant_gap,
     side_count,
 )
-from evolvent.kernels.gear import add_gear_force, gear_geometry, measure_gear
+from evolvent.kernels.gear import add_gear_force, gear_geometry, measure_gear, note_gear_reaction
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import (
     ON_BODY,
@@ -254,7 +254,9 @@ def note_reaction(k, la, model):
         if not (joints[k].on[0] == ON_NODE and joints[k].iq[0] == joints[k].iq[1]):  # a section keeps its shape
             x, y, z = cross(u[1, 0], u[1, 1], u[1, 2], g[1, 0], g[1, 1], g[1, 2])
             moment[0], moment[1], moment[2] = -la * x, -la * y, -la * z
-    elif kind != GEAR:
+    elif kind == GEAR:
+        note_gear_reaction(k, la, model)
+    else:
         for c in range(3):
             force[c] = -la * g[1, c]
 
