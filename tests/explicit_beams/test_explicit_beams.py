@@ -208,21 +208,20 @@ def craft_with_rib() -> System:
 def test_a_constraint_on_a_rib_keeps_momentum_and_energy() -> None:
     """What the craft loses the rib takes; neither the clamp's gap nor the energy drifts."""
     assembly = craft_with_rib().assemble()
-    found = solve(assembly, samples=np.linspace(0.0, 1.0, 5), method="rk4")
-    assert found.success, found.message
+    found = run(assembly, np.linspace(0.0, 0.5, 3), "rk4")
     assert np.ptp(found.linear_momentum, axis=0).max() < 1e-12
     assert np.ptp(found.momentum, axis=0).max() < 1e-8
-    assert np.abs(found.energy_defect).max() < 1e-6 * np.ptp(found.balance.kinetic)
+    assert np.abs(found.energy_defect).max() < 1e-6 * found.energy[0]
     y, model = found.y[-1].copy(), assembly.model
-    rigid.kinematics(1.0, y, model)
+    rigid.kinematics(0.5, y, model)
     for k in range(model.flexible.joints.size):
-        joint.joint_geometry(1.0, y, k, model)
+        joint.joint_geometry(0.5, y, k, model)
     assert np.abs(model.flexible.joints["gap"]).max() < 1e-13
     assert np.abs(model.flexible.joints["rate"]).max() < 1e-12
     implicit = solve_implicit(assembly, samples=found.t, step=2.5e-4, spectral_radius=0.9)
     assert implicit.success, implicit.message
     assert np.abs(place(assembly, implicit.y[-1]) - place(assembly, found.y[-1])).max() < 1e-4
-    root = found.la[1:, :3]  # the clamp's force, by the multipliers of both
+    root = found.solution.la[1:, :3]  # the clamp's force, by the multipliers of both
     assert np.abs(root - implicit.la[1:, :3]).max() < 0.02 * np.abs(root).max()
 
 

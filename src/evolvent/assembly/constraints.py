@@ -81,9 +81,9 @@ def constraint_families(families: dict[str, Array], f: mdl.Flexible, n_q: int) -
             f.beams["held"][index] = 1
             if entries[found[i][0]][0] == constraint_rows.JOINT:
                 joints["nodes"][entries[found[i][0]][1]] = 1
-    for k, (a, b) in enumerate(coupled):
-        couplings["a"][k], couplings["b"][k] = new[a], new[b]
-        couplings["mass"][k] = masses.of(*found[a][1:3], found[a][3], found[b][3])
+    for i, (a, b) in enumerate(coupled):
+        couplings["a"][i], couplings["b"][i] = new[a], new[b]
+        couplings["mass"][i] = masses.of(*found[a][1:3], found[a][3], found[b][3])
     return {"rows": rows, "row_sides": own, "row_pairs": couplings}
 
 

@@ -318,7 +318,8 @@ def check(assembly: Any, solver: str) -> None:
     if len(own) == 1 and found[0][2] and len(whole) != 1:
         advice = found[0][2]
     elif whole:
-        advice = f"; {' and '.join(whole)} {'support' if len(whole) > 1 else 'supports'} all of them"
+        able = " and ".join(whole)
+        advice = f"; {able} {'support' if ' and ' in able else 'supports'} all of them"
     else:
         advice = "".join(dict.fromkeys(one for _, _, one in found[:MOST_NAMED] if one))
         advice = f"; no method supports all of them{advice}" if others else advice

@@ -8,7 +8,7 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels.cord import drum_cord, mean_direction
 from evolvent.kernels.drive import drive
-from evolvent.kernels.gaps import (  # noqa: F401  (kinds of joints)
+from evolvent.kernels.gaps import (
     ALONG,
     ANGLE,
     CORD,
@@ -31,6 +31,12 @@ from evolvent.kernels.sides import (
     side_vector,
 )
 from evolvent.model import MODEL, family_type
+
+__all__ = [
+    "ALONG", "ANGLE", "CORD", "DIRECTION", "DISTANCE", "GEAR", "INVOLUTE", "LINEAR", "POINT", "STILL", "acts",
+    "add_joint_force", "add_joint_residual", "add_penalty", "holds", "is_penalty", "is_place", "joint_geometry",
+    "measure_joints", "note_reaction", "penalty_energy", "penalty_loss", "penalty_values", "side_count",
+]  # fmt: skip
 
 _I = types.int64
 # how a drive moves a joint: not; along its direction; round an involute

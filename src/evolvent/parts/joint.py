@@ -212,7 +212,7 @@ class Joint(Part):
             fields = relative_coordinate(builder, kind, (a.body, b.body), axis, b.local)
             builder.add("gear_coordinates", factor=factor, **fields)
         last = len(builder.rows["gear_coordinates"])
-        whole = {"first": last - 2, "last": last, "radius": abs(self.pitch)}
+        whole: dict[str, Any] = {"first": last - 2, "last": last, "radius": abs(self.pitch)}
         add_row(builder, kernels.GEAR, NOTHING, NOTHING, **whole, **common)
 
     def _directions(self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray) -> list[Held]:

@@ -17,6 +17,9 @@ from evolvent.elements.thermal import thermal_form
 from evolvent.parts.base import BeamName, Part
 from evolvent.parts.profile import GradientProfile, TemperatureProfile, write_profile
 
+#: Formulations of beams that a temperature strains.
+HEATED = ("assumed_strain", "elastic_line", "cable", "cable_stretch")
+
 
 def _pairs(value: Any) -> Any:
     """Rows of arrays as lists."""
@@ -115,10 +118,10 @@ class ThermalLoad(Part):
                 f"{name}.{gradients[0]} is given, but {self.beam!r} is a {beam.formulation}, whose section has no "
                 f"axes; leave it out, or use the formulation 'assumed_strain'"
             )
-        if key == "beam" and beam.formulation in ("full", "nu_split"):
+        if key == "beam" and beam.formulation not in HEATED:
             raise InputError(
                 f"{name}.beam is {self.beam!r}, whose formulation is {beam.formulation!r}; a thermal load needs "
-                f"'assumed_strain', 'elastic_line', 'cable' or 'cable_stretch'"
+                f"{', '.join(map(repr, HEATED[:-1]))} or {HEATED[-1]!r}"
             )
         if beam.material.thermal_expansion is None:
             raise InputError(
