@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import InputError, System, parts
+from evolvent import InputError, System, elements, parts
 from evolvent.assembly.builder import Assembly
 from evolvent.flow import implicit, powers
 from evolvent.flow.rhs import rhs
@@ -87,6 +87,55 @@ def check_accelerations(assembly: Assembly, t: float, y: Array) -> None:
 def test_accelerations_are_those_of_implicit_methods(kind: str) -> None:
     assembly = linked(kind).assemble()
     check_accelerations(assembly, 0.0, assembly.y)
+
+
+def ribbed(kind: str, formulation: str) -> System:
+    """A free body that turns, a beam on it by a joint of a type, a second beam on that one's tip, a mass on a link."""
+    found, w = System(gravity=DOWN), np.array([0.3, -0.2, 0.8])
+    found.add(parts.RigidBody(mass=2.0, inertia=(0.2, 0.3, 0.25), angular_velocity=tuple(w)), "craft")
+    section = elements.Rectangle(thickness=0.02, width=0.03)
+    material = elements.Material(young_modulus=2e6, poisson_ratio=0.3, density=1000.0)
+    for name, x, length in (("rib", 0.3, 0.6), ("tip", 0.9, 0.4)):
+        given: dict[str, Any] = {"section": section, "material": material, "elements": 2, "formulation": formulation}
+        beam = parts.Beam(length=length, position=(x, 0.0, 0.0), **given)
+        found.add(beam.model_copy(update={"rates": np.cross(w, beam.start_nodes())}), name)
+    axes: dict[str, Any] = {"axis": (1.0, 0.0, 0.0)} if kind == "prismatic" else {}
+    ends = ("craft", "rib.root") if formulation != "cable" or kind != "prismatic" else ("rib.root", "craft")
+    found.add(parts.Joint(a=ends[0], b=ends[1], type=kind, **axes), "joint")
+    found.add(parts.Joint(a="rib.tip", b="tip.root", type="spherical" if formulation == "cable" else "fixed"), "knee")
+    bob = np.array([1.3, 0.0, -0.5])
+    found.add(parts.Point(mass=0.3, position=tuple(bob), velocity=tuple(np.cross(w, bob))), "bob")
+    found.add(parts.Joint(a="tip.tip", b="bob", type="distance"), "rod")
+    return found
+
+
+@pytest.mark.parametrize(
+    ("kind", "formulation"),
+    [("clamp", "cable"), ("spherical", "cable"), ("clamp", "full"), ("revolute", "full"), ("prismatic", "full")],
+)
+def test_accelerations_of_beams(kind: str, formulation: str) -> None:
+    assembly = ribbed(kind, formulation).assemble()
+    check_accelerations(assembly, 0.0, assembly.y)
+    y = assembly.y.copy()  # rates that bend the beams and turn the joints
+    n_q, n_v = int(assembly.model.info.nq), int(assembly.model.info.nv)
+    y[n_q : n_q + n_v] += 0.1 * np.sin(np.arange(n_v))
+    check_accelerations(assembly, 0.0, y)
+
+
+@pytest.mark.parametrize("kinds", [("revolute", "revolute"), ("revolute", "prismatic"), ("prismatic", "prismatic")])
+def test_accelerations_of_gears(kinds: tuple[str, str]) -> None:
+    """A gear between joints on one free body, whatever its bodies do."""
+    found = System(gravity=DOWN)
+    for name, x in (("frame", 0.0), ("one", 0.5), ("two", -0.5)):
+        found.add(parts.RigidBody(mass=2.0, inertia=(0.2, 0.3, 0.25), position=(x, 0.1, 0.2)), name)
+    for name, kind in zip(("one", "two"), kinds, strict=True):
+        found.add(parts.Joint(a="frame", b=name, type=kind, position=(0.2, 0.3, 0.1), axis=AXIS), f"{name}-joint")
+    found.add(parts.Gear(a="one-joint", b="two-joint", ratio=0.5), "gear")
+    assembly = found.assemble()
+    y, n_q, n_v = assembly.y.copy(), int(assembly.model.info.nq), int(assembly.model.info.nv)
+    check_accelerations(assembly, 0.0, y)
+    y[n_q : n_q + n_v] += np.sin(np.arange(n_v))
+    check_accelerations(assembly, 0.0, y)
 
 
 def test_accelerations_by_drives() -> None:

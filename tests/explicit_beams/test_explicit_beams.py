@@ -11,6 +11,7 @@ from book import Book
 from evolvent import InputError, elements, model as mdl, parts
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
+from evolvent.kernels import joint, rigid
 from evolvent.solvers import solve
 from evolvent.solvers.drive import choose_step
 from evolvent.solvers.implicit import solve_implicit
@@ -43,11 +44,11 @@ def thrown(formulation: str = "cable", n: int = 4, bend: float = 0.5, **fields: 
     return system.assemble()
 
 
-def pendulum(stiffness: float = 2e3, **joint: Any) -> Assembly:
+def pendulum(stiffness: float = 2e3, **pin: Any) -> Assembly:
     """A beam that hangs on a penalty and swings down."""
     system = System(gravity=(0.0, -9.81, 0.0))
     system.add(beam(), "beam")
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", stiffness=stiffness, **joint), "pin")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", stiffness=stiffness, **pin), "pin")
     return system.assemble()
 
 
@@ -56,7 +57,7 @@ def place(assembly: Assembly, y: np.ndarray) -> np.ndarray:
     return y[: int(assembly.model.info.nq)]
 
 
-@pytest.mark.parametrize("system", [thrown(stiffness_damping=2e-3), pendulum(damping=5.0)])
+@pytest.mark.parametrize("system", [thrown(stiffness_damping=2e-3), pendulum(damping=5.0), pendulum(stiffness=0.0)])
 def test_implicit_and_explicit_meet(system: Assembly) -> None:
     """The implicit error against RK4 falls by 4 when the step is halved: both solve the same equations."""
     samples = np.linspace(0.0, 0.5, 3)
@@ -189,23 +190,63 @@ def test_damping_counts_in_the_limit() -> None:
     assert not solve(system, samples=[0.0, 0.2], method="rk4", step=1.1 * damped, unsafe_step=True).success
 
 
-def refused(add: Any, match: str) -> None:
+def craft_with_rib() -> System:
+    """A rib that is clamped to a free body as a constraint, a mass on its tip."""
+    system, w = System(), np.array([0.2, 0.5, 1.5])
+    moves = {"velocity": (0.1, 0.0, 0.2), "angular_velocity": tuple(w)}
+    system.add(parts.RigidBody(mass=2.0, inertia=(0.2, 0.3, 0.4), **moves), "craft")
+    place = np.array([0.3, 0.0, 0.0])
+    rib = beam("full", position=tuple(place))
+    rates = np.cross(w, rib.start_nodes())
+    rates[:, 0] += moves["velocity"]
+    system.add(rib.model_copy(update={"rates": rates}), "rib")
+    system.add(parts.Joint(a=("craft", place), b="rib.root", type="clamp"), "clamp")
+    system.add(parts.Point(mass=0.1, at="rib.tip"), "bob")
+    return system
+
+
+def test_a_constraint_on_a_rib_keeps_momentum_and_energy() -> None:
+    """What the craft loses the rib takes; neither the clamp's gap nor the energy drifts."""
+    assembly = craft_with_rib().assemble()
+    found = run(assembly, np.linspace(0.0, 0.5, 3), "rk4")
+    assert np.ptp(found.linear_momentum, axis=0).max() < 1e-12
+    assert np.ptp(found.momentum, axis=0).max() < 1e-8
+    assert np.abs(found.energy_defect).max() < 1e-6 * found.energy[0]
+    y, model = found.y[-1].copy(), assembly.model
+    rigid.kinematics(0.5, y, model)
+    for k in range(model.flexible.joints.size):
+        joint.joint_geometry(0.5, y, k, model)
+    assert np.abs(model.flexible.joints["gap"]).max() < 1e-13
+    assert np.abs(model.flexible.joints["rate"]).max() < 1e-12
+    implicit = solve_implicit(assembly, samples=found.t, step=2.5e-4, spectral_radius=0.9)
+    assert implicit.success, implicit.message
+    assert np.abs(place(assembly, implicit.y[-1]) - place(assembly, found.y[-1])).max() < 1e-4
+    root = found.solution.la[1:, :3]  # the clamp's force, by the multipliers of both
+    assert np.abs(root - implicit.la[1:, :3]).max() < 0.02 * np.abs(root).max()
+
+
+@pytest.mark.parametrize("formulation", ["cable", "full"])
+def test_stability_limit_of_a_held_beam(formulation: str) -> None:
+    """A clamp as a constraint sets no limit of its own: that of the rest of the beam holds."""
     system = System()
-    system.add(parts.RigidBody(motion="spin", inertia=1.0), "drum")
-    system.add(beam(position=(0.0, 1.0, 0.0)), "rib")
-    add(system)
-    with pytest.raises(InputError, match=match):
-        solve(system.assemble(), samples=[0.0, 1.0], method="dopri5")
+    rates = np.zeros_like(beam(formulation).start_nodes())
+    rates[2:, 0, 1] = 0.05
+    system.add(beam(formulation, rates=rates), "beam")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="clamp", hold="section"), "clamp")
+    assembly = system.assemble()
+    free, limit = (choose_step(one, "rk4", None, 1.0)[1] for one in (thrown(formulation, bend=0.05), assembly))
+    assert limit >= 0.999 * free
+    samples = np.array([0.0, 6000.0 * limit])
+    below = solve(assembly, samples=samples, method="rk4", step=0.98 * limit)
+    assert below.success, below.message
+    assert solve(assembly, samples=samples, method="rk4", step=1.03 * limit, unsafe_step=True).status == "failed"
 
 
-def test_what_explicit_methods_refuse() -> None:
-    pin = parts.Joint(a=(0.0, 1.0, 0.0), b="rib.root")
-    refused(
-        lambda s: s.add(pin, "pin"), "'pin' is a joint that is a constraint.* `stiffness` above 0.* generalized-alpha"
-    )
-    path = parts.PrescribedMotion(at="rib.tip", drive=parts.ConstantDrive(rate=0.0))
-    words = r"do not support 'path' \(a joint driven along a path on a beam's node and .*generalized-alpha"
-    refused(lambda s: s.add(path, "path"), words)
+def test_a_redundant_constraint_on_a_beam_is_refused() -> None:
+    system = craft_with_rib()
+    system.add(parts.Joint(a=("craft", (0.3, 0.0, 0.0)), b="rib.root"), "pin")
+    with pytest.raises(InputError, match="is redundant: the other constraints already imply it, which rk4"):
+        solve(system.assemble(), samples=[0.0, 1.0], method="rk4", step=1e-5)
 
 
 def test_a_joint_is_a_penalty_as_a_whole() -> None:

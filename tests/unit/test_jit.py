@@ -151,6 +151,18 @@ def test_a_function_that_cannot_be_loaded_ends_the_run(error, monkeypatch):
     assert motion("hanging-chain").size
 
 
+@compiled_only
+def test_what_was_loaded_without_a_function_is_loaded_with_it(monkeypatch):
+    model, loaded = evolvent.load("hanging-chain").assemble().model, []
+    inner = next(one for one in needs.needed(model, (prepare,), needs.absent(model)) if one is not prepare)
+    name = f"{inner.py_func.__module__}.{inner.py_func.__name__}".removeprefix("evolvent.").removeprefix("kernels.")
+    monkeypatch.setattr(jit, "load", loaded.append)
+    needs.load(model, prepare, without=frozenset({name}))
+    needs.load(model, prepare)
+    needs.load(model, prepare)
+    assert [inner in functions for functions in loaded] == [False, True]
+
+
 # ------------------------------------------------------------------------------------------------ laws
 
 
@@ -267,9 +279,10 @@ def test_a_law_that_does_not_compile_is_refused_in_one_sentence(kind, law, said)
     assert said in message
 
 
-def test_a_law_is_a_function():
-    with pytest.raises(InputError, match="decorates a function"):
-        laws.event_law(5)
+@pytest.mark.parametrize("kind", ["event", "torque"])
+def test_a_law_is_a_function(kind):
+    with pytest.raises(InputError, match=f"@evolvent.{kind}_law decorates a function"):
+        getattr(laws, f"{kind}_law")(5)
 
 
 @laws.drive_law

@@ -11,7 +11,8 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly, Pose
 from evolvent.assembly.blocks import blocks_of
-from evolvent.assembly.checks import check_constraints, ends_of, factored_masses, off_axis
+from evolvent.assembly.checks import check_constraints, factored_masses, off_axis
+from evolvent.assembly.constraints import constraint_families
 from evolvent.assembly.references import Location, split_reference
 from evolvent.base.errors import InputError, nearest
 from evolvent.compiled import laws
@@ -21,16 +22,13 @@ from evolvent.flow.implicit import add_weight
 from evolvent.kernels import (
     ancf,
     axial,
-    constraint_rows,
     custom,
     flexible,
     hinge,
-    joint,
     loads,
     rigid,
     rod_strains,
     springs,
-    thread,
 )
 
 #: Pools of constants in `model.Flexible`, with the shape of one entry.
@@ -39,7 +37,7 @@ _POOLS: dict[str, tuple[int, ...]] = {
     "H12": (6, 6), "h12": (6,), "U12": (), "B12": (2, 4), "M12": (4, 4),
 }  # fmt: skip
 #: Families that follow from the others.
-_DERIVED = ("info", "blocks", "rows")
+_DERIVED = ("info", "blocks", "rows", "row_sides", "row_pairs")
 #: Fields that hold an index in the state vector's second part, counted from its start while parts are written.
 _VELOCITY_OFFSETS = ("iv", "spool_v")  # of several values each, -1 for none
 
@@ -291,14 +289,16 @@ class Builder:
         n_q, n_v = len(self.q), len(self.v)
         families = {name: self._family(name, rows) for name, rows in self.rows.items()}
         self._check_copies()
-        rows, pairs = self._constraints(families)
-        bandwidth = int((pairs[:, 0] - pairs[:, 1]).max(initial=0))
         n_threads = len(self.rows["threads"])
         s = self._switches(families)
         accounts = mdl.N_ACCOUNTS
         if self.rows["beams"] or self.rows["rods"]:
             accounts += mdl.IMPULSE + len(self.rows["cylinders"])
         accounts += self._number_accounts(families, n_q + n_v + accounts)
+        beams = self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}, s)
+        families |= constraint_families(families, beams, n_q)
+        of = families["row_sides"]["row"]
+        bandwidth = int((of[families["row_pairs"]["a"]] - of[families["row_pairs"]["b"]]).max(initial=0))
         y = np.array(self.q + self.v + [0.0] * accounts)
         info = zeros_record(
             mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
@@ -314,15 +314,13 @@ class Builder:
             breaks=np.array(sorted(self.breaks | self._ends()), dtype=float),
             parameters=values,
             blocks=blocks_of(families, self.pools),
-            rows=rows,
-            pairs=pairs,
-            A=np.zeros((rows.size, bandwidth + 1)),
-            la=np.zeros(rows.size),
+            A=np.zeros((families["rows"].size, bandwidth + 1)),
+            la=np.zeros(families["rows"].size),
             scratch=np.zeros((3, 3)),
             pose=np.zeros(12),
             dy=np.zeros((2, y.size)),
             sums=np.zeros((2, mdl.N_INVENTORY)),
-            flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}, s),
+            flexible=beams,
             **families,
         )
         if np.any(self.gravity):
@@ -458,43 +456,3 @@ class Builder:
                     value = np.where(np.asarray(value) >= 0, np.asarray(value) + len(self.q), value)
                 family[field][k] = value
         return family
-
-    def _constraints(self, families: dict[str, Array]) -> tuple[Array, Array]:
-        """Constraint rows in reverse Cuthill-McKee order, and their coupled pairs (r, q < r, side, side)."""
-        entries: list[tuple[Any, Any, Any, Any]] = []  # kind, index, bodies, points
-        threads, joints = families["threads"], families["joints"]
-        for p in np.flatnonzero(threads["kind"] == thread.INEXTENSIBLE):
-            entries.append((constraint_rows.THREAD, p, (threads["body"][p], -1), (-1, -1)))
-        points = {int(row["iq"]): k for k, row in enumerate(families["points"]) if row["mass"] > 0.0}
-        found = [(k, ends) for k, row in enumerate(joints) if (ends := ends_of(row, points)) is not None]
-        for k, ends in sorted(found, key=lambda one: joints["kind"][one[0]] not in (joint.DISTANCE, joint.CORD)):
-            entries.append((constraint_rows.JOINT, k, *ends))
-        motion = families["bodies"]["motion"]
-        shared: dict[tuple[str, int], list[tuple[int, int]]] = {}
-        for r, (_, _, bodies, points) in enumerate(entries):
-            for side in range(2):
-                if bodies[side] >= 0 and motion[bodies[side]] != rigid.DRIVEN:
-                    shared.setdefault(("body", int(bodies[side])), []).append((r, side))
-                if points[side] >= 0:
-                    shared.setdefault(("point", int(points[side])), []).append((r, side))
-        pairs = [(*a, *b) for group in shared.values() for a in group for b in group if a[0] != b[0]]
-        n = len(entries)
-        order = np.arange(n)
-        if pairs:
-            from scipy.sparse import coo_matrix
-            from scipy.sparse.csgraph import reverse_cuthill_mckee
-
-            table = np.array(pairs)
-            graph = coo_matrix((np.ones(len(pairs)), (table[:, 0], table[:, 2])), shape=(n, n)).tocsr()
-            order = np.asarray(reverse_cuthill_mckee(graph, symmetric_mode=True))
-        place = np.empty(n, dtype=np.int64)
-        place[order] = np.arange(n)
-        coupled = [(place[r], place[q], a, b) for r, a, q, b in pairs if place[q] < place[r]]
-        rows = mdl.zeros("rows", n)
-        for k, entry in enumerate(order):
-            for field, value in zip(("kind", "index", "body", "point"), entries[entry], strict=True):
-                rows[field][k] = value
-        joints["row"] = -1
-        held = rows["kind"] == constraint_rows.JOINT
-        joints["row"][rows["index"][held]] = np.flatnonzero(held)
-        return rows, np.array(coupled, dtype=np.int64).reshape(len(coupled), 4)

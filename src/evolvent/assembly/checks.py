@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly
 from evolvent.base.errors import InputError
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import constraint_rows, flexible, joint, sides
+from evolvent.kernels import constraint_rows, flexible
 
 
 def factored_masses(beams: Array, elements: Array, pools: dict[str, Array]) -> Array:
@@ -84,27 +82,3 @@ def redundant_part(assembly: Assembly, t: float = 0.0) -> str:
     if model.rows["kind"][bad] == constraint_rows.JOINT:
         return assembly.joint_parts[index]
     return next(name for name, found in assembly.names.items() if found == ("threads", index))
-
-
-def ends_of(row: Any, points: dict[int, int]) -> tuple[tuple[int, int], tuple[int, int]] | None:
-    """Bodies and point masses of both sides of a joint's row, -1 for none; None where explicit methods have none of it.
-
-    Parameters
-    ----------
-    points : indices of point masses by that of their first coordinate
-    """
-    if row["stiffness"] > 0.0 or row["kind"] == joint.GEAR:
-        return None
-    if row["kind"] == joint.ANGLE:
-        return (-1, int(row["index"][1])), (-1, -1)
-    bodies, masses = [-1, -1], [-1, -1]
-    for side in range(2):
-        if row["on"][side] == sides.ON_BODY:
-            bodies[side] = int(row["index"][side])
-        elif row["on"][side] == sides.ON_COORDINATES and row["kind"] != joint.DIRECTION:
-            masses[side] = points.get(int(row["iq"][side]), -1)
-        if max(bodies[side], masses[side]) < 0:
-            return None
-    if row["kind"] == joint.ALONG and (row["on"][2] != sides.ON_BODY or int(row["index"][2]) not in bodies):
-        return None
-    return (bodies[0], bodies[1]), (masses[0], masses[1])

@@ -50,8 +50,8 @@ EVERY = frozenset(SOLVERS)
 MOST_NAMED = 5
 #: Families of records that belong to others: what they hold is supported where those are.
 PARTS_OF_OTHERS = (
-    "info", "blocks", "markers", "nodes", "rows", "elements", "contact_points", "field_points", "rod_elements",
-    "gear_coordinates",
+    "info", "blocks", "markers", "nodes", "rows", "row_sides", "row_pairs", "elements", "contact_points",
+    "field_points", "rod_elements", "gear_coordinates",
 )  # fmt: skip
 
 
@@ -92,7 +92,7 @@ def _is(field: str, value: Any) -> Callable[[Array], Array]:
     return lambda found: found[field] == value
 
 
-_NOT_EXPLICIT, _NOT_ENERGY = EVERY - {EXPLICIT}, EVERY - {ENERGY}
+_NOT_ENERGY = EVERY - {ENERGY}
 _EXPLICIT = frozenset({EXPLICIT})
 
 FAMILIES = (
@@ -178,27 +178,24 @@ FAMILIES = (
     Family("a joint by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & ~_is_gear(found)),
     Family("a gear by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & _is_gear(found)),
     Family(
-        "a gear that is a constraint", "joints", _NOT_EXPLICIT,
-        "give it a `stiffness` above 0, which makes it a penalty, or use energy-momentum or generalized-alpha",
+        "a gear that is a constraint", "joints", EVERY,
         which=lambda found: (found["stiffness"] == 0.0) & _is_gear(found),
     ),
     Family(
         "a joint driven along a path", "joints", EVERY,
-        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found) & (found["row"] >= 0),
+        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found) & (found["nodes"] == 0),
     ),
     Family(
-        "a joint driven along a path on a beam's node", "joints", _NOT_EXPLICIT,
-        "use energy-momentum or generalized-alpha",
-        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found) & (found["row"] < 0),
+        "a joint driven along a path on a beam's node", "joints", EVERY,
+        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found) & (found["nodes"] == 1),
     ),
     Family(
         "a joint that is a constraint", "joints", EVERY,
-        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found) & (found["row"] >= 0),
+        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found) & (found["nodes"] == 0),
     ),
     Family(
-        "a joint that is a constraint on a beam's node", "joints", _NOT_EXPLICIT,
-        "give it a `stiffness` above 0, which makes it a penalty, or use energy-momentum or generalized-alpha",
-        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found) & (found["row"] < 0),
+        "a joint that is a constraint on a beam's node", "joints", EVERY,
+        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found) & (found["nodes"] == 1),
     ),
     Family(
         "a hinge", "hinges", EVERY,
@@ -321,7 +318,8 @@ def check(assembly: Any, solver: str) -> None:
     if len(own) == 1 and found[0][2] and len(whole) != 1:
         advice = found[0][2]
     elif whole:
-        advice = f"; {' and '.join(whole)} {'support' if len(whole) > 1 else 'supports'} all of them"
+        able = " and ".join(whole)
+        advice = f"; {able} {'support' if ' and ' in able else 'supports'} all of them"
     else:
         advice = "".join(dict.fromkeys(one for _, _, one in found[:MOST_NAMED] if one))
         advice = f"; no method supports all of them{advice}" if others else advice
@@ -388,7 +386,4 @@ def _refusal(assembly: Any, name: str, index: int, family: Family | None) -> tup
     what = family.name if family is not None else f"one of the {name}"
     who = owner(assembly, name, index)
     advice = f"; {family.advice}" if family is not None and family.advice else ""
-    part = assembly.parts.get(who)
-    if name == "joints" and part is not None and "stiffness" not in type(part).model_fields:  # such as a Point with at
-        advice = "; use energy-momentum or generalized-alpha"
     return who, what, advice

@@ -44,7 +44,7 @@ def absent(model: Model) -> frozenset[str]:
         "node_loads": f.beam_loads.size and np.any(families.follows(f.beam_loads)),
         "body_contact": f.body_contacts.size,
         "constraint_rows": model.rows.size,
-        "constraint_rows._add_joint_row": held,
+        "constraint_rows._measure_joint_row": held,
         "contact": f.cylinders.size or f.body_contacts.size,
         "contact.add_points": f.cylinders.size,
         "contact.add_point_tangents": f.cylinders.size,
@@ -182,9 +182,9 @@ def load(model: Model, *roots: Any, without: frozenset[str] = frozenset()) -> No
     if model not in _LOADED:
         _LOADED[model] = absent(model), set()
     lacks, loaded = _LOADED[model]
-    if roots not in loaded:
+    if (roots, without) not in loaded:
         jit.load(needed(model, roots, lacks | without))
-        loaded.add(roots)
+        loaded.add((roots, without))
 
 
 def unload() -> None:

@@ -104,9 +104,14 @@ def _slope_address(law: Any, kind: str) -> int:
     return pointer_of(law.slope, SLOPES[kind])
 
 
-def _law(kind: str, function: Callable) -> Any:
+def _require_function(kind: str, function: Any) -> None:
+    """Refuse what a decorator cannot turn into a law."""
     if not isinstance(function, FunctionType):
         raise InputError(f"@evolvent.{kind}_law decorates a function, not {function!r}")
+
+
+def _law(kind: str, function: Callable) -> Any:
+    _require_function(kind, function)
     if config.DISABLE_JIT:
         return function
     try:
@@ -252,8 +257,7 @@ def torque_law(function: Callable) -> Any:
     -----
     Under energy-momentum `R` is the mean of the rotation matrices of both ends of a step.
     """
-    if not isinstance(function, FunctionType):
-        return _law("torque", function)
+    _require_function("torque", function)
     x, v, t, parameters = LAWS["force"].args
     inner = _compiled_first(function, (t, x, types.Array(x.dtype, 2, "C"), v, parameters), FORMS["torque"])
 

@@ -3,7 +3,7 @@
 from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, kernel
-from evolvent.kernels import constraint_rows, points, rigid, thread
+from evolvent.kernels import constraint_rows, flexible, points, rigid, thread
 from evolvent.model import MODEL
 
 
@@ -54,14 +54,25 @@ def impulse(y, s, model):
 
     Call after `prepare`. Constraint rows may carry a wanted jump of their rate in rx.
     """
-    bodies, threads = model.bodies, model.threads
+    bodies, dy = model.bodies, model.dy[1]
     for b in range(bodies.size):
         rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
+    if model.flexible.beams.size > 0:
+        for i in range(dy.size):
+            dy[i] = 0.0
+    jump(y, s, model, dy)
+
+
+@indirect(void(VECTOR, INTEGERS, MODEL, VECTOR))
+def jump(y, s, model, dy):
+    """Velocities jump as bodies' twists a, points' forces and beams' velocities dy say, all constraints answering."""
+    bodies, threads = model.bodies, model.threads
     if model.rows.size > 0:
-        constraint_rows.solve_rows(s, model)
+        constraint_rows.solve_rows(s, model, dy)
     for b in range(bodies.size):
         rigid.kick(y, bodies, b, bodies[b].a)
     points.kick_points(y, model.points)
+    flexible.kick_beams(y, model, dy)
     for k in range(threads.size):
         if threads[k].kind == thread.INEXTENSIBLE:
             thread.kick_chain(y, s, model, k)

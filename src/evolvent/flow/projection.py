@@ -6,7 +6,7 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.flow.explicit_flexible import release_penalties
 from evolvent.flow.impulse import impulse, prepare
-from evolvent.kernels import constraint_rows, joint, rigid, thread
+from evolvent.kernels import constraint_rows, flexible, joint, rigid, thread
 from evolvent.kernels.blocks import ROTATION, normalise
 from evolvent.kernels.linalg import banded_ldl_solve
 from evolvent.model import MODEL
@@ -57,26 +57,30 @@ def _held(t, s, r, model):
 def project_joints(t, y, s, model):
     """Positions (two Newton iterations), then velocities, of a model with joints that are constraints."""
     rows, points, bodies, joints = model.rows, model.points, model.bodies, model.flexible.joints
-    n = rows.size
+    n, sides, F = rows.size, model.row_sides, model.flexible.F
     for _ in range(2):
         prepare(t, y, s, model)
         for r in range(n):
             model.la[r] = joints[rows[r].index].gap if _held(t, s, r, model) else 0.0
         banded_ldl_solve(model.A, n, model.info.bandwidth, model.la)
-        for r in range(n):
-            if rows[r].kind == constraint_rows.THREAD:
+        flexible.clear_held(model)
+        for k in range(sides.size):
+            if rows[sides[k].row].kind == constraint_rows.THREAD:
                 continue
-            for side in range(2):
-                sign = model.la[r] if side == 0 else -model.la[r]
-                b, i = rows[r].body[side], rows[r].point[side]
-                if b >= 0:
-                    for c in range(6):
-                        bodies[b].a[c] += sign * rows[r].Z[side, c]
-                elif i >= 0:
-                    for c in range(3):
-                        y[points[i].iq + c] += sign * rows[r].e[c] / points[i].mass
+            la, b, i = model.la[sides[k].row], sides[k].body, sides[k].point
+            if b >= 0:
+                for c in range(6):
+                    bodies[b].a[c] += la * sides[k].Z[c]
+            else:
+                for c in range(3):
+                    if i >= 0:
+                        y[points[i].iq + c] += la * sides[k].J[c] / points[i].mass
+                    else:
+                        F[sides[k].at + c] += la * sides[k].J[c]
         for b in range(bodies.size):
             rigid.shift_body(y, bodies, b)
+        if model.flexible.beams.size > 0:
+            flexible.move_held(model, True, y)
     prepare(t, y, s, model)
     for r in range(n):
         if _held(t, s, r, model):

@@ -40,13 +40,13 @@ def rhs(t, y, s, model, dy):
         lost, given = add_flexible_forces(t, y, s, model, dy)
         dissipated += lost
         load_power += given
+        if model.flexible.beams.size > 0:
+            flexible.beam_rates(y, model, dy)
     accelerate(t, y, s, model, dissipated, load_power, spool_power, loaded, dy)
     if attitude.has_actuators(model):
         attitude.actuator_rates(y, model, dy)
         dy[model.info.nq + model.info.nv + DRIVE] += motors
     if is_flexible:
-        if model.flexible.beams.size > 0:
-            flexible.beam_rates(y, model, dy)
         dy[model.info.nq + model.info.nv + DRIVE] += coordinate.motor_power(model)
 
 
@@ -120,7 +120,7 @@ def accelerate(t, y, s, model, dissipated, load_power, spool_power, loaded, dy):
                 dy[i] = math.nan
             return
         constraint_rows.row_velocity_terms(t, y, s, model, loaded)
-        constraint_rows.solve_rows(s, model)
+        constraint_rows.solve_rows(s, model, dy)
         drive_power += constraint_rows.driven_power(t, s, model)
         for p in range(threads.size):
             if threads[p].kind == thread.INEXTENSIBLE:

@@ -120,6 +120,36 @@ def measure_between(rows, bodies, k, y, h, quarters):
 
 
 @inlined
+def second_rate(rows, bodies, k, y):
+    """Second derivative of coordinate k without accelerations, after `measure_between` of a state.
+
+    Notes
+    -----
+    Relative to the body, with its angular velocity w, a vector r that is fixed to the other body has the rate
+    r' - w x r and the second derivative r'' - 2 w x r' + w x (w x r).
+    """
+    u, b = second_side(y, rows, bodies, k), rows[k].body
+    w, x, v, is_place = bodies[b].w, bodies[b].x, bodies[b].v, rows[k].kind == TRAVEL
+    r, rate, own = (u[0], u[1], u[2]), (u[3], u[4], u[5]), (0.0, 0.0, 0.0)
+    if is_place:
+        r, rate = (r[0] - x[0], r[1] - x[1], r[2] - x[2]), (rate[0] - v[0], rate[1] - v[1], rate[2] - v[2])
+    if rows[k].on == ON_BODY:
+        local = rows[k].local
+        dx, dy, dz = turn(bodies[rows[k].other].R, local[0], local[1], local[2])
+        own = rigid.centripetal(bodies, rows[k].other, dx, dy, dz)
+    wr, wv = cross(w[0], w[1], w[2], r[0], r[1], r[2]), cross(w[0], w[1], w[2], rate[0], rate[1], rate[2])
+    wwr, value = cross(w[0], w[1], w[2], wr[0], wr[1], wr[2]), 0.0
+    for i in range(3):
+        value += rows[k].g[i] * (own[i] - 2.0 * wv[i] + wwr[i])
+    if is_place:
+        return value
+    a, b_ = directions(rows, bodies, k)
+    p, q = _parts(a, b_, r)
+    p_rate, q_rate = _parts(a, b_, (rate[0] - wr[0], rate[1] - wr[1], rate[2] - wr[2]))
+    return value - 2.0 * rows[k].rate * (p * p_rate + q * q_rate) / (p * p + q * q)
+
+
+@inlined
 def push(rows, bodies, n_q, k, torque, F):
     """Add the torque or force of coordinate k, positive where it resists, to the left of the equations."""
     u, g, is_place = rows[k].u, rows[k].g, rows[k].kind == TRAVEL

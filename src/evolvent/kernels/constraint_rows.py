@@ -1,23 +1,26 @@
-"""Rows of constraint of explicit methods: joints between bodies and point masses, and boundary segments of threads.
+"""Rows of constraint of explicit methods: joints, and boundary segments of threads.
 
-Each row has one multiplier la, of a thread the tension of its boundary segment, and up to two sides, each a body, a
-point mass or nothing: forces are la J on the first one, -la J on the second. The rows that share a side are coupled;
-the coupled system A la = r is symmetric and banded.
+Each row has one multiplier la, of a thread the tension of its boundary segment, and sides, each a body, a point mass or
+a vector of a beam's node, on which it acts with forces la J = -la g. Rows that share a body, a point mass or a beam are
+coupled; the coupled system A la = r, A = G M^-1 G^T, is symmetric and banded. Of two vectors of a beam A has the entry
+of its M^-1, which is constant, times J . J.
 """
 
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import joint, thread as chain
+from evolvent.kernels import flexible, joint, thread as chain
 from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
-from evolvent.kernels.rigid import add_wrench, centripetal, respond
-from evolvent.kernels.rotations import cross, turn
+from evolvent.kernels.rigid import SPIN, add_wrench, centripetal, respond
+from evolvent.kernels.rotations import turn
 from evolvent.kernels.sides import ON_BODY
 from evolvent.model import MODEL
 
 THREAD, JOINT = 0, 1
 #: Kinds of guides.
 CENTRE, AXIS = 0, 1
+#: Share of 1 that the square of a direction may be off by round-off.
+ROUND_OFF = 1e-14
 
 
 @inlined
@@ -30,39 +33,45 @@ def has_joints(model):
 
 
 @indirect(void(REAL, VECTOR, types.int64, MODEL))
-def _add_joint_row(t, y, r, model):
-    """Directions of the joint of row r on its sides, and the part of A that is of points."""
-    rows, bodies, points, joints, k = model.rows, model.bodies, model.points, model.flexible.joints, model.rows[r].index
+def _measure_joint_row(t, y, r, model):
+    """Forces J of a unit multiplier of the joint of row r on its sides; flexible.F is scratch."""
+    rows, sides, bodies, k, F = model.rows, model.row_sides, model.bodies, model.rows[r].index, model.flexible.F
     joint.joint_geometry(t, y, k, model)
-    u, g, kind, J = joints[k].u, joints[k].g, joints[k].kind, rows[r].J
-    if kind == joint.ANGLE:
-        b = rows[r].body[1]
-        n = bodies[b].axis
-        J[1, 3], J[1, 4], J[1, 5] = turn(bodies[b].R, n[0], n[1], n[2])
-        return
-    rows[r].e[0], rows[r].e[1], rows[r].e[2] = g[1, 0], g[1, 1], g[1, 2]
-    for side in range(joint.side_count(kind)):
-        to = side if side < 2 else (0 if joints[k].index[2] == rows[r].body[0] else 1)
-        b, sign = rows[r].body[to], -1.0 if to == 0 else 1.0
-        gx, gy, gz = sign * g[side, 0], sign * g[side, 1], sign * g[side, 2]
+    for i in range(rows[r].first, rows[r].last):
+        b, at = sides[i].body, sides[i].at
+        if b >= 0:
+            for c in range(6):
+                sides[i].Z[c], bodies[b].F[c] = bodies[b].F[c], 0.0
+        for j in range(at, at + _numbers(bodies, b)):
+            F[j] = 0.0
+    joint.add_joint_force(y, 0.0, k, 1.0, model, F)
+    for i in range(rows[r].first, rows[r].last):
+        b, at, J = sides[i].body, sides[i].at, sides[i].J
         if b < 0:
-            model.A[r, 0] += 1.0 / points[rows[r].point[to]].mass
-        elif kind == joint.DIRECTION or side == 2:
-            tx, ty, tz = cross(u[side, 0], u[side, 1], u[side, 2], gx, gy, gz)
-            J[to, 3] += tx
-            J[to, 4] += ty
-            J[to, 5] += tz
-        else:
-            x = bodies[b].x
-            add_wrench(J[to], u[side, 0] - x[0], u[side, 1] - x[1], u[side, 2] - x[2], gx, gy, gz)
+            J[0], J[1], J[2] = -F[at], -F[at + 1], -F[at + 2]
+            continue
+        for c in range(6):
+            J[c], bodies[b].F[c] = bodies[b].F[c], sides[i].Z[c]
+        if bodies[b].motion == SPIN:
+            n = bodies[b].axis
+            x, y_, z = turn(bodies[b].R, n[0], n[1], n[2])
+            J[3] -= F[at] * x
+            J[4] -= F[at] * y_
+            J[5] -= F[at] * z
+
+
+@inlined
+def _numbers(bodies, b):
+    """Numbers of a side among the generalised forces: of a vector, of the body b if that is not -1."""
+    if b < 0:
+        return 3
+    return 1 if bodies[b].motion == SPIN else 0
 
 
 @inlined
 def _second_rate(k, model):
     """Second derivative of the gap of joint k without accelerations, after `joint.joint_geometry`."""
     joints, bodies, value = model.flexible.joints, model.bodies, model.flexible.joints[k].bends
-    if joints[k].kind == joint.ANGLE:
-        return value
     for side in range(joint.side_count(joints[k].kind)):
         if joints[k].on[side] != ON_BODY:
             continue
@@ -77,19 +86,19 @@ def _second_rate(k, model):
 
 @indirect(types.int64(REAL, VECTOR, INTEGERS, MODEL))
 def build_rows(t, y, s, model):
-    """Directions, generalised directions J, responses Z and the factored matrix A of all rows.
+    """Forces J of unit multipliers, responses Z and the factored matrix A of all rows.
 
-    Returns -1, or the first row that the rows before it already imply. A joint that does not hold has no direction.
+    Returns -1, or the first row that the rows before it already imply. A joint that does not hold has no
+    forces.
     """
-    rows, threads, bodies, points = model.rows, model.threads, model.bodies, model.points
+    rows, sides, pairs, threads, bodies = model.rows, model.row_sides, model.row_pairs, model.threads, model.bodies
     width = model.info.bandwidth
     A = model.A
     for r in range(rows.size):
         k = rows[r].index
-        for side in range(2):
+        for i in range(rows[r].first, rows[r].last):
             for c in range(6):
-                rows[r].J[side, c] = 0.0
-                rows[r].Z[side, c] = 0.0
+                sides[i].J[c] = sides[i].Z[c] = 0.0
         for c in range(width + 1):
             A[r, c] = 0.0
         if rows[r].kind == THREAD:
@@ -97,49 +106,44 @@ def build_rows(t, y, s, model):
             links, bound = chain.chain_links(s, threads, k)
             if not bound:
                 continue
+            J = sides[rows[r].first].J
             if chain.is_loose(threads, k):
                 radius = threads[k].r
                 A[r, 0] += threads[k].copies * radius * radius / threads[k].spool
                 nx, ny, nz = chain.spool_direction(threads, bodies, k)
                 reaction = float(threads[k].copies) * radius
-                rows[r].J[0, 3] -= reaction * nx
-                rows[r].J[0, 4] -= reaction * ny
-                rows[r].J[0, 5] -= reaction * nz
+                J[3] -= reaction * nx
+                J[4] -= reaction * ny
+                J[5] -= reaction * nz
             q = threads[k].iq + 3 * links
             copies = float(threads[k].copies)
-            rows[r].e[0], rows[r].e[1], rows[r].e[2] = y[q], y[q + 1], y[q + 2]
-            add_wrench(
-                rows[r].J[0],
-                threads[k].d[0],
-                threads[k].d[1],
-                threads[k].d[2],
-                copies * y[q],
-                copies * y[q + 1],
-                copies * y[q + 2],
-            )
+            d = threads[k].d
+            add_wrench(J, d[0], d[1], d[2], copies * y[q], copies * y[q + 1], copies * y[q + 2])
         elif joint.acts(t, s, model.flexible.joints, k):
-            _add_joint_row(t, y, r, model)
+            _measure_joint_row(t, y, r, model)
         else:
             A[r, 0] = 1.0
-            rows[r].e[0] = rows[r].e[1] = rows[r].e[2] = 0.0
-        for side in range(2):
-            b = rows[r].body[side]
+        for i in range(rows[r].first, rows[r].last):
+            if sides[i].body < 0:
+                square = sides[i].J[0] ** 2 + sides[i].J[1] ** 2 + sides[i].J[2] ** 2
+                A[r, 0] += (1.0 if abs(square - 1.0) < ROUND_OFF else square) / sides[i].mass
+        for i in range(rows[r].first, rows[r].last):
+            b = sides[i].body
             if b >= 0:
-                respond(bodies, b, rows[r].J[side], rows[r].Z[side])
+                respond(bodies, b, sides[i].J, sides[i].Z)
                 for c in range(6):
-                    A[r, 0] += rows[r].J[side, c] * rows[r].Z[side, c]
-    for k in range(model.pairs.shape[0]):
-        r, q = model.pairs[k, 0], model.pairs[k, 1]
-        a, b = model.pairs[k, 2], model.pairs[k, 3]
-        value = 0.0
-        if rows[r].body[a] >= 0:
+                    A[r, 0] += sides[i].J[c] * sides[i].Z[c]
+    for k in range(pairs.size):
+        a, b = pairs[k].a, pairs[k].b
+        r, value = sides[a].row, 0.0
+        if sides[a].body >= 0:
             for c in range(6):
-                value += rows[r].J[a, c] * rows[q].Z[b, c]
+                value += sides[a].J[c] * sides[b].Z[c]
         else:
             for c in range(3):
-                value += rows[r].e[c] * rows[q].e[c]
-            value /= points[rows[r].point[a]].mass
-        A[r, r - q] += value if a == b else -value
+                value += sides[a].J[c] * sides[b].J[c]
+            value /= pairs[k].mass
+        A[r, r - sides[b].row] += value if sides[b].row < r else 2.0 * value
     return banded_ldl(A, rows.size, width)
 
 
@@ -166,36 +170,46 @@ def driven_power(t, s, model):
     return power
 
 
-@indirect(void(INTEGERS, MODEL))
-def solve_rows(s, model):
-    """Multipliers la from rx, the bodies' twists a; wrenches and points' forces f with them; chains included."""
-    rows, bodies, points = model.rows, model.bodies, model.points
-    la = model.la
+@indirect(void(INTEGERS, MODEL, VECTOR))
+def solve_rows(s, model, dy):
+    """Multipliers la from rx, the bodies' twists a; wrenches and points' forces f with them; chains included.
+
+    Parameters
+    ----------
+    dy : (ny,) float, rates of the state, of which those of the velocities of beams are used, and get what rows add
+    """
+    rows, sides, bodies, points = model.rows, model.row_sides, model.bodies, model.points
+    la, F, n_q = model.la, model.flexible.F, model.info.nq
     n = rows.size
     for r in range(n):
-        value = rows[r].rx
-        for side in range(2):
-            part = 0.0
-            b, i = rows[r].body[side], rows[r].point[side]
-            if b >= 0:
-                for c in range(6):
-                    part += rows[r].J[side, c] * bodies[b].a[c]
-            elif i >= 0:
-                for c in range(3):
-                    part += rows[r].e[c] * points[i].f[c] * points[i].compliance
-            value += -part if side == 0 else part
-        la[r] = value
+        la[r] = rows[r].rx
+    for k in range(sides.size):
+        part, J = 0.0, sides[k].J
+        b, i, at = sides[k].body, sides[k].point, n_q + sides[k].at
+        if b >= 0:
+            for c in range(6):
+                part += J[c] * bodies[b].a[c]
+        else:
+            for c in range(3):
+                part += J[c] * points[i].f[c] * points[i].compliance if i >= 0 else J[c] * dy[at + c]
+        la[sides[k].row] -= part
     banded_ldl_solve(model.A, n, model.info.bandwidth, la)
+    flexible.clear_held(model)
     for r in range(n):
         if rows[r].kind == THREAD:
             chain.chain_solve(s, model, rows[r].index, la[r])
-        for side in range(2):
-            sign = la[r] if side == 0 else -la[r]
-            b, i = rows[r].body[side], rows[r].point[side]
-            if b >= 0:
-                for c in range(6):
-                    bodies[b].a[c] += sign * rows[r].Z[side, c]
-                    bodies[b].F[c] += sign * rows[r].J[side, c]
-            elif i >= 0:
-                for c in range(3):
-                    points[i].f[c] += sign * rows[r].e[c]
+    for k in range(sides.size):
+        force, J = la[sides[k].row], sides[k].J
+        b, i, at = sides[k].body, sides[k].point, sides[k].at
+        if b >= 0:
+            for c in range(6):
+                bodies[b].a[c] += force * sides[k].Z[c]
+                bodies[b].F[c] += force * J[c]
+        else:
+            for c in range(3):
+                if i >= 0:
+                    points[i].f[c] += force * J[c]
+                else:
+                    F[at + c] += force * J[c]
+    if model.flexible.beams.size > 0:
+        flexible.move_held(model, False, dy)

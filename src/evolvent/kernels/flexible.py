@@ -166,6 +166,18 @@ def beam_momenta(y, first, last, model, P, H):
                 P[2] += pz
 
 
+@inlined
+def _divide_by_mass(f, k, row, x, at):
+    """Put M^-1 x in place of x of beam k, from index `at` on; row : of its first vector in `masses`."""
+    n = NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes
+    # of a constant width the loops of the solution are unrolled
+    if f.beams[k].kind == CABLE:
+        banded_solve_vectors(f.masses, row, n, 3, x, at)
+    else:
+        banded_solve_vectors(f.masses, row, n, 7, x, at)
+    return n
+
+
 @indirect(void(VECTOR, MODEL, VECTOR))
 def beam_rates(y, model, dy):
     """Rates of the beams' coordinates and M^-1 (P - F), into dy."""
@@ -173,17 +185,45 @@ def beam_rates(y, model, dy):
     row = 0
     for k in range(f.beams.size):
         iq, iv = f.beams[k].iq, f.beams[k].iv
-        vectors = NODE_VECTORS[f.beams[k].kind]
-        n = vectors * f.beams[k].nodes
-        for i in range(3 * n):
+        for i in range(3 * NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
             dy[iq + i] = y[iv + i]
             dy[iv + i] = f.P[iv - n_q + i] - f.F[iv - n_q + i]
-        # of a constant width the loops of the solution are unrolled
-        if vectors == 2:
-            banded_solve_vectors(f.masses, row, n, 3, dy, iv)
-        else:
-            banded_solve_vectors(f.masses, row, n, 7, dy, iv)
+        row += _divide_by_mass(f, k, row, dy, iv)
+
+
+@inlined
+def clear_held(model):
+    """No forces F of rows of constraint on beams."""
+    f, n_q = model.flexible, model.info.nq
+    for k in range(f.beams.size):
+        if f.beams[k].held != 0:
+            at = f.beams[k].iv - n_q
+            for i in range(at, at + 3 * NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
+                f.F[i] = 0.0
+
+
+@indirect(void(MODEL, types.boolean, VECTOR))
+def move_held(model, places, x):
+    """Add M^-1 F of the forces F of rows of constraint on beams to their velocities in x, or to their places."""
+    f, n_q, row = model.flexible, model.info.nq, 0
+    for k in range(f.beams.size):
+        n = NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes
+        if f.beams[k].held != 0:
+            at, to = f.beams[k].iv - n_q, f.beams[k].iq if places else f.beams[k].iv
+            _divide_by_mass(f, k, row, f.F, at)
+            for i in range(3 * n):
+                x[to + i] += f.F[at + i]
         row += n
+
+
+@inlined
+def kick_beams(y, model, dy):
+    """Jumps dy of the velocities of all beams."""
+    beams = model.flexible.beams
+    for k in range(beams.size):
+        iv = beams[k].iv
+        for i in range(iv, iv + 3 * NODE_VECTORS[beams[k].kind] * beams[k].nodes):
+            y[i] += dy[i]
 
 
 @inlined

@@ -9,7 +9,8 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels.axial import gradients, measure_between, measure_end, push
+from evolvent.kernels.axial import ANGLE, gradients, measure_between, measure_end, push, second_rate
+from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, first_entry
 from evolvent.model import MODEL
 
@@ -31,12 +32,14 @@ def gear_geometry(k, h, y, model):
     y, h : as of `axial.measure_between`; with h > 0 after `measure_gear` of both ends
     """
     joints, rows = model.flexible.joints, model.flexible.gear_coordinates
-    total, rate = 0.0, 0.0
+    total, rate, bends = 0.0, 0.0, 0.0
     for i in range(joints[k].first, joints[k].last):
         measure_between(rows, model.bodies, i, y, h, 0.0)
         total += rows[i].factor * rows[i].angle
         rate += rows[i].factor * rows[i].rate
-    joints[k].measured, joints[k].rate = total, rate
+        if h == 0.0:
+            bends += rows[i].factor * second_rate(rows, model.bodies, i, y)
+    joints[k].measured, joints[k].rate, joints[k].bends = total, rate, bends
     joints[k].gap = wrapped(total - joints[k].value, joints[k].radius)
 
 
@@ -53,6 +56,26 @@ def add_gear_force(k, la, model, F):
     joints, rows = model.flexible.joints, model.flexible.gear_coordinates
     for i in range(joints[k].first, joints[k].last):
         push(rows, model.bodies, model.info.nq, i, la * rows[i].factor, F)
+
+
+@inlined
+def note_gear_reaction(k, la, model):
+    """Force and moment on the second body of a gear k between two coordinates of one pair of bodies, as of a screw."""
+    joints, rows = model.flexible.joints, model.flexible.gear_coordinates
+    first, last = joints[k].first, joints[k].last
+    for i in range(first, last):
+        if rows[i].body != rows[first].body or rows[i].other != rows[first].other:
+            return
+    for i in range(first, last):
+        u, g, force = rows[i].u, rows[i].g, -la * rows[i].factor
+        value = joints[k].force
+        x, y, z = g[0], g[1], g[2]
+        if rows[i].kind == ANGLE:
+            value = joints[k].moment
+            x, y, z = cross(u[0], u[1], u[2], g[0], g[1], g[2])
+        value[0] += force * x
+        value[1] += force * y
+        value[2] += force * z
 
 
 @indirect(void(_I, _I, REAL, REAL, MODEL, SPARSE))

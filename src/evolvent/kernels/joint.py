@@ -8,7 +8,20 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels.cord import drum_cord, mean_direction
 from evolvent.kernels.drive import drive
-from evolvent.kernels.gear import add_gear_force, gear_geometry, measure_gear
+from evolvent.kernels.gaps import (
+    ALONG,
+    ANGLE,
+    CORD,
+    DIRECTION,
+    DISTANCE,
+    GEAR,
+    POINT,
+    is_place,
+    measure_gap,
+    secant_gap,
+    side_count,
+)
+from evolvent.kernels.gear import add_gear_force, gear_geometry, measure_gear, note_gear_reaction
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import (
     ON_BODY,
@@ -19,11 +32,13 @@ from evolvent.kernels.sides import (
 )
 from evolvent.model import MODEL, family_type
 
+__all__ = [
+    "ALONG", "ANGLE", "CORD", "DIRECTION", "DISTANCE", "GEAR", "INVOLUTE", "LINEAR", "POINT", "STILL", "acts",
+    "add_joint_force", "add_joint_residual", "add_penalty", "holds", "is_penalty", "is_place", "joint_geometry",
+    "measure_joints", "note_reaction", "penalty_energy", "penalty_loss", "penalty_values", "side_count",
+]  # fmt: skip
+
 _I = types.int64
-# kinds of joints: points coincide along a direction; directions keep their product; points keep their distance;
-# a spinning body keeps to an angle; a cord winds onto a drum of side a; points coincide along a direction that turns
-# two angles or travels stay in a ratio (`evolvent.kernels.gear`)
-POINT, DIRECTION, DISTANCE, ANGLE, CORD, ALONG, GEAR = 0, 1, 2, 3, 4, 5, 6
 # how a drive moves a joint: not; along its direction; round an involute
 STILL, LINEAR, INVOLUTE = 0, 1, 2
 
@@ -33,13 +48,6 @@ STILL, LINEAR, INVOLUTE = 0, 1, 2
 def holds(t, joints, k):
     """Whether joint k holds at time t."""
     return t <= joints[k].until
-
-
-@entry(_I)
-@inlined
-def side_count(kind):
-    """Number of the sides of a joint."""
-    return 3 if kind == ALONG else 2
 
 
 @inlined
@@ -84,61 +92,41 @@ def joint_geometry(t, y, k, model):
     if kind == GEAR:
         gear_geometry(k, 0.0, y, model)
         return
-    is_place = kind != DIRECTION
-    a = _vector(y, joints, bodies, k, 0, is_place)
-    b = _vector(y, joints, bodies, k, 1, is_place)
+    points = is_place(kind, 0)
+    a = _vector(y, joints, bodies, k, 0, points)
+    b = _vector(y, joints, bodies, k, 1, points)
     for c in range(3):
         u[0, c], u[1, c] = a[c], b[c]
-    if kind == DIRECTION:
-        joints[k].measured = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-        joints[k].gap = joints[k].measured - joints[k].value
-        joints[k].rate = a[0] * b[3] + a[1] * b[4] + a[2] * b[5] + a[3] * b[0] + a[4] * b[1] + a[5] * b[2]
-        joints[k].bends = 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
-        for c in range(3):
-            g[0, c], g[1, c] = b[c], a[c]
+    if kind != POINT:
+        d = _vector(y, joints, bodies, k, 2, False) if side_count(kind) == 3 else a
+        measure_gap(joints, k, a, b, d)
         return
     dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = b[3] - a[3], b[4] - a[4], b[5] - a[5]
-    if kind == ALONG:
-        d = _vector(y, joints, bodies, k, 2, False)
-        nx, ny, nz = d[0], d[1], d[2]
-        joints[k].measured = nx * dx + ny * dy + nz * dz
-        joints[k].gap = joints[k].measured - joints[k].value
-        joints[k].rate = nx * vx + ny * vy + nz * vz + d[3] * dx + d[4] * dy + d[5] * dz
-        joints[k].bends = 2.0 * (d[3] * vx + d[4] * vy + d[5] * vz)
-        u[2, 0], u[2, 1], u[2, 2] = nx, ny, nz
-        g[2, 0], g[2, 1], g[2, 2] = dx, dy, dz
-    elif kind == DISTANCE:
-        distance = math.sqrt(dx * dx + dy * dy + dz * dz)
-        nx, ny, nz = dx / distance, dy / distance, dz / distance
-        joints[k].measured, joints[k].gap = distance, distance - joints[k].value
-        joints[k].rate = rate = nx * vx + ny * vy + nz * vz
-        joints[k].bends = (vx * vx + vy * vy + vz * vz - rate * rate) / distance
+    nx, ny, nz = joints[k].along[0], joints[k].along[1], joints[k].along[2]
+    gap, rate = nx * dx + ny * dy + nz * dz, nx * vx + ny * vy + nz * vz
+    joints[k].measured = gap
+    if joints[k].path == INVOLUTE:
+        z, e, c, r = joints[k].axis, joints[k].zero, joints[k].centre, joints[k].radius
+        fx, fy, fz = cross(z[0], z[1], z[2], e[0], e[1], e[2])
+        s, o = math.sin(phi), math.cos(phi)
+        tail = joints[k].value - r * phi
+        along_e, along_f = r * o - tail * s, r * s + tail * o  # r n + tail n', n = (cos, sin)
+        gap -= nx * (c[0] + along_e * e[0] + along_f * fx)
+        gap -= ny * (c[1] + along_e * e[1] + along_f * fy)
+        gap -= nz * (c[2] + along_e * e[2] + along_f * fz)
+        # d/dphi (r n + tail n') = -tail n
+        along_n = nx * (o * e[0] + s * fx) + ny * (o * e[1] + s * fy) + nz * (o * e[2] + s * fz)
+        across_n = nx * (o * fx - s * e[0]) + ny * (o * fy - s * e[1]) + nz * (o * fz - s * e[2])
+        joints[k].driven = tail * phi_rate * along_n
+        joints[k].bends = (tail * phi_second - r * phi_rate * phi_rate) * along_n
+        joints[k].bends += tail * phi_rate * phi_rate * across_n
     else:
-        nx, ny, nz = joints[k].along[0], joints[k].along[1], joints[k].along[2]
-        gap, rate = nx * dx + ny * dy + nz * dz, nx * vx + ny * vy + nz * vz
-        joints[k].measured = gap
-        if joints[k].path == INVOLUTE:
-            z, e, c, r = joints[k].axis, joints[k].zero, joints[k].centre, joints[k].radius
-            fx, fy, fz = cross(z[0], z[1], z[2], e[0], e[1], e[2])
-            s, o = math.sin(phi), math.cos(phi)
-            tail = joints[k].value - r * phi
-            along_e, along_f = r * o - tail * s, r * s + tail * o  # r n + tail n', n = (cos, sin)
-            gap -= nx * (c[0] + along_e * e[0] + along_f * fx)
-            gap -= ny * (c[1] + along_e * e[1] + along_f * fy)
-            gap -= nz * (c[2] + along_e * e[2] + along_f * fz)
-            # d/dphi (r n + tail n') = -tail n
-            along_n = nx * (o * e[0] + s * fx) + ny * (o * e[1] + s * fy) + nz * (o * e[2] + s * fz)
-            across_n = nx * (o * fx - s * e[0]) + ny * (o * fy - s * e[1]) + nz * (o * fz - s * e[2])
-            joints[k].driven = tail * phi_rate * along_n
-            joints[k].bends = (tail * phi_second - r * phi_rate * phi_rate) * along_n
-            joints[k].bends += tail * phi_rate * phi_rate * across_n
-        else:
-            gap -= joints[k].value + joints[k].radius * phi
-            joints[k].driven, joints[k].bends = -joints[k].radius * phi_rate, -joints[k].radius * phi_second
-        rate += joints[k].driven
-        joints[k].gap = gap
-        joints[k].rate = rate
+        gap -= joints[k].value + joints[k].radius * phi
+        joints[k].driven, joints[k].bends = -joints[k].radius * phi_rate, -joints[k].radius * phi_second
+    rate += joints[k].driven
+    joints[k].gap = gap
+    joints[k].rate = rate
     g[0, 0], g[0, 1], g[0, 2] = -nx, -ny, -nz
     g[1, 0], g[1, 1], g[1, 2] = nx, ny, nz
 
@@ -201,11 +189,8 @@ def _secant(y, h, k, model):
     joints = model.flexible.joints
     if joints[k].kind == GEAR:
         gear_geometry(k, h, y, model)
-    elif joints[k].kind == DISTANCE:
-        scale = 2.0 * (joints[k].gap + joints[k].value) / (joints[k].gap0 + joints[k].gap1 + 2.0 * joints[k].value)
-        for i in range(2):
-            for c in range(3):
-                joints[k].g[i, c] *= scale
+    else:
+        secant_gap(joints, k, h)
 
 
 @indirect(void(VECTOR, REAL, _I, REAL, MODEL, VECTOR))
@@ -242,8 +227,8 @@ def add_joint_force(y, h, k, la, model, F):
     if kind == CORD and h > 0.0:
         _add_cord_force(y, h, k, la, model, F)
         return
-    for side in range(side_count(joints[k].kind)):
-        g, is_place = joints[k].g[side], joints[k].kind != DIRECTION and side != 2
+    for side in range(side_count(kind)):
+        g = joints[k].g[side]
         if joints[k].on[side] == ON_NODE:
             at, local = joints[k].iv[side] - n_q, joints[k].local[side]
             for i in range(3):
@@ -251,7 +236,8 @@ def add_joint_force(y, h, k, la, model, F):
                     F[at + 3 * i + c] += la * local[i] * g[c]
             continue
         pull(
-            F, bodies, n_q, joints[k].on[side], joints[k].index[side], joints[k].iv[side], joints[k].u[side], is_place,
+            F, bodies, n_q, joints[k].on[side], joints[k].index[side], joints[k].iv[side], joints[k].u[side],
+            is_place(kind, side),
             la * g[0], la * g[1], la * g[2],
         )  # fmt: skip
 
@@ -274,7 +260,9 @@ def note_reaction(k, la, model):
         if not (joints[k].on[0] == ON_NODE and joints[k].iq[0] == joints[k].iq[1]):  # a section keeps its shape
             x, y, z = cross(u[1, 0], u[1, 1], u[1, 2], g[1, 0], g[1, 1], g[1, 2])
             moment[0], moment[1], moment[2] = -la * x, -la * y, -la * z
-    elif kind != GEAR:
+    elif kind == GEAR:
+        note_gear_reaction(k, la, model)
+    else:
         for c in range(3):
             force[c] = -la * g[1, c]
 

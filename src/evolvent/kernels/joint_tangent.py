@@ -1,15 +1,14 @@
 """Tangents of joints: of their forces, and of what they hold at the end of a step."""
 
-import math
-
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined, kernel
 from evolvent.kernels import rigid
+from evolvent.kernels.gaps import ANGLE, GEAR, add_gap_tangent, is_place, side_count
 from evolvent.kernels.gear import add_gear
-from evolvent.kernels.joint import ALONG, ANGLE, CORD, DIRECTION, DISTANCE, GEAR, holds, joint_geometry, side_count
+from evolvent.kernels.joint import holds, joint_geometry
 from evolvent.kernels.rotations import cross
-from evolvent.kernels.sides import ON_BODY, add_product, add_turning, side_columns, write_axial
+from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
 from evolvent.model import MODEL
 
@@ -44,15 +43,15 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
     if kind == GEAR:
         add_gear(k, row, scale, damped, model, matrix)
         return
-    is_place = kind != DIRECTION
+    points = is_place(kind, 0)
     Ja, Jb, Jd = flexible.J[0], flexible.J[1], flexible.J[2]
-    a, n = side_columns(model, joints[k].on[0], joints[k].index[0], joints[k].iv[0], joints[k].local[0], is_place, Ja)
-    b, m = side_columns(model, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], is_place, Jb)
+    a, n = side_columns(model, joints[k].on[0], joints[k].index[0], joints[k].iv[0], joints[k].local[0], points, Ja)
+    b, m = side_columns(model, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], points, Jb)
     ga, gb = joints[k].g[0], joints[k].g[1]
     _add_gradient(matrix, row, a, n, ga, Ja, scale, damped)
     _add_gradient(matrix, row, b, m, gb, Jb, scale, damped)
     d, n_d = 0, 0
-    if kind == ALONG:
+    if side_count(kind) == 3:
         d, n_d = side_columns(
             model, joints[k].on[2], joints[k].index[2], joints[k].iv[2], joints[k].local[2], False, Jd
         )
@@ -66,23 +65,7 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
                 matrix, model, joints[k].index[side], joints[k].local[side],
                 la * g[0], la * g[1], la * g[2],
             )  # fmt: skip
-    K = flexible.K12
-    write_axial(K, 1.0, -1.0 if kind in (DISTANCE, CORD) else 0.0, gb)
-    if kind == DIRECTION:
-        add_product(matrix, a, n, Ja, K, 0, 0, b, m, Jb, la)
-        add_product(matrix, b, m, Jb, K, 0, 0, a, n, Ja, la)
-    elif kind == ALONG:
-        add_product(matrix, d, n_d, Jd, K, 0, 0, b, m, Jb, la)
-        add_product(matrix, b, m, Jb, K, 0, 0, d, n_d, Jd, la)
-        add_product(matrix, d, n_d, Jd, K, 0, 0, a, n, Ja, -la)
-        add_product(matrix, a, n, Ja, K, 0, 0, d, n_d, Jd, -la)
-    elif kind in (DISTANCE, CORD):
-        u = joints[k].u
-        s = la / math.sqrt((u[1, 0] - u[0, 0]) ** 2 + (u[1, 1] - u[0, 1]) ** 2 + (u[1, 2] - u[0, 2]) ** 2)
-        add_product(matrix, a, n, Ja, K, 0, 0, a, n, Ja, s)
-        add_product(matrix, b, m, Jb, K, 0, 0, b, m, Jb, s)
-        add_product(matrix, a, n, Ja, K, 0, 0, b, m, Jb, -s)
-        add_product(matrix, b, m, Jb, K, 0, 0, a, n, Ja, -s)
+    add_gap_tangent(k, la, model, matrix, a, n, Ja, b, m, Jb, d, n_d, Jd)
 
 
 @inlined
@@ -127,8 +110,8 @@ def add_end_row(t, y, dq, k, row, scale, c_rate, model, matrix):
     J = model.flexible.J[0]
     for side in range(side_count(kind)):
         on, index, g = joints[k].on[side], joints[k].index[side], joints[k].g[side]
-        is_place = kind != DIRECTION and side < 2
-        at, n = side_columns(model, on, index, joints[k].iv[side], joints[k].local[side], is_place, J)
+        local = joints[k].local[side]
+        at, n = side_columns(model, on, index, joints[k].iv[side], local, is_place(kind, side), J)
         to, right = 0, 0
         if n > 0:
             to, right, _ = first_entry(matrix, row, at)

@@ -107,7 +107,6 @@ class Model(Struct):
     ----------
     breaks : (nb,) float, s, times on which a solver lands
     parameters : (k,) float, of drives, laws and loads; families hold the indices of theirs
-    pairs : (np, 4) int, coupled rows r and q < r, and the sides that they share
     A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
     scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch
     pose : (12,) float, scratch, what the law of a torque is called with: position and attitude of its body
@@ -135,7 +134,8 @@ class Model(Struct):
     thrusters: Array = array(1, RECORDS["thrusters"])
     controllers: Array = array(1, RECORDS["controllers"])
     rows: Array = array(1, RECORDS["rows"])
-    pairs: Array = array(2, np.int64)
+    row_sides: Array = array(1, RECORDS["row_sides"])
+    row_pairs: Array = array(1, RECORDS["row_pairs"])
     A: Array = array(2)
     la: Array = array(1)
     scratch: Array = array(2)

@@ -119,11 +119,18 @@ RECORDS: dict[str, np.dtype] = {
         "error slip torque off",
         proportional=_3, derivative=_3, target=(4,), axis=_3, error=_3, slip=_3, torque=_3,
     ),
-    # sides: bodies and points that a row pulls on, -1 for none
-    "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
+    # sides of a row: first, last; each is a body, or a vector of a point mass or of a beam's node, at the index `at`
+    # among the velocities (of a spinning body as well), with the mass that a force on it alone moves; -1 for none.
+    # J: forces of a unit multiplier on the side; Z: acceleration of the body under them
+    "rows": _record("kind index first last", "", "rx"),
+    "row_sides": _record("row body point beam at", "mass", "J Z", J=_6, Z=_6),
+    # sides a and b of one body, point mass or beam, b of an earlier row or earlier in the same one; mass: of vectors,
+    # inverse of their entry in M^-1
+    "row_pairs": _record("a b", "mass"),
     # flexible beams; a node's coordinates stand together, node after node; first_node: number of the first among
-    # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels
-    "beams": _record("kind iq iv nodes first_element elements first_node paper", "length"),
+    # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels; held: 1 where
+    # rows of constraint act on its nodes
+    "beams": _record("kind iq iv nodes first_element elements first_node paper held", "length"),
     # form, bending, mass: indices in the pools of `Flexible`, bending of the form of that alone; force, tangent,
     # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
     # section: index among the parameters of what `beam_strains` needs; changes: of products, stretches and curvatures
@@ -155,13 +162,13 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
     # side is a vector: of coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a
-    # node (on 2, at iq, iv); the third side is the direction of ALONG; row: of explicit methods, -1 for none; path: how
+    # node (on 2, at iq, iv); the third side is the direction of ALONG; nodes: 1 where a side is of a beam; path: how
     # a drive moves the row; event, switch: what releases it, event k or the latch of coordinate -2 - k, and its switch,
     # 1 once released, or -1; slack: factor of `info.compliance`; latest: `until` as it was given, which an event may
     # bring forward. measured: distance, product, travel or angle, of which the gap is the rest; force, moment: on the
     # second side
     "joints": _record(
-        "kind on index iq iv path drive law first last event switch row",
+        "kind on index iq iv path drive law first last event switch nodes",
         "local along centre axis zero radius value stiffness damping until latest slack",
         "u g measured gap rate driven bends gap0 gap1 stored force moment",
         on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),

@@ -325,7 +325,7 @@ def node_of(builder: Builder, where: Any, key: str = "node") -> tuple[int, int, 
 
 def node_rate(builder: Builder, at: Location) -> np.ndarray:
     """Angular velocity of a beam's node at the start, rad/s, inertial axes; of a cable without that about its axis."""
-    count = 3 * (2 if at.beam == kernels.CABLE else 4)
+    count = 3 * kernels.NODE_VECTORS[at.beam]
     node = np.array(builder.q[at.iq : at.iq + count]).reshape(-1, 3)
     rates = np.array(builder.v[at.iv : at.iv + count]).reshape(-1, 3)
     if at.beam == kernels.CABLE:

@@ -6,8 +6,6 @@ import fractions
 import math
 from typing import Annotated, Any, Literal
 
-import numpy as np
-
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
@@ -15,12 +13,12 @@ from evolvent.elements.dense import product
 from evolvent.kernels import axial, joint, rigid, sides
 from evolvent.parts.base import Part, Reference, unit
 from evolvent.parts.joint import Joint, add_row
-from evolvent.parts.joint_sides import NOTHING, across
+from evolvent.parts.joint_sides import NOTHING, across, relative_coordinate
 
 #: Most teeth that a ratio of angles may need.
 _MOST_TEETH = 200
 #: Types of joints, and which coordinate of them a gear takes.
-_COORDINATES = {"revolute": axial.ANGLE, "cylindrical": axial.ANGLE, "prismatic": axial.TRAVEL}
+_COORDINATES = {"revolute": axial.ANGLE, "cylindrical": axial.ANGLE, "screw": axial.ANGLE, "prismatic": axial.TRAVEL}
 
 
 class Gear(Part):
@@ -29,13 +27,13 @@ class Gear(Part):
     Parameters
     ----------
     a, b : str
-        The two coordinates: the angle of a revolute or cylindrical joint or the travel of a prismatic joint, of the
-        joint's b relative to its a, both of them bodies; or the angle of a spinning body.
+        The two coordinates: the angle of a revolute, cylindrical or screw joint or the travel of a prismatic joint, of
+        the joint's b relative to its a, both of them bodies; or the angle of a spinning body.
     ratio : float, 1, m/rad or rad/m
         q_a + ratio q_b stays constant. Meshing wheels have the ratio r_b/r_a of their radii, above 0; a belt has a
         negative ratio. Between two angles a ratio of whole numbers (of teeth) up to 200, such as 20/35.
     stiffness : float, N m/rad or N/m
-        Above 0, a penalty in place of the constraint, referred to q_a; explicit methods need one.
+        Above 0, a penalty in place of the constraint, referred to q_a.
     damping : float, N m s/rad or N s/m
         Damping of the penalty.
     until : float, s, optional
@@ -91,29 +89,23 @@ class Gear(Part):
 def _coordinate(builder: Builder, key: str, where: str) -> dict[str, Any]:
     """Fields of a coordinate: of a joint, or of a body that spins."""
     family, index = builder.names.get(where, ("", -1))
-    zero: dict[str, Any] = {"zero": np.zeros(3)}
     if family == "bodies":
         wheel = builder.rows["bodies"][index]
         if wheel["motion"] != rigid.SPIN:
             raise InputError(f"{key} is {where!r}; it must be a body with motion 'spin', or a joint")
         local = across(wheel["axis"])[0]
         axis, start = product(wheel["R0"], wheel["axis"]), product(builder.poses[index].R, local)
-        return {**zero, "kind": axial.ANGLE, "body": 0, "other": index, "axis": axis, "zero": start, "local": local}
+        return {"kind": axial.ANGLE, "body": 0, "other": index, "axis": axis, "zero": start, "local": local}
     part = builder.specs.get(where)
     if not isinstance(part, Joint) or part.type not in _COORDINATES:
         what = f"a joint of type {part.type!r}" if isinstance(part, Joint) else "not a joint"
         raise InputError(
-            f"{key} is {where!r}, {what}, which has no single angle or travel; name a revolute, cylindrical or "
-            f"prismatic joint, or a body that spins"
+            f"{key} is {where!r}, {what}, which has no single angle or travel; name a revolute, cylindrical, "
+            f"screw or prismatic joint, or a body that spins"
         )
     row, kind = builder.rows["joints"][index], _COORDINATES[part.type]
     if any(on != sides.ON_BODY for on in row["on"][:2]):
         raise InputError(f"{key} is {where!r}, a joint on a beam or a point; a gear needs a joint between two bodies")
-    body, other = (int(i) for i in row["index"][:2])
-    R, turned = builder.poses[body].R, builder.poses[other].R
-    fields = {**zero, "kind": kind, "body": body, "other": other, "axis": product(R.T, unit(part.axis))}
-    if kind == axial.TRAVEL:
-        x = builder.poses[other].x + product(turned, row["local"][1])
-        return {**fields, "local": row["local"][1], "zero": product(R.T, x - builder.poses[body].x)}
-    e = across(unit(part.axis))[0]
-    return {**fields, "zero": product(R.T, e), "local": product(turned.T, e)}
+    return relative_coordinate(
+        builder, kind, (int(row["index"][0]), int(row["index"][1])), unit(part.axis), row["local"][1]
+    )

@@ -27,6 +27,7 @@ from evolvent.parts.joint_sides import (
     fixed_direction,
     hinged,
     point_side,
+    relative_coordinate,
     side_of,
 )
 from evolvent.parts.law import PathDrive
@@ -39,7 +40,7 @@ __all__ = [
 
 _LEAST_OFF = 1e-6
 #: Types of which b stays on a line or in a plane through a.
-_SLIDING = ("prismatic", "cylindrical", "point-on-line", "in-plane")
+_SLIDING = ("prismatic", "cylindrical", "screw", "point-on-line", "in-plane")
 
 
 #: Types that let nothing move.
@@ -56,17 +57,20 @@ class Joint(Part):
         "tether.tip" (the end of a thread, which has no rotation), a point mass, or a position on the ground. A body
         named alone, "hub", means its point where the other end is at the start; in a joint of type "distance" its
         origin.
-    type : {"spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "point-on-line", \
-"in-plane", "distance"}
+    type : {"spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "screw", \
+"point-on-line", "in-plane", "distance"}
         spherical: the points coincide, all rotations are free. revolute: they coincide, with rotation about `axis`.
         universal: with rotations about `axis` of a and `axis_b` of b. clamp, or fixed: without rotation. prismatic: b
-        slides along `axis`, without rotation. cylindrical: b slides along `axis` and rotates about it. point-on-line,
-        in-plane: b moves on the line through a along `axis`, or in the plane through a normal to `axis`, all rotations
-        are free. distance: the distance of the points is constant.
+        slides along `axis`, without rotation. cylindrical: b slides along `axis` and rotates about it. screw: as
+        cylindrical, and b travels by `pitch` a turn against a, both of them bodies. point-on-line, in-plane: b moves on
+        the line through a along `axis`, or in the plane through a normal to `axis`, all rotations are free. distance:
+        the distance of the points is constant.
     axis : (3,) float
         Axis of the joint, inertial axes at the start; it is fixed to a.
     axis_b : (3,) float, optional
         Second axis of a universal joint, fixed to b, perpendicular to `axis`; inertial axes at the start.
+    pitch : float, m, optional
+        Travel of a screw a turn, positive of a right-handed thread.
     hold : {"section", "all"}
         Which coordinates of a beam's node a clamp constrains: the position and the rotation of the section, or all
         coordinates of the node, including the lengths of the slope vectors.
@@ -88,21 +92,21 @@ class Joint(Part):
     A node of a cable has no twist: a joint constrains only its position and the direction of its axis. Nodes of two
     beams of 24-coordinate elements may be clamped at any angle; the moment acts on their sections. Constraints may be
     redundant, as in closed loops of hinges: the multipliers are then those of minimum norm (moments divided by the size
-    of the system), and the run's message and statistics report the rank. Explicit methods refuse redundant constraints,
-    and take joints on nodes of beams as penalties only. A clamp does not constrain the lengths of the
-    slope vectors, unless `hold` is "all": then shear, the strains of the section and the stretch of the axis vanish at
-    the clamp.
+    of the system), and the run's message and statistics report the rank. Explicit methods refuse redundant constraints.
+    A clamp does not constrain the lengths of the slope vectors, unless `hold` is "all": then shear, the strains of the
+    section and the stretch of the axis vanish at the clamp.
     """
 
     kind: Literal["joint"] = "joint"
     a: PointReference
     b: PointReference
     type: Literal[
-        "spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "point-on-line", "in-plane",
-        "distance",
+        "spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "screw", "point-on-line",
+        "in-plane", "distance",
     ] = "spherical"  # fmt: skip
     axis: units.Direction = (0.0, 0.0, 1.0)
     axis_b: units.Direction | None = None
+    pitch: units.Coordinate | None = None
     hold: Literal["section", "all"] = "section"
     position: units.Position | None = None
     stiffness: units.StiffnessOrZero = 0.0
@@ -152,6 +156,8 @@ class Joint(Part):
         builder.names[name] = ("joints", len(builder.rows["joints"]))
         if self.axis_b is not None and self.type != "universal":
             raise InputError(f"{name}.axis_b is given, but {name}.type is {self.type!r}, not 'universal'")
+        if self.pitch is not None and self.type != "screw":
+            raise InputError(f"{name}.pitch is given, but {name}.type is {self.type!r}, not 'screw'")
         apart, axis = norm(b.u - a.u), unit(self.axis)
         if self.hold == "all" and (self.type not in CLAMPS or a.on != sides.ON_BODY or b.node is None):
             raise InputError(f"{name}.hold is 'all'; it needs a joint of type 'clamp' between a body and a beam's node")
@@ -161,6 +167,8 @@ class Joint(Part):
             add_row(builder, kernels.DISTANCE, a, b, value=apart, **common)
         elif self.type in _SLIDING:
             self._write_slide(builder, name, a, b, axis, common)
+            if self.type == "screw":
+                self._write_screw(builder, name, a, b, axis, common)
         else:
             if apart > _LEAST_OFF * max(1.0, float(np.abs(a.u).max())):
                 raise InputError(f"{name}: its two points are {apart:.6g} m apart at the start; they must coincide")
@@ -192,10 +200,25 @@ class Joint(Part):
             direction = fixed_direction(builder, key, a, f)
             add_row(builder, kernels.ALONG, a, b, direction=direction, value=dot(direction.u, b.u - a.u), **common)
 
+    def _write_screw(
+        self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray, common: dict[str, Any]
+    ) -> None:
+        """The row that keeps the travel of b to its angle; whole turns of it are not counted."""
+        if self.pitch is None or self.pitch == 0.0:
+            raise InputError(f"{name}.pitch is {self.pitch!r}; a screw joint needs its travel a turn, not 0")
+        if any(side.on != sides.ON_BODY for side in (a, b)):
+            raise InputError(f"{name}.type is 'screw'; it needs two bodies, not a node of a beam or a point mass")
+        for kind, factor in ((axial.TRAVEL, 1.0), (axial.ANGLE, -self.pitch / (2.0 * math.pi))):
+            fields = relative_coordinate(builder, kind, (a.body, b.body), axis, b.local)
+            builder.add("gear_coordinates", factor=factor, **fields)
+        last = len(builder.rows["gear_coordinates"])
+        whole: dict[str, Any] = {"first": last - 2, "last": last, "radius": abs(self.pitch)}
+        add_row(builder, kernels.GEAR, NOTHING, NOTHING, **whole, **common)
+
     def _directions(self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray) -> list[Held]:
         """Directions that the joint holds."""
         key = f"{name}.type is {self.type!r}"
-        if self.type in ("revolute", "cylindrical"):
+        if self.type in ("revolute", "cylindrical", "screw"):
             return hinged(builder, key, a, b, axis)
         if self.hold == "all":
             return all_slopes(builder, a, b)

@@ -10,7 +10,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
-from evolvent.kernels import flexible, joint as kernels, sides
+from evolvent.kernels import axial, flexible, joint as kernels, sides
 
 Array = np.ndarray
 
@@ -114,6 +114,23 @@ def fixed_direction(builder: Builder, key: str, side: Side, direction: Array) ->
             return axis
         raise InputError(f"{key}, but a node of a cable has no twist, only its own axis is fixed to it; use a Beam")
     raise InputError(f"{key}, but a point mass has no directions; use type 'spherical', or a body in its place")
+
+
+def relative_coordinate(builder: Builder, kind: int, bodies: tuple[int, int], axis: Array, local: Array) -> Any:
+    """Fields of an angle or travel of the second body against the first, in the family `gear_coordinates`.
+
+    Parameters
+    ----------
+    kind : `axial.ANGLE` or `axial.TRAVEL`; axis : inertial axes at the start
+    local : point of the second body that travels, its axes
+    """
+    first, second = (builder.poses[body] for body in bodies)
+    fields = {"kind": kind, "body": bodies[0], "other": bodies[1], "axis": product(first.R.T, axis)}
+    if kind == axial.TRAVEL:
+        x = second.x + product(second.R, local)
+        return {**fields, "local": local, "zero": product(first.R.T, x - first.x)}
+    e = across(axis)[0]
+    return {**fields, "zero": product(first.R.T, e), "local": product(second.R.T, e)}
 
 
 def across(e1: Array) -> tuple[Array, Array]:

@@ -108,7 +108,7 @@ class RotationalSpring(CoordinateSpring):
     def write(self, builder: Builder, name: str) -> None:
         """Write the row of the family `hinges`."""
         self.check(name, "rad", "N m/rad")
-        ends = self.ends(builder, name, ("revolute", "cylindrical"))
+        ends = self.ends(builder, name, ("revolute", "cylindrical", "screw"))
         place, axis = ends.location, ends.axis
         if place.family == "points":
             raise InputError(f"{name}.b is {ends.b!r}, a point mass, which has no angle; give a body or a beam's node")

@@ -18,6 +18,9 @@ from evolvent.kernels.beam_strains import POINTS
 from evolvent.parts.base import BeamName, Part
 from evolvent.parts.profile import GradientProfile, TemperatureProfile, write_profile
 
+#: Formulations of beams that a temperature strains.
+HEATED = ("assumed_strain", "elastic_line", "cable", "cable_stretch")
+
 
 def _pairs(value: Any) -> Any:
     """Rows of arrays as lists."""
@@ -119,10 +122,10 @@ class ThermalLoad(Part):
                 f"{name}.{gradients[0]} is given, but {self.beam!r} is a {beam.formulation}, whose section has no "
                 f"axes; leave it out, or use the formulation 'assumed_strain'"
             )
-        if key == "beam" and beam.formulation in ("full", "nu_split"):
+        if key == "beam" and beam.formulation not in HEATED:
             raise InputError(
                 f"{name}.beam is {self.beam!r}, whose formulation is {beam.formulation!r}; a thermal load needs "
-                f"'assumed_strain', 'elastic_line', 'cable' or 'cable_stretch'"
+                f"{', '.join(map(repr, HEATED[:-1]))} or {HEATED[-1]!r}"
             )
         if beam.material.thermal_expansion is None:
             raise InputError(

@@ -71,7 +71,7 @@ class TranslationalSpring(CoordinateSpring):
     def write(self, builder: Builder, name: str) -> None:
         """Write the row of the family `hinges`."""
         self.check(name, "m", "N/m")
-        ends = self.ends(builder, name, ("prismatic", "cylindrical"))
+        ends = self.ends(builder, name, ("prismatic", "cylindrical", "screw"))
         place = ends.location
         on_body = place.family == "bodies"
         if on_body and place.row == ends.body:

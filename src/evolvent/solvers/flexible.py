@@ -8,10 +8,10 @@ import numpy as np
 import scipy.sparse as sparse
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
-from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
+from evolvent.flow.impulse import jump, prepare
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact_laws, hinge
 from evolvent.kernels.blocks import ANGLE, OWNERS, POSITION, ROTATION, SLOPE, block_at
@@ -38,7 +38,7 @@ def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     saved = f.cylinders.copy(), f.hinges.copy(), f.body_contacts.copy()
     accelerations = _accelerations(assembly)
-    touching = _contact_products(model, assembly.y)
+    touching = _contact_products(assembly)
     moves = np.ones(n_v)
     for row in model.threads:
         at = row["iv"] - n_q
@@ -117,8 +117,9 @@ def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.
     return accelerations
 
 
-def _contact_products(model: mdl.Model, y: np.ndarray) -> Callable[[int, np.ndarray], np.ndarray]:
+def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndarray]:
     """M^-1 times the stiffness (0) or damping (1) of all contact points, held across the beam, times a vector."""
+    model, y = assembly.model, assembly.y
     f, n_q, n_v = model.flexible, int(model.info.nq), int(model.info.nv)
     if not f.cylinders.size:
         return lambda what, x: np.zeros_like(x)
@@ -132,16 +133,21 @@ def _contact_products(model: mdl.Model, y: np.ndarray) -> Callable[[int, np.ndar
     values = np.zeros((2, contacts.size))
     for row in f.cylinders:
         values[:, row["first"] : row["last"]] += np.array(contact_laws.bound_of(row, "radius"))[:, None]
-    dy = np.zeros_like(y)
+    dy, still, s0 = np.zeros_like(y), y.copy(), assembly.s.copy()
+    still[n_q : n_q + n_v] = 0.0
+    needs.load(model, prepare, jump)
 
     def product(what: int, x: np.ndarray) -> np.ndarray:
         s = (G @ x).reshape(-1, 3)
         s = values[what][:, None] * (s - np.sum(along * s, axis=1)[:, None] * along)
+        prepare(0.0, still, s0, model)
         f.F[:] = -(G.T @ s.ravel())
         f.P[:] = 0.0
         dy[:] = 0.0
-        beam_rates(y, model, dy)
-        return dy[n_q : n_q + n_v].copy()
+        beam_rates(still, model, dy)
+        moved = still.copy()
+        jump(moved, s0, model, dy)  # which the rows of constraint answer
+        return moved[n_q : n_q + n_v]
 
     return product
 

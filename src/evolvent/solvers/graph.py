@@ -10,6 +10,7 @@ import itertools
 import numpy as np
 
 from evolvent import model as mdl
+from evolvent.assembly.constraints import ends_of
 from evolvent.kernels import joint, sides, springs
 from evolvent.kernels.blocks import ANGLE, BODY, WHEEL
 from evolvent.kernels.drive import FREE
@@ -161,15 +162,8 @@ def _add_multipliers(graph: _Graph) -> None:
     """A block for the multipliers of all joints between the same two blocks."""
     groups: dict[tuple[int, ...], list[int]] = {}
     for k, row in enumerate(graph.model.flexible.joints):
-        ends = []
-        for side in range(3):
-            if row["on"][side] in (sides.ON_COORDINATES, sides.ON_NODE):
-                ends.append(graph.of(int(row["iv"][side])))
-            elif row["on"][side] == sides.ON_BODY:
-                ends.append(int(graph.body[row["index"][side]]))
-        if row["kind"] == joint.GEAR:
-            coordinates = graph.model.flexible.gear_coordinates[int(row["first"]) : int(row["last"])]
-            ends = [int(b) for key in ("body", "other") for b in graph.body[coordinates[key]]]
+        found = ends_of(row, graph.model.flexible.gear_coordinates)
+        ends = [int(graph.body[index]) if what == "bodies" else graph.of(index) for what, index in found]
         groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
         if row["kind"] not in (joint.POINT, joint.ANGLE, joint.GEAR):  # the force turns with the other side
             graph.couple(*ends)

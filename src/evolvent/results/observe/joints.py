@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,7 +52,7 @@ def reactions(view: View, rows: list[int]) -> Reaction:
     fields, joints, position = view.fields["joints"], view.model.flexible.joints, np.full((view.t.size, 3), np.nan)
     energy = np.zeros(view.t.size)
     for k in rows:
-        if joints["kind"][k] == kernels.ANGLE or not _holds_directions(joints[k]):
+        if joints["kind"][k] != kernels.GEAR and not _holds_directions(joints[k]):
             position = fields["u"][:, k, 1]
         if joints["stiffness"][k] > 0.0:
             energy += np.where(acts(view, joints[k]), fields["stored"][:, k], 0.0)
@@ -102,6 +103,11 @@ def observe_joint(view: View, name: str) -> Observed:
             "angle", _wound(view, rows[0]), "rad", "angle of the thread wound onto the circle, of where the end is"
         )
         found.plots = ["angle", "force"]
+    elif getattr(part, "type", "") == "screw":
+        travel, turned = (coordinate_at(view, one) for one in _coordinates(view, rows))
+        found.scalar("travel", travel[0], "m", "travel of b along the joint's axis since the start")
+        found.scalar("angle", unwrapped(view.t, *turned), "rad", "angle of b about the joint's axis since the start")
+        found.plots = ["angle", "travel"]
     elif getattr(part, "type", "") == "revolute":
         turn = revolute(view, rows)
         if turn is not None:
@@ -110,6 +116,17 @@ def observe_joint(view: View, name: str) -> Observed:
             found.scalar("rate", sign * turn[1], "rad s-1", f"rate {text}")
             found.plots = ["angle"]
     return found
+
+
+def _coordinates(view: View, rows: list[int]) -> Iterator[Any]:
+    """Rows of the family `hinges` of the travel and the angle of a screw joint."""
+    joints, coordinates = view.model.flexible.joints, view.model.flexible.gear_coordinates
+    gear = next(joints[k] for k in rows if joints["kind"][k] == kernels.GEAR)
+    for one in coordinates[int(gear["first"]) : int(gear["last"])]:
+        row = zeros("hinges", 1)
+        for key in ("kind", "body", "on", "other", "axis", "zero", "local"):
+            row[key] = one[key]
+        yield row
 
 
 def _called(place: Any) -> str:

@@ -79,7 +79,7 @@ def _point_row(view: View, name: str) -> Any:
     """The row of a joint that holds points; None of one that holds directions alone."""
     for k in view.joint_rows.get(name, []):
         row = view.model.flexible.joints[k]
-        if row["kind"] in (joints.POINT, joints.DISTANCE, joints.ALONG):
+        if row["kind"] not in (joints.DIRECTION, joints.ANGLE, joints.GEAR):
             return row
     return None
 
@@ -207,7 +207,7 @@ def _joint(view: View, name: str, found: Observed) -> None:
                 cross = [_pin(0.25, -0.9, 0.9, _own_axis(view, second))]
                 found.drawn.append(_entry(view, found, second, solids=cross))
         return
-    found.drawn.append(_entry(view, found, seat, solids=[_RAILS[part.type](axis)]))
+    found.drawn.append(_entry(view, found, seat, solids=[_RAILS.get(part.type, _RAILS["cylindrical"])(axis)]))
     slider = _joint_seat(view, name, part, 1)
     if slider is not None:
         solid = _ball(0.5) if part.type in ("point-on-line", "in-plane") else None

@@ -1,0 +1,150 @@
+"""Rows of constraint of explicit methods (`kernels.constraint_rows`): what they act on, their order and couplings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from evolvent import model as mdl
+from evolvent.assembly.assembled import Array
+from evolvent.kernels import constraint_rows, flexible, joint, rigid, sides, thread
+
+
+def ends_of(row: Any, coordinates: Array) -> Iterator[tuple[str, int]]:
+    """What a joint's row acts on: ("bodies", index), or ("vectors", index in the state of a vector's first velocity).
+
+    Parameters
+    ----------
+    row : record of the family `joints`
+    coordinates : records of the family `gear_coordinates`
+    """
+    if row["kind"] == joint.GEAR:
+        for coordinate in coordinates[int(row["first"]) : int(row["last"])]:
+            yield "bodies", int(coordinate["body"])
+            yield "bodies", int(coordinate["other"])
+        return
+    for side in range(3):
+        on, index, iv = (int(row[key][side]) for key in ("on", "index", "iv"))
+        if on == sides.ON_BODY or (on == sides.ON_COORDINATES and index >= 0):  # or a spinning body's angle
+            yield "bodies", index
+        elif on != sides.ON_NOTHING:
+            for vector in range(3 if on == sides.ON_NODE else 1):
+                yield "vectors", iv + 3 * vector
+
+
+def constraint_families(families: dict[str, Array], f: mdl.Flexible, n_q: int) -> dict[str, Array]:
+    """The families `rows`, in reverse Cuthill-McKee order, `row_sides` and `row_pairs`; beams and joints are marked."""
+    threads, joints = families["threads"], f.joints
+    entries: list[tuple[int, int, list[tuple[str, int]]]] = [
+        (constraint_rows.THREAD, int(p), [("bodies", int(threads["body"][p]))])
+        for p in np.flatnonzero(threads["kind"] == thread.INEXTENSIBLE)
+    ]
+    held = np.flatnonzero(joints["stiffness"] == 0.0)
+    for k in sorted(held, key=lambda k: joints["kind"][k] not in (joint.DISTANCE, joint.CORD)):
+        entries.append((constraint_rows.JOINT, int(k), list(dict.fromkeys(ends_of(joints[k], f.gear_coordinates)))))
+    masses = _Masses(families, f, n_q)
+    found = [(r, *masses.side(*end)) for r, (_, _, ends) in enumerate(entries) for end in ends]
+    shared: dict[tuple[str, int], list[int]] = {}
+    for i, (_, family, index, _) in enumerate(found):
+        if family != "bodies" or families["bodies"]["motion"][index] != rigid.DRIVEN:
+            shared.setdefault((family, index), []).append(i)
+    pairs = [(a, b) for group in shared.values() for a in group for b in group if found[a][0] != found[b][0]]
+    n = len(entries)
+    order = _order(np.array([(found[a][0], found[b][0]) for a, b in pairs], dtype=np.int64).reshape(-1, 2), n)
+    place = np.empty(n, dtype=np.int64)
+    place[order] = np.arange(n)
+    row_of = [int(place[r]) for r, *_ in found]
+    new = np.empty(len(found), dtype=np.int64)  # number of each side, which stand row by row
+    new[np.argsort(row_of, kind="stable")] = np.arange(len(found))
+    coupled = [(a, b) for a, b in pairs if row_of[b] < row_of[a]]
+    coupled += [
+        (a, b) for (family, _), group in shared.items() if family == "beams"
+        for i, a in enumerate(group) for b in group[:i] if row_of[a] == row_of[b]
+    ]  # fmt: skip
+    rows, own, couplings = (
+        mdl.zeros("rows", n),
+        mdl.zeros("row_sides", len(found)),
+        mdl.zeros("row_pairs", len(coupled)),
+    )
+    for r, entry in enumerate(order):
+        rows["kind"][r], rows["index"][r] = entries[entry][:2]
+    rows["first"], rows["last"] = (np.searchsorted(np.sort(row_of), np.arange(n), side) for side in ("left", "right"))
+    for i, (_, family, index, at) in enumerate(found):
+        k = new[i]
+        own["row"][k], own["at"][k] = row_of[i], at
+        for name in ("bodies", "points", "beams"):
+            own[_FIELDS[name]][k] = index if name == family else -1
+        own["mass"][k] = masses.of(family, index, at, at)
+        if family == "beams":
+            f.beams["held"][index] = 1
+            if entries[found[i][0]][0] == constraint_rows.JOINT:
+                joints["nodes"][entries[found[i][0]][1]] = 1
+    for i, (a, b) in enumerate(coupled):
+        couplings["a"][i], couplings["b"][i] = new[a], new[b]
+        couplings["mass"][i] = masses.of(*found[a][1:3], found[a][3], found[b][3])
+    return {"rows": rows, "row_sides": own, "row_pairs": couplings}
+
+
+#: Families that a side belongs to, and its fields.
+_FIELDS = {"bodies": "body", "points": "point", "beams": "beam"}
+
+
+def _order(coupled: Array, n: int) -> Array:
+    """Reverse Cuthill-McKee order of n rows; coupled : (k, 2), pairs of them."""
+    if not coupled.size:
+        return np.arange(n)
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+    graph = coo_matrix((np.ones(len(coupled)), coupled.T), shape=(n, n)).tocsr()
+    return np.asarray(reverse_cuthill_mckee(graph, symmetric_mode=True))
+
+
+class _Masses:
+    """Owners of vectors, and the inverses of their entries in M^-1."""
+
+    def __init__(self, families: dict[str, Array], f: mdl.Flexible, n_q: int) -> None:
+        self.bodies, self.points, self.f, self.n_q = families["bodies"], families["points"], f, n_q
+        self.point = {int(row["iv"]): k for k, row in enumerate(self.points) if row["mass"] > 0.0}
+        sizes = np.array(flexible.NODE_VECTORS, dtype=np.int64)[f.beams["kind"]] * f.beams["nodes"]
+        self.first, self.last = np.cumsum(sizes) - sizes, np.cumsum(sizes)  # rows of `Flexible.masses`
+        self._columns: dict[tuple[int, int], Array] = {}
+
+    def side(self, what: str, index: int) -> tuple[str, int, int]:
+        """Family and number of what an end is on, and where it stands among the velocities."""
+        if what == "bodies":
+            return "bodies", index, int(self.bodies["iv"][index]) - self.n_q
+        if index in self.point:
+            return "points", self.point[index], index - self.n_q
+        iv = self.f.beams["iv"]
+        beam = int(np.flatnonzero((iv <= index) & (index < iv + 3 * (self.last - self.first)))[0])
+        return "beams", beam, index - self.n_q
+
+    def of(self, family: str, index: int, at: int, other: int) -> float:
+        """Inverse of the entry of M^-1 of two vectors at velocities of one point mass or beam; 0 of bodies."""
+        if family == "bodies":
+            return 0.0
+        if family == "points":
+            return float(self.points["mass"][index])
+        first = int(self.f.beams["iv"][index]) - self.n_q
+        value = self._column(index, (at - first) // 3)[(other - first) // 3]
+        return float(np.divide(1.0, value)) if value != 0.0 else np.inf
+
+    def _column(self, beam: int, vector: int) -> Array:
+        """Column of M^-1 of a beam."""
+        if (beam, vector) not in self._columns:
+            L = self.f.masses[self.first[beam] : self.last[beam]]
+            n, w = len(L), L.shape[1] - 1
+            x = np.zeros(n)
+            x[vector] = 1.0
+            for i in range(vector + 1, n):
+                k = min(i, w)
+                x[i] -= L[i, 1 : k + 1] @ x[i - k : i][::-1]
+            x *= L[:, 0]
+            for i in range(n - 2, -1, -1):
+                k = np.arange(1, min(n - 1 - i, w) + 1)
+                x[i] -= L[i + k, k] @ x[i + k]
+            self._columns[beam, vector] = x
+        return self._columns[beam, vector]

@@ -1,0 +1,110 @@
+"""Gaps of joints that are functions of the vectors of their sides: value, gradient and second derivative.
+
+A kind has up to three sides: points a and b, and a direction d; of DIRECTION a and b are directions. A new kind is its
+number here, its branches in the functions below, and a part that writes it.
+"""
+
+import math
+
+from numba import types, void
+
+from evolvent.compiled.jit import MATRIX, REAL, entry, indirect, inlined
+from evolvent.kernels.sides import add_product, write_axial
+from evolvent.kernels.sparse import SPARSE
+from evolvent.model import MODEL
+
+_I = types.int64
+# kinds of joints: points coincide along a direction; directions keep their product; points keep their distance;
+# a spinning body keeps to an angle; a cord winds onto a drum of side a; points coincide along a direction that turns
+# two angles or travels stay in a ratio (`evolvent.kernels.gear`)
+POINT, DIRECTION, DISTANCE, ANGLE, CORD, ALONG, GEAR = 0, 1, 2, 3, 4, 5, 6
+
+
+@entry(_I)
+@inlined
+def side_count(kind):
+    """Number of the sides of a joint."""
+    return 3 if kind == ALONG else 2
+
+
+@inlined
+def is_place(kind, side):
+    """Whether a side of a joint is a point; else it is a direction."""
+    return kind != DIRECTION and side < 2
+
+
+@inlined
+def measure_gap(joints, k, a, b, d):
+    """Gap, rate and gradients of joint k, DIRECTION, ALONG or DISTANCE; `bends`: second derivative by rates.
+
+    Parameters
+    ----------
+    a, b, d : 6 floats, vectors of the sides and their rates; d is used where there are three
+    """
+    kind, u, g = joints[k].kind, joints[k].u, joints[k].g
+    if kind == DIRECTION:
+        joints[k].measured = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+        joints[k].gap = joints[k].measured - joints[k].value
+        joints[k].rate = a[0] * b[3] + a[1] * b[4] + a[2] * b[5] + a[3] * b[0] + a[4] * b[1] + a[5] * b[2]
+        joints[k].bends = 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
+        for c in range(3):
+            g[0, c], g[1, c] = b[c], a[c]
+        return
+    dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    vx, vy, vz = b[3] - a[3], b[4] - a[4], b[5] - a[5]
+    if kind == ALONG:
+        nx, ny, nz = d[0], d[1], d[2]
+        joints[k].measured = nx * dx + ny * dy + nz * dz
+        joints[k].gap = joints[k].measured - joints[k].value
+        joints[k].rate = nx * vx + ny * vy + nz * vz + d[3] * dx + d[4] * dy + d[5] * dz
+        joints[k].bends = 2.0 * (d[3] * vx + d[4] * vy + d[5] * vz)
+        u[2, 0], u[2, 1], u[2, 2] = nx, ny, nz
+        g[2, 0], g[2, 1], g[2, 2] = dx, dy, dz
+    else:
+        distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+        nx, ny, nz = dx / distance, dy / distance, dz / distance
+        joints[k].measured, joints[k].gap = distance, distance - joints[k].value
+        joints[k].rate = rate = nx * vx + ny * vy + nz * vz
+        joints[k].bends = (vx * vx + vy * vy + vz * vz - rate * rate) / distance
+    g[0, 0], g[0, 1], g[0, 2] = -nx, -ny, -nz
+    g[1, 0], g[1, 1], g[1, 2] = nx, ny, nz
+
+
+@inlined
+def secant_gap(joints, k, h):
+    """Make gradients of the mean state of an interval of length h those whose work is the change of the gap.
+
+    Those of a product of two vectors are so already.
+    """
+    if joints[k].kind == DISTANCE:
+        scale = 2.0 * (joints[k].gap + joints[k].value) / (joints[k].gap0 + joints[k].gap1 + 2.0 * joints[k].value)
+        for i in range(2):
+            for c in range(3):
+                joints[k].g[i, c] *= scale
+
+
+@indirect(void(_I, REAL, MODEL, SPARSE, _I, _I, MATRIX, _I, _I, MATRIX, _I, _I, MATRIX))
+def add_gap_tangent(k, la, model, matrix, a, n, Ja, b, m, Jb, d, n_d, Jd):
+    """Add la times the second derivative of the gap of joint k by the vectors of its sides.
+
+    Parameters
+    ----------
+    a, n, Ja and so on : first unknown of a side, their number, and its columns (`sides.side_columns`)
+    """
+    joints, K = model.flexible.joints, model.flexible.K12
+    kind, g, u = joints[k].kind, joints[k].g, joints[k].u
+    write_axial(K, 1.0, -1.0 if kind in (DISTANCE, CORD) else 0.0, g[1])
+    if kind == DIRECTION:
+        add_product(matrix, a, n, Ja, K, 0, 0, b, m, Jb, la)
+        add_product(matrix, b, m, Jb, K, 0, 0, a, n, Ja, la)
+    elif kind == ALONG:
+        add_product(matrix, d, n_d, Jd, K, 0, 0, b, m, Jb, la)
+        add_product(matrix, b, m, Jb, K, 0, 0, d, n_d, Jd, la)
+        add_product(matrix, d, n_d, Jd, K, 0, 0, a, n, Ja, -la)
+        add_product(matrix, a, n, Ja, K, 0, 0, d, n_d, Jd, -la)
+    elif kind in (DISTANCE, CORD):
+        s = la / math.sqrt((u[1, 0] - u[0, 0]) ** 2 + (u[1, 1] - u[0, 1]) ** 2 + (u[1, 2] - u[0, 2]) ** 2)
+        add_product(matrix, a, n, Ja, K, 0, 0, a, n, Ja, s)
+        add_product(matrix, b, m, Jb, K, 0, 0, b, m, Jb, s)
+        add_product(matrix, a, n, Ja, K, 0, 0, b, m, Jb, -s)
+        add_product(matrix, b, m, Jb, K, 0, 0, a, n, Ja, -s)
