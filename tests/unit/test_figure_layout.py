@@ -24,6 +24,7 @@ SHORT = {
     "inertia-stand": {},
     "orbit-tether": {"simulate.until": 20.0},
     "solar-array": {"simulate.until": 4.0},
+    "spinning-tether": {"simulate.until": 5.0},
     "two-booms": {"simulate.until": 0.2},
     "wire-boom-satellite": {"simulate.until": 2.0},
     "wrapped-rib": {"solver.duration": 10.0},
@@ -90,6 +91,11 @@ def test_figures_of_built_in_cases(name):
     figures = cases.presenter(run).figures(run)
     assert figures
     assert [fault for figure in figures for fault in faults(figure)] == []
+
+
+def test_figures_of_all_structures_are_drawn():
+    structures = {name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"}
+    assert structures <= set(SHORT)
 
 
 def test_figures_of_signals_and_maps():

@@ -76,14 +76,23 @@ def test_what_is_not_plain_is_left_to_xarray(sample, tmp_path):
     packed = sample.copy()
     packed["position"].encoding = {"zlib": True, "complevel": 4}
     dated = sample.assign(day=("blade", np.array(["2026-01-01", "2026-01-02"], dtype="datetime64[ns]")))
-    empty = sample.isel(time=slice(0, 0))
-    for k, dataset in enumerate((packed, dated, empty)):
+    for k, dataset in enumerate((packed, dated)):
         assert not netcdf.is_plain(dataset)
         results.save(dataset, tmp_path / f"{k}.nc")
         read = xr.load_dataset(tmp_path / f"{k}.nc", engine="h5netcdf")
         assert read.sizes == dataset.sizes
     with h5py.File(tmp_path / "0.nc") as file:
         assert file["position"].compression == "gzip"
+
+
+@pytest.mark.parametrize("dimension", ["time", "blade"])
+def test_a_dimension_without_entries_is_plain(sample, dimension, tmp_path):
+    empty = sample.isel({dimension: slice(0, 0)})
+    assert netcdf.is_plain(empty)
+    netcdf.write(empty, str(tmp_path / "empty.nc"))
+    xr.testing.assert_identical(xr.load_dataset(tmp_path / "empty.nc", engine="h5netcdf"), empty)
+    with (tmp_path / "empty.nc").open("rb") as file:
+        xr.testing.assert_identical(netcdf._read(file), empty)
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import xarray as xr
 
 import evolvent
 from evolvent import cases, results
-from evolvent.base import files
+from evolvent.base import files, netcdf
 from evolvent.results import variables
 
 heliogyro = cases.system("heliogyro")
@@ -572,7 +572,7 @@ def _root(run, change):
     ],
 )
 def test_damaged_runs_are_refused_in_one_sentence(quick, tmp_path, change, words):
-    change(quick).to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
+    (tmp_path / "run.nc").write_bytes(netcdf.image(change(quick)))
     with pytest.raises(evolvent.InputError, match=words) as caught:
         evolvent.open(tmp_path / "run.nc")
     assert "run.nc" in str(caught.value)

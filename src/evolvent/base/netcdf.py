@@ -34,12 +34,12 @@ class NotPlain(Exception):
 
 
 def is_plain(run: xr.DataTree | xr.Dataset) -> bool:
-    """Whether `write` can write a run: plain values, nothing empty, no encoding of the user's, no groups in groups."""
+    """Whether `write` can write a run: plain values, no encoding of the user's, no groups in groups."""
     if isinstance(run, xr.DataTree):
         if any(node.children for node in run.children.values()):
             return False
         return all(map(is_plain, datasets(run).values()))
-    if run.encoding.get("unlimited_dims") or any(size == 0 for size in run.sizes.values()):
+    if run.encoding.get("unlimited_dims"):
         return False
     for name, variable in run.variables.items():
         asked = {key for key, value in variable.encoding.items() if value not in (None, False, 0)}
