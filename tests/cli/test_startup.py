@@ -11,11 +11,15 @@ import evolvent
 from evolvent.base import startup, units
 from evolvent.results.figures import spline
 
-#: Runs the command line, then prints what was loaded.
+#: Runs the command line, then prints what was loaded; what a run says begins with whether drawing was loaded by then.
 PROGRAM = """
 import sys
 from evolvent.commands import cli
 sys.argv[0] = "evolvent"
+if "--no-figures" not in sys.argv and "-o" in sys.argv:
+    from evolvent.commands import run
+    say = run.say
+    run.say = lambda text, **rest: say(f"{'matplotlib' in sys.modules} {text}", **rest)
 try:
     cli.main()
 finally:
@@ -32,11 +36,17 @@ def compiled():
     evolvent.run("heliogyro", {"solver.duration": "0.2 s", "blade.nodes": 4})
 
 
-def loaded(*words: str, cwd: os.PathLike) -> set[str]:
-    """Modules that a fresh process has loaded after a command."""
+def started(*words: str, cwd: os.PathLike) -> tuple[str, set[str]]:
+    """What a fresh process prints on a command, and the modules that it has loaded."""
     done = subprocess.run([sys.executable, "-c", PROGRAM, *words], cwd=cwd, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    return set(done.stdout.rpartition("loaded:")[2].split())
+    printed, _, modules = done.stdout.rpartition("loaded:")
+    return printed, set(modules.split())
+
+
+def loaded(*words: str, cwd: os.PathLike) -> set[str]:
+    """Modules that a fresh process has loaded after a command."""
+    return started(*words, cwd=cwd)[1]
 
 
 @pytest.mark.parametrize("words", [("--help",), ("list",), ("run", "--help")])
@@ -58,8 +68,10 @@ def test_a_run_loads_what_it_needs(tmp_path):
 
 @pytest.mark.usefixtures("compiled")
 def test_figures_load_no_windows_and_no_scipy(tmp_path):
-    case = ("run", "heliogyro", *TINY, "-o", "run.nc")
-    found = loaded(*case, cwd=tmp_path)
+    """And they are drawn after the table is printed."""
+    printed, found = started("run", "heliogyro", *TINY, "-o", "run.nc", cwd=tmp_path)
+    assert printed.startswith("False status")
+    assert "\nTrue results: run.nc\nTrue figures: body_rate.png, " in printed
     assert "matplotlib.figure" in found
     assert not found & (NEVER | {"matplotlib.pyplot", "scipy.interpolate", "scipy.linalg", "scipy.optimize"})
 

@@ -302,7 +302,7 @@ def test_a_run_comes_back_from_its_file(name: str, tmp_path: Any) -> None:
     assert back.ev.names() == found.ev.names()
     labels = [(number.label, number.value) for number in found.ev.table()]
     assert [(number.label, number.value) for number in back.ev.table()] == labels
-    assert len(cases.system("structure").figures(back)) >= 2  # tests/unit/test_figure_layout.py draws those of all cases
+    assert len(cases.system("structure").figures(back)) >= 2  # test_figure_layout.py draws them
     title = cases.content_of(name)["title"]
     page = pathlib.Path(back.ev.animate(tmp_path / "motion.html")).read_text(encoding="utf-8")
     assert found.attrs["title"] == title == found.ev.motion().title

@@ -124,36 +124,36 @@ def test_views_are_named_by_what_they_show(page, shots):
     page.screenshot(path=shots / "views.png")
 
 
-@pytest.mark.parametrize("kind", ["report", "csv", "vtk", "mp4", "figures"])
-def test_downloads(page, kind, tmp_path):
-    if reason := exports.missing(kind):
-        pytest.skip(reason)
-    show_saved(page)
+def downloaded(page, kind, path):
+    """The content of a download of the run that is shown."""
     page.click(part("download"))
     with page.expect_download(timeout=WAIT) as download:
         page.click(part(f"download-{kind}"))
         page.wait_for_selector(part("export-cancel"))
-    path = tmp_path / "file"
     download.value.save_as(path)
-    content = path.read_bytes()
     assert download.value.suggested_filename.startswith("saved")
-    if kind == "report":
-        assert b"<html" in content[:200]
-    elif kind == "mp4":
-        assert content[4:8] == b"ftyp"
-    else:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            names = set(archive.namelist())
-            wanted = {"csv": "series.csv", "vtk": "about.txt", "figures": "animation.html"}[kind]
-            assert wanted in names
-            if kind == "csv":
-                rows = list(csv.reader(io.StringIO(archive.read("series.csv").decode("utf-8-sig"))))
-                assert len(rows) > 10
     page.wait_for_selector(part("export-cancel"), state="detached")
+    return path.read_bytes()
 
 
-def test_a_download_is_cancelled(page):
+def test_downloads(page, tmp_path):
+    """One page gives them all, one after another; then one is cancelled."""
     show_saved(page)
+    for kind in ("report", "csv", "vtk", "mp4", "figures"):
+        if exports.missing(kind):
+            continue
+        content = downloaded(page, kind, tmp_path / kind)
+        if kind == "report":
+            assert b"<html" in content[:200]
+        elif kind == "mp4":
+            assert content[4:8] == b"ftyp"
+        else:
+            with zipfile.ZipFile(io.BytesIO(content)) as archive:
+                wanted = {"csv": "series.csv", "vtk": "about.txt", "figures": "animation.html"}[kind]
+                assert wanted in archive.namelist()
+                if kind == "csv":
+                    rows = list(csv.reader(io.StringIO(archive.read("series.csv").decode("utf-8-sig"))))
+                    assert len(rows) > 10
     page.click(part("download"))
     page.click(part("download-gif"))
     page.click(part("export-cancel"))

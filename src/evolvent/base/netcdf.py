@@ -89,9 +89,11 @@ def _write(file: Any, dataset: xr.Dataset, inherited: dict[str, Any], *, first: 
 
     Parameters
     ----------
-    inherited : scales of the root, which the root itself adds
+    inherited : scales of the root and their numbers, which the root itself adds
     first : number of the next dimension
     """
+    from h5py import h5ds
+
     variables, attributes = conventions.cf_encoder(*conventions.encode_dataset_coordinates(dataset))
     made = {str(name): _dataset(file, str(name), variable) for name, variable in variables.items()}
     scales = dict(inherited)
@@ -103,18 +105,18 @@ def _write(file: Any, dataset: xr.Dataset, inherited: dict[str, Any], *, first: 
             scale = file.create_dataset(title, shape=(size,), dtype=">f4", track_order=True)
             title = f"This is a netCDF dimension but not a netCDF variable.{size:10}"
         scale.make_scale(title)
-        scale.attrs["_Netcdf4Dimid"] = np.int32(first + k)
-        scales[dimension] = scale
-    numbers = {name: scale.attrs["_Netcdf4Dimid"] for name, scale in scales.items()}
+        _set(scale, "_Netcdf4Dimid", np.int32(first + k))
+        scales[dimension] = scale, first + k
     for name, variable in variables.items():
         target = made[str(name)]
         if name not in own:
             for k, dimension in enumerate(variable.dims):
-                target.dims[k].attach_scale(scales[str(dimension)])
+                h5ds.attach_scale(target.id, scales[str(dimension)][0].id, k)
         if variable.dims:
-            ids = [numbers[str(d)] for d in variable.dims]
-            target.attrs["_Netcdf4Coordinates"] = np.array(ids, dtype=np.int32)
-            target.attrs["_Netcdf4Dimid"] = np.int32(ids[0])
+            ids = [scales[str(d)][1] for d in variable.dims]
+            _set(target, "_Netcdf4Coordinates", np.array(ids, dtype=np.int32))
+            if name not in own:
+                _set(target, "_Netcdf4Dimid", np.int32(ids[0]))
         _add_attributes(target, variable.attrs, {"_FillValue": target.dtype})
     _add_attributes(file, attributes, {})
     if file.name == "/":
@@ -137,7 +139,19 @@ def _add_attributes(target: Any, attributes: Any, kinds: Any) -> None:
     """Attributes as NetCDF keeps them: a number is a list of one; `kinds` names types that are asked for."""
     for name, value in attributes.items():
         single = np.isscalar(value) and not isinstance(value, str)
-        target.attrs[name] = np.atleast_1d(np.asarray(value, dtype=kinds.get(name))) if single else value
+        _set(target, name, np.atleast_1d(np.asarray(value, dtype=kinds.get(name))) if single else value)
+
+
+def _set(target: Any, name: str, value: Any) -> None:
+    """Add an attribute that is not there yet, which h5py's own way looks for first."""
+    import h5py
+    from h5py import h5a, h5s, h5t
+
+    values = np.asarray(value, order="C")
+    if values.dtype.kind in "UO":
+        values = np.asarray(value, dtype=h5py.string_dtype())
+    kind = h5t.py_create(values.dtype, logical=True)
+    h5a.create(target.id, name.encode(), kind, h5s.create_simple(values.shape)).write(values)
 
 
 def read(file: BinaryIO) -> xr.DataTree | xr.Dataset:
@@ -167,14 +181,16 @@ def _read(file: BinaryIO) -> xr.DataTree | xr.Dataset:
         If the file is not as `write` writes it; of a damaged one, any exception.
     """
     import h5py
+    from h5py import h5g
 
     with h5py.File(file, "r") as opened:
         scales: dict[int, str] = {}
-        root = _read_group(opened, scales)
-        groups = {name: item for name, item in opened.items() if isinstance(item, h5py.Group)}
-        found = {name: _read_group(group, dict(scales)) for name, group in groups.items()}
-        if any(isinstance(item, h5py.Group) for group in groups.values() for item in group.values()):
-            raise NotPlain
+        root, groups = _read_group(h5g.open(opened.id, b"/"), scales)
+        found = {}
+        for name, group in groups.items():
+            found[name], inside = _read_group(group, dict(scales))
+            if inside:
+                raise NotPlain
     if not found:
         return root
     tree = xr.DataTree(root)
@@ -182,46 +198,52 @@ def _read(file: BinaryIO) -> xr.DataTree | xr.Dataset:
     return tree
 
 
-def _read_group(group: Any, scales: dict[int, str]) -> xr.Dataset:
-    """Data set of a group; `scales` are names of dimensions by their numbers, to which its own are added."""
-    from h5py import Dataset, h5ds
+def _read_group(group: Any, scales: dict[int, str]) -> tuple[xr.Dataset, dict[str, Any]]:
+    """Data set of a group, and the groups in it.
 
-    items = {name: item for name, item in group.items() if isinstance(item, Dataset)}
+    `scales` are names of dimensions by their numbers, to which its own are added.
+    """
+    from h5py import h5d, h5ds, h5g, h5o
+
+    items = {name.decode(): h5o.open(group, name) for name in group}
+    groups = {name: item for name, item in items.items() if isinstance(item, h5g.GroupID)}
+    held = {name: (item, _attributes(item)) for name, item in items.items() if isinstance(item, h5d.DatasetID)}
     empty = set()
-    for name, item in items.items():
-        if h5ds.is_scale(item.id):
-            scales[int(item.attrs["_Netcdf4Dimid"])] = name
-            if h5ds.get_scale_name(item.id).startswith(_NO_VALUES):
+    for name, (item, (_, of_format)) in held.items():
+        if h5ds.is_scale(item):
+            scales[int(of_format["_Netcdf4Dimid"])] = name
+            if h5ds.get_scale_name(item).startswith(_NO_VALUES):
                 empty.add(name)
-    attributes = _attributes(group)
+    attributes, _ = _attributes(group)
     coordinates = str(attributes.pop("coordinates", "")).split()
     variables = {}
-    for name, item in items.items():
+    for name, (item, (own, of_format)) in held.items():
         if name not in empty:
-            variables[name] = _variable(item, scales)
+            variables[name] = _variable(item, own, of_format, scales)
             coordinates += str(variables[name].attrs.pop("coordinates", "")).split()
-    return xr.Dataset(variables, attrs=attributes).set_coords([name for name in coordinates if name in variables])
+    found = xr.Dataset(variables, attrs=attributes)
+    return found.set_coords([name for name in coordinates if name in variables]), groups
 
 
-def _variable(item: Any, scales: dict[int, str]) -> xr.Variable:
+def _variable(item: Any, attributes: dict[str, Any], of_format: dict[str, Any], scales: dict[int, str]) -> xr.Variable:
     """A variable with its values."""
     import h5py
-    from h5py import h5a, h5ds, h5t
+    from h5py import h5d, h5ds, h5s
 
-    if item.shape and not h5ds.is_scale(item.id):  # other programs find the dimensions by this list
-        listed = h5a.open(item.id, b"DIMENSION_LIST")
-        if listed.shape != (item.ndim,) or not isinstance(listed.get_type(), h5t.TypeVlenID):
-            raise NotPlain
-    dimensions = [scales[number] for number in item.attrs["_Netcdf4Coordinates"].tolist()] if item.shape else []
-    attributes, kind = _attributes(item), item.dtype
-    if item.chunks is not None or not kind.isnative:
+    shape, kind = item.shape, item.dtype
+    if shape is None or item.get_create_plist().get_layout() == h5d.CHUNKED or not kind.isnative:
         raise NotPlain
+    if shape and not h5ds.is_scale(item) and of_format.get("DIMENSION_LIST") != (len(shape),):
+        raise NotPlain  # other programs find the dimensions by this list
+    dimensions = [scales[number] for number in of_format["_Netcdf4Coordinates"].tolist()] if shape else []
     if h5py.check_string_dtype(kind) is not None:
         if h5py.check_string_dtype(kind).length is not None:
             raise NotPlain
-        values = np.asarray(item.asstr()[()], dtype=str)
+        values = np.asarray(h5py.Dataset(item).asstr()[()], dtype=str)
     else:
-        values = np.asarray(item[()])
+        values = np.empty(shape, dtype=kind)
+        if values.size:
+            item.read(h5s.ALL, h5s.ALL, values)
         if attributes.get("dtype") == "bool" and kind == np.int8:
             del attributes["dtype"]
             values = values.astype(bool)
@@ -232,18 +254,46 @@ def _variable(item: Any, scales: dict[int, str]) -> xr.Variable:
     return xr.Variable(dimensions, values, attributes)
 
 
-def _attributes(item: Any) -> dict[str, Any]:
-    """Attributes of a group or variable as xarray gives them: a list of one is its entry, texts are a list."""
-    found = {}
-    for name in item.attrs:
+def _attributes(item: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Attributes of a group or variable as xarray gives them, and those of the format, of which lists are their shape.
+
+    An attribute that is a list of one is its entry, texts are a list.
+    """
+    from h5py import h5, h5a, h5t
+
+    found: dict[str, Any] = {}
+    of_format: dict[str, Any] = {}
+    names: list[bytes] = []
+    h5a.iterate(item, lambda name, *_: names.append(name), index_type=h5.INDEX_CRT_ORDER)
+    for encoded in names:
+        attribute, name = h5a.open(item, encoded), encoded.decode()
         if name not in _OF_FORMAT:
-            value = item.attrs[name]
-            if isinstance(value, np.ndarray):
-                if value.dtype.kind == "O":
-                    value = value.tolist()
-                if len(value) == 1:
-                    value = value[0]
-            elif not isinstance(value, (str, np.number)):
-                raise NotPlain
-            found[name] = value
-    return found
+            found[name] = _plain(attribute)
+        elif name in ("_Netcdf4Coordinates", "_Netcdf4Dimid"):
+            of_format[name] = _entries(attribute)
+        elif isinstance(attribute.get_type(), h5t.TypeVlenID):
+            of_format[name] = attribute.shape
+    return found, of_format
+
+
+def _entries(attribute: Any) -> np.ndarray:
+    """Entries of an attribute."""
+    if attribute.shape is None:
+        raise NotPlain
+    values = np.zeros(attribute.shape, dtype=attribute.dtype)
+    attribute.read(values)
+    return values
+
+
+def _plain(attribute: Any) -> Any:
+    """An attribute as xarray gives it."""
+    import h5py
+
+    values = _entries(attribute)
+    text = h5py.check_string_dtype(values.dtype)
+    if text is not None and text.length is None:
+        texts = [one.decode("utf-8", "surrogateescape") for one in values.flat]
+        return texts if values.ndim and len(texts) != 1 else texts[0]
+    if values.ndim == 0 and values.dtype.kind not in "iufc":
+        raise NotPlain
+    return values[()] if values.ndim == 0 else values[0] if len(values) == 1 else values
