@@ -285,12 +285,13 @@ def test_a_worker_that_dies_is_replaced(long_study):
     before = set(children())
 
     def progress(done, count):
-        if done >= 6 and not victims:
+        if done >= 2 and not victims:
             workers = [p for p in set(children()) - before if "spawn_main" in " ".join(p.cmdline())]
             victims.append(workers[0])
             workers[0].kill()
 
     long_study["set"]["output.every"] = "0.1 ms"
+    long_study["over"]["spool.rate"]["points"] = 6
     found = studies.sweep(long_study, workers=2, progress=progress, report=told.append)
     assert victims
     assert (found.status == "success").all()

@@ -48,6 +48,7 @@ def test_warnings_are_quoted_as_they_are(corpus):
     assert not missing
 
 
+RUN = evolvent.run
 #: Pages with Python, which goes on from block to block.
 PAGES = (
     "index", "quickstart", "guide/model-your-own", "guide/beams", "guide/identification", "guide/sharing",
@@ -65,13 +66,28 @@ def saved(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module")
+def run_once():
+    """`evolvent.run` that runs the same case once: more than one page begins with it."""
+    runs = {}
+
+    def run(case, changes=None, **options):
+        key = repr((case, changes, options))
+        if key not in runs:
+            runs[key] = RUN(case, changes, **options)
+        return runs[key]
+
+    return run
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
 @pytest.mark.filterwarnings("ignore:FigureCanvasAgg is non-interactive:UserWarning")
-def test_the_python_of_the_pages_runs(page, saved, monkeypatch):
+def test_the_python_of_the_pages_runs(page, saved, run_once, monkeypatch):
     import matplotlib.pyplot as plt
 
     plt.switch_backend("agg")
+    monkeypatch.setattr(evolvent, "run", run_once)
     monkeypatch.chdir(saved)
     text = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```python\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE)
