@@ -224,7 +224,7 @@ def tangent_columns(
     velocities by the increments.
     """
     model = assembly.model
-    model.flexible.switches[:] = assembly.s
+    model.switches[:] = assembly.s
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     a, la, powers = rng.standard_normal(n_v), np.zeros(0), np.zeros(N_POWERS)
     matrix, r = matrix_of(model), np.zeros(n_v)

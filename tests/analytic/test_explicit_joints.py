@@ -58,7 +58,7 @@ def accelerations(assembly: Assembly, t: float, y: Array) -> tuple[Array, Array]
     """Rates of the state by `rhs`, and the multipliers of the joints."""
     model, dy = assembly.model, np.zeros_like(y)
     rhs(t, y, assembly.s, model, dy)
-    la, rows = np.zeros(model.flexible.joints.size), model.rows
+    la, rows = np.zeros(model.joints.size), model.rows
     held = rows["kind"] == constraint_rows.JOINT
     la[rows["index"][held]] = model.la[held]
     return dy, la
@@ -67,7 +67,7 @@ def accelerations(assembly: Assembly, t: float, y: Array) -> tuple[Array, Array]
 def check_accelerations(assembly: Assembly, t: float, y: Array) -> None:
     """M a + F + G^T la = 0 of implicit methods holds, and no gap gets a second derivative."""
     model = assembly.model
-    n_q, n_v, n_j = int(model.info.nq), int(model.info.nv), model.flexible.joints.size
+    n_q, n_v, n_j = int(model.info.nq), int(model.info.nv), model.joints.size
     dy, la = accelerations(assembly, t, y)
     assert np.all(np.isfinite(dy))
     r, power, a = np.zeros(n_v + n_j), np.zeros(powers.N_POWERS), dy[n_q : n_q + n_v].copy()
@@ -79,7 +79,7 @@ def check_accelerations(assembly: Assembly, t: float, y: Array) -> None:
         rigid.kinematics(t + s, moved, model)
         for k in range(n_j):
             joint.joint_geometry(t + s, moved, k, model)
-        rates.append(model.flexible.joints["rate"].copy())
+        rates.append(model.joints["rate"].copy())
     assert np.abs(rates[0] - rates[1]).max() / (2.0 * h) < 1e-6 * np.abs(dy).max()
 
 

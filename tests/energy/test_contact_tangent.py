@@ -55,7 +55,7 @@ def test_tangent_of_contacts(law: str, exponent: float, friction: float, depth: 
         return step.r.copy()
 
     residual(start)
-    force = model.flexible.contact_points["force"]
+    force = model.contact_points["force"]
     assert np.count_nonzero(force > 0.0) > N
     allowed = 1e-4 if friction == 0.0 else 0.1  # with friction the turn of the tangent plane is left out
     flow.tangent(1.0, model, step, of.matrix)

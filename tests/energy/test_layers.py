@@ -32,7 +32,7 @@ def ran(assembly: Assembly, end: float, step: float, rho: float = 1.0) -> Soluti
 def turning(assembly: Assembly, rate: float) -> Assembly:
     """The same with its beams turning about z."""
     y, n_q = assembly.y.copy(), int(assembly.model.info.nq)
-    for row in assembly.model.flexible.beams:
+    for row in assembly.model.beams:
         size = 6 * row["nodes"]
         x = y[row["iq"] :][:size].reshape(-1, 3)
         y[row["iv"] :][:size] += np.cross([0.0, 0.0, rate], x).ravel()
@@ -61,7 +61,7 @@ def test_pressed_turns_spring_apart_and_keep_energy_and_momenta(count: int, step
 def test_friction_between_turns_takes_energy_and_keeps_momenta(step: float) -> None:
     given = {"friction": 0.4, "bristle_stiffness": 100.0, "damping": 0.5, "points": 3}
     assembly = turning(wound(0.0030, count=2, rise=1e-3, **given), 2.0)
-    beam = assembly.model.flexible.beams[1]  # slides against the other
+    beam = assembly.model.beams[1]  # slides against the other
     assembly.y[beam["iv"] :][: 6 * beam["nodes"]] *= 1.05
     found = ran(assembly, 20.0 * step, step)
     scale, balance, momentum = found.energy[0], found.balance, found.momentum
@@ -89,11 +89,11 @@ def test_tangent(friction: float, coupled: bool, rng: np.random.Generator) -> No
     """Twice the derivative, within the pattern and by inner unknowns, but for force by its element's length."""
     assembly = wound(0.0015, friction=friction, bristle_stiffness=100.0)
     model, step, dq = stepped(assembly, 0.05, rng)
-    found, exact, beam = [], [], model.flexible.beams[0]
+    found, exact, beam = [], [], model.beams[0]
     first = int(beam["iv"]) - int(model.info.nq)
     own = slice(first, first + 6 * (N + 1))
     for stiffness in (500.0, 0.0):
-        model.flexible.cylinders["stiffness"] = stiffness
+        model.cylinders["stiffness"] = stiffness
         step.dq[:] = dq
         flow.residual(model, step)
         matrix = matrix_of(model, layers=coupled)
@@ -119,12 +119,12 @@ def test_the_gap_changes_by_the_work_of_a_unit_force(rng: np.random.Generator) -
     """Of a step in which turns slide along one another by a tenth of an element: to round-off."""
     assembly = wound(0.0015)
     model, step, dq = stepped(assembly, 0.05, rng)
-    x = assembly.y[model.flexible.beams[0]["iq"] :][: 6 * (N + 1)].reshape(-1, 3)
+    x = assembly.y[model.beams[0]["iq"] :][: 6 * (N + 1)].reshape(-1, 3)
     moved = 0.02 * np.linspace(0.0, 1.0, N + 1)[:, None] * x[1::2]  # along the coil, the more the farther out
     dq[6:].reshape(-1, 2, 3)[:, 0] += moved
     step.dq[:] = dq
     flow.residual(model, step)
-    points = model.flexible.contact_points
+    points = model.contact_points
     pressed = points["force"] > 0.0
     slid = np.abs(points["xi1"] + points["carrier1"] - points["xi"] - points["carrier"])[pressed]
     assert slid.max() > 0.05
@@ -150,9 +150,9 @@ def test_points_that_come_over_a_side_bring_no_energy() -> None:
     layer = {"thickness": 0.01, "width": 0.02, "stiffness": 1e3, "centre": (0.2, -3.0, 0.0)}
     system.add(parts.SelfContact(body="ground", over="over", under="under", **layer), "layer")
     found = ran(system.assemble(), 0.1, 2e-3)
-    x = found.y[-1][int(found.assembly.model.flexible.beams[0]["iq"]) :][:3]
+    x = found.y[-1][int(found.assembly.model.beams[0]["iq"]) :][:3]
     assert x == pytest.approx([0.0, 0.01 - depth, 0.05 - speed * 0.1], abs=1e-9)
-    assert found.assembly.model.flexible.contact_points["rest"].max() == pytest.approx(depth, rel=1e-2)
+    assert found.assembly.model.contact_points["rest"].max() == pytest.approx(depth, rel=1e-2)
     assert np.all(found.cylinders[:, 0, 6] == 0.0)
     assert np.abs(found.balance.by_contact).max() == 0.0
 
@@ -197,6 +197,6 @@ def test_winding_never_gains_energy(friction: float) -> None:
 
 
 def tip_velocity(found: Solution) -> Array:
-    beam = found.assembly.model.flexible.beams[0]
+    beam = found.assembly.model.beams[0]
     at = int(beam["iv"]) + 6 * (int(beam["nodes"]) - 1)
     return found.y[:, at : at + 3]

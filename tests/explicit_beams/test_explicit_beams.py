@@ -140,7 +140,7 @@ def test_account_of_everything_at_once(law: str) -> None:
     found = run(assembly, np.linspace(0.0, 0.5, 6), "rk4", step=2e-5)
     given = np.abs(found.accounts[-1, mdl.LOAD])
     assert given > 0.1
-    assert assembly.model.flexible.cylinders["touching"][0] > 0
+    assert assembly.model.cylinders["touching"][0] > 0
     assert found.accounts[-1, mdl.RELEASE] < -1e-3 * given  # the strain of the pin that has let go
     assert np.abs(found.energy_defect).max() < 2e-4 * given
 
@@ -214,10 +214,10 @@ def test_a_constraint_on_a_rib_keeps_momentum_and_energy() -> None:
     assert np.abs(found.energy_defect).max() < 1e-6 * found.energy[0]
     y, model = found.y[-1].copy(), assembly.model
     rigid.kinematics(0.5, y, model)
-    for k in range(model.flexible.joints.size):
+    for k in range(model.joints.size):
         joint.joint_geometry(0.5, y, k, model)
-    assert np.abs(model.flexible.joints["gap"]).max() < 1e-13
-    assert np.abs(model.flexible.joints["rate"]).max() < 1e-12
+    assert np.abs(model.joints["gap"]).max() < 1e-13
+    assert np.abs(model.joints["rate"]).max() < 1e-12
     implicit = solve_implicit(assembly, samples=found.t, step=2.5e-4, spectral_radius=0.9)
     assert implicit.success, implicit.message
     assert np.abs(place(assembly, implicit.y[-1]) - place(assembly, found.y[-1])).max() < 1e-4
@@ -255,7 +255,7 @@ def test_a_joint_is_a_penalty_as_a_whole() -> None:
     system.add(beam(), "beam")
     held = {"a": (0.0, 0.0, 0.0), "b": "beam.root", "type": "clamp", "stiffness": 500.0}
     system.add(parts.Joint(**held, rotational_stiffness=2.0), "clamp")
-    assert system.assemble().model.flexible.joints["stiffness"].tolist() == [500.0] * 3 + [2.0] * 2
+    assert system.assemble().model.joints["stiffness"].tolist() == [500.0] * 3 + [2.0] * 2
     refused = System()
     refused.add(beam(), "beam")
     refused.add(parts.Joint(**held, rotational_stiffness=0.0), "clamp")

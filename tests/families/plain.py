@@ -42,8 +42,8 @@ def numbers(name: str) -> dict[str, list[float]]:
         found["rates"], found["sums"] = derivative(assembly)(0.0, y).tolist(), sums.tolist()
         found["explicit"] = solve(assembly, samples=samples, step=case.step, method="rk4").y[-1].tolist()
     if table.IMPLICIT in row.solvers:
-        model.flexible.switches[:] = assembly.s
-        n_v, n_j, energies = int(model.info.nv), model.flexible.joints.size, np.zeros(5)
+        model.switches[:] = assembly.s
+        n_v, n_j, energies = int(model.info.nv), model.joints.size, np.zeros(5)
         equations = Equations(assembly, 0.0, y, 0.1 * np.cos(np.arange(n_v)), 0.0, 0.0)
         found["residual"] = equations.residual(np.zeros(n_v), np.sin(np.arange(n_j))).tolist()
         implicit.energies(0.0, y, model, energies)

@@ -75,10 +75,10 @@ def start_step(assembly: Assembly, y: Array) -> None:
     """Take the state y as the start of a step: gaps, anchors and bristles of contacts are those of y."""
     model = assembly.model
     n_v = int(model.info.nv)
-    model.flexible.contact_points["gap"] = np.inf
-    model.flexible.contact_points["stick"] = 0.0
-    model.flexible.contact_points["drag"] = 0.0
-    Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0).residual(np.zeros(n_v), np.zeros(model.flexible.joints.size))
+    model.contact_points["gap"] = np.inf
+    model.contact_points["stick"] = 0.0
+    model.contact_points["drag"] = 0.0
+    Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0).residual(np.zeros(n_v), np.zeros(model.joints.size))
     contact.end_points(y, model)
 
 
@@ -94,7 +94,7 @@ def coordinates(assembly: Assembly, y: Array, name: str) -> Array:
     family, index = assembly.names[name]
     model = assembly.model
     if family == "beams":
-        row = model.flexible.beams[index]
+        row = model.beams[index]
         k = 2 if row["kind"] == 0 else 4
         return y[..., row["iq"] :][..., : 3 * k * row["nodes"]].reshape(*y.shape[:-1], row["nodes"], k, 3)
     row = getattr(model, family)[index]

@@ -99,14 +99,14 @@ def test_bodies(pair: str, mu: float, size: float) -> None:
     equations = moved(assembly, size)
     # left out: how the direction of friction follows the normal, slip by radius
     assert worst(equations, np.zeros(0), h=1e-6 if mu == 0.0 else 1e-7) < (1e-5 if mu == 0.0 else 2.0 * size)
-    assert assembly.model.flexible.body_contacts["force"][0] > 0.0
+    assert assembly.model.body_contacts["force"][0] > 0.0
 
 
 @pytest.mark.parametrize("surface", SURFACES)
 def test_beams(surface: str) -> None:
     assembly = on_surface(SURFACES[surface]).assemble()
     assert worst(moved(assembly, 1e-4), np.zeros(0), h=1e-6) < 1e-5
-    assert assembly.model.flexible.cylinders["touching"][0] > 1
+    assert assembly.model.cylinders["touching"][0] > 1
 
 
 def tangent_error(system: System, most: float, move: Array) -> float:
@@ -126,8 +126,7 @@ def tangent_error(system: System, most: float, move: Array) -> float:
     residual(start)
     flow.tangent(1.0, model, step, of.matrix)
     assert sparse_lu.factor(of.matrix) == 0
-    f = model.flexible
-    assert np.any(f.body_contacts["force"] > 0.0) or np.any(f.contact_points["force"] > 0.0)
+    assert np.any(model.body_contacts["force"] > 0.0) or np.any(model.contact_points["force"] > 0.0)
     for _ in range(3):
         direction, eps = rng.standard_normal(start.size), 1e-7
         x = (residual(start + eps * direction) - residual(start - eps * direction)) / eps  # twice the derivative

@@ -55,9 +55,9 @@ def twice_kinetic(rates: Array, element: int) -> float:
 
 
 def rates_of(assembly: Assembly, y: Array) -> Array:
-    row = assembly.model.flexible.beams[0]
+    row = assembly.model.beams[0]
     k = 2 if row["kind"] == 0 else 4
-    iv = int(assembly.model.flexible.elements["iv"][0])
+    iv = int(assembly.model.elements["iv"][0])
     return y[iv : iv + 3 * k * (N + 1)].reshape(N + 1, k, 3)
 
 

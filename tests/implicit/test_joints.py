@@ -392,7 +392,7 @@ def test_drives_whose_rate_jumps_are_refused(what: str) -> None:
 
     with pytest.raises(InputError, match=rf"drive.drive jumps from 2 to -1.5 {unit} at t = 3 s.*RampDrive.*duration"):
         assemble(None)
-    assert assemble(2.5).model.flexible.joints.size > 0
+    assert assemble(2.5).model.joints.size > 0
 
 
 def test_multipliers_are_found_by_name() -> None:

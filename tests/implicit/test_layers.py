@@ -52,7 +52,7 @@ def wound(pitch: float, *, count: int = 1, sense: int = 1, rise: float = 0.0, **
 def layer_forces(assembly: Assembly, y: Array, step: float = 0.0) -> tuple[Array, float]:
     """Generalised forces that layers put on the left of the equations, and their energy."""
     model = assembly.model
-    n_v, rows, found = int(model.info.nv), model.flexible.cylinders, []
+    n_v, rows, found = int(model.info.nv), model.cylinders, []
     for stiffness in (STIFFNESS, 0.0):
         rows["stiffness"] = stiffness
         equations = Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0, step)
@@ -68,11 +68,11 @@ def test_gap_of_a_spiral(sense: int) -> None:
     """All of the second turn and what there is of the third lie a pitch above the turn below; the first has none."""
     assembly = wound(0.0015, sense=sense)
     start_step(assembly, assembly.y)
-    gap, checks = assembly.model.flexible.contact_points["gap"], 2 * N
+    gap, checks = assembly.model.contact_points["gap"], 2 * N
     over = np.arange(1, checks + 1) / checks * TURNS > 1.0
     assert np.all(np.isinf(gap[~over]))
     assert gap[over] == pytest.approx(0.0015 - THICK, abs=2e-5)
-    assert assembly.model.flexible.cylinders["touching"][0] == over.sum()
+    assert assembly.model.cylinders["touching"][0] == over.sum()
 
 
 @pytest.mark.parametrize("sense", [1, -1])
@@ -80,9 +80,9 @@ def test_gap_of_neighbours(sense: int) -> None:
     """Three ribs wind over one another: each lies a third of the pitch above the next, from a third of a turn on."""
     assembly = wound(0.0045, count=3, sense=sense)
     start_step(assembly, assembly.y)
-    for row in assembly.model.flexible.cylinders:
+    for row in assembly.model.cylinders:
         assert row["shift"] == pytest.approx(2.0 * np.pi / 3.0)
-        gap = assembly.model.flexible.contact_points["gap"][row["first"] : row["last"]]
+        gap = assembly.model.contact_points["gap"][row["first"] : row["last"]]
         over = np.arange(1, 2 * N + 1) / (2 * N) * TURNS > 1.0 / 3.0
         assert gap[over] == pytest.approx(0.0015 - THICK, abs=2e-5)
         assert np.all(np.isinf(gap[~over]))
@@ -91,14 +91,14 @@ def test_gap_of_neighbours(sense: int) -> None:
 def test_turns_side_by_side_do_not_touch() -> None:
     assembly = wound(0.0015, rise=0.02, width=0.03)
     start_step(assembly, assembly.y)
-    assert assembly.model.flexible.cylinders["touching"][0] == 0.0
+    assert assembly.model.cylinders["touching"][0] == 0.0
 
 
 def moved(assembly: Assembly, rng: np.random.Generator, size: float = 1e-5) -> Array:
     """The start a little disturbed, with the hub turned a little."""
     n_q = int(assembly.model.info.nq)
     y = assembly.y.copy()
-    beams = assembly.model.flexible.beams
+    beams = assembly.model.beams
     for row in beams:
         q = slice(row["iq"], row["iq"] + 6 * row["nodes"])
         y[q] += size * rng.standard_normal(q.stop - q.start)
@@ -113,7 +113,7 @@ def moved(assembly: Assembly, rng: np.random.Generator, size: float = 1e-5) -> A
 def test_forces_are_the_slope_of_the_energy(rng: np.random.Generator) -> None:
     assembly = wound(0.0015)
     y = assembly.y
-    beam = assembly.model.flexible.beams[0]
+    beam = assembly.model.beams[0]
     force, _ = layer_forces(assembly, y)
     at, n_q = int(beam["iv"]), int(assembly.model.info.nq)
     for _ in range(5):
@@ -135,7 +135,7 @@ def test_momenta_are_kept(friction: float, rng: np.random.Generator) -> None:
     force, _ = layer_forces(assembly, y, 1e-3 if friction else 0.0)
     model = assembly.model
     n_q, total, torque, size = int(model.info.nq), np.zeros(3), np.zeros(3), 0.0
-    for row in model.flexible.beams:
+    for row in model.beams:
         f = force[row["iv"] - n_q :][: 6 * row["nodes"]].reshape(-1, 3)
         total += f[::2].sum(axis=0)
         torque += np.cross(y[row["iq"] :][: 6 * row["nodes"]].reshape(-1, 3), f).sum(axis=0)
@@ -155,12 +155,12 @@ def test_tangent(friction: float, rng: np.random.Generator) -> None:
     start_step(assembly, assembly.y)
     y, model = moved(assembly, rng, 1e-6), assembly.model
     n_v, step = int(model.info.nv), 1e-3
-    beam = model.flexible.beams[0]
+    beam = model.beams[0]
     first = int(beam["iv"]) - int(model.info.nq)
     own = slice(first, first + 6 * (N + 1))
     found, exact = [], []
     for stiffness in (STIFFNESS, 0.0):
-        model.flexible.cylinders["stiffness"] = stiffness
+        model.cylinders["stiffness"] = stiffness
         equations = Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 50.0, step)
         matrix = matrix_of(model)
         equations.residual(np.zeros(n_v), np.zeros(0))
@@ -211,8 +211,8 @@ def test_stuck_turns_stay_stuck_where_the_coil_turns_on_its_hub() -> None:
     """What the bristles hold is that of the turns against one another, wherever the coil stands."""
     assembly = wound(0.0015, friction=0.4, bristle_stiffness=100.0)
     start_step(assembly, assembly.y)
-    model, beam = assembly.model, assembly.model.flexible.beams[0]
-    checks = model.flexible.contact_points
+    model, beam = assembly.model, assembly.model.beams[0]
+    checks = model.contact_points
     checks["stick"][checks["gap"] < 0.0] = [1e-4, 0.0, 0.0]
     n_v, energies = int(model.info.nv), []
     for angle in (0.0, 0.3, 1.0, 1.5):
@@ -220,7 +220,7 @@ def test_stuck_turns_stay_stuck_where_the_coil_turns_on_its_hub() -> None:
         q = y[beam["iq"] : beam["iq"] + 6 * beam["nodes"]].reshape(-1, 3)
         q[:] = q @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
         Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0, 1e-3).residual(np.zeros(n_v), np.zeros(0))
-        energies.append(float(model.flexible.cylinders["energy"].sum()))
+        energies.append(float(model.cylinders["energy"].sum()))
     assert energies == pytest.approx([energies[0]] * 4, rel=1e-9)
 
 

@@ -126,5 +126,5 @@ def test_a_file_has_the_keys(tmp_path: pathlib.Path) -> None:
     path = tmp_path / "wheel.yaml"
     path.write_text(wheel(motor).to_yaml(until="2 s"))
     assert {"until: 0.8 s", "released_by: half"} <= {line.strip() for line in path.read_text().splitlines()}
-    row = evolvent.load(path).assemble().model.flexible.motors[0]
+    row = evolvent.load(path).assemble().model.motors[0]
     assert (row["until"], row["event"]) == (0.8, 0)

@@ -120,7 +120,7 @@ def test_joints_between_bodies_and_points(kind: str, stiffness: float, rng: np.r
         fields = {f: getattr(fitted, f) for f in ("a", "b", "type", "axis")}
         system.add(parts.Joint(**fields, stiffness=stiffness))
     equations = disturbed(system.assemble(), rng)
-    la = rng.standard_normal(equations.assembly.model.flexible.joints.size) * 50.0
+    la = rng.standard_normal(equations.assembly.model.joints.size) * 50.0
     assert worst(equations, la) < 1e-7
 
 
@@ -200,7 +200,7 @@ def test_beams_on_bodies(body: str, stiffness: float, rng: np.random.Generator) 
     mixed(system)
     attach(system, body, stiffness=stiffness)
     equations = disturbed(system.assemble(), rng)
-    la = rng.standard_normal(equations.assembly.model.flexible.joints.size) * 5.0
+    la = rng.standard_normal(equations.assembly.model.joints.size) * 5.0
     assert worst(equations, la) < 1e-7
 
 
@@ -211,7 +211,7 @@ def test_driven_places_and_angles(rng: np.random.Generator) -> None:
     system.add(parts.PrescribedMotion(at="cable.tip", drive=parts.ConstantDrive(rate=0.2), direction=(0.3, 1.0, 0.0)))
     system.add(parts.PrescribedMotion(at="beam.tip", drive=parts.ConstantDrive(rate=0.2), radius=0.2, length=1.0))
     equations = disturbed(system.assemble(), rng)
-    la = rng.standard_normal(equations.assembly.model.flexible.joints.size) * 5.0
+    la = rng.standard_normal(equations.assembly.model.joints.size) * 5.0
     assert worst(equations, la) < 1e-7
 
 
@@ -228,8 +228,8 @@ def test_hinges(body: str, damping: float, rng: np.random.Generator) -> None:
             )
         )  # fmt: skip
     equations = disturbed(system.assemble(), rng)
-    flexible = equations.assembly.model.flexible
-    flexible.switches[flexible.hinges["switch"] + 1] = (0, 1)
+    model = equations.assembly.model
+    model.switches[model.hinges["switch"] + 1] = (0, 1)
     # left out: what a turn changes in rates, beside c_rate what the body turns in a second
     assert worst(equations, np.zeros(0)) < (1e-7 if damping == 0.0 or body == "ground" else 2.0 / C_RATE)
 
@@ -264,7 +264,7 @@ def pressed(
     model = assembly.model
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     y = assembly.y.copy()
-    y[model.flexible.beams[0]["iq"] + 2 : n_q : 3 * (2 if formulation == "cable" else 4)] -= 0.06
+    y[model.beams[0]["iq"] + 2 : n_q : 3 * (2 if formulation == "cable" else 4)] -= 0.06
     if fields.get("rest", 0.0):
         y[n_q : n_q + n_v] = 0.0
     start_step(assembly, y)
@@ -288,7 +288,7 @@ CASES: list[tuple[str, dict[str, float]]] = [
 @pytest.mark.parametrize("body", ["ground", "spin", "free"])
 def test_contact(law: str, fields: dict[str, float], body: str, rng: np.random.Generator) -> None:
     equations = pressed(body, law, 0.0, rng, rest=1.0, **fields)
-    touching = equations.assembly.model.flexible.cylinders["touching"]
+    touching = equations.assembly.model.cylinders["touching"]
     n = int(equations.assembly.model.info.nv)
     equations.residual(np.zeros(n), np.zeros(0))
     assert touching.sum() >= 2

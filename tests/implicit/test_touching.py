@@ -229,7 +229,7 @@ def test_a_beam_pressed_on_a_cylinder(book: Book) -> None:
     system.add(parts.Force(at="beam.tip", force=(0.0, -F, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 1.0, 3.0], tolerance=1e-5)
-    points = solution.assembly.model.flexible.contact_points
+    points = solution.assembly.model.contact_points
     y = solution.y[-1]
     places = np.array([sum(c["S"][j] * y[c["iq"][j] : c["iq"][j] + 3] for j in range(4)) for c in points])
     force = points["force"]
@@ -328,7 +328,7 @@ def test_a_turning_drum_drags_the_cable(way: float, book: Book) -> None:
 def slipping_modes(assembly: Assembly, solution: Solution) -> Array:
     """Eigenvalues, 1/s, of the linear motion about the last state of a run, where all points that press slide on."""
     model, y = assembly.model, solution.y[-1]
-    n_v, points = int(model.info.nv), model.flexible.contact_points
+    n_v, points = int(model.info.nv), model.contact_points
     bristles = np.linalg.norm(points["stick"], axis=1)[:, None]
     points["anchor"] -= 1e-3 * points["stick"] / np.where(bristles > 0.0, bristles, 1.0)  # backwards by 1 mm
 

@@ -85,7 +85,7 @@ def state(assembly: Assembly, rng: np.random.Generator, moving: float) -> Array:
 def columns(assembly: Assembly, y: Array, rate: float) -> tuple[Array, Array]:
     """Tangent and residuals of the displacements +-h of every unknown, for the differences: (n, n) and (n, 2, n)."""
     n = int(assembly.model.info.nv)
-    assembly.model.flexible.switches[:] = assembly.s
+    assembly.model.switches[:] = assembly.s
     equations, none = Equations(assembly, 0.37, y, np.zeros(n), 0.0, rate), np.zeros(0)
     moved = [[equations.residual(s * H * e, none) for s in (1.0, -1.0)] for e in np.eye(n)]
     return equations.tangent(none), np.array(moved)

@@ -154,7 +154,7 @@ def test_tangent(drive: str, motion: str, rng: np.random.Generator) -> None:
     given: dict[str, Any] = {"stuck": {"brake": 0.5, "rate": 0.0}, "end": {"end": True}}
     assembly = craft(motion, **(given | DRIVES)[drive])
     model, y, s = assembly.model, assembly.y.copy(), assembly.s
-    model.flexible.switches[:] = s
+    model.switches[:] = s
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     out = 3 * int(s[0])
     y[int(model.threads["iq"][0]) :][:out] += 0.01 * rng.standard_normal(out)

@@ -112,7 +112,7 @@ def test_tangent_of_the_energy_momentum_step() -> None:
     step.step.h, step.step.ratio = 0.02, 1.0
     flow.measure(0, model, step)
     rng = np.random.default_rng(0)
-    before = model.flexible.rod_elements["before"]
+    before = model.rod_elements["before"]
     before[:] = 1e-3 * rng.standard_normal(before.shape)
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     start = 0.02 * step.y0[n_q : n_q + n_v] + 1e-3 * rng.standard_normal(n_v)
@@ -162,7 +162,7 @@ def test_strains_of_a_helix_are_exact() -> None:
     x = model.bodies["x"][1:] + np.einsum("nij,nj->ni", R, arms)
     for k in range(3):
         rod_strains.measure_element(k, model, out)
-        rest = model.flexible.rod_elements["rest"][k]
+        rest = model.rod_elements["rest"][k]
         assert out[rod_strains.STRAIN :] + rest == pytest.approx(rods.strains(x, R, 1.0 / 3.0)[k], abs=1e-12)
 
 

@@ -50,7 +50,7 @@ def beam(
 def nodes(assembly: Assembly, state: Array | Solution, name: str = "beam") -> Array:
     """(nodes, vectors, 3) coordinates of a beam."""
     y = state.y[-1] if isinstance(state, Solution) else state
-    row = assembly.model.flexible.beams[assembly.index(name, "beams")]
+    row = assembly.model.beams[assembly.index(name, "beams")]
     vectors = (2, 4)[row["kind"]]
     return y[row["iq"] : row["iq"] + 3 * vectors * row["nodes"]].reshape(-1, vectors, 3)
 
@@ -60,7 +60,7 @@ def sections(assembly: Assembly, state: Array | Solution) -> Any:
     model, y = assembly.model.copy(), state.y[-1] if isinstance(state, Solution) else state
     needs.load(model, evaluate_beams)
     evaluate_beams(np.ascontiguousarray(y), model)
-    return model.flexible.elements
+    return model.elements
 
 
 def tip_force(*force: float) -> Callable[[System], None]:

@@ -235,7 +235,7 @@ def test_the_frequency_response_is_that_of_a_simulation(book):
     a = compose(shaken=True)
     run = solve_implicit(a, samples=t, step=period / 120)
     assert run.success, run.message
-    row = a.model.flexible.beams[0]
+    row = a.model.beams[0]
     point = run.y[:, int(a.model.points["iq"][0]) + 1]
     slope = run.y[:, int(row["iq"]) + 12 + 3 : int(row["iq"]) + 12 + 6]
     errors, t = [], t[-120:]

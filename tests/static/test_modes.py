@@ -345,7 +345,7 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
     spin = spin_of(a, (0.0, 0.0, 0.7), (0.1, 0.2, 0.0)) if turns else np.zeros(6)
     n_q, y = int(a.model.info.nq), a.y.copy()
     y[:n_q] += 0.02 * rng.standard_normal(n_q)
-    cable = a.model.flexible.beams["iq"][0]
+    cable = a.model.beams["iq"][0]
     y[cable + 13] -= 0.05  # its tip dips into the cylinder
     y[3:7] /= np.linalg.norm(y[3:7])
     work = Work(a, y, 0.0, spin)
@@ -364,7 +364,7 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
         slope = (8.0 * (sides[0] - sides[1]) - (sides[2] - sides[3])) / (12.0 * 1e-4)
         columns.append(slope[: work.n_v])
         gaps.append(slope[work.rows])
-    assert model.flexible.cylinders["touching"][0] > 0.0
+    assert model.cylinders["touching"][0] > 0.0
     wanted = np.array(columns).T
     assert_allclose(K.toarray(), wanted, atol=1e-6 * np.abs(wanted).max())
     assert_allclose(G.toarray(), np.array(gaps).T, atol=1e-8)

@@ -55,7 +55,7 @@ def data_of(assembly: Assembly) -> dict[str, Any]:
     """All arrays of a model, its flexible part's among them."""
     model = assembly.model
     own = {name: np.array(value) for name, value in model._asdict().items() if name != "flexible"}
-    return own | {f"flexible.{name}": np.array(value) for name, value in model.flexible._asdict().items()}
+    return own | {f"flexible.{name}": np.array(value) for name, value in model._asdict().items()}
 
 
 def explicit_run(assembly: Assembly) -> Any:

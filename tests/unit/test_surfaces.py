@@ -168,7 +168,7 @@ def test_contacts_of_a_case_file() -> None:
     system = System(gravity=(0.0, 0.0, -9.81))
     for name, part in found.items():
         system.add(part, name)
-    rows = system.assemble().model.flexible.body_contacts
+    rows = system.assemble().model.body_contacts
     assert rows["first"].tolist() == [0, 1, 2, 2]
     written = {
         name: {"kind": part.kind, **part.model_dump(mode="json", exclude_defaults=True)} for name, part in found.items()

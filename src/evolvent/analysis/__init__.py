@@ -111,10 +111,10 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
     model = assembly.model
     if len(refused) == 3:
         raise InputError(f"no method supports this system: {refused[families.EXPLICIT]}; {refused[families.IMPLICIT]}")
-    if (model.flexible.beams.size or model.flexible.rods.size) and families.ENERGY not in refused:
-        what = "beams" if model.flexible.beams.size else "rods"
+    if (model.beams.size or model.rods.size) and families.ENERGY not in refused:
+        what = "beams" if model.beams.size else "rods"
         return energy_momentum.NAME, f"{what}: steps of any length gain no energy"
-    if model.flexible.body_contacts.size and families.ENERGY not in refused:
+    if model.body_contacts.size and families.ENERGY not in refused:
         return energy_momentum.NAME, "contact: steps of any length gain no energy"
     stiff = _better_implicit(assembly)
     if stiff and families.EXPLICIT not in refused and len(refused) < 2:
@@ -128,7 +128,7 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
     if families.IMPLICIT in refused:
         method = "dopri5" if np.all(model.threads["kind"] == thread.INEXTENSIBLE) else "rk4"
         return method, refused[families.IMPLICIT].partition("; ")[0]
-    if model.flexible.beams.size or model.info.penalties:
+    if model.beams.size or model.info.penalties:
         return implicit.NAME, "beams and penalties are stiff"
     if np.any(model.threads["kind"] == thread.SPRINGS):
         return implicit.NAME, "threads of springs are stiff"
@@ -137,7 +137,7 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
 
 def _better_implicit(assembly: Any) -> str:
     """Why implicit methods suit a constraint (but for links and guides) or friction better; nothing without one."""
-    joints, hinges = assembly.model.flexible.joints, assembly.model.flexible.hinges
+    joints, hinges = assembly.model.joints, assembly.model.hinges
     for k in np.flatnonzero(joints["stiffness"] == 0.0):
         name = assembly.joint_parts[k]
         if assembly.names.get(name, ("",))[0] not in ("links", "guides"):
@@ -150,7 +150,7 @@ def _better_implicit(assembly: Any) -> str:
 
 def has_loops(model: Any) -> bool:
     """Whether joints close a loop of three parts or more, what does not move being one part."""
-    joints, bodies = model.flexible.joints, model.bodies
+    joints, bodies = model.joints, model.bodies
     edges = set()
     for row in joints[~np.isin(joints["kind"], (joint.ANGLE, joint.GEAR))]:
         ends = set()
@@ -317,7 +317,7 @@ def tree(
 
 def latches_of(solution: Solution) -> str:
     """Sentences on the latches that have locked in a run, in order of time; '' where none has."""
-    first, hinges = first_latch(solution.assembly.model), solution.assembly.model.flexible.hinges
+    first, hinges = first_latch(solution.assembly.model), solution.assembly.model.hinges
     names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "hinges"}
     found = []
     for time, kind in sorted(zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True)):

@@ -170,7 +170,7 @@ class SystemDefinition:
         from evolvent.solvers import drive
 
         method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
-        beams = assembly.model.flexible.beams.size > 0 or assembly.model.flexible.rods.size > 0
+        beams = assembly.model.beams.size > 0 or assembly.model.rods.size > 0
         if method not in drive.METHODS or (settings.get("step") is None and not beams):
             return method, lambda: analysis.plan(assembly, times, **settings), ""
         checked, note = analysis.plan(assembly, times, **settings), ""  # refuses an unstable step

@@ -325,7 +325,7 @@ class Builder:
         )
         if np.any(self.gravity):
             needs.load(model, add_weight)
-            add_weight(self.gravity, n_q, model, model.flexible.G)
+            add_weight(self.gravity, n_q, model, model.G)
         assembly = Assembly(
             model, y, s, dict(self.names), dict(self.laws), list(self.joint_parts), dict(self.specs),
             dict(self.expressions),

@@ -41,7 +41,7 @@ def off_axis(axis: Array, vector: Array) -> bool:
 def check_constraints(assembly: Assembly) -> None:
     """Refuse redundant links and guides, and those that the start does not meet, by name."""
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
-    joints, kinds = model.flexible.joints, {name: family for name, (family, _) in assembly.names.items()}
+    joints, kinds = model.joints, {name: family for name, (family, _) in assembly.names.items()}
     held = [(k, name) for k, name in enumerate(assembly.joint_parts) if kinds.get(name) in ("links", "guides")]
     if not held:
         return

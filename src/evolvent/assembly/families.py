@@ -84,7 +84,7 @@ class Family:
 
 def records(model: Model, name: str) -> Array:
     """Records of a family."""
-    found: Array = getattr(model.flexible if name in mdl.FLEXIBLE else model, name)
+    found: Array = getattr(model if name in mdl.FLEXIBLE else model, name)
     return found
 
 
@@ -354,13 +354,13 @@ def owner(assembly: Any, family: str, index: int) -> str:
     if family == "joints":
         return assembly.joint_parts[index]
     if family == "body_contacts":
-        index = int(assembly.model.flexible.body_contacts["first"][index])
+        index = int(assembly.model.body_contacts["first"][index])
     if family == "spools":  # rows of threads that call a motor's law
         family = "threads"
     if family == "loads":  # of which a line load on a rod has several, named by the first
         index = max((at for of, at in assembly.names.values() if of == family and at <= index), default=index)
     if family == "bodies":
-        for k in range(assembly.model.flexible.rods.size):
+        for k in range(assembly.model.rods.size):
             if index in bodies_of(assembly.model, "rods", k):
                 return owner(assembly, "rods", k)
     return next((name for name, found in assembly.names.items() if found == (family, index)), family)
@@ -369,15 +369,15 @@ def owner(assembly: Any, family: str, index: int) -> str:
 def bodies_of(model: Model, family: str, index: int) -> range:
     """Bodies of a part: itself, or the nodes of a rod; none of other parts."""
     if family == "rods":
-        row = model.flexible.rods[index]
+        row = model.rods[index]
         return range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1)
     return range(index, index + 1) if family == "bodies" else range(0)
 
 
 def rod_arms(model: Model, index: int) -> Array:
     """Nodes of a rod as seen from its bodies' centres: (n + 1, 3), m, body axes."""
-    row = model.flexible.rods[index]
-    elements = model.flexible.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
+    row = model.rods[index]
+    elements = model.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
     return np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
 
 

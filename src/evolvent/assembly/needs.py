@@ -20,10 +20,9 @@ from evolvent.model import Model
 
 def is_flexible(model: Model) -> bool:
     """Whether a model has beams, rods, joints by penalties, hinges or user-defined laws between points."""
-    f = model.flexible
     return bool(
-        f.beams.size or f.rods.size or model.info.penalties or f.hinges.size or f.custom_forces.size
-        or f.body_contacts.size
+        model.beams.size or model.rods.size or model.info.penalties or model.hinges.size or model.custom_forces.size
+        or model.body_contacts.size
     )  # fmt: skip
 
 
@@ -32,54 +31,54 @@ def absent(model: Model) -> frozenset[str]:
 
     A name that is missing here costs compilation; one that is wrong has a function loaded when it is called.
     """
-    f, threads, joints, ties = model.flexible, model.threads, model.flexible.joints, model.flexible.synchronizations
+    threads, joints, ties = model.threads, model.joints, model.synchronizations
     acts = model.wheels.size or model.thrusters.size or model.controllers.size
-    penalties, turns = model.info.penalties, np.any(f.cylinders["under"] >= 0)
+    penalties, turns = model.info.penalties, np.any(model.cylinders["under"] >= 0)
     held = np.any(model.rows["kind"] == constraint_rows.JOINT)
     has = {
         "attitude": acts,
         "attitude_tangent": acts,
-        "beam_loads": f.beam_loads.size,
-        "beam_strains": f.elements.size,
-        "node_loads": f.beam_loads.size and np.any(families.follows(f.beam_loads)),
-        "body_contact": f.body_contacts.size,
+        "beam_loads": model.beam_loads.size,
+        "beam_strains": model.elements.size,
+        "node_loads": model.beam_loads.size and np.any(families.follows(model.beam_loads)),
+        "body_contact": model.body_contacts.size,
         "constraint_rows": model.rows.size,
         "constraint_rows._measure_joint_row": held,
-        "contact": f.cylinders.size or f.body_contacts.size,
-        "contact.add_points": f.cylinders.size,
-        "contact.add_point_tangents": f.cylinders.size,
+        "contact": model.cylinders.size or model.body_contacts.size,
+        "contact.add_points": model.cylinders.size,
+        "contact.add_point_tangents": model.cylinders.size,
         "contact.add_turn_tangents": turns,
-        "contact.end_points": f.cylinders.size,
-        "contact.evaluate_points": f.cylinders.size,
-        "surfaces": f.cylinders.size,
+        "contact.end_points": model.cylinders.size,
+        "contact.evaluate_points": model.cylinders.size,
+        "surfaces": model.cylinders.size,
         "surfaces.measure_turns": turns,
         "surfaces.nearest": turns,
-        "coordinate": f.hinges.size,
-        "coordinate.add_motors": f.motors.size,
-        "coordinate.measure_motor_slopes": f.motors.size,
+        "coordinate": model.hinges.size,
+        "coordinate.add_motors": model.motors.size,
+        "coordinate.measure_motor_slopes": model.motors.size,
         "coordinate.add_synchronizations": ties.size,
         "joint._add_cord_force": np.any(joints["kind"] == joint.CORD),
         "joint._cord_geometry": np.any(joints["kind"] == joint.CORD),
-        "custom": f.custom_forces.size,
+        "custom": model.custom_forces.size,
         "fields": model.fields.size,
-        "flexible": f.elements.size,
-        "gear": f.gear_coordinates.size,
-        "hinge": f.hinges.size,
-        "hinge_tangent": f.hinges.size,
+        "flexible": model.elements.size,
+        "gear": model.gear_coordinates.size,
+        "hinge": model.hinges.size,
+        "hinge_tangent": model.hinges.size,
         "hinge_tangent.add_synchronization_tangents": ties.size,
         "hinge_tangent._add_outer": ties.size,
-        "hinge_tangent.add_travel_tangent": np.any(f.hinges["kind"] != axial.ANGLE),
+        "hinge_tangent.add_travel_tangent": np.any(model.hinges["kind"] != axial.ANGLE),
         "joint": joints.size,
         "joint_tangent": joints.size,
         "loads": model.loads.size,
         "passing": passing.can_pass(model),
         "rigid.move_along": np.any(model.bodies["path"] != 0),
-        "rod": f.rods.size,
-        "rod_strains": f.rods.size,
-        "rod_tangent": f.rods.size,
+        "rod": model.rods.size,
+        "rod_strains": model.rods.size,
+        "rod_tangent": model.rods.size,
         "springs": model.springs.size,
-        "thermal": f.thermal_loads.size,
-        "thermal.heat_rods": np.any(f.thermal_loads["rod"] >= 0),
+        "thermal": model.thermal_loads.size,
+        "thermal.heat_rods": np.any(model.thermal_loads["rod"] >= 0),
         "thread.chain": np.any(threads["kind"] == thread.INEXTENSIBLE),
         "thread.energy": threads.size,
         "thread.fields": threads.size and model.fields.size,
@@ -98,13 +97,13 @@ def absent(model: Model) -> frozenset[str]:
         "flow.events.separate": threads.size,
         "flow.explicit_flexible.add_flexible_forces": is_flexible(model),
         "flow.explicit_flexible.add_flexible_inventory": is_flexible(model),
-        "flow.explicit_flexible.release_by": penalties or held or f.motors.size,
+        "flow.explicit_flexible.release_by": penalties or held or model.motors.size,
         "flow.explicit_flexible.release_penalties": penalties,
         "flow.sampling.evaluate_threads": threads.size,
         "flow.sampling.evaluate_fields": model.fields.size,
         "flow.impulse": model.rows.size or threads.size,
         "flow.projection.project_joints": held,
-        "solvers.sampled.write_contacts": f.cylinders.size or f.body_contacts.size,
+        "solvers.sampled.write_contacts": model.cylinders.size or model.body_contacts.size,
         "solvers.alpha_start.thread_accelerations": threads.size,
         "solvers.implicit_samples.keep_lengths_at_spools": threads.size,
     }
@@ -163,7 +162,7 @@ def needed(model: Model, roots: tuple[Any, ...], without: frozenset[str]) -> lis
     """Functions that `roots` call on a model that lacks what `absent` names, `roots` among them."""
     found = _reached(roots, without)
     by_record = [field for caller, field in _BY_RECORD.items() if caller in found]
-    return [*found, *(one for field in by_record for one in jit.at_slots(model.flexible.elements[field]))]
+    return [*found, *(one for field in by_record for one in jit.at_slots(model.elements[field]))]
 
 
 #: What a model does not have, and what was loaded for it.

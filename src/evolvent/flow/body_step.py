@@ -68,7 +68,7 @@ def _carried_inertia(bodies, b):
 @inlined
 def add_bodies(model, work):
     """Inertia of bodies less their wrenches; returns the power of what drives bodies, W."""
-    n_q, F, bodies, h, power = model.info.nq, model.flexible.F, model.bodies, work.step.h, 0.0
+    n_q, F, bodies, h, power = model.info.nq, model.F, model.bodies, work.step.h, 0.0
     for b in range(bodies.size):
         at, G = bodies[b].iv - n_q, bodies[b].F
         if bodies[b].motion == rigid.DRIVEN:
@@ -100,7 +100,7 @@ def add_bodies(model, work):
 @inlined
 def add_body_tangents(c_mass, model, work, matrix):
     """Twice the derivatives of the bodies' inertia."""
-    n_q, bodies, K = model.info.nq, model.bodies, model.flexible.K12
+    n_q, bodies, K = model.info.nq, model.bodies, model.K12
     for b in range(bodies.size):
         at = bodies[b].iv - n_q
         if bodies[b].motion == rigid.SPIN:

@@ -139,10 +139,10 @@ def measure(end, model, work):
     joint.measure_joints(end, t, y, model)
     if model.springs.size > 0:
         springs.measure_springs(end, y, model)
-    if model.flexible.rods.size > 0:
+    if model.rods.size > 0:
         rod_strains.measure_rods(end, model)
-    if model.flexible.hinges.size > 0:
-        hinge.measure_hinges(end, y, model.flexible.switches, model)
+    if model.hinges.size > 0:
+        hinge.measure_hinges(end, y, model.switches, model)
     if model.threads.size > 0:
         thread.measure_threads(end, t, y, model)
     contact.measure(y, end, model)
@@ -190,31 +190,31 @@ def residual(model, work):
 
     The constraints of joints stand last; that of a penalty is (gap0 + gap1)/2 + (damping rate - la)/stiffness.
     """
-    n_v, f, h, powers = model.info.nv, model.flexible, work.step.h, work.powers
-    F, P, r, ym = f.F, f.P, work.r, work.ym
+    n_v, h, powers = model.info.nv, work.step.h, work.powers
+    F, P, r, ym = model.F, model.P, work.r, work.ym
     move(model, work)
     tm = work.step.t + 0.5 * h
     for i in range(n_v):
         F[i] = 0.0
-        P[i] = f.G[i]
+        P[i] = model.G[i]
     for i in range(N_POWERS):
         powers[i] = 0.0
     for b in range(model.bodies.size):
         for i in range(6):
             model.bodies[b].F[i] = 0.0
     points.clear_forces(model.points)
-    if f.elements.size > 0:
+    if model.elements.size > 0:
         found = flexible.add_elements(ym, work.dv, 1.0 / h, interval_of(work.step), model, F)
         powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = found
-        if f.beam_loads.size > 0:
+        if model.beam_loads.size > 0:
             beam_loads.add_beam_loads(tm, ym, 1.0, model, P)
-        if f.thermal_loads.size > 0:
+        if model.thermal_loads.size > 0:
             thermal.add_thermal_loads(work.step.t, work.step.t + h, ym, 1.0, model, P)
     work.contact[0], work.contact[1] = contact.add_contacts(
         work.y0, work.y1, h, h, work.step.soft, work.step.chi, work.step.ratio, model, F
     )
-    if f.rods.size > 0:
-        if f.thermal_loads.size > 0:
+    if model.rods.size > 0:
+        if model.thermal_loads.size > 0:
             thermal.heat_rods(work.step.t, work.step.t + h, 1.0, model)
         lost, viscous, heat = rod.add_rods(h, work.step.chi, work.step.ratio, model)
         powers[MASS_DAMPING] += lost
@@ -229,19 +229,19 @@ def residual(model, work):
     if model.fields.size > 0:
         powers[MARKER_LOADS] += fields.add_field_forces(tm, ym, model)
         fields.add_beam_fields(tm, ym, model, P)
-    if f.hinges.size > 0:
-        _, lost = hinge.add_hinges(tm, ym, h, f.switches, model, F)
+    if model.hinges.size > 0:
+        _, lost = hinge.add_hinges(tm, ym, h, model.switches, model, F)
         powers[JOINTS] += lost
         powers[DRIVEN] += coordinate.motor_power(model)
-    if f.custom_forces.size > 0:
+    if model.custom_forces.size > 0:
         lost, given = custom.add_custom_forces(tm, ym, model)
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given
     if attitude.has_actuators(model):
         _, given, _ = attitude.actuator_forces(tm, ym, model)  # work of motors: `attitude.end_actuator_step`
         powers[MARKER_LOADS] += given
-    for k in range(f.joints.size):
-        if not joint.holds(work.step.t + h, f.joints, k):
+    for k in range(model.joints.size):
+        if not joint.holds(work.step.t + h, model.joints, k):
             work.la[k] = 0.0
         _, lost = joint.add_joint_residual(work.step.t, h, ym, work.la[k], k, n_v + k, model, F, r)
         powers[JOINTS] += lost
@@ -262,7 +262,7 @@ def residual(model, work):
 @inlined
 def _add_points(model, work):
     """Inertia of points less their forces."""
-    n_q, F, own = model.info.nq, model.flexible.F, model.points
+    n_q, F, own = model.info.nq, model.F, model.points
     for i in range(own.size):
         at = own[i].iv - n_q
         for c in range(3):
@@ -275,30 +275,30 @@ def tangent(scale, model, work, matrix):
 
     Left out is what only slows Newton's method: see `evolvent.flow.implicit.tangent`.
     """
-    f, n_q, n_v, h = model.flexible, model.info.nq, model.info.nv, work.step.h
+    n_q, n_v, h = model.info.nq, model.info.nv, work.step.h
     c_mass, c_rate = 4.0 / ((1.0 + work.step.chi_v) * h * h), 2.0 / h
     tm = work.step.t + 0.5 * h
     sparse.clear(matrix)
-    if f.elements.size > 0:
+    if model.elements.size > 0:
         flexible.add_element_tangents(work.ym, c_mass, c_rate, interval_of(work.step), model, matrix)
-        if f.thermal_loads.size > 0:
+        if model.thermal_loads.size > 0:
             thermal.add_thermal_tangents(work.ym, model, matrix)
     contact.add_tangents(work.y0, work.y1, h, 0.0, model, matrix)
-    if f.rods.size > 0:
+    if model.rods.size > 0:
         rod_tangent.add_rod_tangents(h, c_rate, work.step.chi, work.step.ratio, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(tm, work.ym, h, c_rate, model, matrix)
-    if f.hinges.size > 0:
+    if model.hinges.size > 0:
         hinge_tangent.add_hinge_tangents(work.ym, c_rate, model, matrix)
-    if f.custom_forces.size > 0:
+    if model.custom_forces.size > 0:
         custom.add_custom_tangents(tm, work.ym, c_rate, model, matrix)
     if model.fields.size > 0:
         fields.add_field_tangents(tm, work.ym, c_rate, model, matrix)
     loads.add_load_tangents(tm, work.ym, c_rate, 0.0, model, matrix)
     node_loads.add_following_tangents(tm, work.ym, c_rate, model, matrix)
     beam_loads.add_field_tangents(work.ym, model, matrix)
-    for k in range(f.joints.size):  # the rows are those of the end, but of gears
-        rows = 1.0 if f.joints[k].kind == joint.GEAR else 0.0
+    for k in range(model.joints.size):  # the rows are those of the end, but of gears
+        rows = 1.0 if model.joints[k].kind == joint.GEAR else 0.0
         joint_tangent.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, rows, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
     if model.threads.size > 0:
@@ -307,14 +307,14 @@ def tangent(scale, model, work, matrix):
     if attitude.has_actuators(model):
         attitude.add_wheel_step_tangent(c_mass, n_q, work.R0, work.R1, model, matrix)
         attitude_tangent.add_actuator_tangents(tm, work.ym, c_rate, model, matrix)
-    if f.joints.size > 0:
+    if model.joints.size > 0:
         _add_end_rows(scale, c_rate, model, work, matrix)
 
 
 @inlined
 def _add_end_rows(scale, c_rate, model, work, matrix):
     """Derivatives of what joints hold at the end of the step. Bodies and geometry of joints stay at the end."""
-    joints, bodies, t = model.flexible.joints, model.bodies, work.step.t + work.step.h
+    joints, bodies, t = model.joints, model.bodies, work.step.t + work.step.h
     for b in range(bodies.size):
         for i in range(3):
             bodies[b].x[i] = work.x1[b, i]

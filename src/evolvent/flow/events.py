@@ -126,12 +126,12 @@ def apply_event(t, y, s, model, k, g):
         return 0
     if k >= 2 * n + model.events.size:
         latch = k - 2 * n - model.events.size
-        if model.flexible.joints.size > 0 or model.flexible.motors.size > 0:
+        if model.joints.size > 0 or model.motors.size > 0:
             release_by(t, y, s, model, -2 - latch)
-        coordinate.lock(s, model.flexible.hinges, latch)
+        coordinate.lock(s, model.hinges, latch)
         return 0
     if k >= 2 * n:
-        if model.flexible.joints.size > 0 or model.flexible.motors.size > 0:
+        if model.joints.size > 0 or model.motors.size > 0:
             release_by(t, y, s, model, k - 2 * n)
         return model.events[k - 2 * n].stops
     p = k // 2

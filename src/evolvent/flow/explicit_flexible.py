@@ -46,9 +46,8 @@ from evolvent.model import (
 @inlined
 def has_flexible(model):
     """Whether a model has any of these; `needs.is_flexible` for compiled code."""
-    f = model.flexible
-    stiff = f.beams.size > 0 or f.rods.size > 0 or f.body_contacts.size > 0
-    return stiff or model.info.penalties > 0 or f.hinges.size > 0 or f.custom_forces.size > 0
+    stiff = model.beams.size > 0 or model.rods.size > 0 or model.body_contacts.size > 0
+    return stiff or model.info.penalties > 0 or model.hinges.size > 0 or model.custom_forces.size > 0
 
 
 @indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
@@ -63,20 +62,20 @@ def add_flexible_forces(t, y, s, model, dy):
     -------
     dissipated, given : float, W, powers taken by damping and given by loads
     """
-    n_q, n_v, f = model.info.nq, model.info.nv, model.flexible
-    F, P = f.F, f.P
+    n_q, n_v = model.info.nq, model.info.nv
+    F, P = model.F, model.P
     for i in range(n_v):
         F[i] = 0.0
         P[i] = 0.0
     points.pass_to_beams(n_q, model.points, F)
     by_mass = by_stiffness = by_joints = given = 0.0
     account = n_q + n_v + N_ACCOUNTS
-    if f.elements.size > 0:
+    if model.elements.size > 0:
         by_mass, by_stiffness = flexible.add_elements(y, dy[n_q : n_q + n_v], 1.0, STATE, model, F)
         flexible.copy_weight(model, P)  # that of bodies and points: `rhs`
-        if f.beam_loads.size > 0:
+        if model.beam_loads.size > 0:
             beam_loads.add_beam_loads(t, y, 1.0, model, P)
-        if f.thermal_loads.size > 0:
+        if model.thermal_loads.size > 0:
             thermal.add_thermal_loads(t, t, y, 1.0, model, P)
         if model.fields.size > 0:
             fields.add_beam_fields(t, y, model, P)
@@ -84,26 +83,26 @@ def add_flexible_forces(t, y, s, model, dy):
             given += P[i] * y[n_q + i]
     step = math.inf if model.info.stepping != 0 else -1.0
     by_contact, _ = contact.add_contacts(y, y, KEPT, step, 1.0, 0.0, 0.0, model, F)
-    for k in range(f.cylinders.size):
-        dy[account + IMPULSE + k] = f.cylinders[k].normal
-    if f.rods.size > 0:
-        if f.thermal_loads.size > 0:
+    for k in range(model.cylinders.size):
+        dy[account + IMPULSE + k] = model.cylinders[k].normal
+    if model.rods.size > 0:
+        if model.thermal_loads.size > 0:
             thermal.heat_rods(t, t, 1.0, model)
         lost, viscous, heat = rod.add_rods(0.0, 0.0, 0.0, model)
         by_mass += lost
         by_stiffness += viscous
         given += heat
-    if f.hinges.size > 0:
+    if model.hinges.size > 0:
         _, by_joints = hinge.add_hinges(t, y, KEPT, s, model, F)
         coordinate.write_account_rates(model, dy)
         info = model.info
-        info.step = min(info.step, hinge.longest_step(f.hinges))
-    for k in range(f.joints.size):
-        if joint.is_penalty(t, s, f.joints, k):
+        info.step = min(info.step, hinge.longest_step(model.hinges))
+    for k in range(model.joints.size):
+        if joint.is_penalty(t, s, model.joints, k):
             by_joints += joint.add_penalty(t, y, k, model, F)
-    if f.joints.size > 0 or f.hinges.size > 0:
+    if model.joints.size > 0 or model.hinges.size > 0:
         points.take_forces(n_q, model.points, F)
-    if f.beams.size > 0 or f.rods.size > 0:
+    if model.beams.size > 0 or model.rods.size > 0:
         dy[account + BY_MASS] = by_mass
         dy[account + BY_STIFFNESS] = by_stiffness
         dy[account + BY_CONTACT] = by_contact
@@ -114,34 +113,34 @@ def add_flexible_forces(t, y, s, model, dy):
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def add_flexible_inventory(t, y, s, model, out):
     """Add beams, rods, contacts, hinges, penalties, laws to an inventory (beams' momenta are those of bodies)."""
-    f, F = model.flexible, model.flexible.F
+    F = model.F
     for i in range(F.size):
         F[i] = 0.0
-    if f.elements.size > 0:
+    if model.elements.size > 0:
         part = model.sums[1]
         for i in range(3):
             part[i] = 0.0
-        flexible.beam_energies(y, 0, f.elements.size, model, part)
+        flexible.beam_energies(y, 0, model.elements.size, model, part)
         out[KINETIC] += part[0]
         out[ELASTIC] += part[1]
         P, H = out[P_ALL : P_ALL + 3], out[H_BODY : H_BODY + 3]
-        flexible.beam_momenta(y, 0, f.elements.size, model, P, H)
+        flexible.beam_momenta(y, 0, model.elements.size, model, P, H)
     contact.add_contacts(y, y, KEPT, -1.0, 1.0, 0.0, 0.0, model, F)
     out[ELASTIC] += contact.energy_of(model)
-    if f.rods.size > 0:
+    if model.rods.size > 0:
         part = model.sums[1]
         part[1] = 0.0
         rod.evaluate_rods(model, part)
         out[ELASTIC] += part[1]
-    if f.hinges.size > 0:
+    if model.hinges.size > 0:
         energy, _ = hinge.add_hinges(t, y, KEPT, s, model, F)
         out[ELASTIC] += energy
-    if f.custom_forces.size > 0:
+    if model.custom_forces.size > 0:
         out[ELASTIC] += custom.custom_energies(t, y, model)
-    for k in range(f.joints.size):
-        if joint.is_penalty(t, s, f.joints, k):
+    for k in range(model.joints.size):
+        if joint.is_penalty(t, s, model.joints, k):
             joint.joint_geometry(t, y, k, model)
-            out[ELASTIC] += joint.penalty_energy(f.joints, k)
+            out[ELASTIC] += joint.penalty_energy(model.joints, k)
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, REAL, MODEL))
@@ -157,10 +156,10 @@ def end_frictions(t, y, s, step, model):
     Within a step frictions act over the interval from its start, as under implicit methods (`contact_laws.friction`,
     `coordinate.kept_friction`); their losses are those of the mean forces of both ends.
     """
-    f, taken = model.flexible, 0.0
+    taken = 0.0
     rigid.kinematics(t, y, model)
     if contact.any_contact(model):
-        contact.add_contacts(y, y, KEPT, step, 1.0, 0.0, 0.0, model, f.F)
+        contact.add_contacts(y, y, KEPT, step, 1.0, 0.0, 0.0, model, model.F)
         slip, _ = contact.end_contacts(y, model)
         contact.keep_bristles(y, model)
         if step > 0.0:
@@ -177,7 +176,7 @@ def release_by(t, y, s, model, trigger):
 
     The strain energy of the penalties is taken out of the energy balance.
     """
-    joints, motors = model.flexible.joints, model.flexible.motors
+    joints, motors = model.joints, model.motors
     account = model.info.nq + model.info.nv + RELEASE
     for k in range(joints.size):
         if joints[k].event != trigger or not joint.acts(t, s, joints, k):
@@ -195,7 +194,7 @@ def release_by(t, y, s, model, trigger):
 @indirect(void(REAL, VECTOR, MODEL))
 def release_penalties(t, y, model):
     """Take the strain energy of penalties that are released at t out of the energy balance."""
-    joints, account = model.flexible.joints, model.info.nq + model.info.nv + RELEASE
+    joints, account = model.joints, model.info.nq + model.info.nv + RELEASE
     for k in range(joints.size):
         if t == joints[k].until:
             rigid.kinematics(t, y, model)

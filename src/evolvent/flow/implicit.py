@@ -64,8 +64,8 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     r : (nu,) float, output; the multipliers' are the last
     powers : (N_POWERS,) float, output
     """
-    n_q, n_v, f = model.info.nq, model.info.nv, model.flexible
-    F, P, weight = f.F, f.P, f.G
+    n_q, n_v = model.info.nq, model.info.nv
+    F, P, weight = model.F, model.P, model.G
     for i in range(n_v):
         F[i] = 0.0
         P[i] = factor * weight[i]
@@ -73,15 +73,15 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[i] = 0.0
     rigid.kinematics(t, y, model)
     points.clear_forces(model.points)
-    if f.elements.size > 0:
+    if model.elements.size > 0:
         powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = flexible.add_elements(y, a, 1.0, STATE, model, F)
-        if f.beam_loads.size > 0:
+        if model.beam_loads.size > 0:
             beam_loads.add_beam_loads(t, y, factor, model, P)
-        if f.thermal_loads.size > 0:
+        if model.thermal_loads.size > 0:
             thermal.add_thermal_loads(t, t, y, factor, model, P)
     contact.add_contacts(y, y, 0.0, step, 1.0, 0.0, 0.0, model, F)
-    if f.rods.size > 0:
-        if f.thermal_loads.size > 0:
+    if model.rods.size > 0:
+        if model.thermal_loads.size > 0:
             thermal.heat_rods(t, t, factor, model)
         lost, viscous, heat = rod.add_rods(0.0, 0.0, 0.0, model)
         powers[MASS_DAMPING] += lost
@@ -96,19 +96,19 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     if model.fields.size > 0:
         powers[MARKER_LOADS] += fields.add_field_forces(t, y, model)
         fields.add_beam_fields(t, y, model, P)
-    if f.hinges.size > 0:
-        energy, lost = hinge.add_hinges(t, y, 0.0, f.switches, model, F)
+    if model.hinges.size > 0:
+        energy, lost = hinge.add_hinges(t, y, 0.0, model.switches, model, F)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
         powers[DRIVEN] += coordinate.motor_power(model)
-    if f.custom_forces.size > 0:
+    if model.custom_forces.size > 0:
         lost, given = custom.add_custom_forces(t, y, model)
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given
     if attitude.has_actuators(model):
         _, given, _ = attitude.actuator_forces(t, y, model)  # work of motors: `attitude.end_actuator_step`
         powers[MARKER_LOADS] += given
-    for k in range(f.joints.size):
+    for k in range(model.joints.size):
         energy, lost = joint.add_joint_residual(t, 0.0, y, la[k], k, n_v + k, model, F, r)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
@@ -128,7 +128,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
 @indirect(void(VECTOR, types.int64, MODEL, VECTOR))
 def add_weight(gravity, n_q, model, P):
     """Weight of everything that moves into the loads P."""
-    if model.flexible.elements.size > 0:
+    if model.elements.size > 0:
         flexible.add_gravity(gravity, model, P)
     points.add_point_weight(gravity, n_q, model.points, P)
     rigid.add_body_weight(gravity, n_q, model.bodies, P)
@@ -144,30 +144,30 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     change, how the direction of friction follows that of the normal (beside the bristle's stiffness: slip by radius),
     and that turns within a step do not commute (half the angle turned in a step).
     """
-    n_q, n_v, f = model.info.nq, model.info.nv, model.flexible
+    n_q, n_v = model.info.nq, model.info.nv
     sparse.clear(matrix)
-    if f.elements.size > 0:
+    if model.elements.size > 0:
         flexible.add_element_tangents(y, c_mass, c_rate, STATE, model, matrix)
-        if f.thermal_loads.size > 0:
+        if model.thermal_loads.size > 0:
             thermal.add_thermal_tangents(y, model, matrix)
     contact.add_tangents(y, y, 0.0, c_rate, model, matrix)
-    if f.rods.size > 0:
+    if model.rods.size > 0:
         rod_tangent.add_rod_tangents(0.0, c_rate, 0.0, 0.0, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(t, y, 0.0, c_rate, model, matrix)
-    if f.hinges.size > 0:
+    if model.hinges.size > 0:
         hinge_tangent.add_hinge_tangents(y, c_rate, model, matrix)
-    if f.custom_forces.size > 0:
+    if model.custom_forces.size > 0:
         custom.add_custom_tangents(t, y, c_rate, model, matrix)
     if model.fields.size > 0:
         fields.add_field_tangents(t, y, c_rate, model, matrix)
     loads.add_load_tangents(t, y, c_rate, 1.0, model, matrix)
     node_loads.add_following_tangents(t, y, c_rate, model, matrix)
     beam_loads.add_field_tangents(y, model, matrix)
-    for k in range(f.joints.size):
+    for k in range(model.joints.size):
         joint_tangent.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, 1.0, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
-    rigid.add_body_tangent(y, c_mass, c_rate, n_q, model.bodies, f.K12, matrix)
+    rigid.add_body_tangent(y, c_mass, c_rate, n_q, model.bodies, model.K12, matrix)
     if attitude.has_actuators(model):
         attitude.add_wheel_tangent(y, c_mass, c_rate, n_q, model, matrix)
         attitude_tangent.add_actuator_tangents(t, y, c_rate, model, matrix)
@@ -181,19 +181,18 @@ def energies(t, y, model, out):
 
     Contacts, hinges and penalties are those of the last `residual`.
     """
-    f = model.flexible
     for i in range(3):
         out[i] = 0.0
-    if f.elements.size > 0:
-        flexible.beam_energies(y, 0, f.elements.size, model, out)
+    if model.elements.size > 0:
+        flexible.beam_energies(y, 0, model.elements.size, model, out)
     rigid.add_body_energy(y, model.bodies, out, 0)
     points.add_point_energy(y, model.points, out, 0)
     attitude.add_wheel_energy(y, model, out, 0)
-    if f.rods.size > 0:
+    if model.rods.size > 0:
         rod.evaluate_rods(model, out)
     if model.springs.size > 0:
         out[1] += springs.evaluate_springs(t, y, model)
-    if f.custom_forces.size > 0:
+    if model.custom_forces.size > 0:
         out[1] += custom.custom_energies(t, y, model)
     out[1] += contact.energy_of(model)
     if model.threads.size > 0:
@@ -206,7 +205,7 @@ def momenta(y, model, out):
     for i in range(6):
         out[i] = 0.0
     P, H = out[:3], out[3:]
-    size = model.flexible.elements.size
+    size = model.elements.size
     if size > 0:
         flexible.beam_momenta(y, 0, size, model, P, H)
     points.add_point_momenta(y, model.points, P, H)
@@ -217,50 +216,50 @@ def momenta(y, model, out):
 @kernel
 def is_isolated(t, model):
     """Whether nothing but gravity and loads on beams acts from outside, whose torque is known."""
-    bodies, f, markers = model.bodies, model.flexible, model.markers
+    bodies, markers = model.bodies, model.markers
     if model.loads.size > 0 or model.threads.size > 0 or model.fields.size > 0 or model.thrusters.size > 0:
         return False
     for k in range(model.wheels.size):
         if bodies[model.wheels[k].body].motion != rigid.FREE:
             return False
-    for k in range(f.beams.size):
-        if f.beams[k].paper != 0:
+    for k in range(model.beams.size):
+        if model.beams[k].paper != 0:
             return False
-    for k in range(f.elements.size):
-        if f.elements[k].alpha != 0.0:
+    for k in range(model.elements.size):
+        if model.elements[k].alpha != 0.0:
             return False
-    for k in range(f.rods.size):
-        if f.rods[k].alpha != 0.0:
+    for k in range(model.rods.size):
+        if model.rods[k].alpha != 0.0:
             return False
-    for k in range(f.joints.size):
-        if joint.holds(t, f.joints, k):
+    for k in range(model.joints.size):
+        if joint.holds(t, model.joints, k):
             for side in range(2):
-                if f.joints[k].kind == joint.ANGLE:
+                if model.joints[k].kind == joint.ANGLE:
                     return False
-                if f.joints[k].on[side] == ON_BODY and bodies[f.joints[k].index[side]].motion != rigid.FREE:
+                if model.joints[k].on[side] == ON_BODY and bodies[model.joints[k].index[side]].motion != rigid.FREE:
                     return False
-    for k in range(f.gear_coordinates.size):
-        for index in (f.gear_coordinates[k].body, f.gear_coordinates[k].other):
+    for k in range(model.gear_coordinates.size):
+        for index in (model.gear_coordinates[k].body, model.gear_coordinates[k].other):
             if bodies[index].motion != rigid.FREE:
                 return False
-    for k in range(f.hinges.size):
-        if bodies[f.hinges[k].body].motion != rigid.FREE:
+    for k in range(model.hinges.size):
+        if bodies[model.hinges[k].body].motion != rigid.FREE:
             return False
-        if f.hinges[k].on == ON_BODY and bodies[f.hinges[k].other].motion != rigid.FREE:
+        if model.hinges[k].on == ON_BODY and bodies[model.hinges[k].other].motion != rigid.FREE:
             return False
-    for k in range(f.custom_forces.size):
-        if f.custom_forces[k].balanced == 0.0:
+    for k in range(model.custom_forces.size):
+        if model.custom_forces[k].balanced == 0.0:
             return False
-        for i in range(f.custom_forces[k].points):
-            m = f.custom_forces[k].first_marker + i
+        for i in range(model.custom_forces[k].points):
+            m = model.custom_forces[k].first_marker + i
             if markers[m].kind == springs.ON_BODY and bodies[markers[m].index].motion != rigid.FREE:
                 return False
-    for k in range(f.cylinders.size):
-        if f.cylinders[k].touching > 0.0 and bodies[f.cylinders[k].body].motion != rigid.FREE:
+    for k in range(model.cylinders.size):
+        if model.cylinders[k].touching > 0.0 and bodies[model.cylinders[k].body].motion != rigid.FREE:
             return False
-    for k in range(f.body_contacts.size):
-        a, b = bodies[f.body_contacts[k].a], bodies[f.body_contacts[k].b]
-        if f.body_contacts[k].gap1 < 0.0 and (a.motion != rigid.FREE or b.motion != rigid.FREE):
+    for k in range(model.body_contacts.size):
+        a, b = bodies[model.body_contacts[k].a], bodies[model.body_contacts[k].b]
+        if model.body_contacts[k].gap1 < 0.0 and (a.motion != rigid.FREE or b.motion != rigid.FREE):
             return False
     for k in range(model.springs.size):
         for side in range(2):
@@ -374,10 +373,10 @@ def determinant(I):  # noqa: E741
 @inlined
 def total_mass(model):
     """Mass of all that moves freely, kg."""
-    f, total = model.flexible, 0.0
-    for k in range(f.elements.size):
-        half = flexible.NODE_VECTORS[f.beams[f.elements[k].beam].kind]
-        M = f.M12[f.elements[k].mass] if half == 2 else f.M24[f.elements[k].mass]
+    total = 0.0
+    for k in range(model.elements.size):
+        half = flexible.NODE_VECTORS[model.beams[model.elements[k].beam].kind]
+        M = model.M12[model.elements[k].mass] if half == 2 else model.M24[model.elements[k].mass]
         total += M[0, 0] + 2.0 * M[0, half] + M[half, half]
     for i in range(model.points.size):
         total += model.points[i].mass

@@ -57,7 +57,7 @@ def impulse(y, s, model):
     bodies, dy = model.bodies, model.dy[1]
     for b in range(bodies.size):
         rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
-    if model.flexible.beams.size > 0:
+    if model.beams.size > 0:
         for i in range(dy.size):
             dy[i] = 0.0
     jump(y, s, model, dy)

@@ -17,8 +17,8 @@ from evolvent.model import MODEL
 def is_corrected(model):
     """Whether `project` has anything to correct: joints, fixed segments, quaternions, joints that are released."""
     found = constraint_rows.has_joints(model)
-    for k in range(model.flexible.joints.size):
-        found = found or model.flexible.joints[k].until < np.inf
+    for k in range(model.joints.size):
+        found = found or model.joints[k].until < np.inf
     for k in range(model.blocks.size):
         found = found or model.blocks[k].kind == ROTATION
     for p in range(model.threads.size):
@@ -50,14 +50,14 @@ def project(t, y, s, model):
 @inlined
 def _held(t, s, r, model):
     """Whether row r is a joint that acts."""
-    return model.rows[r].kind == constraint_rows.JOINT and joint.acts(t, s, model.flexible.joints, model.rows[r].index)
+    return model.rows[r].kind == constraint_rows.JOINT and joint.acts(t, s, model.joints, model.rows[r].index)
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL))
 def project_joints(t, y, s, model):
     """Positions (two Newton iterations), then velocities, of a model with joints that are constraints."""
-    rows, points, bodies, joints = model.rows, model.points, model.bodies, model.flexible.joints
-    n, sides, F = rows.size, model.row_sides, model.flexible.F
+    rows, points, bodies, joints = model.rows, model.points, model.bodies, model.joints
+    n, sides, F = rows.size, model.row_sides, model.F
     for _ in range(2):
         prepare(t, y, s, model)
         for r in range(n):
@@ -79,7 +79,7 @@ def project_joints(t, y, s, model):
                         F[sides[k].at + c] += la * sides[k].J[c]
         for b in range(bodies.size):
             rigid.shift_body(y, bodies, b)
-        if model.flexible.beams.size > 0:
+        if model.beams.size > 0:
             flexible.move_held(model, True, y)
     prepare(t, y, s, model)
     for r in range(n):

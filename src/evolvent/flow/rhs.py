@@ -40,7 +40,7 @@ def rhs(t, y, s, model, dy):
         lost, given = add_flexible_forces(t, y, s, model, dy)
         dissipated += lost
         load_power += given
-        if model.flexible.beams.size > 0:
+        if model.beams.size > 0:
             flexible.beam_rates(y, model, dy)
     accelerate(t, y, s, model, dissipated, load_power, spool_power, loaded, dy)
     if attitude.has_actuators(model):
@@ -71,7 +71,7 @@ def apply_forces(t, y, s, model, dy):
     if model.springs.size > 0:
         dissipated, law_power = springs.spring_forces(t, y, model)
         load_power += law_power
-    if model.flexible.custom_forces.size > 0:
+    if model.custom_forces.size > 0:
         lost, given = custom.add_custom_forces(t, y, model)
         dissipated += lost
         load_power += given

@@ -73,9 +73,9 @@ def evaluate_fields(t, y, s, factor, model):
     After `kinematics`, and `evaluate_threads` where there are threads. Overwrites `Flexible.P`, forces on bodies and on
     points.
     """
-    f, n_q, on, points, bodies = model.flexible, model.info.nq, model.fields, model.points, model.bodies
+    n_q, on, points, bodies = model.info.nq, model.fields, model.points, model.bodies
     for k in range(on.size):
-        force, P = on[k].force, f.P
+        force, P = on[k].force, model.P
         for i in range(on.size):
             on[i].scale = factor if i == k else 0.0
         clear_forces(points)
@@ -87,7 +87,7 @@ def evaluate_fields(t, y, s, factor, model):
         for c in range(3):
             force[c] = 0.0
         power = fields.add_field_forces(t, y, model)
-        if f.beams.size > 0:
+        if model.beams.size > 0:
             fields.add_beam_fields(t, y, model, P)
         if model.threads.size > 0:
             power += thread.wound_fields(t, s, model) + thread.add_node_fields(t, s, model, force)
@@ -97,9 +97,9 @@ def evaluate_fields(t, y, s, factor, model):
         for b in range(bodies.size):
             for c in range(3):
                 force[c] += bodies[b].F[c]
-        for i in range(f.beams.size):
-            at, size = f.beams[i].iv - n_q, 3 * flexible.NODE_VECTORS[f.beams[i].kind]
-            for n in range(f.beams[i].nodes):
+        for i in range(model.beams.size):
+            at, size = model.beams[i].iv - n_q, 3 * flexible.NODE_VECTORS[model.beams[i].kind]
+            for n in range(model.beams[i].nodes):
                 for c in range(size):
                     power += P[at + size * n + c] * y[n_q + at + size * n + c]
                 for c in range(3):
@@ -112,32 +112,31 @@ def evaluate_fields(t, y, s, factor, model):
 @indirect(void(REAL, VECTOR, INTEGERS, VECTOR, REAL, MODEL))
 def evaluate(t, y, s, la, factor, model):
     """Fields that are results, of a state with the multipliers la of joints and a load factor, into the records."""
-    f = model.flexible
     if model.threads.size > 0:
         evaluate_threads(t, y, s, model)
     rigid.kinematics(t, y, model)
     if model.springs.size > 0:
         springs.evaluate_springs(t, y, model)
-    if f.thermal_loads.size > 0:
+    if model.thermal_loads.size > 0:
         thermal.evaluate_heat(t, factor, model)
-    if f.elements.size > 0:
+    if model.elements.size > 0:
         beam_strains.evaluate_beams(y, model)
-    if f.rods.size > 0:
+    if model.rods.size > 0:
         rod.evaluate_rods(model, model.sums[1])
     if model.loads.size > 0:
         loads.evaluate_loads(t, y, model)
         if model.threads.size > 0:
             thread.evaluate_thread_loads(t, s, factor, model)
-    if f.beam_loads.size > 0:
+    if model.beam_loads.size > 0:
         beam_loads.evaluate_beam_loads(t, y, model)
-    if f.hinges.size > 0:
-        hinge.add_hinges(t, y, KEPT, s, model, f.F)
-    if f.cylinders.size > 0:
+    if model.hinges.size > 0:
+        hinge.add_hinges(t, y, KEPT, s, model, model.F)
+    if model.cylinders.size > 0:
         contact.evaluate_points(y, model)
     if attitude.has_actuators(model) or model.controllers.size > 0:
         attitude.evaluate_actuators(t, y, model)
     if model.fields.size > 0:
         evaluate_fields(t, y, s, factor, model)
-    for k in range(f.joints.size):
+    for k in range(model.joints.size):
         joint.joint_geometry(t, y, k, model)
         joint.note_reaction(k, la[k], model)

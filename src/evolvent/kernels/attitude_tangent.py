@@ -65,7 +65,7 @@ def add_controller_tangent(t, y, k, c_rate, model, matrix):
     Left out is how a path's rate turns in the body's axes.
     """
     controllers, wheels, thrusters, bodies = model.controllers, model.wheels, model.thrusters, model.bodies
-    n_q, p, G, K, T = model.info.nq, model.parameters, model.scratch, model.flexible.K12, controllers[k].torque
+    n_q, p, G, K, T = model.info.nq, model.parameters, model.scratch, model.K12, controllers[k].torque
     b = controllers[k].body
     row = bodies[b].iv - n_q
     error_gradient(controllers[k].error, G)

@@ -189,8 +189,8 @@ def gradients(model, rows, k, J):
 
     Returns the first unknown and their number of both.
     """
-    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
-    local, columns = flexible.e[2], flexible.K12
+    bodies, n_q = model.bodies, model.info.nq
+    local, columns = model.e[2], model.K12
     body, on, g, u = rows[k].body, rows[k].on, rows[k].g, rows[k].u
     if rows[k].kind == TRAVEL:
         place_on_body(rows, bodies, k, local)

@@ -24,7 +24,7 @@ def add_beam_loads(t, y, factor, model, P):
     vector of coordinates. MOMENT and what follows the beam or a law: `node_loads`. A load with parameters and no law
     has a profile, by which its value is multiplied.
     """
-    beam_loads = model.flexible.beam_loads
+    beam_loads = model.beam_loads
     for k in range(beam_loads.size):
         value = factor * beam_loads[k].value * window(t, beam_loads[k].start, beam_loads[k].end, beam_loads[k].ramp)
         beam_loads[k].now = value
@@ -39,8 +39,8 @@ def add_beam_loads(t, y, factor, model, P):
 @inlined
 def add_beam_load(t, y, k, value, model, P):
     """Load k times `value` into the loads P."""
-    flexible, n_q = model.flexible, model.info.nq
-    beams, elements, beam_loads = flexible.beams, flexible.elements, flexible.beam_loads
+    n_q = model.info.nq
+    beams, elements, beam_loads = model.beams, model.elements, model.beam_loads
     if follows(beam_loads, k):
         add_following_load(t, y, k, value, model, P)
         return
@@ -65,17 +65,17 @@ def add_beam_load(t, y, k, value, model, P):
         return
     inertia = 0.0
     for element in range(first, last):
-        inertia += _field(y, n_q, flexible, element, n, z, centre, 0.0, 0.0, P)
+        inertia += _field(y, n_q, model, element, n, z, centre, 0.0, 0.0, P)
     for element in range(first, last):
-        _field(y, n_q, flexible, element, n, z, centre, beam_loads[k].pitch, value / inertia, P)
+        _field(y, n_q, model, element, n, z, centre, beam_loads[k].pitch, value / inertia, P)
 
 
 @indirect(void(REAL, VECTOR, MODEL))
 def evaluate_beam_loads(t, y, model):
     """Evaluate all beam loads in a state into their records, at the factor 1; overwrites the loads `Flexible.P`."""
-    f, n_q, n_v, P = model.flexible, model.info.nq, model.info.nv, model.flexible.P
-    for k in range(f.beam_loads.size):
-        row, rate = f.beam_loads[k], 0.0
+    n_q, n_v, P = model.info.nq, model.info.nv, model.P
+    for k in range(model.beam_loads.size):
+        row, rate = model.beam_loads[k], 0.0
         for i in range(n_v):
             P[i] = 0.0
         add_beam_load(t, y, k, row.value, model, P)
@@ -86,7 +86,7 @@ def evaluate_beam_loads(t, y, model):
             x, yy, z = node_vector(t, y, k, model)
             row.vector[0], row.vector[1], row.vector[2] = row.value * x, row.value * yy, row.value * z
             continue
-        beam = f.beams[row.beam]
+        beam = model.beams[row.beam]
         for c in range(3):
             row.vector[c] = 0.0
             for i in range(beam.nodes):
@@ -94,12 +94,12 @@ def evaluate_beam_loads(t, y, model):
 
 
 @kernel
-def _field_vectors(y, flexible, k, n, z, centre, pitch, out):
+def _field_vectors(y, model, k, n, z, centre, pitch, out):
     """M (z x (e - c) + pitch z) of element k into out : (3 n,); returns M (z x (e - c)) . (z x (e - c)) for pitch 0."""
-    iq, mass = flexible.elements[k].iq, flexible.elements[k].mass
-    M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
+    iq, mass = model.elements[k].iq, model.elements[k].mass
+    M = model.M12[mass] if n == 4 else model.M24[mass]
     half = n // 2
-    e = flexible.e
+    e = model.e
     for j in range(n):
         x, y0, z0 = y[iq + 3 * j], y[iq + 3 * j + 1], y[iq + 3 * j + 2]
         if j == 0 or j == half:
@@ -120,10 +120,10 @@ def _field_vectors(y, flexible, k, n, z, centre, pitch, out):
 
 
 @inlined
-def _field(y, n_q, flexible, k, n, z, centre, pitch, scale, P):
+def _field(y, n_q, model, k, n, z, centre, pitch, scale, P):
     """Forces scale M (z x (e - c) + pitch z) of one element into P; for pitch 0 returns its inertia about the axis."""
-    at, out = flexible.elements[k].iv - n_q, flexible.e[2]
-    inertia = _field_vectors(y, flexible, k, n, z, centre, pitch, out)
+    at, out = model.elements[k].iv - n_q, model.e[2]
+    inertia = _field_vectors(y, model, k, n, z, centre, pitch, out)
     for i in range(3 * n):
         P[at + i] += scale * out[i]
     return inertia
@@ -135,8 +135,8 @@ def _field(y, n_q, flexible, k, n, z, centre, pitch, scale, P):
 @inlined
 def add_field_tangents(y, model, matrix):
     """Tangents of all torques that are spread over a beam's mass."""
-    for k in range(model.flexible.beam_loads.size):
-        if model.flexible.beam_loads[k].kind == FIELD and model.flexible.beam_loads[k].now != 0.0:
+    for k in range(model.beam_loads.size):
+        if model.beam_loads[k].kind == FIELD and model.beam_loads[k].now != 0.0:
             add_field_tangent(y, k, model, matrix)
 
 
@@ -149,17 +149,17 @@ def add_field_tangent(y, k, model, matrix):
     With P = (T/J) M f, f = z x (e - c) + p z: -dP = -(T/J) M (z x de) + (T/J^2) M f dJ, and dJ = 2 M f0 . (z x de) of
     f0 = z x (e - c) couples all nodes of the beam, by an inner unknown (`kernels.sparse`).
     """
-    f, n_q, row = model.flexible, model.info.nq, model.flexible.beam_loads[k]
-    z, K, plain, whole = row.axis, f.K24, f.e[0], f.e[2]
-    first = f.beams[row.beam].first_element
-    last, n = first + f.beams[row.beam].elements, 2 * NODE_VECTORS[f.beams[row.beam].kind]
+    n_q, row = model.info.nq, model.beam_loads[k]
+    z, K, plain, whole = row.axis, model.K24, model.e[0], model.e[2]
+    first = model.beams[row.beam].first_element
+    last, n = first + model.beams[row.beam].elements, 2 * NODE_VECTORS[model.beams[row.beam].kind]
     inertia = 0.0
     for element in range(first, last):
-        inertia += _field_vectors(y, f, element, n, z, row.centre, 0.0, plain)
+        inertia += _field_vectors(y, model, element, n, z, row.centre, 0.0, plain)
     s, q, half = row.now / inertia, inner(matrix, 1), 3 * (n // 2)
     for element in range(first, last):
-        at, mass = f.elements[element].iv - n_q, f.elements[element].mass
-        M = f.M12[mass] if n == 4 else f.M24[mass]
+        at, mass = model.elements[element].iv - n_q, model.elements[element].mass
+        M = model.M12[mass] if n == 4 else model.M24[mass]
         for i in range(n):
             for j in range(n):
                 for c in range(3):
@@ -169,8 +169,8 @@ def add_field_tangent(y, k, model, matrix):
         for r in range(0, 2 * half, half):
             for c in range(0, 2 * half, half):
                 add_block(matrix, at + r, at + c, K, r, c, half, half, 1.0)
-        _field_vectors(y, f, element, n, z, row.centre, 0.0, plain)
-        _field_vectors(y, f, element, n, z, row.centre, row.pitch, whole)
+        _field_vectors(y, model, element, n, z, row.centre, 0.0, plain)
+        _field_vectors(y, model, element, n, z, row.centre, row.pitch, whole)
         for i in range(n):
             x, yy, zz = cross(plain[3 * i], plain[3 * i + 1], plain[3 * i + 2], z[0], z[1], z[2])
             add_inner(matrix, at + 3 * i, q, s / inertia * whole[3 * i], 2.0 * x)

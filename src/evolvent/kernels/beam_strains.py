@@ -30,11 +30,10 @@ OF_BEAM, OF_CABLE = 90, 3
 @indirect(void(VECTOR, MODEL))
 def evaluate_beams(y, model):
     """Evaluate all elements in a state into their records, with the free strains that stand there (`thermal`)."""
-    f = model.flexible
-    for k in range(f.elements.size):
-        row, strain, force, extra, pull = f.elements[k], f.elements[k].strain, f.elements[k].axial_force, 0.0, 0.0
+    for k in range(model.elements.size):
+        row, strain, force, extra, pull = model.elements[k], model.elements[k].strain, model.elements[k].axial_force, 0.0, 0.0
         for i in range(len(POINTS)):
-            if f.beams[row.beam].kind == CABLE:
+            if model.beams[row.beam].kind == CABLE:
                 e, N = _evaluate_cable(y, row, i, model)
             else:
                 e, N = _evaluate_beam(y, row, i, model)
@@ -51,7 +50,7 @@ def evaluate_beams(y, model):
 @inlined
 def _evaluate_beam(y, row, i, model):
     """Results of point i of a beam's element but for strain and axial force, which are returned."""
-    p, at, e, work = model.parameters, row.section + OF_BEAM * i, y[row.iq : row.iq + 24], model.flexible.work
+    p, at, e, work = model.parameters, row.section + OF_BEAM * i, y[row.iq : row.iq + 24], model.work
     off, S, free = work[:9], work[9:18], row.free
     ancf.line_strains(e, row.length, POINTS[i], off)
     for r in range(9):

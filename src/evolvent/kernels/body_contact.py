@@ -57,7 +57,7 @@ def _apart(row, bodies, p, q):
 @indirect(void(_I, MODEL))
 def measure_bodies(what, model):
     """Gaps by the bodies' current positions, as `surfaces.measure_points`."""
-    rows = model.flexible.body_contacts
+    rows = model.body_contacts
     for k in range(rows.size):
         row = rows[k]
         p, q, e, g = _axes_of(row, model.bodies)
@@ -107,7 +107,7 @@ def _shares(row):
 @indirect(_PAIR(VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL))
 def add_bodies(y, h, step, soft, chi, ratio, model):
     """`contact.add_contacts` of two bodies."""
-    rows, bodies, lost, rubbed = model.flexible.body_contacts, model.bodies, 0.0, 0.0
+    rows, bodies, lost, rubbed = model.body_contacts, model.bodies, 0.0, 0.0
     explicit, h = h < 0.0, max(h, 0.0)
     if h == 0.0:
         measure_bodies(STATE, model)
@@ -207,7 +207,7 @@ def add_body_tangents(h, c_rate, model, matrix):
 
     Left out is how a turn of a capsule moves the point on its axis from which the distance is measured.
     """
-    rows, bodies, K, factor = model.flexible.body_contacts, model.bodies, model.flexible.K12, 1.0 if h == 0.0 else 2.0
+    rows, bodies, K, factor = model.body_contacts, model.bodies, model.K12, 1.0 if h == 0.0 else 2.0
     for k in range(rows.size):
         row, lam = rows[k], rows[k].force
         if lam == 0.0:
@@ -254,7 +254,7 @@ def add_pair(matrix, model, a, b, at, f, K):
     A displacement r of the point against b, and a turn t of b, change f by t x f + K r, and the moment about b's origin
     by r x f + arm x K r in the axes of b. A turn of a beside that moves f against its arm: `sides.add_turning`.
     """
-    bodies, J, local = model.bodies, model.flexible.J, model.flexible.e
+    bodies, J, local = model.bodies, model.J, model.e
     la, lb = local[1], local[2]
     xa, xb = bodies[a].x, bodies[b].x
     la[0], la[1], la[2] = turn_back(bodies[a].R, at[0] - xa[0], at[1] - xa[1], at[2] - xa[2])
@@ -299,7 +299,7 @@ def add_pair(matrix, model, a, b, at, f, K):
 @indirect(_PAIR(MODEL))
 def end_bodies(model):
     """`contact.end_contacts` of two bodies."""
-    bodies, rows, slip, damped = model.bodies, model.flexible.body_contacts, 0.0, 0.0
+    bodies, rows, slip, damped = model.bodies, model.body_contacts, 0.0, 0.0
     for k in range(rows.size):
         row = rows[k]
         by_slip, by_damping = contact_laws.end_point(row, row, row.gap, row.gap1, row.slide)
@@ -317,7 +317,7 @@ def add_body_contact_bound(model, blocks):
 
     Of every contact as if its bodies touched, in any direction, and twice as of springs (`solvers.stability`).
     """
-    for row in model.flexible.body_contacts:
+    for row in model.body_contacts:
         own = contact_laws.bound_of(row, "radius_a")
         both = 2.0 if np.all(model.bodies["motion"][[row["a"], row["b"]]] != rigid.DRIVEN) else 1.0
         for body, place, axis, half in (

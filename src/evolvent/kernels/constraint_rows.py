@@ -35,7 +35,7 @@ def has_joints(model):
 @indirect(void(REAL, VECTOR, types.int64, MODEL))
 def _measure_joint_row(t, y, r, model):
     """Forces J of a unit multiplier of the joint of row r on its sides; flexible.F is scratch."""
-    rows, sides, bodies, k, F = model.rows, model.row_sides, model.bodies, model.rows[r].index, model.flexible.F
+    rows, sides, bodies, k, F = model.rows, model.row_sides, model.bodies, model.rows[r].index, model.F
     joint.joint_geometry(t, y, k, model)
     for i in range(rows[r].first, rows[r].last):
         b, at = sides[i].body, sides[i].at
@@ -71,7 +71,7 @@ def _numbers(bodies, b):
 @inlined
 def _second_rate(k, model):
     """Second derivative of the gap of joint k without accelerations, after `joint.joint_geometry`."""
-    joints, bodies, value = model.flexible.joints, model.bodies, model.flexible.joints[k].bends
+    joints, bodies, value = model.joints, model.bodies, model.joints[k].bends
     for side in range(joint.side_count(joints[k].kind)):
         if joints[k].on[side] != ON_BODY:
             continue
@@ -119,7 +119,7 @@ def build_rows(t, y, s, model):
             copies = float(threads[k].copies)
             d = threads[k].d
             add_wrench(J, d[0], d[1], d[2], copies * y[q], copies * y[q + 1], copies * y[q + 2])
-        elif joint.acts(t, s, model.flexible.joints, k):
+        elif joint.acts(t, s, model.joints, k):
             _measure_joint_row(t, y, r, model)
         else:
             A[r, 0] = 1.0
@@ -156,13 +156,13 @@ def row_velocity_terms(t, y, s, model, loaded):
         if rows[r].kind == THREAD:
             rows[r].rx = chain.chain_rhs(y, s, model, k, loaded) * model.threads[k].copies
         else:
-            rows[r].rx = _second_rate(k, model) if joint.acts(t, s, model.flexible.joints, k) else 0.0
+            rows[r].rx = _second_rate(k, model) if joint.acts(t, s, model.joints, k) else 0.0
 
 
 @inlined
 def driven_power(t, s, model):
     """Power of what drives joints, by the last multipliers, W."""
-    rows, joints, power = model.rows, model.flexible.joints, 0.0
+    rows, joints, power = model.rows, model.joints, 0.0
     for r in range(rows.size):
         k = rows[r].index
         if rows[r].kind == JOINT and joints[k].path != joint.STILL and joint.acts(t, s, joints, k):
@@ -179,7 +179,7 @@ def solve_rows(s, model, dy):
     dy : (ny,) float, rates of the state, of which those of the velocities of beams are used, and get what rows add
     """
     rows, sides, bodies, points = model.rows, model.row_sides, model.bodies, model.points
-    la, F, n_q = model.la, model.flexible.F, model.info.nq
+    la, F, n_q = model.la, model.F, model.info.nq
     n = rows.size
     for r in range(n):
         la[r] = rows[r].rx
@@ -211,5 +211,5 @@ def solve_rows(s, model, dy):
                     points[i].f[c] += force * J[c]
                 else:
                     F[at + c] += force * J[c]
-    if model.flexible.beams.size > 0:
+    if model.beams.size > 0:
         flexible.move_held(model, False, dy)

@@ -24,15 +24,15 @@ _PAIR = types.UniTuple(REAL, 2)
 @inlined
 def any_contact(model):
     """Whether a model has contacts."""
-    return model.flexible.cylinders.size > 0 or model.flexible.body_contacts.size > 0
+    return model.cylinders.size > 0 or model.body_contacts.size > 0
 
 
 @inlined
 def measure(y, what, model):
     """Gaps of all contacts by the state y and the bodies' current positions (`surfaces.measure_points`)."""
-    if model.flexible.cylinders.size > 0:
+    if model.cylinders.size > 0:
         surfaces.measure_points(y, what, model)
-    if model.flexible.body_contacts.size > 0:
+    if model.body_contacts.size > 0:
         body_contact.measure_bodies(what, model)
 
 
@@ -54,9 +54,9 @@ def add_contacts(y0, y1, h, step, soft, chi, ratio, model, F):
     lost, rubbed : float, J, what normal forces (but for the filter) and friction take; of a state W, and 0
     """
     lost = rubbed = 0.0
-    if model.flexible.cylinders.size > 0:
+    if model.cylinders.size > 0:
         lost, rubbed = add_points(y0, y1, h, step, soft, chi, ratio, model, F)
-    if model.flexible.body_contacts.size > 0:
+    if model.body_contacts.size > 0:
         by_bodies, by_rubbing = body_contact.add_bodies(y1, h, step, soft, chi, ratio, model)
         lost, rubbed = lost + by_bodies, rubbed + by_rubbing
     return lost, rubbed
@@ -65,9 +65,9 @@ def add_contacts(y0, y1, h, step, soft, chi, ratio, model, F):
 @inlined
 def add_tangents(y0, y1, h, c_rate, model, matrix):
     """Add the derivative of `add_contacts` by y1, twice that of a step; with c_rate times that by velocity."""
-    if model.flexible.cylinders.size > 0:
+    if model.cylinders.size > 0:
         add_point_tangents(y0, y1, h, c_rate, model, matrix)
-    if model.flexible.body_contacts.size > 0:
+    if model.body_contacts.size > 0:
         body_contact.add_body_tangents(h, c_rate, model, matrix)
 
 
@@ -75,9 +75,9 @@ def add_tangents(y0, y1, h, c_rate, model, matrix):
 def end_contacts(y, model):
     """Make the end of a step the start of the next; what friction and damping took, J (`contact_laws.end_point`)."""
     slip = damped = 0.0
-    if model.flexible.cylinders.size > 0:
+    if model.cylinders.size > 0:
         slip, damped = end_points(y, model)
-    if model.flexible.body_contacts.size > 0:
+    if model.body_contacts.size > 0:
         by_bodies, damped_bodies = body_contact.end_bodies(model)
         slip, damped = slip + by_bodies, damped + damped_bodies
     return slip, damped
@@ -86,7 +86,7 @@ def end_contacts(y, model):
 @inlined
 def keep_bristles(y, model):
     """Write the bristles at the start of the next step into the accounts of the state y."""
-    cylinders, contacts, rows = model.flexible.cylinders, model.flexible.contact_points, model.flexible.body_contacts
+    cylinders, contacts, rows = model.cylinders, model.contact_points, model.body_contacts
     for k in range(cylinders.size):
         at = cylinders[k].account
         for i in range(cylinders[k].first, cylinders[k].last if at >= 0 else 0):
@@ -100,7 +100,7 @@ def keep_bristles(y, model):
 @inlined
 def energy_of(model):
     """Energy of all contacts by the last forces, J, of bristles too."""
-    cylinders, rows, total = model.flexible.cylinders, model.flexible.body_contacts, 0.0
+    cylinders, rows, total = model.cylinders, model.body_contacts, 0.0
     for k in range(cylinders.size):
         total += cylinders[k].energy
     for k in range(rows.size):
@@ -111,7 +111,7 @@ def energy_of(model):
 @inlined
 def pressed(model):
     """A number that encodes which contacts press: it changes where the set does."""
-    contacts, rows, found = model.flexible.contact_points, model.flexible.body_contacts, 0
+    contacts, rows, found = model.contact_points, model.body_contacts, 0
     for i in range(contacts.size):
         if contacts[i].force != 0.0:
             found += i * i + 1
@@ -123,26 +123,25 @@ def pressed(model):
 
 def clear_history(model):
     """Forget the steps before. Not compiled."""
-    f = model.flexible
-    for rows in (f.contact_points, f.body_contacts):
+    for rows in (model.contact_points, model.body_contacts):
         rows["gap"], rows["gap1"] = math.inf, math.inf
         for name in ("force", "stick", "stick1", "t", "sank", "drag", "drag1", "damper"):
             rows[name] = 0.0
-    f.contact_points["rest"], f.contact_points["rest1"], f.contact_points["carrier"] = 0.0, 0.0, -1
-    f.body_contacts["energy"] = 0.0
+    model.contact_points["rest"], model.contact_points["rest1"], model.contact_points["carrier"] = 0.0, 0.0, -1
+    model.body_contacts["energy"] = 0.0
 
 
 @indirect(_PAIR(VECTOR, VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL, VECTOR))
 def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
     """`add_contacts` of contact points of beams."""
-    flexible, bodies, n_q, lost, rubbed = model.flexible, model.bodies, model.info.nq, 0.0, 0.0
-    cylinders, contacts, elements = flexible.cylinders, flexible.contact_points, flexible.elements
+    bodies, n_q, lost, rubbed = model.bodies, model.info.nq, 0.0, 0.0
+    cylinders, contacts, elements = model.cylinders, model.contact_points, model.elements
     explicit, h = h < 0.0, max(h, 0.0)
     if h == 0.0:
         surfaces.measure_points(y1, surfaces.STATE, model)
     for k in range(cylinders.size):
         row, G, body = cylinders[k], cylinders[k].F, bodies[cylinders[k].body]
-        half = NODE_VECTORS[flexible.beams[row.under].kind] if row.under >= 0 else 0
+        half = NODE_VECTORS[model.beams[row.under].kind] if row.under >= 0 else 0
         o, a = surfaces.frame(bodies, row)
         for c in range(6):
             G[c] = 0.0
@@ -202,11 +201,11 @@ def evaluate_points(y, model):
     `apart` is the gap, NaN beyond an obstacle's ends and where a point is too far from it; places and normals are those
     of far points too. Sliding is damped as if the state were the start of its step as well.
     """
-    contacts, damped = model.flexible.contact_points, False
+    contacts, damped = model.contact_points, False
     for i in range(contacts.size):
         contacts[i].gap, damped = math.inf, damped or contacts[i].viscous > 0.0
     for _ in range(2 if damped else 1):
-        add_points(y, y, 0.0, -1.0, 1.0, 0.0, 0.0, model, model.flexible.F)
+        add_points(y, y, 0.0, -1.0, 1.0, 0.0, 0.0, model, model.F)
         for i in range(contacts.size):
             contacts[i].gap = contacts[i].gap1
             contacts[i].apart = contacts[i].gap1 if contacts[i].gap1 < math.inf else math.nan
@@ -304,8 +303,8 @@ def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step, at)
 @indirect(_PAIR(VECTOR, MODEL))
 def end_points(y, model):
     """`end_contacts` of contact points of beams."""
-    flexible, bodies, slip, damped = model.flexible, model.bodies, 0.0, 0.0
-    cylinders, contacts, elements = flexible.cylinders, flexible.contact_points, flexible.elements
+    bodies, slip, damped = model.bodies, 0.0, 0.0
+    cylinders, contacts, elements = model.cylinders, model.contact_points, model.elements
     for k in range(cylinders.size):
         row, R, X = cylinders[k], bodies[cylinders[k].body].R, bodies[cylinders[k].body].x
         _, a = surfaces.frame(bodies, row)
@@ -317,7 +316,7 @@ def end_points(y, model):
                     slide = (q[0], q[1], q[2])
                 point.carrier, point.xi = point.carrier1, point.xi1
                 if point.carrier >= 0:
-                    c, half = point.carrier, NODE_VECTORS[flexible.beams[row.under].kind]
+                    c, half = point.carrier, NODE_VECTORS[model.beams[row.under].kind]
                     x = surfaces.combined(y, elements[c].iq, half, surfaces.shape(elements[c].length, point.xi))
                     point.offset = (p[0] - x[0]) * a[0] + (p[1] - x[1]) * a[1] + (p[2] - x[2]) * a[2]
             elif row.friction > 0.0:
@@ -332,9 +331,9 @@ def end_points(y, model):
 @indirect(void(VECTOR, VECTOR, REAL, REAL, MODEL, SPARSE))
 def add_point_tangents(y0, y1, h, c_rate, model, matrix):
     """`add_tangents` of contact points of beams."""
-    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
-    cylinders, contacts = flexible.cylinders, flexible.contact_points
-    J, K, W, factor = flexible.J[1], flexible.K12, flexible.K24, 1.0 if h == 0.0 else 2.0
+    bodies, n_q = model.bodies, model.info.nq
+    cylinders, contacts = model.cylinders, model.contact_points
+    J, K, W, factor = model.J[1], model.K12, model.K24, 1.0 if h == 0.0 else 2.0
     for k in range(cylinders.size):
         if cylinders[k].under >= 0:
             add_turn_tangents(y1, h, c_rate, model, k, matrix)
@@ -349,7 +348,7 @@ def add_point_tangents(y0, y1, h, c_rate, model, matrix):
             if lam == 0.0:
                 continue
             S, n, slope, share, total = point.S, point.n, 1.0, 0.0, point.distance + point.offset
-            x, arm, u, _, _ = _place(y0, y1, point, row, bodies[b], flexible.elements, 0, h)
+            x, arm, u, _, _ = _place(y0, y1, point, row, bodies[b], model.elements, 0, h)
             if h == 0.0:
                 s = (x[0] - o[0]) * a[0] + (x[1] - o[1]) * a[1] + (x[2] - o[2]) * a[2]
                 H = surfaces.curvature(
@@ -377,7 +376,7 @@ def add_point_tangents(y0, y1, h, c_rate, model, matrix):
                             W[3 * p + r, 3 * q + c] += s * K[r, c]
             if not moves:
                 continue
-            local = flexible.e[2]
+            local = model.e[2]
             local[0], local[1], local[2] = turn_back(R, arm[0], arm[1], arm[2])
             body_columns(model, b, local, True, J)
             f = (-point.f[0], -point.f[1], -point.f[2])
@@ -427,10 +426,10 @@ def add_turn_tangents(y1, h, c_rate, model, k, matrix):
     the coordinates, and K = -df/du, the forces add U K U^T to the matrix, as eliminating z = U^T x does from
     A x + U K z and U^T x - z = 0: along n alone without friction.
     """
-    flexible, n_q = model.flexible, model.info.nq
-    row, contacts, elements = flexible.cylinders[k], flexible.contact_points, flexible.elements
-    half, W, factor = NODE_VECTORS[flexible.beams[row.under].kind], flexible.K24, 1.0 if h == 0.0 else 2.0
-    K, B, C = matrix_view(flexible.work, 0, 3, 24), flexible.work[72:80], flexible.work[80:88]
+    n_q = model.info.nq
+    row, contacts, elements = model.cylinders[k], model.contact_points, model.elements
+    half, W, factor = NODE_VECTORS[model.beams[row.under].kind], model.K24, 1.0 if h == 0.0 else 2.0
+    K, B, C = matrix_view(model.work, 0, 3, 24), model.work[72:80], model.work[80:88]
     upper, lower, coupled, nodes = -1, -1, False, (0, 0, 0, 0)  # whose sum is in W
     _clear(W, 24)
     for i in range(row.first, row.last):

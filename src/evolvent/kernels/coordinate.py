@@ -76,7 +76,7 @@ def bristle_energy(hinges, k):
 @inlined
 def count_slipping(model):
     """A number that encodes which coordinates slip, and in which sense."""
-    hinges, found = model.flexible.hinges, 0
+    hinges, found = model.hinges, 0
     for k in range(hinges.size):
         if hinges[k].friction > 0.0:
             found = 3 * found + 1 + int(hinges[k].slips)
@@ -117,7 +117,7 @@ def add_motors(t, share, s, model):
     share : 1 at the coordinates of the last evaluation, 0.5 half way from the step's start to them
     s : (ns,) int, switches
     """
-    hinges, motors = model.flexible.hinges, model.flexible.motors
+    hinges, motors = model.hinges, model.motors
     for k in range(motors.size):
         h = motors[k].hinge
         x, v = hinges[h].angle + (1.0 - share) * (hinges[h].before - hinges[h].angle), hinges[h].rate
@@ -141,15 +141,15 @@ def add_motors(t, share, s, model):
 def motor_power(model):
     """Power of all motors at the last evaluation, W."""
     power = 0.0
-    for k in range(model.flexible.motors.size):
-        power += model.flexible.motors[k].power
+    for k in range(model.motors.size):
+        power += model.motors[k].power
     return power
 
 
 @indirect(void(MODEL))
 def measure_motor_slopes(model):
     """Derivatives of the motors' torques at the last evaluation, into the records of their coordinates."""
-    hinges, motors = model.flexible.hinges, model.flexible.motors
+    hinges, motors = model.hinges, model.motors
     for h in range(hinges.size):
         hinges[h].motor_slope = hinges[h].motor_damper = 0.0
     for k in range(motors.size):
@@ -184,7 +184,7 @@ def add_synchronizations(share, model):
     ----------
     share : as of `add_motors`
     """
-    hinges, rows, power = model.flexible.hinges, model.flexible.synchronizations, 0.0
+    hinges, rows, power = model.hinges, model.synchronizations, 0.0
     for k in range(rows.size):
         a, b, ra, rb = rows[k].a, rows[k].b, rows[k].ratio_a, rows[k].ratio_b
         rest = 1.0 - share
@@ -207,7 +207,7 @@ def add_synchronizations(share, model):
 @inlined
 def synchronization_energy(model):
     """Energy of all cables between coordinates at the last evaluation, J."""
-    hinges, rows, energy = model.flexible.hinges, model.flexible.synchronizations, 0.0
+    hinges, rows, energy = model.hinges, model.synchronizations, 0.0
     for k in range(rows.size):
         e = _stretch(rows, k, hinges[rows[k].a].angle, hinges[rows[k].b].angle)
         rows[k].energy = 0.5 * rows[k].stiffness * e * e
@@ -244,7 +244,7 @@ def note_peaks(s, hinges, share):
 @inlined
 def write_account_rates(model, dy):
     """Rates of the accounts of coordinates under explicit methods, at the last evaluation."""
-    hinges, motors, rows = model.flexible.hinges, model.flexible.motors, model.flexible.synchronizations
+    hinges, motors, rows = model.hinges, model.motors, model.synchronizations
     for k in range(hinges.size):
         dy[hinges[k].account + BY_DAMPER] = hinges[k].lost - hinges[k].latch_lost
         dy[hinges[k].account + BY_LATCH] = hinges[k].latch_lost
@@ -267,7 +267,7 @@ def end_coordinate_step(h, share, y, s, model):
     Friction takes the work of its forces, those of both ends halfway, less what the bristle stores. Where its force of
     the end acts over the whole step, as under energy-momentum, that is stick (z1 slip + (z1 - z0)^2/2).
     """
-    hinges, motors, rows = model.flexible.hinges, model.flexible.motors, model.flexible.synchronizations
+    hinges, motors, rows = model.hinges, model.motors, model.synchronizations
     now, rubbed = (0.5 if share == 1.0 else 1.0) * h, 0.0
     then = h - now
     for k in range(hinges.size):

@@ -28,7 +28,7 @@ def scratch_size(points):
 @inlined
 def _gather(y, model, k):
     """Write positions and velocities of the points of law k into its scratch; returns 3 times their number."""
-    forces, work = model.flexible.custom_forces, model.flexible.custom
+    forces, work = model.custom_forces, model.custom
     m = 3 * forces[k].points
     for i in range(forces[k].points):
         u = marker_kinematics(y, model.markers, model.points, model.bodies, forces[k].first_marker + i)
@@ -44,7 +44,7 @@ def _evaluate(t, model, k, m, out):
 
     Returns the energy stored (J) and the power dissipated (W).
     """
-    forces, work = model.flexible.custom_forces, model.flexible.custom
+    forces, work = model.custom_forces, model.custom
     for i in range(m):
         work[out + i] = 0.0
     parameters = model.parameters[forces[k].first : forces[k].last]
@@ -57,7 +57,7 @@ def add_custom_forces(t, y, model):
 
     A law that has given neither an energy nor a power so far states none: its forces do work, as loads do.
     """
-    forces, work = model.flexible.custom_forces, model.flexible.custom
+    forces, work = model.custom_forces, model.custom
     markers, points, bodies = model.markers, model.points, model.bodies
     power = given = 0.0
     for k in range(forces.size):
@@ -82,7 +82,7 @@ def add_custom_forces(t, y, model):
 def custom_energies(t, y, model):
     """Energy stored by all user-defined laws between points, J; after `kinematics`."""
     energy = 0.0
-    for k in range(model.flexible.custom_forces.size):
+    for k in range(model.custom_forces.size):
         m = _gather(y, model, k)
         stored, _ = _evaluate(t, model, k, m, 3 * m)
         energy += stored
@@ -123,8 +123,7 @@ def add_custom_tangents(t, y, c_rate, model, matrix):
     -----
     Derivatives by position that are symmetric but for the differences' errors are made so.
     """
-    flexible = model.flexible
-    forces, work = flexible.custom_forces, flexible.custom
+    forces, work = model.custom_forces, model.custom
     for k in range(forces.size):
         m = _gather(y, model, k)
         K, p = matrix_view(work, 10 * m, m, m), model.parameters[forces[k].first : forces[k].last]
@@ -155,8 +154,8 @@ def add_custom_tangents(t, y, c_rate, model, matrix):
 @inlined
 def _add_products(model, k, m, K, matrix):
     """Add derivatives K of the forces of law k, and what turns of bodies change, to the points' unknowns."""
-    forces, markers, work = model.flexible.custom_forces, model.markers, model.flexible.custom
-    Ja, Jb = model.flexible.J[0], model.flexible.J[1]
+    forces, markers, work = model.custom_forces, model.markers, model.custom
+    Ja, Jb = model.J[0], model.J[1]
     for i in range(forces[k].points):
         p, f = forces[k].first_marker + i, 2 * m + 3 * i
         at, n = marker_columns(model, p, Ja)

@@ -84,9 +84,9 @@ def _body_point(model, k, x, v):
 def _element_point(y, model, k, x, v):
     """Position and velocity of field point k, in an element, into x and v; returns the number of its nodal vectors."""
     element = model.field_points[k].element
-    elements, S = model.flexible.elements, model.field_points[k].S
+    elements, S = model.elements, model.field_points[k].S
     iq, iv = elements[element].iq, elements[element].iv
-    n = 4 if model.flexible.beams[elements[element].beam].kind == CABLE else 8
+    n = 4 if model.beams[elements[element].beam].kind == CABLE else 8
     for c in range(3):
         x[c] = v[c] = 0.0
         for j in range(n):
@@ -124,7 +124,7 @@ def add_field_forces(t, y, model):
 @indirect(void(REAL, VECTOR, MODEL, VECTOR))
 def add_beam_fields(t, y, model, P):
     """Forces of all fields on beams into the loads P."""
-    on, elements, n_q = model.field_points, model.flexible.elements, model.info.nq
+    on, elements, n_q = model.field_points, model.elements, model.info.nq
     x, v = model.scratch[1], model.scratch[2]
     for k in range(on.size):
         if on[k].element < 0:
@@ -145,8 +145,8 @@ def add_field_tangents(t, y, c_rate, model, matrix):
 
     That of threads is `kernels.thread.loads.add_node_load_tangents`.
     """
-    points, on, n_q, f = model.points, model.field_points, model.info.nq, model.flexible
-    x, v, A, K = model.scratch[1], model.scratch[2], f.K12, f.K24
+    points, on, n_q = model.points, model.field_points, model.info.nq
+    x, v, A, K = model.scratch[1], model.scratch[2], model.K12, model.K24
     for i in range(points.size):
         for c in range(3):
             x[c], v[c] = y[points[i].iq + c], y[points[i].iv + c]
@@ -183,20 +183,20 @@ def _add_element(element, model, matrix):
     """Add what K24 holds of an element to the matrix; of none where it is -1."""
     if element < 0:
         return
-    elements = model.flexible.elements
+    elements = model.elements
     at = elements[element].iv - model.info.nq
-    size = 6 if model.flexible.beams[elements[element].beam].kind == CABLE else 12
+    size = 6 if model.beams[elements[element].beam].kind == CABLE else 12
     for r in range(0, 2 * size, size):
         for c in range(0, 2 * size, size):
-            add_block(matrix, at + r, at + c, model.flexible.K24, r, c, size, size, 1.0)
+            add_block(matrix, at + r, at + c, model.K24, r, c, size, size, 1.0)
 
 
 @indirect(void(REAL, types.int64, REAL, MODEL, SPARSE))
 def _add_body_point(t, k, c_rate, model, matrix):
     """Add what field point k of a body changes."""
-    on, f = model.field_points, model.flexible
-    x, v, A, K, J = model.scratch[1], model.scratch[2], f.K12, f.K24, f.J[0]
-    b, m, w, L, own = on[k].body, on[k].mass, model.bodies[on[k].body].w, f.J[1], f.e[2]
+    on = model.field_points
+    x, v, A, K, J = model.scratch[1], model.scratch[2], model.K12, model.K24, model.J[0]
+    b, m, w, L, own = on[k].body, on[k].mass, model.bodies[on[k].body].w, model.J[1], model.e[2]
     dx, dy, dz = _body_point(model, k, x, v)
     ax, ay, az = acceleration(t, model, x, v)
     gradient(t, model, x, v, 1.0, c_rate, A, 0)

@@ -60,22 +60,22 @@ def add_elements(y, a, scale, interval, model, F):
     a : (nv,) float, accelerations of the coordinates, times `scale`
     interval : of the forces (`ancf.INTERVAL`)
     """
-    flexible, n_q = model.flexible, model.info.nq
-    beams, elements, work = flexible.beams, flexible.elements, flexible.work
+    n_q = model.info.nq
+    beams, elements, work = model.beams, model.elements, model.work
     by_mass = by_stiffness = 0.0
     for k in range(elements.size):
         iq, iv, beam, mass, form = elements[k].iq, elements[k].iv, elements[k].beam, elements[k].mass, elements[k].form
         alpha, at, force = elements[k].alpha, iv - n_q, element_force_at(model, elements[k].force)
         n = 12 if beams[beam].kind == CABLE else 24
-        e, u, f, x, changes = y[iq : iq + n], y[iv : iv + n], F[at : at + n], flexible.e[0, :n], elements[k].changes
+        e, u, f, x, changes = y[iq : iq + n], y[iv : iv + n], F[at : at + n], model.e[0, :n], elements[k].changes
         for i in range(n):
             x[i] = scale * a[at + i] + alpha * u[i]
         if n == 12:
-            by_mass += _add_inertia(flexible.M12[mass], 4, alpha, x, u, f)
-            H, h, B = flexible.H12[form], flexible.h12[form], flexible.B12[form]
+            by_mass += _add_inertia(model.M12[mass], 4, alpha, x, u, f)
+            H, h, B = model.H12[form], model.h12[form], model.B12[form]
         else:
-            by_mass += _add_inertia(flexible.M24[mass], 8, alpha, x, u, f)
-            H, h, B = flexible.H24[form], flexible.h24[form], flexible.B0
+            by_mass += _add_inertia(model.M24[mass], 8, alpha, x, u, f)
+            H, h, B = model.H24[form], model.h24[form], model.B0
         by_stiffness += force(e, u, interval, elements[k].beta, H, h, B, changes, work, f)
     return by_mass, by_stiffness
 
@@ -97,8 +97,8 @@ def add_with_mass(matrix, at, n, K, factor, M):
 @indirect(void(VECTOR, REAL, REAL, INTERVAL, MODEL, SPARSE))
 def add_element_tangents(y, c_mass, c_rate, interval, model, matrix):
     """Add c_mass M + c_rate C + K of all elements to a matrix; y, interval : as of `add_elements`."""
-    flexible, n_q = model.flexible, model.info.nq
-    beams, elements, work = flexible.beams, flexible.elements, flexible.work
+    n_q = model.info.nq
+    beams, elements, work = model.beams, model.elements, model.work
     for k in range(elements.size):
         iq, iv, beam, mass, form = elements[k].iq, elements[k].iv, elements[k].beam, elements[k].mass, elements[k].form
         beta, at, tangent = elements[k].beta, iv - n_q, element_tangent_at(model, elements[k].tangent)
@@ -106,9 +106,9 @@ def add_element_tangents(y, c_mass, c_rate, interval, model, matrix):
         n = 12 if beams[beam].kind == CABLE else 24
         e, u, changes = y[iq : iq + n], y[iv : iv + n], elements[k].changes
         if n == 12:
-            K, M, H, h, B = flexible.K12, flexible.M12[mass], flexible.H12[form], flexible.h12[form], flexible.B12[form]
+            K, M, H, h, B = model.K12, model.M12[mass], model.H12[form], model.h12[form], model.B12[form]
         else:
-            K, M, H, h, B = flexible.K24, flexible.M24[mass], flexible.H24[form], flexible.h24[form], flexible.B0
+            K, M, H, h, B = model.K24, model.M24[mass], model.H24[form], model.h24[form], model.B0
         tangent(e, u, interval, beta, c_rate, H, h, B, changes, work, K)
         add_with_mass(matrix, at, n, K, factor, M)
 
@@ -116,8 +116,7 @@ def add_element_tangents(y, c_mass, c_rate, interval, model, matrix):
 @indirect(void(VECTOR, types.int64, types.int64, MODEL, VECTOR))
 def beam_energies(y, first, last, model, out):
     """out : (3,) += kinetic and elastic energy, and that of bending alone, J, of elements `first` to `last`."""
-    flexible = model.flexible
-    beams, elements, work = flexible.beams, flexible.elements, flexible.work
+    beams, elements, work = model.beams, model.elements, model.work
     for k in range(first, last):
         iq, iv, mass, form, bending = (
             elements[k].iq,
@@ -129,25 +128,24 @@ def beam_energies(y, first, last, model, out):
         energy = element_energy_at(model, elements[k].energy)
         if beams[elements[k].beam].kind == CABLE:
             e, u = y[iq : iq + 12], y[iv : iv + 12]
-            out[0] += ancf.kinetic_energy(flexible.M12[mass], u)
-            out[1] += energy(e, flexible.H12[form], flexible.h12[form], flexible.U12[form], work)
-            out[2] += energy(e, flexible.H12[bending], flexible.h12[bending], flexible.U12[bending], work)
+            out[0] += ancf.kinetic_energy(model.M12[mass], u)
+            out[1] += energy(e, model.H12[form], model.h12[form], model.U12[form], work)
+            out[2] += energy(e, model.H12[bending], model.h12[bending], model.U12[bending], work)
         else:
             e, u = y[iq : iq + 24], y[iv : iv + 24]
-            out[0] += ancf.kinetic_energy(flexible.M24[mass], u)
-            out[1] += energy(e, flexible.H24[form], flexible.h24[form], flexible.U24[form], work)
-            out[2] += energy(e, flexible.H24[bending], flexible.h24[bending], flexible.U24[bending], work)
+            out[0] += ancf.kinetic_energy(model.M24[mass], u)
+            out[1] += energy(e, model.H24[form], model.h24[form], model.U24[form], work)
+            out[2] += energy(e, model.H24[bending], model.h24[bending], model.U24[bending], work)
 
 
 @indirect(void(VECTOR, types.int64, types.int64, MODEL, VECTOR, VECTOR))
 def beam_momenta(y, first, last, model, P, H):
     """Linear and angular momentum P and H about the inertial origin, (3,), of elements `first` to `last`, added."""
-    flexible = model.flexible
-    beams, elements = flexible.beams, flexible.elements
+    beams, elements = model.beams, model.elements
     for k in range(first, last):
         iq, iv, mass = elements[k].iq, elements[k].iv, elements[k].mass
         n = 2 * NODE_VECTORS[beams[elements[k].beam].kind]
-        M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
+        M = model.M12[mass] if n == 4 else model.M24[mass]
         half = n // 2
         for i in range(n):
             px = py = pz = 0.0
@@ -181,45 +179,45 @@ def _divide_by_mass(f, k, row, x, at):
 @indirect(void(VECTOR, MODEL, VECTOR))
 def beam_rates(y, model, dy):
     """Rates of the beams' coordinates and M^-1 (P - F), into dy."""
-    n_q, f = model.info.nq, model.flexible
+    n_q = model.info.nq
     row = 0
-    for k in range(f.beams.size):
-        iq, iv = f.beams[k].iq, f.beams[k].iv
-        for i in range(3 * NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
+    for k in range(model.beams.size):
+        iq, iv = model.beams[k].iq, model.beams[k].iv
+        for i in range(3 * NODE_VECTORS[model.beams[k].kind] * model.beams[k].nodes):
             dy[iq + i] = y[iv + i]
-            dy[iv + i] = f.P[iv - n_q + i] - f.F[iv - n_q + i]
-        row += _divide_by_mass(f, k, row, dy, iv)
+            dy[iv + i] = model.P[iv - n_q + i] - model.F[iv - n_q + i]
+        row += _divide_by_mass(model, k, row, dy, iv)
 
 
 @inlined
 def clear_held(model):
     """No forces F of rows of constraint on beams."""
-    f, n_q = model.flexible, model.info.nq
-    for k in range(f.beams.size):
-        if f.beams[k].held != 0:
-            at = f.beams[k].iv - n_q
-            for i in range(at, at + 3 * NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
-                f.F[i] = 0.0
+    n_q = model.info.nq
+    for k in range(model.beams.size):
+        if model.beams[k].held != 0:
+            at = model.beams[k].iv - n_q
+            for i in range(at, at + 3 * NODE_VECTORS[model.beams[k].kind] * model.beams[k].nodes):
+                model.F[i] = 0.0
 
 
 @indirect(void(MODEL, types.boolean, VECTOR))
 def move_held(model, places, x):
     """Add M^-1 F of the forces F of rows of constraint on beams to their velocities in x, or to their places."""
-    f, n_q, row = model.flexible, model.info.nq, 0
-    for k in range(f.beams.size):
-        n = NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes
-        if f.beams[k].held != 0:
-            at, to = f.beams[k].iv - n_q, f.beams[k].iq if places else f.beams[k].iv
-            _divide_by_mass(f, k, row, f.F, at)
+    n_q, row = model.info.nq, 0
+    for k in range(model.beams.size):
+        n = NODE_VECTORS[model.beams[k].kind] * model.beams[k].nodes
+        if model.beams[k].held != 0:
+            at, to = model.beams[k].iv - n_q, model.beams[k].iq if places else model.beams[k].iv
+            _divide_by_mass(model, k, row, model.F, at)
             for i in range(3 * n):
-                x[to + i] += f.F[at + i]
+                x[to + i] += model.F[at + i]
         row += n
 
 
 @inlined
 def kick_beams(y, model, dy):
     """Jumps dy of the velocities of all beams."""
-    beams = model.flexible.beams
+    beams = model.beams
     for k in range(beams.size):
         iv = beams[k].iv
         for i in range(iv, iv + 3 * NODE_VECTORS[beams[k].kind] * beams[k].nodes):
@@ -229,22 +227,22 @@ def kick_beams(y, model, dy):
 @inlined
 def copy_weight(model, P):
     """Weight of all beams, as it stands in `Flexible.G`, into the loads P."""
-    f, n_q = model.flexible, model.info.nq
-    for k in range(f.beams.size):
-        at = f.beams[k].iv - n_q
-        for i in range(at, at + 3 * NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
-            P[i] = f.G[i]
+    n_q = model.info.nq
+    for k in range(model.beams.size):
+        at = model.beams[k].iv - n_q
+        for i in range(at, at + 3 * NODE_VECTORS[model.beams[k].kind] * model.beams[k].nodes):
+            P[i] = model.G[i]
 
 
 @indirect(void(VECTOR, MODEL, VECTOR))
 def add_gravity(gravity, model, P):
     """Weight of all beams into the loads P."""
-    flexible, n_q = model.flexible, model.info.nq
-    beams, elements = flexible.beams, flexible.elements
+    n_q = model.info.nq
+    beams, elements = model.beams, model.elements
     for k in range(elements.size):
         at, mass = elements[k].iv - n_q, elements[k].mass
         n = 2 * NODE_VECTORS[beams[elements[k].beam].kind]
-        M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
+        M = model.M12[mass] if n == 4 else model.M24[mass]
         for i in range(n):
             m = M[i, 0] + M[i, n // 2]
             for c in range(3):

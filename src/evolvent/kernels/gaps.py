@@ -91,7 +91,7 @@ def add_gap_tangent(k, la, model, matrix, a, n, Ja, b, m, Jb, d, n_d, Jd):
     ----------
     a, n, Ja and so on : first unknown of a side, their number, and its columns (`sides.side_columns`)
     """
-    joints, K = model.flexible.joints, model.flexible.K12
+    joints, K = model.joints, model.K12
     kind, g, u = joints[k].kind, joints[k].g, joints[k].u
     write_axial(K, 1.0, -1.0 if kind in (DISTANCE, CORD) else 0.0, g[1])
     if kind == DIRECTION:

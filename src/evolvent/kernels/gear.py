@@ -31,7 +31,7 @@ def gear_geometry(k, h, y, model):
     ----------
     y, h : as of `axial.measure_between`; with h > 0 after `measure_gear` of both ends
     """
-    joints, rows = model.flexible.joints, model.flexible.gear_coordinates
+    joints, rows = model.joints, model.gear_coordinates
     total, rate, bends = 0.0, 0.0, 0.0
     for i in range(joints[k].first, joints[k].last):
         measure_between(rows, model.bodies, i, y, h, 0.0)
@@ -46,14 +46,14 @@ def gear_geometry(k, h, y, model):
 @indirect(void(_I, _I, VECTOR, MODEL))
 def measure_gear(k, end, y, model):
     """Coordinates of gear k at the start (end 0) or the end (1) of an interval."""
-    for i in range(model.flexible.joints[k].first, model.flexible.joints[k].last):
-        measure_end(model.flexible.gear_coordinates, model.bodies, i, y, 0.0, end)
+    for i in range(model.joints[k].first, model.joints[k].last):
+        measure_end(model.gear_coordinates, model.bodies, i, y, 0.0, end)
 
 
 @indirect(void(_I, REAL, MODEL, VECTOR))
 def add_gear_force(k, la, model, F):
     """Forces of the multiplier la on the sides of gear k, by the last gradients."""
-    joints, rows = model.flexible.joints, model.flexible.gear_coordinates
+    joints, rows = model.joints, model.gear_coordinates
     for i in range(joints[k].first, joints[k].last):
         push(rows, model.bodies, model.info.nq, i, la * rows[i].factor, F)
 
@@ -61,7 +61,7 @@ def add_gear_force(k, la, model, F):
 @inlined
 def note_gear_reaction(k, la, model):
     """Force and moment on the second body of a gear k between two coordinates of one pair of bodies, as of a screw."""
-    joints, rows = model.flexible.joints, model.flexible.gear_coordinates
+    joints, rows = model.joints, model.gear_coordinates
     first, last = joints[k].first, joints[k].last
     for i in range(first, last):
         if rows[i].body != rows[first].body or rows[i].other != rows[first].other:
@@ -81,7 +81,7 @@ def note_gear_reaction(k, la, model):
 @indirect(void(_I, _I, REAL, REAL, MODEL, SPARSE))
 def add_gear(k, row, scale, damped, model, matrix):
     """Add the gradient of gear k as row and column `row`, times `scale`, the row times `damped` as well."""
-    joints, rows, J = model.flexible.joints, model.flexible.gear_coordinates, model.flexible.J[0]
+    joints, rows, J = model.joints, model.gear_coordinates, model.J[0]
     for i in range(joints[k].first, joints[k].last):
         sides = gradients(model, rows, i, J)
         for side in range(2):

@@ -44,8 +44,8 @@ def measure_coordinate(y, s, hinges, bodies, k):
 @indirect(void(_I, VECTOR, INTEGERS, MODEL))
 def measure_hinges(end, y, s, model):
     """All coordinates at the start (end 0) or the end (1) of an interval, by the bodies' current positions."""
-    for k in range(model.flexible.hinges.size):
-        axial.measure_end(model.flexible.hinges, model.bodies, k, y, s[model.flexible.hinges[k].switch], end)
+    for k in range(model.hinges.size):
+        axial.measure_end(model.hinges, model.bodies, k, y, s[model.hinges[k].switch], end)
 
 
 @inlined
@@ -86,12 +86,12 @@ def add_applied(t, share, s, model):
     ----------
     share, s : as of `coordinate.add_motors`
     """
-    hinges = model.flexible.hinges
+    hinges = model.hinges
     for k in range(hinges.size):
         hinges[k].applied = hinges[k].applied_slope = hinges[k].applied_damper = 0.0
-    if model.flexible.motors.size > 0:
+    if model.motors.size > 0:
         add_motors(t, share, s, model)
-    if model.flexible.synchronizations.size > 0:
+    if model.synchronizations.size > 0:
         return add_synchronizations(share, model)
     return 0.0, 0.0
 
@@ -106,7 +106,7 @@ def add_hinges(t, y, h, s, model, F):
     y, h : as of `axial.measure_between`; with h > 0 after `measure_hinges` of both ends; or KEPT, of a state with its
         frictions among the accounts
     """
-    hinges, n_q, kept = model.flexible.hinges, model.info.nq, h < 0.0
+    hinges, n_q, kept = model.hinges, model.info.nq, h < 0.0
     h = max(h, 0.0)
     for k in range(hinges.size):
         axial.measure_between(hinges, model.bodies, k, y, h, s[hinges[k].switch])
@@ -137,7 +137,7 @@ def add_hinges(t, y, h, s, model, F):
 @inlined
 def end_frictions(y, s, model):
     """Frictions at the end of an explicit step into the accounts of the state y there; returns what they take, J."""
-    hinges, taken = model.flexible.hinges, 0.0
+    hinges, taken = model.hinges, 0.0
     for k in range(hinges.size):
         if hinges[k].friction > 0.0:
             at, stick, before = hinges[k].account, hinges[k].stick, hinges[k].before
@@ -154,7 +154,7 @@ def end_frictions(y, s, model):
 @indirect(REAL(INTEGERS, MODEL))
 def hinge_energy(s, model):
     """Energy of all coordinates and of the cables between them, at the end of the last step, J."""
-    hinges, found = model.flexible.hinges, synchronization_energy(model)
+    hinges, found = model.hinges, synchronization_energy(model)
     for k in range(hinges.size):
         x = hinges[k].angle
         found += hinge_law(hinges, k, s[hinges[k].switch + 1], x, x, 0.0)[3] + bristle_energy(hinges, k)
@@ -177,7 +177,7 @@ def end_hinge_step(s, hinges):
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL))
 def note_turns(t, y, s, model):
     """`end_hinge_step` of a state whose forces have not been evaluated."""
-    hinges, bodies = model.flexible.hinges, model.bodies
+    hinges, bodies = model.hinges, model.bodies
     rigid.kinematics(t, y, model)
     for k in range(hinges.size):
         measure_coordinate(y, s, hinges, bodies, k)
@@ -197,7 +197,7 @@ def longest_step(hinges):
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, _I, VECTOR))
 def latch_values(t, y, s, model, first, g):
     """Values of the events of all latches, from g[first] on: angle beyond the latch, -1 where none is open."""
-    hinges, bodies = model.flexible.hinges, model.bodies
+    hinges, bodies = model.hinges, model.bodies
     rigid.kinematics(t, y, model)
     for k in range(hinges.size):
         g[first + k] = -1.0

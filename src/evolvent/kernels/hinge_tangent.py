@@ -33,12 +33,12 @@ def add_hinge_tangents(y, c_rate, model, matrix):
     With f = torque g: df = (stiffness + c_rate damping) g g^T + damping g (H r)^T + torque H, H = d2(angle)/du2, and r
     is the rate of u as seen from the body.
     """
-    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
-    hinges = flexible.hinges
-    K = flexible.K12
-    if flexible.motors.size > 0:
+    bodies, n_q = model.bodies, model.info.nq
+    hinges = model.hinges
+    K = model.K12
+    if model.motors.size > 0:
         measure_motor_slopes(model)
-    if flexible.synchronizations.size > 0:
+    if model.synchronizations.size > 0:
         add_synchronization_tangents(c_rate, model, matrix)
     for k in range(hinges.size):
         torque, damping = hinges[k].torque + hinges[k].applied, hinges[k].damper + hinges[k].motor_damper
@@ -67,12 +67,12 @@ def add_hinge_tangents(y, c_rate, model, matrix):
         add_block(matrix, at, at, K, 0, 0, 3, 3, 1.0)
         body = hinges[k].body
         if bodies[body].motion != rigid.DRIVEN:
-            local = flexible.e[2]
+            local = model.e[2]
             local[0], local[1], local[2] = turn_back(bodies[body].R, u[0], u[1], u[2])
-            body_columns(model, body, local, False, flexible.J[1])
+            body_columns(model, body, local, False, model.J[1])
             f = (torque * g[0], torque * g[1], torque * g[2])
-            add_relative(matrix, model, body, flexible.J[1], K, f, at, 1.0)
-            add_relative_body(matrix, model, body, False, flexible.J[1], K, f)
+            add_relative(matrix, model, body, model.J[1], K, f, at, 1.0)
+            add_relative_body(matrix, model, body, False, model.J[1], K, f)
 
 
 @inlined
@@ -86,7 +86,7 @@ def _add_between_bodies(model, k, u, g, torque, slope, damping, K, matrix):
     torques on the axes of the bodies then change by A z of the first, A = t s^T + torque T, and by
     (A + torque [t]x) z of the second one, with opposite signs.
     """
-    bodies, hinges = model.bodies, model.flexible.hinges
+    bodies, hinges = model.bodies, model.hinges
     a, b = hinges[k].body, hinges[k].other
     t = cross(u[0], u[1], u[2], g[0], g[1], g[2])
     wb = bodies[b].w
@@ -138,7 +138,7 @@ def _add_turns(matrix, model, i, j, K, first, scale):
 @indirect(void(REAL, MODEL, SPARSE))
 def add_synchronization_tangents(c_rate, model, matrix):
     """What cables couple between different coordinates; the rest is among the slopes of each."""
-    hinges, rows, J = model.flexible.hinges, model.flexible.synchronizations, model.flexible.J
+    hinges, rows, J = model.hinges, model.synchronizations, model.J
     for k in range(rows.size):
         factor = -rows[k].ratio_a * rows[k].ratio_b * (rows[k].stiffness + c_rate * rows[k].damping)
         a = gradients(model, hinges, rows[k].a, J[0])
@@ -175,16 +175,16 @@ def add_travel_tangent(k, slope, model, matrix):
     body there, u moves by s = Jb db - Ja da as seen from it, and f by slope d d.s + w x f, w the turn of the body. On
     the body acts -(f, u x f): its axes turn with it, its arm by s.
     """
-    f, hinges = model.flexible, model.flexible.hinges
+    hinges = model.hinges
     a, on, other, g = hinges[k].body, hinges[k].on, hinges[k].other, hinges[k].g
     d = (g[0], g[1], g[2])
     along = hinges[k].torque + hinges[k].applied
     force = (along * d[0], along * d[1], along * d[2])
-    Ja, Jb, local = f.J[0], f.J[1], f.e[2]
+    Ja, Jb, local = model.J[0], model.J[1], model.e[2]
     place_on_body(hinges, model.bodies, k, local)
     at, na = side_columns(model, ON_BODY, a, -1, local, True, Ja)
     bt, nb = side_columns(model, on, other, hinges[k].iv, hinges[k].local, True, Jb)
-    K = f.K12
+    K = model.K12
     write_axial(K, 0.0, 1.0, d)
     add_product(matrix, bt, nb, Jb, K, 0, 0, bt, nb, Jb, slope)
     add_product(matrix, at, na, Ja, K, 0, 0, at, na, Ja, slope)

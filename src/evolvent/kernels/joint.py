@@ -73,7 +73,7 @@ def joint_geometry(t, y, k, model):
     for an INVOLUTE the point of the end of a taut thread of length `value` that has been wound by phi onto a circle,
     from the direction `zero` on.
     """
-    joints, bodies, parameters = model.flexible.joints, model.bodies, model.parameters
+    joints, bodies, parameters = model.joints, model.bodies, model.parameters
     kind = joints[k].kind
     u, g = joints[k].u, joints[k].g
     phi = phi_rate = phi_second = 0.0
@@ -139,7 +139,7 @@ def _cord_geometry(y, k, model):
     -----
     The force on the drum acts where the cord leaves it, which is entered as the point of side a.
     """
-    joints, bodies = model.flexible.joints, model.bodies
+    joints, bodies = model.joints, model.bodies
     body, radius, centre, n0, z0 = (
         joints[k].index[0],
         joints[k].radius,
@@ -172,7 +172,7 @@ def _cord_geometry(y, k, model):
 @inlined
 def measure_joints(end, t, y, model):
     """Gaps of all joints at the start (end 0) or the end (1) of an interval, t and y the time and state there."""
-    joints = model.flexible.joints
+    joints = model.joints
     for k in range(joints.size):
         joint_geometry(t, y, k, model)
         if joints[k].kind == GEAR:
@@ -186,7 +186,7 @@ def measure_joints(end, t, y, model):
 @inlined
 def _secant(y, h, k, model):
     """Make gradients of the mean state y those along which a multiplier does the work of the change of the gap."""
-    joints = model.flexible.joints
+    joints = model.joints
     if joints[k].kind == GEAR:
         gear_geometry(k, h, y, model)
     else:
@@ -196,7 +196,7 @@ def _secant(y, h, k, model):
 @indirect(void(VECTOR, REAL, _I, REAL, MODEL, VECTOR))
 def _add_cord_force(y, h, k, la, model, F):
     """Generalised forces of the cord of joint k with tension -la over an interval of length h."""
-    joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
+    joints, bodies, n_q = model.joints, model.bodies, model.info.nq
     on, index, iv, g = joints[k].on, joints[k].index, joints[k].iv, joints[k].g
     a = side_vector(y, bodies, ON_BODY, index[0], -1, -1, joints[k].centre, True)
     b = side_vector(y, bodies, on[1], index[1], joints[k].iq[1], iv[1], joints[k].local[1], True)
@@ -215,7 +215,7 @@ def add_joint_force(y, h, k, la, model, F):
     ----------
     y, h : mean state, and length of the interval, s; 0: the state alone
     """
-    joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
+    joints, bodies, n_q = model.joints, model.bodies, model.info.nq
     kind = joints[k].kind
     if kind == ANGLE:  # its increment is 2 tan(angle/2)
         at, p = joints[k].iv[1], 0.5 * h * y[joints[k].iv[1]]
@@ -245,7 +245,7 @@ def add_joint_force(y, h, k, la, model, F):
 @inlined
 def note_reaction(k, la, model):
     """Force and moment of joint k with the multiplier la on its second side, inertial axes, into its record."""
-    joints, bodies, kind = model.flexible.joints, model.bodies, model.flexible.joints[k].kind
+    joints, bodies, kind = model.joints, model.bodies, model.joints[k].kind
     u, g, force, moment = joints[k].u, joints[k].g, joints[k].force, joints[k].moment
     for c in range(3):
         force[c] = moment[c] = 0.0
@@ -301,7 +301,7 @@ def penalty_loss(joints, k):
 @inlined
 def add_penalty(t, y, k, model, F):
     """Add penalty k to the generalised forces of an explicit method; returns the power that it dissipates, W."""
-    joints = model.flexible.joints
+    joints = model.joints
     joint_geometry(t, y, k, model)
     force = joints[k].stiffness * joints[k].gap + joints[k].damping * joints[k].rate
     add_joint_force(y, 0.0, k, force, model, F)
@@ -337,7 +337,7 @@ def add_joint_residual(t, h, y, la, k, row, model, F, r):
     -------
     energy, dissipated : float, of a penalty, J and W
     """
-    joints = model.flexible.joints
+    joints = model.joints
     if h == 0.0 or joints[k].kind != GEAR:  # whose records keep the angles of the end
         joint_geometry(t + 0.5 * h, y, k, model)
     if not holds(t + h, joints, k):

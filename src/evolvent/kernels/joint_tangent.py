@@ -32,8 +32,8 @@ def _add_gradient(matrix, row, at, n, g, J, scale, damped):
 @indirect(void(types.int64, REAL, types.int64, REAL, REAL, MODEL, SPARSE))
 def add_held_joint(k, la, row, scale, damped, model, matrix):
     """Add joint k: gradient as row and column `row`, times `scale`, the row times `damped` as well, and la g'."""
-    flexible, n_q = model.flexible, model.info.nq
-    joints = flexible.joints
+    n_q = model.info.nq
+    joints = model.joints
     kind = joints[k].kind
     if kind == ANGLE:
         at = joints[k].iv[1] - n_q
@@ -44,7 +44,7 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
         add_gear(k, row, scale, damped, model, matrix)
         return
     points = is_place(kind, 0)
-    Ja, Jb, Jd = flexible.J[0], flexible.J[1], flexible.J[2]
+    Ja, Jb, Jd = model.J[0], model.J[1], model.J[2]
     a, n = side_columns(model, joints[k].on[0], joints[k].index[0], joints[k].iv[0], joints[k].local[0], points, Ja)
     b, m = side_columns(model, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], points, Jb)
     ga, gb = joints[k].g[0], joints[k].g[1]
@@ -80,7 +80,7 @@ def add_joint_tangent(t, la, k, row, scale, c_rate, with_row, model, matrix):
 
     The row is `with_row` times that of the column: 1, or 0 where `add_end_row` adds it.
     """
-    joints = model.flexible.joints
+    joints = model.joints
     if not holds(t, joints, k):
         add_entry(matrix, row, row, scale * scale)
         return
@@ -100,14 +100,14 @@ def add_end_row(t, y, dq, k, row, scale, c_rate, model, matrix):
     t, y, dq : s, state at the end, where the bodies are, and increments; that of a rotation is 2 p = 2 tan(angle/2)
         about its axis, and a change of it turns the end by (1 - p x)/(1 + p.p) of the change, body axes of the end
     """
-    joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
+    joints, bodies, n_q = model.joints, model.bodies, model.info.nq
     joint_geometry(t, y, k, model)
     factor, kind = scale * _damper_factor(k, c_rate, joints), joints[k].kind
     if kind == ANGLE:
         at = joints[k].iv[1] - n_q
         add_entry(matrix, row, at, factor / (1.0 + 0.25 * dq[at] * dq[at]))
         return
-    J = model.flexible.J[0]
+    J = model.J[0]
     for side in range(side_count(kind)):
         on, index, g = joints[k].on[side], joints[k].index[side], joints[k].g[side]
         local = joints[k].local[side]

@@ -267,7 +267,7 @@ def _add_change(K, scale, G, row, J, n):
 @inlined
 def _fixed_columns(model, i, x, y, z, J):
     """Columns J of a vector (x, y, z), inertial axes, that is fixed to body i."""
-    local = model.flexible.e[2]
+    local = model.e[2]
     local[0], local[1], local[2] = turn_back(model.bodies[i].R, x, y, z)
     side_columns(model, ON_BODY, i, -1, local, False, J)
 
@@ -295,14 +295,14 @@ def add_load_tangent(t, y, k, c_rate, turning, model, matrix):
     and with those of the axes or of the normal that it depends on. What J and L change is `add_turning` of a force, and
     (R^T f) x dtheta of a torque in the axes of a free body.
     """
-    loads, markers, bodies, f = model.loads, model.markers, model.bodies, model.flexible
+    loads, markers, bodies = model.loads, model.markers, model.bodies
     p = model.parameters[loads[k].first : loads[k].last]
     value, m = _factor(t, k, model), loads[k].target
     if value == 0.0:
         return
     fx, fy, fz = _load_at_marker(t, y, k, value, model)
     i, by_law, is_torque, G, K, J, L = (
-        markers[m].index, loads[k].law != 0, loads[k].kind == TORQUE, f.K12, f.K24, f.J[0], f.J[1]
+        markers[m].index, loads[k].law != 0, loads[k].kind == TORQUE, model.K12, model.K24, model.J[0], model.J[1]
     )  # fmt: skip
     if by_law:
         _law_slopes(t, y, k, value, c_rate, model, G)

@@ -91,15 +91,14 @@ def _couple(nx, ny, nz, px, py, pz, mx, my, mz):
 @inlined
 def node_vector(t, y, k, model):
     """Force or moment of load k on a node for a value of 1, inertial axes: three floats."""
-    f = model.flexible
-    row, iq, iv = f.beam_loads[k], f.beam_loads[k].iq, f.beam_loads[k].iv
+    row, iq, iv = model.beam_loads[k], model.beam_loads[k].iq, model.beam_loads[k].iv
     fx, fy, fz = row.axis[0], row.axis[1], row.axis[2]
     if row.law != 0:
         x, v = model.scratch[1], model.scratch[2]
         for c in range(3):
             x[c], v[c] = y[iq + c], y[iv + c]
         if row.kind == MOMENT:
-            v[0], v[1], v[2] = section_turn(y, iq, iv, f.beams[row.beam].kind == CABLE)
+            v[0], v[1], v[2] = section_turn(y, iq, iv, model.beams[row.beam].kind == CABLE)
         fx, fy, fz = force_law_at(row.law)(x, v, t, model.parameters[row.first : row.last])
     if row.frame != 0:
         e = section_axes(y, iq)
@@ -114,12 +113,11 @@ def node_vector(t, y, k, model):
 @kernel
 def _node_forces(t, y, k, model, out):
     """Generalised forces of load k on the vectors of its node, for a value of 1, into out : (12,) or (6,)."""
-    f = model.flexible
-    iq = f.beam_loads[k].iq
+    iq = model.beam_loads[k].iq
     mx, my, mz = node_vector(t, y, k, model)
     for i in range(out.size):
         out[i] = 0.0
-    if f.beam_loads[k].kind == POINT:
+    if model.beam_loads[k].kind == POINT:
         out[0], out[1], out[2] = mx, my, mz
     elif out.size == 6:
         x, yy, z = y[iq + 3], y[iq + 4], y[iq + 5]
@@ -142,10 +140,10 @@ def _axis_weights(length, xi):
 @inlined
 def _line_point(y, element, xi, model):
     """Position and velocity of a point of an element's axis into model.scratch[1:]; returns the shape functions."""
-    f, x, v = model.flexible, model.scratch[1], model.scratch[2]
-    iq, iv = f.elements[element].iq, f.elements[element].iv
-    half = 6 if f.beams[f.elements[element].beam].kind == CABLE else 12
-    S = _axis_weights(f.elements[element].length, xi)
+    x, v = model.scratch[1], model.scratch[2]
+    iq, iv = model.elements[element].iq, model.elements[element].iv
+    half = 6 if model.beams[model.elements[element].beam].kind == CABLE else 12
+    S = _axis_weights(model.elements[element].length, xi)
     for c in range(3):
         x[c] = S[0] * y[iq + c] + S[1] * y[iq + 3 + c] + S[2] * y[iq + half + c] + S[3] * y[iq + half + 3 + c]
         v[c] = S[0] * y[iv + c] + S[1] * y[iv + 3 + c] + S[2] * y[iv + half + c] + S[3] * y[iv + half + 3 + c]
@@ -155,19 +153,19 @@ def _line_point(y, element, xi, model):
 @indirect(void(REAL, VECTOR, _I, REAL, MODEL, VECTOR))
 def add_following_load(t, y, k, value, model, P):
     """Load k (`follows`) times `value` into the loads P."""
-    f, n_q = model.flexible, model.info.nq
-    row = f.beam_loads[k]
+    n_q = model.info.nq
+    row = model.beam_loads[k]
     beam = row.beam
-    half = 6 if f.beams[beam].kind == CABLE else 12
+    half = 6 if model.beams[beam].kind == CABLE else 12
     if row.kind != LINE:
-        out = f.f[:half]
+        out = model.f[:half]
         _node_forces(t, y, k, model, out)
         for i in range(half):
             P[row.iv - n_q + i] += value * out[i]
         return
-    p, first = model.parameters[row.first : row.last], f.beams[beam].first_element
-    for element in range(first, first + f.beams[beam].elements):
-        at, length = f.elements[element].iv - n_q, f.elements[element].length
+    p, first = model.parameters[row.first : row.last], model.beams[beam].first_element
+    for element in range(first, first + model.beams[beam].elements):
+        at, length = model.elements[element].iv - n_q, model.elements[element].length
         for xi, weight in GAUSS:
             S = _line_point(y, element, xi, model)
             g = force_law_at(row.law)(model.scratch[1], model.scratch[2], t, p)
@@ -182,23 +180,23 @@ def add_following_load(t, y, k, value, model, P):
 @inlined
 def add_following_tangents(t, y, c_rate, model, matrix):
     """Tangents of all loads on beams that follow their beam or a law."""
-    for k in range(model.flexible.beam_loads.size):
-        if follows(model.flexible.beam_loads, k):
+    for k in range(model.beam_loads.size):
+        if follows(model.beam_loads, k):
             add_following_tangent(t, y, k, c_rate, model, matrix)
 
 
 @indirect(void(REAL, VECTOR, _I, REAL, MODEL, SPARSE))
 def add_following_tangent(t, y, k, c_rate, model, matrix):
     """Add what load k changes with its beam's position, and c_rate times with its velocity, at its last value."""
-    f, n_q = model.flexible, model.info.nq
-    row = f.beam_loads[k]
+    n_q = model.info.nq
+    row = model.beam_loads[k]
     if row.now == 0.0:
         return
     if row.kind == LINE:
         _add_line_tangent(t, y, k, c_rate, model, matrix)
         return
-    half = 6 if f.beams[row.beam].kind == CABLE else 12
-    K, high, low = f.K12, f.e[1, :half], f.e[2, :half]
+    half = 6 if model.beams[row.beam].kind == CABLE else 12
+    K, high, low = model.K12, model.e[1, :half], model.e[2, :half]
     for j in range(half):
         for i in range(half):
             K[i, j] = 0.0
@@ -224,13 +222,13 @@ def add_following_tangent(t, y, k, c_rate, model, matrix):
 @inlined
 def _add_line_tangent(t, y, k, c_rate, model, matrix):
     """The tangent of a force per length by a law."""
-    f, n_q = model.flexible, model.info.nq
-    row = f.beam_loads[k]
-    K, A = f.K24, f.K12
-    half = 6 if f.beams[row.beam].kind == CABLE else 12
-    p, first = model.parameters[row.first : row.last], f.beams[row.beam].first_element
-    for element in range(first, first + f.beams[row.beam].elements):
-        at, length = f.elements[element].iv - n_q, f.elements[element].length
+    n_q = model.info.nq
+    row = model.beam_loads[k]
+    K, A = model.K24, model.K12
+    half = 6 if model.beams[row.beam].kind == CABLE else 12
+    p, first = model.parameters[row.first : row.last], model.beams[row.beam].first_element
+    for element in range(first, first + model.beams[row.beam].elements):
+        at, length = model.elements[element].iv - n_q, model.elements[element].length
         for i in range(2 * half):
             for j in range(2 * half):
                 K[i, j] = 0.0

@@ -17,8 +17,7 @@ from evolvent.model import MODEL
 
 def can_pass(model):
     """Whether a model has contacts through which something could pass. Not compiled."""
-    f = model.flexible
-    return bool(f.body_contacts.size or f.cylinders.size)
+    return bool(model.body_contacts.size or model.cylinders.size)
 
 
 @inlined
@@ -79,7 +78,7 @@ def passing(y0, R0, x0, y1, R1, x1, model):
     y0, y1 : (ny,) float, states at both ends; R0, R1 : (nb, 3, 3) and x0, x1 : (nb, 3) float, rotations and positions
     """
     largest = 0.0
-    rows = model.flexible.body_contacts
+    rows = model.body_contacts
     for k in range(rows.size):
         if rows[k].surface == surfaces.PLANE:
             continue
@@ -90,7 +89,7 @@ def passing(y0, R0, x0, y1, R1, x1, model):
         v = _seen(R1, x1, b, (x1[a, 0] + px, x1[a, 1] + py, x1[a, 2] + pz))
         far = _beside(u, v, rows[k].place_b, rows[k].axis_b, rows[k].half_b, rows[k].radius, rows[k].half_a)
         largest = max(largest, far)
-    cylinders, contacts = model.flexible.cylinders, model.flexible.contact_points
+    cylinders, contacts = model.cylinders, model.contact_points
     for k in range(cylinders.size):
         if cylinders[k].under >= 0 or cylinders[k].surface == surfaces.PLANE:
             continue

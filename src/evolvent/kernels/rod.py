@@ -107,7 +107,7 @@ def _conjugate_director(A, p, j):
 @inlined
 def push_ends(k, p, model):
     """Add the forces -p . d(s, c, v) of element k to the wrenches of its bodies, at the bodies' current positions."""
-    rows, bodies = model.flexible.rod_elements, model.bodies
+    rows, bodies = model.rod_elements, model.bodies
     a, b, scale = rows[k].a, rows[k].b, 0.5 / rows[k].length
     A, B, Fa, Fb = bodies[a].R, bodies[b].R, bodies[a].F, bodies[b].F
     ax, ay, az, bx, by, bz, dx, dy, dz = element_vectors(rows, k, bodies)
@@ -140,7 +140,7 @@ def _write_rates(k, h, m0, m1, dphi, dpsi, model, rate):
         for i in range(6):
             rate[i] = (m1[STRAIN + i] - m0[STRAIN + i]) / h
         return
-    rows, bodies, work = model.flexible.rod_elements, model.bodies, model.flexible.rod
+    rows, bodies, work = model.rod_elements, model.bodies, model.rod
     a, b = rows[k].a, rows[k].b
     J, D, moves = matrix_view(work, _J0, 7, 12), matrix_view(work, _D0, 6, 7), work[_A : _A + 7]
     fill_columns(k, model, bodies[a].R, bodies[b].R, element_vectors(rows, k, bodies), J)
@@ -184,7 +184,7 @@ def evaluate_element(k, h, chi, ratio, model, S, p):
     dphi, dpsi : secants, as of `conjugate`
     lost, given : powers that damping takes and heat gives, W
     """
-    rows, work, lost, given = model.flexible.rod_elements, model.flexible.rod, 0.0, 0.0
+    rows, work, lost, given = model.rod_elements, model.rod, 0.0, 0.0
     length, beta, m0, m1 = rows[k].length, rows[k].beta, rows[k].m0, rows[k].m1
     if h == 0.0:
         measure_element(k, model, m1)
@@ -211,7 +211,7 @@ def evaluate_element(k, h, chi, ratio, model, S, p):
 @inlined
 def add_mass_damping(model):
     """Forces -alpha M v of all rods' nodes; returns the power that they take, W."""
-    rods, bodies, lost = model.flexible.rods, model.bodies, 0.0
+    rods, bodies, lost = model.rods, model.bodies, 0.0
     for r in range(rods.size):
         alpha = rods[r].alpha
         if alpha == 0.0:
@@ -247,9 +247,9 @@ def add_rods(h, chi, ratio, model):
     The power of heat is that of the forces by which free strains act, as loads; elastic energies are those of the
     whole strain.
     """
-    work, lost, given = model.flexible.rod, 0.0, 0.0
+    work, lost, given = model.rod, 0.0, 0.0
     S, p = work[_S : _S + 6], work[_P : _P + 7]
-    for k in range(model.flexible.rod_elements.size):
+    for k in range(model.rod_elements.size):
         _, _, viscous, heat = evaluate_element(k, h, chi, ratio, model, S, p)
         lost, given = lost + viscous, given + heat
         push_ends(k, p, model)
@@ -288,7 +288,7 @@ def evaluate_rods(model, out):
     The records have the elastic strains, without those of heat, and what belongs to these; strains in the middle of
     the element's section by its compliance alone, without the bending by moments that vary along the element.
     """
-    rows, work = model.flexible.rod_elements, model.flexible.rod
+    rows, work = model.rod_elements, model.rod
     E, S = work[_B : _B + 6], work[_S : _S + 6]
     for k in range(rows.size):
         m = rows[k].m1

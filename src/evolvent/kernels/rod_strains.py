@@ -116,7 +116,7 @@ def element_vectors(rows, k, bodies):
 @inlined
 def measure_element(k, model, out):
     """Write s, c, v, phi, psi and strains of element k at the bodies' current positions; out : (MEASURES,) float."""
-    rows, bodies = model.flexible.rod_elements, model.bodies
+    rows, bodies = model.rod_elements, model.bodies
     A, B = bodies[rows[k].a].R, bodies[rows[k].b].R
     _, _, _, _, _, _, dx, dy, dz = element_vectors(rows, k, bodies)
     trace = 0.0
@@ -142,7 +142,7 @@ def measure_element(k, model, out):
 @indirect(void(_I, MODEL))
 def measure_rods(end, model):
     """Measures of all elements at the start (0) or the end (1) of a step."""
-    rows = model.flexible.rod_elements
+    rows = model.rod_elements
     for k in range(rows.size):
         measure_element(k, model, rows[k].m0 if end == 0 else rows[k].m1)
 
@@ -174,7 +174,7 @@ def fill_columns(k, model, A, B, v, J):
     A, B : (3, 3) float, rotations of the bodies; v : 9 floats, `element_vectors`
     """
     ax, ay, az, bx, by, bz, dx, dy, dz = v
-    length = model.flexible.rod_elements[k].length
+    length = model.rod_elements[k].length
     for i in range(4):
         for j in range(12):
             J[i, j] = 0.0
@@ -244,12 +244,12 @@ def _mean_turned_back(A, B, d):
 @inlined
 def keep_chords(theta, y0, y1, model, y):
     """Move the nodes of rods in a state y between y0 and y1 to where v L of all elements is on a straight line."""
-    f, bodies = model.flexible, model.bodies
-    rows = f.rod_elements
-    A, B = matrix_view(f.rod, _Q, 3, 3), matrix_view(f.rod, _Q + 9, 3, 3)
-    for r in range(f.rods.size):
+    bodies = model.bodies
+    rows = model.rod_elements
+    A, B = matrix_view(model.rod, _Q, 3, 3), matrix_view(model.rod, _Q + 9, 3, 3)
+    for r in range(model.rods.size):
         ox = oy = oz = 0.0  # what the nodes so far have been moved by
-        for k in range(f.rods[r].first_element, f.rods[r].first_element + f.rods[r].elements):
+        for k in range(model.rods[r].first_element, model.rods[r].first_element + model.rods[r].elements):
             u = _mean_turned_back(A, B, _chord(rows, k, y0, bodies, A, B))
             v = _mean_turned_back(A, B, _chord(rows, k, y1, bodies, A, B))
             dx, dy, dz = _chord(rows, k, y, bodies, A, B)

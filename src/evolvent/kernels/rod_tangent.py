@@ -93,7 +93,7 @@ def add_turned_forces(k, model, p, A0, B0, v0, A1, B1, v1, K):
 
     The second factor of each product has the positions with 1, which move; the first those with 0 (the same, or means).
     """
-    scale = 0.5 / model.flexible.rod_elements[k].length
+    scale = 0.5 / model.rod_elements[k].length
     px, py, pz = scale * p[4], scale * p[5], scale * p[6]
     ga, gb, ha, hb = turn(A0, px, py, pz), turn(B0, px, py, pz), turn(A1, px, py, pz), turn(B1, px, py, pz)
     f = (ga[0] + gb[0], ga[1] + gb[1], ga[2] + gb[2])
@@ -179,7 +179,7 @@ def project_columns(J0, A, J1, B, K):
 @inlined
 def add_to_bodies(k, model, K, matrix):
     """Add the derivatives K : (12, 12) of element k to a matrix."""
-    rows, bodies, n_q = model.flexible.rod_elements, model.bodies, model.info.nq
+    rows, bodies, n_q = model.rod_elements, model.bodies, model.info.nq
     at, bt = bodies[rows[k].a].iv - n_q, bodies[rows[k].b].iv - n_q
     add_block(matrix, at, at, K, 0, 0, 6, 6, 1.0)
     add_block(matrix, at, bt, K, 0, 6, 6, 6, 1.0)
@@ -190,8 +190,8 @@ def add_to_bodies(k, model, K, matrix):
 @indirect(void(REAL, MODEL, SPARSE))
 def add_mass_damping_tangents(c_rate, model, matrix):
     """c_rate times the derivatives of the forces of `add_mass_damping` by velocities."""
-    rods, bodies, n_q = model.flexible.rods, model.bodies, model.info.nq
-    K = matrix_view(model.flexible.rod, _K, 6, 6)
+    rods, bodies, n_q = model.rods, model.bodies, model.info.nq
+    K = matrix_view(model.rod, _K, 6, 6)
     for r in range(rods.size):
         alpha = rods[r].alpha
         if alpha == 0.0:
@@ -246,7 +246,7 @@ def add_rod_tangents(h, c_rate, chi, ratio, model, matrix):
     Left out is how the damping's stresses follow the positions at given velocities. The rows of a step are torques in
     the axes of its start; those of a state are in axes that turn with the bodies.
     """
-    rows, bodies, work = model.flexible.rod_elements, model.bodies, model.flexible.rod
+    rows, bodies, work = model.rod_elements, model.bodies, model.rod
     S, p = work[_S : _S + 6], work[_P : _P + 7]
     J0, D0 = matrix_view(work, _J0, 7, 12), matrix_view(work, _D0, 6, 7)
     A, B, K = matrix_view(work, _A, 7, 7), matrix_view(work, _B, 7, 12), matrix_view(work, _K, 12, 12)

@@ -228,8 +228,8 @@ def spring_tangents(t, y, h, c_rate, model, matrix):
     With the direction n of the force and the length l of the interval, the force T n on the ends changes by
     T/l + (T_e + c_rate T_v - T/l) n m^T, m = n of a state and the direction at the end of a step.
     """
-    springs, K = model.springs, model.flexible.K12
-    Ja, Jb = model.flexible.J[0], model.flexible.J[1]
+    springs, K = model.springs, model.K12
+    Ja, Jb = model.J[0], model.J[1]
     for k in range(springs.size):
         ma, mb = springs[k].a, springs[k].b
         a, b, n, length, tension, _, _ = evaluate_spring(t, y, h, k, model)

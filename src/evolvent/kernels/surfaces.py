@@ -180,7 +180,7 @@ def measure_points(y, what, model):
     depth, `rest`, until it is lifted, for it would bring energy. Of a step's end the contacts' energies, but for
     bristles, and the numbers of points that touch are summed up as well.
     """
-    cylinders, contacts, bodies = model.flexible.cylinders, model.flexible.contact_points, model.bodies
+    cylinders, contacts, bodies = model.cylinders, model.contact_points, model.bodies
     for k in range(cylinders.size):
         if cylinders[k].under >= 0:
             measure_turns(y, what, model, k)
@@ -268,10 +268,9 @@ def nearest(y, model, beam, element, xi, px, py, pz, ax, ay, az):
     element : int, -1 where there is none: beyond the beam's ends, or farther away than `FAR`
     xi : float, position in the element, 0 to 1
     """
-    flexible = model.flexible
-    elements, half = flexible.elements, NODE_VECTORS[flexible.beams[beam].kind]
-    first = flexible.beams[beam].first_element
-    last = first + flexible.beams[beam].elements - 1
+    elements, half = model.elements, NODE_VECTORS[model.beams[beam].kind]
+    first = model.beams[beam].first_element
+    last = first + model.beams[beam].elements - 1
     for step in range(MOST_STEPS):
         length, at = elements[element].length, elements[element].iq
         x, w, z = combined(y, at, half, shape(length, xi))
@@ -314,9 +313,9 @@ def nearest(y, model, beam, element, xi, px, py, pz, ax, ay, az):
 
 
 @kernel
-def _angles(y, flexible, beam, sense, cx, cy, cz, ax, ay, az):
+def _angles(y, model, beam, sense, cx, cy, cz, ax, ay, az):
     """Angles about an axis of all nodes of a beam from its root on, in the sense of winding, into `flexible.angles`."""
-    row, angles = flexible.beams[beam], flexible.angles
+    row, angles = model.beams[beam], model.angles
     size = 3 * NODE_VECTORS[row.kind]
     at, angle = row.first_node, 0.0
     angles[at] = 0.0
@@ -374,18 +373,17 @@ def measure_turns(y, what, model, k):
     The search begins at the contact point's angle about the axis, counted along the beams from their roots on, less the
     angle `shift` by which the upper beam's turns are ahead: a turn of one beam, the angle between roots of neighbours.
     """
-    flexible = model.flexible
     cylinders, contacts, elements, angles = (
-        flexible.cylinders, flexible.contact_points, flexible.elements, flexible.angles,
+        model.cylinders, model.contact_points, model.elements, model.angles,
     )  # fmt: skip
-    row, low = cylinders[k], flexible.beams[cylinders[k].under]
+    row, low = cylinders[k], model.beams[cylinders[k].under]
     under, sense, energy, touching = row.under, row.sense, 0.0, 0.0
     (cx, cy, cz), (ax, ay, az) = frame(model.bodies, row)
     over = elements[contacts[row.first].element].beam
-    _angles(y, flexible, over, sense, cx, cy, cz, ax, ay, az)
+    _angles(y, model, over, sense, cx, cy, cz, ax, ay, az)
     if under != over:
-        _angles(y, flexible, under, sense, cx, cy, cz, ax, ay, az)
-    own, half, j = flexible.beams[over].first_node - flexible.beams[over].first_element, NODE_VECTORS[low.kind], 0
+        _angles(y, model, under, sense, cx, cy, cz, ax, ay, az)
+    own, half, j = model.beams[over].first_node - model.beams[over].first_element, NODE_VECTORS[low.kind], 0
     for i in range(row.first, row.last):
         q, c, xi, gap, nx, ny, nz = contacts[i].iq[0], -1, 0.0, math.inf, 0.0, 0.0, 0.0
         p = point_position(y, contacts[i].iq, contacts[i].S)

@@ -59,34 +59,34 @@ def heat_rods(t0, t1, factor, model):
     The parameters of a load hold, for each element, the expansion by temperature and gradients: a fibre at (y, z) grows
     by alpha (T + y Gy + z Gz), so that Gamma_x = alpha T, K_y = alpha Gz and K_z = -alpha Gy.
     """
-    f, p = model.flexible, model.parameters
-    for k in range(f.thermal_loads.size):
-        load = f.thermal_loads[k]
+    p = model.parameters
+    for k in range(model.thermal_loads.size):
+        load = model.thermal_loads[k]
         if load.rod < 0:
             continue
         _fill_mean(t0, t1, factor, load, model)
-        first = f.rods[load.rod].first_element
-        for i in range(f.rods[load.rod].elements):
-            free, alpha = f.rod_elements[first + i].free, p[load.constants + i]
+        first = model.rods[load.rod].first_element
+        for i in range(model.rods[load.rod].elements):
+            free, alpha = model.rod_elements[first + i].free, p[load.constants + i]
             free[0], free[4], free[5] = alpha * load.now[0], alpha * load.now[4], -alpha * load.now[2]
 
 
 @indirect(void(REAL, REAL, MODEL))
 def evaluate_heat(t, factor, model):
     """Amplitudes of all temperatures, times `factor`, and free strains of beams and rods, into their records."""
-    f, p = model.flexible, model.parameters
-    if f.rods.size > 0:
+    p = model.parameters
+    if model.rods.size > 0:
         heat_rods(t, t, factor, model)
-    for k in range(f.thermal_loads.size):
-        load = f.thermal_loads[k]
+    for k in range(model.thermal_loads.size):
+        load = model.thermal_loads[k]
         _fill_mean(t, t, factor, load, model)
         a, at = load.now, load.expansions
         load.change, load.along_y, load.along_z = a[0], a[2], a[4]
         if load.beam < 0:
             continue
-        first = f.beams[load.beam].first_element
-        for i in range(first, first + f.beams[load.beam].elements):
-            free, green = f.elements[i].free, 1.0 if f.elements[i].stretch == 0 else 0.0
+        first = model.beams[load.beam].first_element
+        for i in range(first, first + model.beams[load.beam].elements):
+            free, green = model.elements[i].free, 1.0 if model.elements[i].stretch == 0 else 0.0
             for j in range(free.shape[0]):  # see `evolvent.elements.thermal.free_strains`
                 c = p[at + j]
                 free[j, 0] = c * a[0] + 0.5 * green * c * c * a[1]
@@ -116,16 +116,16 @@ def add_thermal_loads(t0, t1, y, factor, model, P):
     Amplitudes are the means of those at t0 and t1. Over a step along the mean shape the forces then do the work
     a_m . dc, c = C g, and the strain energy, in which -a . c stands, changes beside it by -da . c_m alone.
     """
-    f, n_q, p = model.flexible, model.info.nq, model.parameters
-    elements, work = f.elements, f.work
-    for k in range(f.thermal_loads.size):
-        load = f.thermal_loads[k]
+    n_q, p = model.info.nq, model.parameters
+    elements, work = model.elements, model.work
+    for k in range(model.thermal_loads.size):
+        load = model.thermal_loads[k]
         if load.beam < 0:
             continue
         _fill_mean(t0, t1, factor, load, model)
-        at, first = load.constants, f.beams[load.beam].first_element
-        is_cable = f.beams[load.beam].kind == flexible.CABLE
-        for i in range(first, first + f.beams[load.beam].elements):
+        at, first = load.constants, model.beams[load.beam].first_element
+        is_cable = model.beams[load.beam].kind == flexible.CABLE
+        for i in range(first, first + model.beams[load.beam].elements):
             iq, own = elements[i].iq, elements[i].iv - n_q
             n = 3 if is_cable else ancf.N
             size = 3 * n + 3
@@ -134,7 +134,7 @@ def add_thermal_loads(t0, t1, y, factor, model, P):
             ancf.nodal_vectors(y[iq : iq + size], n, v)
             _fill_stresses(load, at, m, p, s)
             if elements[i].stretch != 0:
-                H = f.H12[elements[i].form]
+                H = model.H12[elements[i].form]
                 for q in range(3):
                     a, b = cable._derivative(H, q, 0, v), cable._derivative(H, q, 3, v)
                     pull = s[q] / math.sqrt(cable._dot(a, a))
@@ -181,15 +181,15 @@ def _write_stretch_tangent(H, s, v, K):
 @indirect(void(VECTOR, MODEL, SPARSE))
 def add_thermal_tangents(y, model, matrix):
     """Add the derivative of minus the forces of the last `add_thermal_loads` by the coordinates."""
-    f, n_q, p = model.flexible, model.info.nq, model.parameters
-    elements, work = f.elements, f.work
-    for k in range(f.thermal_loads.size):
-        load = f.thermal_loads[k]
+    n_q, p = model.info.nq, model.parameters
+    elements, work = model.elements, model.work
+    for k in range(model.thermal_loads.size):
+        load = model.thermal_loads[k]
         if load.beam < 0:
             continue
-        at, first = load.constants, f.beams[load.beam].first_element
-        is_cable = f.beams[load.beam].kind == flexible.CABLE
-        for i in range(first, first + f.beams[load.beam].elements):
+        at, first = load.constants, model.beams[load.beam].first_element
+        is_cable = model.beams[load.beam].kind == flexible.CABLE
+        for i in range(first, first + model.beams[load.beam].elements):
             iq, own = elements[i].iq, elements[i].iv - n_q
             n = 3 if is_cable else ancf.N
             size = 3 * n + 3
@@ -197,10 +197,10 @@ def add_thermal_tangents(y, model, matrix):
             v, s = work[: 3 * n], work[3 * n : 3 * n + m]
             ancf.nodal_vectors(y[iq : iq + size], n, v)
             _fill_stresses(load, at, m, p, s)
-            K = f.K12 if is_cable else f.K24
-            M = f.M12[elements[i].mass] if is_cable else f.M24[elements[i].mass]
+            K = model.K12 if is_cable else model.K24
+            M = model.M12[elements[i].mass] if is_cable else model.M24[elements[i].mass]
             if elements[i].stretch != 0:
-                _write_stretch_tangent(f.H12[elements[i].form], s, v, K)
+                _write_stretch_tangent(model.H12[elements[i].form], s, v, K)
             else:
                 _write_product_tangent(s, n, K)
             middle = 3 * (n // 2) + 3

@@ -79,8 +79,8 @@ def release(t, trigger, model):
     ----------
     trigger : event k, or -2 - k, the latch of coordinate k
     """
-    found = _release_rows(t, trigger, model.flexible.joints, model.flexible.switches)
-    return _release_rows(t, trigger, model.flexible.motors, model.flexible.switches) or found
+    found = _release_rows(t, trigger, model.joints, model.switches)
+    return _release_rows(t, trigger, model.motors, model.switches) or found
 
 
 @inlined

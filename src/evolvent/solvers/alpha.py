@@ -108,9 +108,9 @@ def restore_start(model, work):
 @indirect(void(REAL, REAL, MODEL, WORKSPACE))
 def end_step(t, h, model, work):
     """Keep the momentum and the loads at the end of a step of length h, and the places of the bodies there."""
-    keep_momentum(t, h, work.y, model.flexible.P, model, work.spare, work.kept)
+    keep_momentum(t, h, work.y, model.P, model, work.spare, work.kept)
     for i in range(work.dq.size):
-        work.loads1[i] = model.flexible.P[i]
+        work.loads1[i] = model.P[i]
     if h > 0.0:
         for b in range(work.x0.shape[0]):
             for i in range(3):

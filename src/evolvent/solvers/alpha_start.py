@@ -29,7 +29,7 @@ def accelerations_at(t, state, model, matrix, work, A, la):
     g'' is the central difference of g' along the motion. The matrix is that of a step too short to feel stiffness.
     """
     n_q, n_v, y0, options = model.info.nq, model.info.nv, work.y0, work.options
-    joints, n_j = model.flexible.joints, model.flexible.joints.size
+    joints, n_j = model.joints, model.joints.size
     first = n_v
     c_mass = short_c_mass(options)
     scale = c_mass * options.mass
@@ -66,8 +66,8 @@ def accelerations_at(t, state, model, matrix, work, A, la):
 @indirect(_I(MODEL, SPARSE, WORKSPACE))
 def begin(model, matrix, work):
     """Start from the state work.y at the loop's time; returns a status."""
-    for k in range(model.flexible.hinges.size):
-        model.flexible.hinges[k].relax = coordinate.RELAX
+    for k in range(model.hinges.size):
+        model.hinges[k].relax = coordinate.RELAX
     status = start_accelerations(model, matrix, work)
     if status != DONE:
         return status
@@ -92,8 +92,8 @@ def restart(after, model, matrix, work):
 def _begin_step(t, model, work):
     """What the first step needs of a start at t."""
     end_step(t, 0.0, model, work)
-    if model.flexible.hinges.size > 0:
-        coordinate.end_coordinate_step(0.0, 1.0, work.y, model.flexible.switches, model)
+    if model.hinges.size > 0:
+        coordinate.end_coordinate_step(0.0, 1.0, work.y, model.switches, model)
     attitude.end_actuator_step(0.0, 0.5, work.dq, work.y, model)
 
 

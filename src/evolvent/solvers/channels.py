@@ -147,8 +147,8 @@ def _refuse_point(
     part, _, node = where.partition("[")
     row = assembly.names.get(part)
     if row is not None and row[0] in ("beams", "rods"):
-        f = assembly.model.flexible
-        last = int(f.beams["nodes"][row[1]]) - 1 if row[0] == "beams" else int(f.rods["elements"][row[1]])
+        model = assembly.model
+        last = int(model.beams["nodes"][row[1]]) - 1 if row[0] == "beams" else int(model.rods["elements"][row[1]])
         ends = f"'{part}.root', '{part}.tip' or '{part}[0]' to '{part}[{last}]'"
         raise InputError(f"{kind} holds {name!r}; a point of the {row[0][:-1]} {part!r} is {ends}")
     if row is not None and not node:

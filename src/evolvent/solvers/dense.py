@@ -27,7 +27,7 @@ def interpolate(theta, h, y0, y1, model, y):
         y[i] = y0[i] + theta * (y1[i] - y0[i])
     if theta >= 1.0:
         return
-    blocks, beams, threads = model.blocks, model.flexible.beams, model.threads
+    blocks, beams, threads = model.blocks, model.beams, model.threads
     for k in range(blocks.size):
         kind, q, v = blocks[k].kind, blocks[k].iq, blocks[k].iv
         if kind == ROTATION:
@@ -42,10 +42,10 @@ def interpolate(theta, h, y0, y1, model, y):
     for k in range(beams.size):
         _keep_lengths(theta, y0, y1, beams[k].iq, 3 * NODE_VECTORS[beams[k].kind], beams[k].nodes, 0.0, y)
     for k in range(threads.size):
-        last = model.flexible.switches[k] - 1
+        last = model.switches[k] - 1
         rest = threads[k].segment if threads[k].slack != 0 else 0.0
         _keep_lengths(theta, y0, y1, threads[k].iq + 3 * last, -3, last + 1, rest, y)
-    if model.flexible.rods.size > 0:
+    if model.rods.size > 0:
         rod_strains.keep_chords(theta, y0, y1, model, y)
 
 

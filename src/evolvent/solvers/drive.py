@@ -73,13 +73,13 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     if step is None:
         if not math.isfinite(limit):
             raise InputError("step is None, but nothing in the model sets a frequency; give a step in seconds")
-        f = assembly.model.flexible
-        beams = f.beams.size > 0 or f.rods.size > 0 or assembly.model.info.penalties > 0
+        model = assembly.model
+        beams = model.beams.size > 0 or model.rods.size > 0 or assembly.model.info.penalties > 0
         if assembly.names.get(mode.where, ("",))[0] == "threads" or beams:
             # the motion lies far below the waves along a thread or beam: stability is enough, unless links are rigid
             rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
             safe = limit * (0.25 if rigid_links else SAFETY[method])
-            if assembly.model.flexible.cylinders.size:
+            if assembly.model.cylinders.size:
                 safe = min(safe, CONTACT_SAFETY * stability_limit(METHODS["rk4"], mode, duration))
             return safe, limit, mode
         order, factor = ENERGY_LOSS[method]

@@ -21,7 +21,7 @@ _I = types.int64
 @indirect(void(MODEL, WORKSPACE))
 def begin(model, work):
     """Start from the state work.y at the loop's time."""
-    step, hinges, n_q = work.step, model.flexible.hinges, model.info.nq
+    step, hinges, n_q = work.step, model.hinges, model.info.nq
     step.step.t, step.step.h = work.loop.time, 0.0
     for i in range(work.y.size):
         work.y0[i] = work.y[i]
@@ -118,7 +118,7 @@ def end_step(model, work):
     """What the next step needs of this one; its means stand for the values at both of its ends."""
     step, h, n_q = work.step, work.step.step.h, model.info.nq
     for i in range(step.dq.size):
-        work.loads0[i] = work.loads1[i] = model.flexible.P[i]
+        work.loads0[i] = work.loads1[i] = model.P[i]
         work.dv0[i] = work.dv1[i] = step.dv[i] / h
         step.before[i] = step.dv[i]
         work.acceleration[i] = _acceleration(i, work)
@@ -131,8 +131,8 @@ def end_step(model, work):
         work.powers[1, i] = work.powers[0, i]
     for k in range(step.la.size):
         work.la0[k] = step.la[k]
-    ancf.note_changes(model.flexible.elements)
-    rod_strains.note_strains(model.flexible.rod_elements)
+    ancf.note_changes(model.elements)
+    rod_strains.note_strains(model.rod_elements)
 
 
 @indirect(void(MODEL, WORKSPACE))
@@ -148,12 +148,12 @@ def restart(model, work):
 @indirect(REAL(REAL, MODEL, WORKSPACE))
 def coupled_energy(t, model, work):
     """Energy of penalties and hinges at the end of the step, J."""
-    joints, coupled = model.flexible.joints, 0.0
+    joints, coupled = model.joints, 0.0
     for k in range(joints.size):
         if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
             coupled += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
-    if model.flexible.hinges.size > 0:
-        coupled += hinge.hinge_energy(model.flexible.switches, model)
+    if model.hinges.size > 0:
+        coupled += hinge.hinge_energy(model.switches, model)
     return coupled
 
 

@@ -118,7 +118,7 @@ def turning(factor, spin, y, model, a):
     n_q, blocks, bodies = model.info.nq, model.blocks, model.bodies
     for k in range(blocks.size):
         kind, q, at, b = blocks[k].kind, blocks[k].iq, blocks[k].iv - n_q, blocks[k].owner
-        if kind <= SLOPE and not is_idle(k, model.flexible.switches, model):
+        if kind <= SLOPE and not is_idle(k, model.switches, model):
             held = 1.0 if kind == POSITION else 0.0
             x, yy, z = y[q] - held * spin[3], y[q + 1] - held * spin[4], y[q + 2] - held * spin[5]
             ax, ay, az = _twice(spin, x, yy, z)
@@ -134,7 +134,7 @@ def turning(factor, spin, y, model, a):
             J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2] + h[1],
             J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2] + h[2],
         )  # fmt: skip
-        L = model.flexible.K12
+        L = model.K12
         attitude.inertia_without_wheels(b, model, L)
         # Cramer's rule
         c0 = L[1, 1] * L[2, 2] - L[1, 2] * L[2, 1], L[1, 2] * L[2, 0] - L[1, 0] * L[2, 2]
@@ -168,12 +168,12 @@ def add_turning_tangent(factor, spin, y, model, matrix):
     """Add factor d(M a)/dq of the turn's accelerations to a matrix."""
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
-    n_q, f, points, bodies = model.info.nq, model.flexible, model.points, model.bodies
-    elements, beams = f.elements, f.beams
+    n_q, points, bodies = model.info.nq, model.points, model.bodies
+    elements, beams = model.elements, model.beams
     square = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
     for k in range(elements.size):
         n = 2 * NODE_VECTORS[beams[elements[k].beam].kind]
-        M = f.M12[elements[k].mass] if n == 4 else f.M24[elements[k].mass]
+        M = model.M12[elements[k].mass] if n == 4 else model.M24[elements[k].mass]
         at = elements[k].iv - n_q
         for i in range(n):
             for j in range(n):
@@ -186,7 +186,7 @@ def add_turning_tangent(factor, spin, y, model, matrix):
     for k in range(points.size):
         _add_centrifugal(factor * points[k].mass, points[k].iv - n_q, spin, matrix)
     for k in range(model.threads.size):
-        for i in range(1 if model.threads[k].end >= 0 else 0, f.switches[k]):
+        for i in range(1 if model.threads[k].end >= 0 else 0, model.switches[k]):
             mass = factor * model.nodes[model.threads[k].node + i].mass
             _add_centrifugal(mass, model.threads[k].iv + 3 * i - n_q, spin, matrix)
     for b in range(bodies.size):
@@ -296,7 +296,7 @@ def _move(cut, model, b):
     for k in range(b.la.size):
         b.la[k] += cut * b.x[b.d.size + k]
     displace(b.y, b.d, False, model, b.y)
-    hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)  # whose angles are those before the move
+    hinge.end_hinge_step(model.switches, model.hinges)  # whose angles are those before the move
     return norm
 
 
@@ -344,7 +344,7 @@ def balance(t, step, factor, share, tolerance, most, model, matrix, b):
 @inlined
 def _allowed(largest, model, b):
     """Unbalance that round-off explains, of the largest one before, of the loads and of the stiffness, J."""
-    P = model.flexible.P
+    P = model.P
     for i in range(b.weight.size):
         largest = max(largest, abs(P[i]) * b.weight[i])
     return CONSISTENT * largest + ROUND_OFF * b.loop.stiffest
@@ -478,8 +478,8 @@ def probe(t, step, factor, shift, model, matrix, b):
 def accept(t, model, b, out):
     """Make the state the start of what follows; out : (5,) energies (3), of contacts, of hinges and penalties."""
     contact.end_contacts(b.y, model)
-    if model.flexible.hinges.size > 0:
-        coordinate.end_coordinate_step(0.0, 1.0, b.y, model.flexible.switches, model)
-    hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
+    if model.hinges.size > 0:
+        coordinate.end_coordinate_step(0.0, 1.0, b.y, model.switches, model)
+    hinge.end_hinge_step(model.switches, model.hinges)
     energies(t, b.y, model, out[:3])
     out[3], out[4] = contact.energy_of(model), b.powers[COUPLED_ENERGY]

@@ -131,7 +131,7 @@ def start_up(model, work):
     t = work.loop.time
     if is_corrected(model):
         project(t, work.y, work.s, model)
-    if model.flexible.hinges.size > 0:
+    if model.hinges.size > 0:
         hinge.note_turns(t, work.y, work.s, model)
     if model.info.rubbed >= 0:
         end_frictions(t, work.y, work.s, -1.0, model)
@@ -156,7 +156,7 @@ def end_step(target, corrected, model, work):
         work.y[n] = work.y1[n]
     work.loop.time = target
     changed = corrected and project(target, work.y, work.s, model) != 0
-    if model.flexible.hinges.size > 0:
+    if model.hinges.size > 0:
         hinge.note_turns(target, work.y, work.s, model)
     return changed
 
@@ -320,8 +320,8 @@ def grid_step(end, until, model, loop):
 def adapted_step(until, model, work):
     """End and length of the next step of those that adapt."""
     t, h = work.loop.time, work.loop.step
-    if model.flexible.hinges.size > 0:
-        h = min(h, hinge.longest_step(model.flexible.hinges))
+    if model.hinges.size > 0:
+        h = min(h, hinge.longest_step(model.hinges))
     if model.threads.size > 0:
         h = min(h, thread.longest_step(work.y, work.s, model))
     return (until, until - t) if t + h * 1.01 >= until else (t + h, h)
@@ -356,7 +356,7 @@ def advance(A, b, c, E, P, rtol, atol, model, work, budget):
         return status
     n, adapts = model.info.nq + model.info.nv, E.size > 0
     watch, corrected = work.g.size > 0, is_corrected(model)
-    passes = model.flexible.body_contacts.size > 0 or model.flexible.cylinders.size > 0
+    passes = model.body_contacts.size > 0 or model.cylinders.size > 0
     end, near = work.samples[work.samples.size - 1], 0.0 if adapts else 1e-9 * loop.step
     until = next_stop(adapts, loop.time, end, model, work)
     rejected, error = False, 0.0

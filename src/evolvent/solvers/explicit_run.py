@@ -37,10 +37,10 @@ CHECKS, CHECK_EVERY = 50, 2000
 
 def cache_name(assembly: Assembly, method: str) -> str:
     """Name by which `codecache` knows whether the functions of a run are compiled; beams need more of them."""
-    f = assembly.model.flexible
-    if method not in METHODS or not (f.beams.size or f.rods.size):
+    model = assembly.model
+    if method not in METHODS or not (model.beams.size or model.rods.size):
         return method
-    return f"{method} with beams" if f.beams.size else f"{method} with rods"
+    return f"{method} with beams" if model.beams.size else f"{method} with rods"
 
 
 class Run(run.Run):

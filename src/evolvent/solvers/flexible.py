@@ -34,9 +34,9 @@ def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]
     Largest eigenvalues of M^-1 K and M^-1 C, whose products are central differences of the accelerations: everything
     that makes forces counts. Threads are left to their own bounds.
     """
-    model, f = assembly.model, assembly.model.flexible
+    model = assembly.model
     n_q, n_v = int(model.info.nq), int(model.info.nv)
-    saved = f.cylinders.copy(), f.hinges.copy(), f.body_contacts.copy()
+    saved = model.cylinders.copy(), model.hinges.copy(), model.body_contacts.copy()
     accelerations = _accelerations(assembly)
     touching = _contact_products(assembly)
     moves = np.ones(n_v)
@@ -56,14 +56,14 @@ def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]
         return moves * (scale * (accelerations(zero, -d) - accelerations(zero, d)) + touching(1, moves * x))
 
     try:
-        f.cylinders["stiffness"] = 0.0
-        f.body_contacts["stiffness"] = 0.0  # `solvers.stability`
-        f.hinges["stiffness"], f.hinges["damping"] = hinge.hinge_bound(f.hinges)
+        model.cylinders["stiffness"] = 0.0
+        model.body_contacts["stiffness"] = 0.0  # `solvers.stability`
+        model.hinges["stiffness"], model.hinges["damping"] = hinge.hinge_bound(model.hinges)
         squared, shape = _largest(stiff, n_v)
         damping = damped(shape)
         largest = _largest(damped, n_v)[0] if np.any(damping) else 0.0
     finally:
-        f.cylinders[:], f.hinges[:], f.body_contacts[:] = saved
+        model.cylinders[:], model.hinges[:], model.body_contacts[:] = saved
     own = float(shape @ damping / (shape @ shape)) if squared > 0.0 else 0.0
     return max(squared, 0.0), max(own, 0.0), _location(assembly, int(np.argmax(np.abs(shape)))), max(largest, 0.0)
 
@@ -120,10 +120,10 @@ def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.
 def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndarray]:
     """M^-1 times the stiffness (0) or damping (1) of all contact points, held across the beam, times a vector."""
     model, y = assembly.model, assembly.y
-    f, n_q, n_v = model.flexible, int(model.info.nq), int(model.info.nv)
-    if not f.cylinders.size:
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
+    if not model.cylinders.size:
         return lambda what, x: np.zeros_like(x)
-    contacts = f.contact_points
+    contacts = model.contact_points
     columns = contacts["iv"][:, None, :] - n_q + np.arange(3)[None, :, None]  # check, component, vector
     S = np.broadcast_to(contacts["S"][:, None, :], columns.shape)
     rows = np.broadcast_to(np.arange(3 * contacts.size).reshape(-1, 3, 1), columns.shape)
@@ -131,7 +131,7 @@ def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndar
     along = np.array([y[q[1] : q[1] + 3] + y[q[3] : q[3] + 3] for q in contacts["iq"]])
     along /= np.linalg.norm(along, axis=1)[:, None]
     values = np.zeros((2, contacts.size))
-    for row in f.cylinders:
+    for row in model.cylinders:
         values[:, row["first"] : row["last"]] += np.array(contact_laws.bound_of(row, "radius"))[:, None]
     dy, still, s0 = np.zeros_like(y), y.copy(), assembly.s.copy()
     still[n_q : n_q + n_v] = 0.0
@@ -141,8 +141,8 @@ def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndar
         s = (G @ x).reshape(-1, 3)
         s = values[what][:, None] * (s - np.sum(along * s, axis=1)[:, None] * along)
         prepare(0.0, still, s0, model)
-        f.F[:] = -(G.T @ s.ravel())
-        f.P[:] = 0.0
+        model.F[:] = -(G.T @ s.ravel())
+        model.P[:] = 0.0
         dy[:] = 0.0
         beam_rates(still, model, dy)
         moved = still.copy()

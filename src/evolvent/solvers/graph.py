@@ -123,37 +123,37 @@ def _couple_forces(graph: _Graph) -> None:
         for marker in model.markers[[spring["a"], spring["b"]]]:
             ends.append(_block_of_marker(graph, marker))
         graph.couple(*ends)
-    for element in model.flexible.rod_elements:
+    for element in model.rod_elements:
         graph.couple(graph.body[element["a"]], graph.body[element["b"]])
-    for hinge in model.flexible.hinges:
+    for hinge in model.hinges:
         second = graph.body[hinge["other"]] if hinge["on"] == sides.ON_BODY else graph.of(int(hinge["iv"]))
         graph.couple(second, graph.body[hinge["body"]])
-    hinges = model.flexible.hinges
-    for cable in model.flexible.synchronizations:
+    hinges = model.hinges
+    for cable in model.synchronizations:
         ends = []
         for row in hinges[[cable["a"], cable["b"]]]:
             on_body = row["on"] == sides.ON_BODY
             ends += [graph.body[row["body"]], graph.body[row["other"]] if on_body else graph.of(int(row["iv"]))]
         graph.couple(*ends)
-    for force in model.flexible.custom_forces:
+    for force in model.custom_forces:
         own = model.markers[int(force["first_marker"]) :][: int(force["points"])]
         graph.couple(*(_block_of_marker(graph, marker) for marker in own))
-    for cylinder in model.flexible.cylinders[model.flexible.cylinders["under"] < 0]:
-        for point in model.flexible.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
+    for cylinder in model.cylinders[model.cylinders["under"] < 0]:
+        for point in model.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
             graph.couple(*(graph.of(int(iv)) for iv in point["iv"]), graph.body[cylinder["body"]])
-    for row in model.flexible.body_contacts:
+    for row in model.body_contacts:
         graph.couple(graph.body[row["a"]], graph.body[row["b"]])
 
 
 def _couple_layers(graph: _Graph) -> None:
     """Couple the nodes of elements that lie on one another."""
-    f = graph.model.flexible
-    for cylinder in f.cylinders[f.cylinders["under"] >= 0]:
-        half = NODE_VECTORS[f.beams["kind"][cylinder["under"]]]
-        for point in f.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
-            if point["carrier1"] < 0 or not point["gap1"] < _NEAR * f.elements["length"][point["carrier1"]]:
+    model = graph.model
+    for cylinder in model.cylinders[model.cylinders["under"] >= 0]:
+        half = NODE_VECTORS[model.beams["kind"][cylinder["under"]]]
+        for point in model.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
+            if point["carrier1"] < 0 or not point["gap1"] < _NEAR * model.elements["length"][point["carrier1"]]:
                 continue
-            below = int(f.elements["iv"][point["carrier1"]])
+            below = int(model.elements["iv"][point["carrier1"]])
             upper = [graph.of(int(iv)) for iv in point["iv"][::2]]
             graph.couple(*upper, graph.of(below), graph.of(below + 3 * half))
 
@@ -161,8 +161,8 @@ def _couple_layers(graph: _Graph) -> None:
 def _add_multipliers(graph: _Graph) -> None:
     """A block for the multipliers of all joints between the same two blocks."""
     groups: dict[tuple[int, ...], list[int]] = {}
-    for k, row in enumerate(graph.model.flexible.joints):
-        found = ends_of(row, graph.model.flexible.gear_coordinates)
+    for k, row in enumerate(graph.model.joints):
+        found = ends_of(row, graph.model.gear_coordinates)
         ends = [int(graph.body[index]) if what == "bodies" else graph.of(index) for what, index in found]
         groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
         if row["kind"] not in (joint.POINT, joint.ANGLE, joint.GEAR):  # the force turns with the other side

@@ -31,7 +31,7 @@ class Heated(NamedTuple):
 
 def amplitudes(model: Model, index: int, t: Array, factor: Array | float = 1.0) -> Array:
     """Amplitudes of a thermal load at the times t: (nt, 6)."""
-    load = model.flexible.thermal_loads[index]
+    load = model.thermal_loads[index]
     T, y, z = (
         np.array([profile(float(time), at, model) if at >= 0 else 0.0 for time in t]) * factor
         for at in (int(load[key]) for key in ("temperature", "gradient_y", "gradient_z"))
@@ -47,17 +47,17 @@ def energies(model: Model, index: int, t: Array, y: Array, factor: Array | float
     With c = C (g - g0) of all elements the energies change by a . Q a/2 - a . c. The work is the integral of its
     derivative by a, by the trapezoidal rule over the samples.
     """
-    load, f = model.flexible.thermal_loads[index], model.flexible
+    load = model.thermal_loads[index]
     if load["rod"] >= 0:
         return _rod_energies(model, load, amplitudes(model, index, t, factor), y)
-    beam, at, a = f.beams[load["beam"]], int(load["constants"]), amplitudes(model, index, t, factor)
+    beam, at, a = model.beams[load["beam"]], int(load["constants"]), amplitudes(model, index, t, factor)
     is_cable = bool(beam["kind"] == flexible.CABLE)
     size, c, whole = 12 if is_cable else 24, np.zeros(a.shape), np.zeros((a.shape[1], a.shape[1]))
-    for element in f.elements[int(beam["first_element"]) : int(beam["first_element"] + beam["elements"])]:
+    for element in model.elements[int(beam["first_element"]) : int(beam["first_element"] + beam["elements"])]:
         m, iq = 3 if element["stretch"] else 6 if is_cable else 28, int(element["iq"])
         C = model.parameters[at : at + 6 * m].reshape(6, m)
         e, Q = y[:, iq : iq + size], model.parameters[at + 6 * m : at + 6 * m + 36]
-        g = _stretches(e, f.H12[element["form"]]) if element["stretch"] else _products(e)
+        g = _stretches(e, model.H12[element["form"]]) if element["stretch"] else _products(e)
         c += g @ C.T - model.parameters[at + 6 * m + 36 : at + 6 * m + thermal.AFTER]
         whole += Q.reshape(6, 6)
         at += 6 * m + thermal.AFTER
@@ -72,7 +72,7 @@ def energies(model: Model, index: int, t: Array, y: Array, factor: Array | float
 
 def free_rod_strains(model: Model, load: Any, a: Array) -> Array:
     """Free strains (nt, elements, 6) of a heated rod, of amplitudes (nt, 6)."""
-    count, at = int(model.flexible.rods["elements"][load["rod"]]), int(load["constants"])
+    count, at = int(model.rods["elements"][load["rod"]]), int(load["constants"])
     found = np.zeros((len(a), count, 6))
     found[..., [0, 4, 5]] = a[:, [0, 4, 2]][:, None, :] * model.parameters[at : at + count][:, None] * [1.0, 1.0, -1.0]
     return found
@@ -80,8 +80,8 @@ def free_rod_strains(model: Model, load: Any, a: Array) -> Array:
 
 def _rod_energies(model: Model, load: Any, a: Array, y: Array) -> Heated:
     """`energies` of a rod, whose energy is quadratic in the strains less the free ones."""
-    row = model.flexible.rods[load["rod"]]
-    elements = model.flexible.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
+    row = model.rods[load["rod"]]
+    elements = model.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
     bodies = model.bodies[int(row["first_body"]) :][: int(row["elements"]) + 1]
     R = np.stack([rods.from_quaternions(y[:, b["iq"] + 3 : b["iq"] + 7]) for b in bodies], axis=1)
     arms = np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
@@ -110,10 +110,10 @@ def _stretches(e: Array, H: Array) -> Array:
 
 def less_free_strain(model: Model, t: Array, y: Array, factor: Array | float, balance: Any) -> Any:
     """A balance with the strain energies of heated beams, and the work of loads by which they change."""
-    if not model.flexible.thermal_loads.size:
+    if not model.thermal_loads.size:
         return balance
     found = balance.copy()
-    for index in range(model.flexible.thermal_loads.size):
+    for index in range(model.thermal_loads.size):
         heated = energies(model, index, t, y, factor)
         found["elastic"] += heated.elastic
         found["bending"] += heated.bending

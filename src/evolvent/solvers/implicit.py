@@ -173,7 +173,7 @@ def plan(
     floor, first = energy_floor(own, mass, weight), min(1e-5 * span, 1e-4) if step is None else step
     if energy:
         # laws between points alone are not made to do the work that they state; that is of third order in the step
-        gain = LARGEST_GAIN if not own.model.flexible.custom_forces.size else eb.GAINED
+        gain = LARGEST_GAIN if not own.model.custom_forces.size else eb.GAINED
     else:
         gain, span = eb.GAINED, 10.0 * first if adaptive else first
         floor *= gain if largest_gain is None else largest_gain
@@ -203,9 +203,9 @@ def _newton(assembly: Assembly, energy: bool, step: float | None, tolerance: flo
         return LEAST_NEWTON if step is not None or not acts_from_outside(model) else min(1e-3 * tolerance, 1e-6)
     if model.threads.size:  # whose springs are so stiff that little lengths are large forces
         return 1e-13
-    free = np.sum(model.bodies["motion"] == rigid.FREE) - np.sum(model.flexible.rods["elements"] + 1)
+    free = np.sum(model.bodies["motion"] == rigid.FREE) - np.sum(model.rods["elements"] + 1)
     spins = bool(free > 0)  # bodies but the nodes of rods, whose error adds up step by step
-    stiff = model.flexible.elements.size > 0 or model.flexible.rods.size > 0
+    stiff = model.elements.size > 0 or model.rods.size > 0
     if step is not None and (spins or (reactions.is_held(model) and not stiff)):  # what is held shows in reactions
         return 1e-12
     return 1e-9 if step is not None else min(1e-3 * tolerance, 1e-7)

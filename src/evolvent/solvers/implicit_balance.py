@@ -37,7 +37,7 @@ def add_step_to_balance(t, h, model, work):
     stiffness, springs and joints are the mean power times h. Under energy-momentum both ends have the means of the
     step. Friction is that of the contacts and of `coordinate.end_coordinate_step`.
     """
-    balance, f, energy = work.balance, model.flexible, work.options.method == ENERGY
+    balance, energy = work.balance, work.options.method == ENERGY
     P, P0, p, p0 = work.loads1, work.loads0, work.powers[0], work.powers[1]
     given = 0.5 * h * (p[eq.MARKER_LOADS] + p0[eq.MARKER_LOADS])
     for i in range(work.dq.size):
@@ -57,13 +57,13 @@ def add_step_to_balance(t, h, model, work):
         damped, slip = work.step.contact[0], work.step.contact[1]
     balance.by_friction += slip
     balance.by_contact += damped
-    if f.hinges.size > 0:
+    if model.hinges.size > 0:
         share = 0.5 if energy else 1.0
-        balance.by_friction += coordinate.end_coordinate_step(h, share, work.y, f.switches, model)
-    for k in range(f.cylinders.size):
-        work.impulse[k] += h * f.cylinders[k].normal
-    for k in range(f.body_contacts.size):
-        work.touched[k] += h * f.body_contacts[k].force
+        balance.by_friction += coordinate.end_coordinate_step(h, share, work.y, model.switches, model)
+    for k in range(model.cylinders.size):
+        work.impulse[k] += h * model.cylinders[k].normal
+    for k in range(model.body_contacts.size):
+        work.touched[k] += h * model.body_contacts[k].force
 
 
 @indirect(_B(_B, MODEL, WORKSPACE))
@@ -89,7 +89,7 @@ def has_gained(ends, model, work):
 def _drives(t, model, work):
     """Work of driven joints over a step to t, la dg/dt of each, mean la."""
     given = 0.0
-    joints = model.flexible.joints
+    joints = model.joints
     for k in range(joints.size):
         if joints[k].path != 0 and joint.holds(t, joints, k):
             given += 0.5 * (work.la[k] + work.la0[k]) * work.gaps[k]
@@ -99,7 +99,7 @@ def _drives(t, model, work):
 @indirect(void(REAL, REAL, MODEL, WORKSPACE))
 def note_drives(t, h, model, work):
     """Change of each driven joint's gap by its drive alone over a step that starts at t."""
-    joints = model.flexible.joints
+    joints = model.joints
     for k in range(joints.size):
         work.gaps[k] = 0.0
         if joints[k].path != 0:

@@ -55,7 +55,7 @@ def begin(model, matrix, work):
     loop.fastest = fastest_rate(0.0, 1.0, work.y[n_q : n_q + work.dq.size], work.shares)
     loop.start_energy = energy_of(work.balance)
     begin_extremes(loop, work.balance.kinetic, potential_of(work.balance))
-    hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
+    hinge.end_hinge_step(model.switches, model.hinges)
     user_events.start_events(loop.time, work.y, model)
     if not energy:  # whose forces at the start are those of the first step
         fill_forces(model, work)
@@ -138,11 +138,11 @@ def advance(model, matrix, work, budget):
 def step_length(left, model, work):
     """Length of the next step, at most the time `left` to the target, and whether it lands there."""
     loop, energy, adaptive = work.loop, work.options.method == ENERGY, work.options.tolerance > 0.0
-    h = min(loop.step, loop.event_step, hinge.longest_step(model.flexible.hinges))
+    h = min(loop.step, loop.event_step, hinge.longest_step(model.hinges))
     if energy:
         h = min(h, energy_step.longest_turn(model.bodies))
     elif adaptive and model.threads.size > 0:
-        h = min(h, thread.longest_step(work.y, model.flexible.switches, model))
+        h = min(h, thread.longest_step(work.y, model.switches, model))
     if h >= left * (1.0 - (1e-9 if energy else 1e-6)):  # which adds up round-off
         return left, True
     if adaptive and not energy and 2.0 * h > left:
@@ -217,9 +217,9 @@ def until_event(t, h, model, work):
 
     It may be longer, to end behind an event.
     """
-    part = hinge.until_latch(model.flexible.switches, model.flexible.hinges)
+    part = hinge.until_latch(model.switches, model.hinges)
     if _has_free_spool(model):
-        part = min(part, thread.until_release(h, work.y0, work.y, model.flexible.switches, model))
+        part = min(part, thread.until_release(h, work.y0, work.y, model.switches, model))
     if model.events.size > 0:
         least = max(4.0 * work.options.smallest, user_events.SURE * work.loop.step)
         limit, extended = work.loop.event_step, work.loop.extended
@@ -240,7 +240,7 @@ def _has_free_spool(model):
 @inlined
 def has_release(model, work):
     """Whether a node on a free spool is due."""
-    return _has_free_spool(model) and thread.has_release(work.y, model.flexible.switches, model)
+    return _has_free_spool(model) and thread.has_release(work.y, model.switches, model)
 
 
 @inlined
@@ -283,7 +283,7 @@ def accept_step(t1, t_end, h, model, work):
 @inlined
 def _latch(t, model, work):
     """Latch the hinges that have reached their latches at the end of a step; returns whether any has."""
-    hinges, s, loop, found = model.flexible.hinges, model.flexible.switches, work.loop, False
+    hinges, s, loop, found = model.hinges, model.switches, work.loop, False
     for k in range(hinges.size):
         if hinge.latch_reached(s, hinges, k):
             if work.options.method == ENERGY and not found:

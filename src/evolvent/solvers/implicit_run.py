@@ -46,7 +46,7 @@ class Run(run.Run):
         super().__init__(of)
         self.matrix = of.matrix
         self.is_energy, self.inner, self.is_stopped = bool(of.options.method == ENERGY), 0, False
-        self.has_layers = self.is_energy and bool(np.any(self.model.flexible.cylinders["under"] >= 0))
+        self.has_layers = self.is_energy and bool(np.any(self.model.cylinders["under"] >= 0))
         self.ranks = redundancy.Ranks(of.assembly)
         began = clock.perf_counter()
         self._hold_joints()
@@ -60,13 +60,13 @@ class Run(run.Run):
         roots: list[Any] = [implicit_loop.begin, implicit_loop.advance]
         if not self.is_energy:
             roots.append(implicit_loop.restart)
-        elif self.model.flexible.joints.size:  # for the rank of the constraints
+        elif self.model.joints.size:  # for the rank of the constraints
             roots += [residual, tangent]
         needs.load(self.model, *roots, without=_OF_ALPHA if self.is_energy else _OF_ENERGY)
 
     def _hold_joints(self) -> None:
         """Joints and motors that events or latches release hold again, as before a run."""
-        for rows in (self.model.flexible.joints, self.model.flexible.motors):
+        for rows in (self.model.joints, self.model.motors):
             released = rows["event"] != -1
             rows["until"][released] = rows["latest"][released]
 
@@ -193,11 +193,11 @@ class Run(run.Run):
 
     def gaps(self) -> np.ndarray:
         """Gaps of the joints at the end of the last step, (nj,)."""
-        return np.array(self.model.flexible.joints["gap1"] if self.is_energy else self.model.flexible.joints["gap"])
+        return np.array(self.model.joints["gap1"] if self.is_energy else self.model.joints["gap"])
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         """Times and states at which the last step may have called a user's law."""
-        work, s = self.work, self.model.flexible.switches
+        work, s = self.work, self.model.switches
         if self.is_energy:
             t, h = float(work.step.step.t), float(work.step.step.h)
             return [(t + 0.5 * h, work.step.ym, s), (t + h, work.y, s), (t, work.y0, s)]
@@ -280,4 +280,4 @@ def rows_of_part(assembly: Assembly, name: str) -> slice:
     """Rows of the multipliers `la` that belong to the joint called `name`."""
     start = assembly.index(name, "joints")
     others = [index for family, index in assembly.names.values() if family == "joints" and index > start]
-    return slice(start, min(others, default=assembly.model.flexible.joints.size))
+    return slice(start, min(others, default=assembly.model.joints.size))

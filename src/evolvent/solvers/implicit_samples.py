@@ -103,7 +103,7 @@ def keep_forces(n, theta, model, work):
             work.out_bodies[n, b, i] = _between(theta, work.bodies[0, b, i], work.bodies[1, b, i])
     if work.out_points.shape[0] > 0:
         for i in range(work.out_points.shape[1]):
-            work.out_points[n, i] = model.flexible.contact_points[i].force
+            work.out_points[n, i] = model.contact_points[i].force
 
 
 @indirect(void(_I, REAL, REAL, REAL, MODEL, WORKSPACE))
@@ -113,7 +113,7 @@ def keep_sample(n, theta, t, h, model, work):
     States are interpolated (`dense.interpolate`); accelerations, multipliers, forces, momenta and balance lie on
     straight lines.
     """
-    switches = model.flexible.switches
+    switches = model.switches
     interpolate(theta, h, work.y0, work.y, model, work.out_y[n])
     if model.threads.size > 0 and theta < 1.0:
         keep_lengths_at_spools(theta, t, h, work.out_y[n], model, work)
@@ -139,7 +139,7 @@ def _from_spool(t, y, k, q, model):
     R, x = model.bodies[b].R, model.bodies[b].x
     dx, dy, dz = turn(R, d[0], d[1], d[2])
     phi, _, _ = spool(t, y, model.threads, model.parameters, k)
-    rest = paid_out(model.threads, k, phi) - (model.flexible.switches[k] - 1) * model.threads[k].segment
+    rest = paid_out(model.threads, k, phi) - (model.switches[k] - 1) * model.threads[k].segment
     return y[q] - x[0] - dx, y[q + 1] - x[1] - dy, y[q + 2] - x[2] - dz, max(rest, 0.0)
 
 
@@ -150,9 +150,9 @@ def keep_lengths_at_spools(theta, t, h, y, model, work):
     A segment that is slack at an end of the step stays where it is.
     """
     for k in range(model.threads.size):
-        count = model.flexible.switches[k]
+        count = model.switches[k]
         held = is_end(model.threads, k, 0)  # what the end is fixed to stays where it is
-        if count <= (1 if held else 0) or model.flexible.switches[model.threads.size + k] != 0:  # wound, or gone
+        if count <= (1 if held else 0) or model.switches[model.threads.size + k] != 0:  # wound, or gone
             continue
         q = model.threads[k].iq
         at = q + 3 * (count - 1)

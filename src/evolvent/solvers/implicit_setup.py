@@ -44,11 +44,11 @@ def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = Fals
     Turns that lie on one another are inner unknowns; those that do so at present are coupled directly if `layers`. So
     is what a torque spread over a beam couples.
     """
-    found = model.flexible.cylinders[model.flexible.cylinders["under"] >= 0]
+    found = model.cylinders[model.cylinders["under"] >= 0]
     inner = int(np.sum((found["last"] - found["first"]) * np.where(found["friction"] > 0.0, 3, 1)))
-    inner += int(np.sum(model.flexible.beam_loads["kind"] == FIELD))
+    inner += int(np.sum(model.beam_loads["kind"] == FIELD))
     if spare is None:
-        spare = min(model.flexible.joints.size, MOST_REDUNDANT)
+        spare = min(model.joints.size, MOST_REDUNDANT)
     return ordering.matrix_of(graph.pattern_of(model, layers=layers), spare=spare, inner=inner)
 
 
@@ -98,9 +98,8 @@ def length_of(model: mdl.Model, weight: np.ndarray) -> float:
 
 def form_energy(model: mdl.Model) -> float:
     """Sum of the constants U0 of the elements' forms, J: their strain energies are differences of terms as large."""
-    f = model.flexible
-    cables = f.beams["kind"][f.elements["beam"]] == CABLE
-    U = [pool[f.elements["form"][own]] for pool, own in ((f.U12, cables), (f.U24, ~cables))]
+    cables = model.beams["kind"][model.elements["beam"]] == CABLE
+    U = [pool[model.elements["form"][own]] for pool, own in ((model.U12, cables), (model.U24, ~cables))]
     return float(sum(np.abs(values).sum() for values in U))
 
 
@@ -117,7 +116,7 @@ def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     step: there a gain counts beside weights lifted by `LIFTED_SHARE` of the thread.
     """
     model = assembly.model
-    flexible, gravity = model.flexible, float(np.linalg.norm(model.info["gravity"]))
+    gravity = float(np.linalg.norm(model.info["gravity"]))
     lifted = mass * weight.size * gravity * length_of(model, weight)
     if model.threads.size:
         free = model.bodies["mass"][model.bodies["motion"] == rigid.FREE]
@@ -125,7 +124,7 @@ def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
         length = float(np.max(model.threads["n"] * model.threads["segment"]))
         lifted += LIFTED_SHARE / ROUND_OFF * float(total) * gravity * length
     strained = form_energy(model)
-    rods = flexible.rod_elements
+    rods = model.rod_elements
     stretched = 0.5 * ROUND_OFF_STRAIN**2 * float(np.sum(rods["length"] * rods["stiffness"][:, 0, 0]))
     return ROUND_OFF * (lifted + strained) + stretched + LEAST_ENERGY
 
@@ -133,7 +132,7 @@ def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
 def check_start(assembly: Assembly, t: float) -> None:
     """Refuse joints that the start does not meet, by name: positions or velocities that contradict them."""
     model, y = assembly.model, assembly.y.copy()
-    joints = model.flexible.joints
+    joints = model.joints
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     length = max(1.0, float(np.abs(y[:n_q]).max(initial=0.0)))
     speed = max(1.0, float(np.abs(y[n_q : n_q + n_v]).max(initial=0.0)))
@@ -158,15 +157,15 @@ def check_start(assembly: Assembly, t: float) -> None:
 
 def acts_from_outside(model: mdl.Model, t: float = -math.inf) -> bool:
     """Whether something joins, pushes or pulls on the system from outside at t, beside gravity and loads."""
-    f, free = model.flexible, model.bodies["motion"] == rigid.FREE
-    joints, hinges, markers = f.joints[t <= f.joints["until"]], f.hinges, model.markers
+    free = model.bodies["motion"] == rigid.FREE
+    joints, hinges, markers = model.joints[t <= model.joints["until"]], model.hinges, model.markers
     fixed = [~free[joints["index"][joints["on"] == sides.ON_BODY]], joints["kind"] == joint.ANGLE]
     fixed += [~free[hinges["body"]], ~free[hinges["other"][hinges["on"] == sides.ON_BODY]]]
-    fixed += [~free[f.cylinders["body"]], ~free[f.body_contacts["a"]], ~free[f.body_contacts["b"]]]
-    fixed += [~free[f.gear_coordinates["body"]], ~free[f.gear_coordinates["other"]]]
-    own = [np.arange(row["first_marker"], row["first_marker"] + row["points"]) for row in f.custom_forces]
+    fixed += [~free[model.cylinders["body"]], ~free[model.body_contacts["a"]], ~free[model.body_contacts["b"]]]
+    fixed += [~free[model.gear_coordinates["body"]], ~free[model.gear_coordinates["other"]]]
+    own = [np.arange(row["first_marker"], row["first_marker"] + row["points"]) for row in model.custom_forces]
     used = np.concatenate([model.springs["a"], model.springs["b"], *own]).astype(int)
-    fixed += [f.custom_forces["points"] == 1]
+    fixed += [model.custom_forces["points"] == 1]
     ends = model.threads["end"][model.threads["end"] >= 0]
     used = np.concatenate([used, ends])
     fixed += [~free[model.threads["body"]]]
@@ -192,14 +191,14 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     weight : (nv,) float, size of each unknown that counts as 1
     options : record `implicit_state.OPTIONS`
     """
-    model, f, energy = assembly.model, assembly.model.flexible, bool(options.method == ENERGY)
-    n_v, n_j, n_c, n_b, n_t = int(model.info.nv), f.joints.size, f.cylinders.size, model.bodies.size, times.size
-    ends = [f.beam_loads["start"] + f.beam_loads["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
+    model, energy = assembly.model, bool(options.method == ENERGY)
+    n_v, n_j, n_c, n_b, n_t = int(model.info.nv), model.joints.size, model.cylinders.size, model.bodies.size, times.size
+    ends = [model.beam_loads["start"] + model.beam_loads["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
     stops = np.unique(np.concatenate(ends))
-    f.switches[:] = assembly.s
+    model.switches[:] = assembly.s
     contact.clear_history(model)
     out, evaluated = empty(model, n_t), n_t if reactions.applies(model, options) else 0
-    balance, fields, logged = np.zeros(1, dtype=BALANCE), len(BALANCE.names or ()), f.hinges.size + model.events.size
+    balance, fields, logged = np.zeros(1, dtype=BALANCE), len(BALANCE.names or ()), model.hinges.size + model.events.size
     shared = {name: assembly.y.copy() for name in ("y", "y0")} | {name: np.zeros((n_b, 3)) for name in ("x0", "x1")}
     shared |= {name: np.zeros((n_b, 3, 3)) for name in ("R0", "R1")}
     shared |= {"dq": np.zeros(n_v), "la": np.zeros(n_j), "r": np.zeros(n_v + n_j), "powers": np.zeros((2, N_POWERS))}
@@ -230,8 +229,8 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         shares=shares(model, weight),
         energies=np.zeros(3),
         impulse=np.zeros(n_c),
-        touched=np.zeros(f.body_contacts.size),
-        touches=np.zeros((2, f.body_contacts.size, N_TOUCH)),
+        touched=np.zeros(model.body_contacts.size),
+        touches=np.zeros((2, model.body_contacts.size, N_TOUCH)),
         friction=np.zeros((2, rubbing_points(model), 3)),
         cylinders=np.zeros((2, n_c, N_CYLINDER)),
         bodies=np.zeros((2, n_b, 6)),
@@ -252,7 +251,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         out_cylinders=out.cylinders,
         out_touches=out.touches,
         out_friction=out.friction,
-        out_points=np.zeros((n_t if energy else 0, f.contact_points.size)),
+        out_points=np.zeros((n_t if energy else 0, model.contact_points.size)),
         out_bodies=out.wrenches,
     )
 

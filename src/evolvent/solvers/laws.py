@@ -165,7 +165,7 @@ def what_may_jump(assembly: Assembly) -> str:
 
 def states_energy(assembly: Assembly) -> str:
     """A half sentence on laws between points, whose energy may not be that of their forces; '' where there is none."""
-    stated = np.flatnonzero(assembly.model.flexible.custom_forces["stated"])
+    stated = np.flatnonzero(assembly.model.custom_forces["stated"])
     names = [repr(owner(assembly, "custom_forces", int(k))) for k in stated[:3]]
     return f", or the energy that {' or '.join(names)} states is not that of its forces" if names else ""
 
@@ -189,7 +189,7 @@ def _note_stated(assembly: Assembly, use: _Use, arguments: tuple[Any, ...], span
         with contextlib.suppress(Exception):  # outside the range of the law
             energy, power = law(time, place, v, parameters, *_room(use))
             if energy != 0.0 or power != 0.0:
-                assembly.model.flexible.custom_forces["stated"][use.number] = 1.0
+                assembly.model.custom_forces["stated"][use.number] = 1.0
 
 
 def _users(assembly: Assembly, law: Any) -> str:
@@ -202,7 +202,7 @@ def _users(assembly: Assembly, law: Any) -> str:
 def _uses(assembly: Assembly) -> Iterator[_Use]:
     """Every row that calls a user's law, drives first."""
     model = assembly.model
-    for family, rows in (("threads", model.threads), ("joints", model.flexible.joints)):
+    for family, rows in (("threads", model.threads), ("joints", model.joints)):
         for k, row in enumerate(rows):
             if row["law"] != 0 and row["drive"] == drive.LAW:
                 yield _Use(family, k, row)
@@ -217,7 +217,7 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
         ("loads", model.loads),
         ("wheels", model.wheels),
         ("events", model.events),
-        ("beam_loads", model.flexible.beam_loads),
+        ("beam_loads", model.beam_loads),
     ):
         for k, row in enumerate(rows):
             if row["law"] != 0:
@@ -229,9 +229,9 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
         if row["motor_law"] != 0:
             law = {"law": row["motor_law"], "first": row["motor_first"], "last": row["motor_last"]}
             yield _Use("spools", k, {**law, "spool_q": row["spool_q"], "spool_v": row["spool_v"]})
-    for k, row in enumerate(model.flexible.custom_forces):
+    for k, row in enumerate(model.custom_forces):
         yield _Use("custom_forces", k, row)
-    for k, row in enumerate(model.flexible.motors):
+    for k, row in enumerate(model.motors):
         follows = row["kind"] == coordinate.BY_MOTION
         if row["kind"] == coordinate.BY_LAW or (follows and row["drive"] == drive.LAW):
             yield _Use("motors", k, row)
@@ -268,7 +268,7 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
     elif use.family == "beam_loads":
         iq, iv = (int(use.row[key]) for key in ("iq", "iv"))
         if iq < 0:
-            beam = model.flexible.beams[use.row["beam"]]
+            beam = model.beams[use.row["beam"]]
             iq, iv = int(beam["iq"]), int(beam["iv"])
         yield y[iq : iq + 3].copy(), y[iv : iv + 3].copy(), time
     elif use.family == "wheels":
@@ -280,7 +280,7 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
                 yield node["x"].copy(), node["v"].copy(), time
         yield thread["Q"][:3].copy(), thread["Q"][3:].copy(), time
     elif use.family == "motors":
-        hinges, k = model.flexible.hinges, int(use.row["hinge"])
+        hinges, k = model.hinges, int(use.row["hinge"])
         hinge.measure_coordinate(y, moment[2], hinges, model.bodies, k)
         yield time, float(hinges["angle"][k]), float(hinges["rate"][k])
     elif use.family == "fields":

@@ -24,7 +24,7 @@ def add_compliance(scale, factor, model, matrix, la, x, r):
     they hold to round-off, and so small is the part of la that makes no force: the multipliers are those of least norm.
     Where they do not agree, g = c w.
     """
-    joints, n_j, compliance = model.flexible.joints, la.size, model.info.compliance
+    joints, n_j, compliance = model.joints, la.size, model.info.compliance
     first = x.size - n_j
     for i in range(first):
         x[i] = 0.0

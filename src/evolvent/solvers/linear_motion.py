@@ -46,7 +46,7 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     K = whole[:n_v, :n_v]
     M = work.mass()
     C = _dampers(work) if damped else _spin_of_wheels(work)
-    joints, gradients = work.model.flexible.joints, whole[n_v:, :n_v]
+    joints, gradients = work.model.joints, whole[n_v:, :n_v]
     held = np.array([joint.holds(work.time, joints, k) for k in range(work.n_j)], dtype=bool)
     penalties = np.flatnonzero(held & (joints["stiffness"] > 0.0))
     G = gradients[np.flatnonzero(held & (joints["stiffness"] == 0.0))]
@@ -109,20 +109,20 @@ def _spin_of_wheels(work: Work) -> sparse.csr_matrix:
 
 def _rubs(model: Any) -> bool:
     return any(
-        bool(np.any(rows["friction"] > 0.0)) for rows in (model.flexible.cylinders, model.flexible.body_contacts)
+        bool(np.any(rows["friction"] > 0.0)) for rows in (model.cylinders, model.body_contacts)
     )
 
 
 def has_symmetric_stiffness(work: Work) -> bool:
     """Whether no load turns with what it loads, and nothing rubs: K is symmetric then."""
     model = work.model
-    if np.any(model.flexible.custom_forces["symmetric"] == 0.0):
+    if np.any(model.custom_forces["symmetric"] == 0.0):
         return False
-    if np.any(model.flexible.beam_loads["kind"] == FIELD) or _rubs(model):
+    if np.any(model.beam_loads["kind"] == FIELD) or _rubs(model):
         return False
     if np.any(model.fields["kind"] == fields.LAW) or model.thrusters.size or model.controllers.size:
         return False
-    if np.any(families.follows(model.flexible.beam_loads)) or np.any(model.loads["law"] != 0):
+    if np.any(families.follows(model.beam_loads)) or np.any(model.loads["law"] != 0):
         return False
     if np.any((model.loads["kind"] == loads.PANEL) | (model.loads["kind"] == loads.RADIATION)):
         return False
@@ -175,10 +175,10 @@ def _skew(a: Array) -> Array:
 
 def _attached(model: Any) -> set[int]:
     """Bodies on which anything but elements of rods acts."""
-    f, markers = model.flexible, model.markers
-    found = [markers["index"][markers["kind"] == springs.ON_BODY], f.hinges["body"], f.cylinders["body"]]
-    found.append(f.joints["index"][f.joints["on"] == sides.ON_BODY])
-    found.append(f.hinges["other"][f.hinges["on"] == sides.ON_BODY])
+    markers = model.markers
+    found = [markers["index"][markers["kind"] == springs.ON_BODY], model.hinges["body"], model.cylinders["body"]]
+    found.append(model.joints["index"][model.joints["on"] == sides.ON_BODY])
+    found.append(model.hinges["other"][model.hinges["on"] == sides.ON_BODY])
     found.append(model.threads["body"])
     return {int(b) for b in np.concatenate([np.ravel(one) for one in found])}
 
@@ -200,9 +200,9 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
 
     That is columns and rows of bodies (and of points, where a user's law may pull), and of threads in light.
     """
-    b, model, f = work.balance, work.model, work.model.flexible
+    b, model = work.balance, work.model
     own: list[int] = []
-    by_law = np.any(model.springs["law"] != 0) or f.custom_forces.size or _acts_on_an_end(model)
+    by_law = np.any(model.springs["law"] != 0) or model.custom_forces.size or _acts_on_an_end(model)
     families = ("bodies", "points") if by_law else ("bodies",)
     for p in np.unique(model.loads["target"][_turns_with_thread(model.loads)]):
         where = velocity_slice(model, "threads", int(p))
@@ -219,15 +219,15 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
     if by_law:  # nodes of beams that a spring pulls
         for point in model.points[model.points["mass"] == 0.0]:
             own.extend(range(int(point["iv"]) - work.n_q, int(point["iv"]) - work.n_q + 3))
-    ends = {int(v) for v in f.hinges["iv"][f.hinges["on"] == sides.ON_COORDINATES]}
-    for cylinder in f.cylinders[model.bodies["motion"][f.cylinders["body"]] != rigid.DRIVEN]:
-        ends.update(f.contact_points["iv"][int(cylinder["first"]) : int(cylinder["last"])].ravel().tolist())
+    ends = {int(v) for v in model.hinges["iv"][model.hinges["on"] == sides.ON_COORDINATES]}
+    for cylinder in model.cylinders[model.bodies["motion"][model.cylinders["body"]] != rigid.DRIVEN]:
+        ends.update(model.contact_points["iv"][int(cylinder["first"]) : int(cylinder["last"])].ravel().tolist())
     facing = {v - work.n_q + c for v in ends for c in range(3)} if own else set()
     if not own:
         return K
     rest, spin = b.y.copy(), b.spin.copy()
     b.spin[:] = 0.0
-    closeness = 1e-7 if f.body_contacts.size else 1e-3  # bodies that touch stay in contact
+    closeness = 1e-7 if model.body_contacts.size else 1e-3  # bodies that touch stay in contact
 
     def forces(at: int, step: float) -> Array:
         b.d[:] = 0.0

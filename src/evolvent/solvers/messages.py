@@ -147,10 +147,10 @@ def _location(assembly: Assembly, values: Array) -> str:
     block = block_at(model, k)
     name, node = repr(owner(assembly, OWNERS[block["family"]], int(block["owner"]))), int(block["node"])
     if block["family"] == BEAM:
-        return f"{name}, node {node} of {model.flexible.beams['nodes'][block['owner']] - 1}"
+        return f"{name}, node {node} of {model.beams['nodes'][block['owner']] - 1}"
     if block["family"] == THREAD and node >= 0:
         return f"{name}, node {node} of {model.threads['n'][block['owner']] - 1}"
-    for row in model.flexible.rods:
+    for row in model.rods:
         if block["family"] == BODY and 0 <= block["owner"] - row["first_body"] <= row["elements"]:
             return f"{name}, node {node} of {row['elements']}"
     return name
@@ -158,11 +158,11 @@ def _location(assembly: Assembly, values: Array) -> str:
 
 def _touching(assembly: Assembly) -> str:
     """Names of the contacts whose points press."""
-    f, found = assembly.model.flexible, []
-    for k, row in enumerate(f.cylinders):
-        if row["normal"] > 0.0 or np.any(f.contact_points["force"][row["first"] : row["last"]] > 0.0):
+    model, found = assembly.model, []
+    for k, row in enumerate(model.cylinders):
+        if row["normal"] > 0.0 or np.any(model.contact_points["force"][row["first"] : row["last"]] > 0.0):
             found.append(repr(owner(assembly, "cylinders", k)))
-    for i in np.flatnonzero(f.body_contacts["force"] > 0.0):
+    for i in np.flatnonzero(model.body_contacts["force"] > 0.0):
         found.append(repr(owner(assembly, "body_contacts", int(i))))
     found = list(dict.fromkeys(found))
     return " and ".join(found[:3]) + (" and others" if len(found) > 3 else "")
@@ -170,7 +170,7 @@ def _touching(assembly: Assembly) -> str:
 
 def _jumping(assembly: Assembly) -> str:
     """Names of the cylinders whose force jumps at the touch."""
-    cylinders = assembly.model.flexible.cylinders
+    cylinders = assembly.model.cylinders
     some = (cylinders["law"] == contact_laws.PAPER) & (cylinders["damping"] > 0.0)
     names = [name for name, (family, k) in assembly.names.items() if family == "cylinders" and some[k]]
     return " or ".join(repr(name) for name in names[:3]) + (" or others" if len(names) > 3 else "")
@@ -210,8 +210,8 @@ def unbalanced(run: explicit_run.Run) -> str:
     """What is known of an explicit run whose energy does not balance, and what to try."""
     smaller, found = "use a smaller `rtol`", run.found
     if run.plan.step is not None:
-        f = run.model.flexible
-        other = "energy-momentum" if f.beams.size or f.rods.size else "dopri5"
+        model = run.model
+        other = "energy-momentum" if model.beams.size or model.rods.size else "dopri5"
         smaller = f"use a smaller `step` than {float(run.work.loop.step):.3g} s, or `method` {other}"
     return (
         f"the energy balance is off by {found.defect:.3g} J at t = {run.reached:.6g} s, {found.share:.2g} of the "

@@ -166,7 +166,7 @@ class Modes:
             nodes = [known[f"{name}[{i}]"] for i in range(count)]
             shape = self.shape[:, where].reshape(len(self.shape), count, 6)
             return PartModes(name, shape, self._mapped(nodes, 0), self._mapped(nodes, 1))
-        row = self.assembly.model.flexible.beams[index]
+        row = self.assembly.model.beams[index]
         nodes = [known[f"{name}[{i}]"] for i in range(int(row["nodes"]))]
         shape = self.shape[:, where].reshape(len(self.shape), len(nodes), NODE_VECTORS[row["kind"]], 3)
         return PartModes(name, shape, self._mapped(nodes, 0), self._mapped(nodes, 1))

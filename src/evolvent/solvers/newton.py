@@ -60,7 +60,7 @@ def _factor(t1, h, scale, model, matrix, work):
 @inlined
 def _correction(scale, model, matrix, work):
     """Solve for the correction work.x; returns its size beside `weight`."""
-    joints, n_v, r, x = model.flexible.joints, model.info.nv, work.r, work.x
+    joints, n_v, r, x = model.joints, model.info.nv, work.r, work.x
     twice = 2.0 if work.options.method == ENERGY else 1.0  # what the tangent is of the derivatives, but for constraints
     if model.info.redundant != 0:
         add_compliance(scale, twice, model, matrix, work.la, x, r)
@@ -113,7 +113,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
     limit = newton_limit(options.newton, options.sharp, options.rates, loop.fastest, h)
     rounding = 0.0 if model.threads.size > 0 else ROUND_OFF
     if energy:
-        inexact = model.flexible.elements.size + model.flexible.rods.size + work.la.size
+        inexact = model.elements.size + model.rods.size + work.la.size
         rounding = min(ROUND_OFF, 1e4 * options.newton) if inexact > 0 else 0.0
     if soft:
         limit = options.newton

@@ -117,7 +117,7 @@ def _thread_nodes(assembly: Assembly, index: int, where: slice, y: Array) -> dic
 
 def _nodes(assembly: Assembly, index: int, where: slice, y: Array) -> list[LinearizedPoint]:
     """Nodes of a beam; rotations of its section, of a cable those of its axis, which has no twist."""
-    row = assembly.model.flexible.beams[index]
+    row = assembly.model.beams[index]
     vectors = NODE_VECTORS[row["kind"]]
     size, found = 3 * vectors, []
     for i in range(int(row["nodes"])):

@@ -27,25 +27,24 @@ def applies(model: mdl.Model, options: Any) -> bool:
     Multipliers of fixed steps are of second order. Forces of contacts and of joints' friction belong to a step, and
     springs of threads are not resolved by one.
     """
-    if np.any(model.flexible.hinges["friction"] > 0.0) or options.method == ENERGY:
+    if np.any(model.hinges["friction"] > 0.0) or options.method == ENERGY:
         return False
     return bool(options.tolerance > 0.0) and is_held(model) and _without_contacts(model) and not model.threads.size
 
 
 def _without_contacts(model: mdl.Model) -> bool:
-    return not model.flexible.cylinders.size and not model.flexible.body_contacts.size
+    return not model.cylinders.size and not model.body_contacts.size
 
 
 def has_stiffness(model: mdl.Model) -> bool:
     """Whether anything but constraints resists a change of shape."""
-    f = model.flexible
-    stiff = f.elements.size + f.rods.size + f.hinges.size + f.custom_forces.size + model.springs.size
-    return bool(stiff) or bool(np.any(f.joints["stiffness"] > 0.0))
+    stiff = model.elements.size + model.rods.size + model.hinges.size + model.custom_forces.size + model.springs.size
+    return bool(stiff) or bool(np.any(model.joints["stiffness"] > 0.0))
 
 
 def is_held(model: mdl.Model) -> bool:
     """Whether a model has constraints."""
-    return bool(np.any(model.flexible.joints["stiffness"] == 0.0))
+    return bool(np.any(model.joints["stiffness"] == 0.0))
 
 
 def evaluate(model: mdl.Model, matrix: SparseBlocks, work: Any, count: int, use_rank: Callable[[float], None]) -> None:
@@ -65,7 +64,7 @@ def evaluate(model: mdl.Model, matrix: SparseBlocks, work: Any, count: int, use_
         if not stiff or not np.array_equal(at, times):  # of the next step
             at = times
             use_rank(t if not stiff else float(at[1]) - 1e-9 * h)
-            model.flexible.switches[:] = work.out_s[n]
+            model.switches[:] = work.out_s[n]
             states = [(t, work.out_y[n])]
             if stiff:  # loads that begin or end with the step are those within it
                 states = [(at[0] + 1e-9 * h, work.ends[n, 0]), (at[1] - 1e-9 * h, work.ends[n, 1])]

@@ -98,7 +98,7 @@ def undetermined(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, ine
     ----------
     inertia : c_mass (1/s2) so great that stiffness does not count, and a typical mass (kg)
     """
-    n_v, n_j = int(model.info.nv), model.flexible.joints.size
+    n_v, n_j = int(model.info.nv), model.joints.size
     la = np.zeros(n_j)
     residual(t, y, np.zeros(n_v), la, 0.0, 1.0, model, np.zeros(n_v + n_j), np.zeros(N_POWERS))
     c_mass, mass = inertia
@@ -144,7 +144,7 @@ class Ranks:
 
     def is_due(self, t: float, latches: int) -> bool:
         """Whether joints have been released or latches have locked since the rank was found."""
-        joints = self.model.flexible.joints
+        joints = self.model.joints
         if not joints.size:
             return False
         last = self.found[-1] if self.found else None
@@ -164,7 +164,7 @@ class Ranks:
         InputError
             As `allow` does.
         """
-        joints, info = self.model.flexible.joints, self.model.info
+        joints, info = self.model.joints, self.model.info
         joints["slack"], info.redundant, info.exact = 0.0, 0, 1
         held, found = is_held(joints, t), None
         if np.any(held) and undetermined(self.model.copy(), matrix, t, y, inertia) > 0:
@@ -175,7 +175,7 @@ class Ranks:
         """Give the model the compliance that its joints had at time t."""
         rank = next((r for r in reversed(self.found) if r.since <= t), self.found[0] if self.found else None)
         if rank is not None:
-            self.model.flexible.joints["slack"] = rank.slack
+            self.model.joints["slack"] = rank.slack
 
     @property
     def text(self) -> str:
@@ -218,12 +218,12 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     if np.any(unknowns < n_v):
         raise InputError(redundant(assembly, matrix))
     unresolved = unknowns.size + int(matrix.counts[LOST])
-    la = np.zeros(model.flexible.joints.size)
+    la = np.zeros(model.joints.size)
     tangent(t, y, la, _HUGE, 0.0, 1.0, model, matrix)
     values, places, columns = ordering.entries(matrix)
     whole = sparse.coo_matrix((values, (places, columns)), shape=(n_v + la.size, n_v + la.size)).tocsr()
     G, M = whole[n_v:, :n_v], whole[:n_v, :n_v] / _HUGE
-    joints = model.flexible.joints
+    joints = model.joints
     length = max(1.0, length_of(model, weight))
     held = np.flatnonzero(is_held(joints, t))
     scale = 1.0 / np.where(_turns(joints[held]), 1.0, length)

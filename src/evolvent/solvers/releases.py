@@ -92,7 +92,7 @@ class Releases:
 
     def fire(self, t: float, y: np.ndarray) -> int:
         """Carry out what is due at t on the state y; returns how many events, -1 where a drive outruns its thread."""
-        s, n, count = self.model.flexible.switches, self.model.threads.size, 0
+        s, n, count = self.model.switches, self.model.threads.size, 0
         for _ in range(2 * n + 64):
             event_values(t, y, s, self.model, self._values)
             due = np.flatnonzero(self._values[: 2 * n] >= DUE)
@@ -120,14 +120,14 @@ class Releases:
         `released` in the balance.
         """
         model, t = self.model, float(work.loop.time)
-        before, powers = model.flexible.switches.copy(), work.powers[0].copy()
+        before, powers = model.switches.copy(), work.powers[0].copy()
         count = self.fire(t, work.y)
         if count < 0:
             return count
         n_q, is_energy = int(model.info.nq), bool(work.options.method == ENERGY)
         kept = (work.step.before, work.rate, work.acceleration) if is_energy else (work.a1, work.dv1)
         for p, row in enumerate(model.threads):
-            at, was, now = int(row["iv"]) - n_q, int(before[p]), int(model.flexible.switches[p])
+            at, was, now = int(row["iv"]) - n_q, int(before[p]), int(model.switches[p])
             for i in range(was, now):
                 k = at + 3 * i
                 for values in kept:
@@ -139,10 +139,10 @@ class Releases:
         if not is_energy:  # whose powers and loads are those of whole steps
             residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, work.r, work.powers[0])
             whole = slice(model.threads.size, 2 * model.threads.size)
-            if count > 0 and np.array_equal(before[whole], model.flexible.switches[whole]):
+            if count > 0 and np.array_equal(before[whole], model.switches[whole]):
                 for k in (SPOOLS, DRIVEN):
                     work.powers[0, k] = powers[k]
-            work.loads1[:] = model.flexible.P
+            work.loads1[:] = model.P
         model.wheels["motor0"], model.wheels["drag0"] = model.wheels["motor"], model.wheels["drag"]
         model.thrusters["push0"] = model.thrusters["push"]
         had = energy(work.balance)

@@ -22,7 +22,7 @@ def bending_hint(assembly: Assembly, y: np.ndarray) -> str:
     y : (ny,) float, the last state
     """
     model, worst, where = assembly.model, LARGE, ""
-    for k, row in enumerate(model.flexible.rods):
+    for k, row in enumerate(model.rods):
         R = np.empty((int(row["elements"]) + 1, 3, 3))
         for i, b in enumerate(bodies_of(model, "rods", k)):
             q = int(model.bodies["iq"][b]) + 3

@@ -89,27 +89,26 @@ class Momentum(NamedTuple):
 
 def empty(model: mdl.Model, size: int) -> Sampled:
     """Room for `size` samples."""
-    f = model.flexible
     return Sampled(
         np.zeros((size, int(model.info.nv))),
-        np.zeros((size, f.joints.size)),
+        np.zeros((size, model.joints.size)),
         eb.records(size),
-        np.zeros((size, f.cylinders.size, N_CYLINDER)),
+        np.zeros((size, model.cylinders.size, N_CYLINDER)),
         np.zeros((size, model.bodies.size, 6)),
-        np.zeros((size, f.body_contacts.size, N_TOUCH)),
+        np.zeros((size, model.body_contacts.size, N_TOUCH)),
         np.zeros((size, rubbing_points(model), 3)),
     )
 
 
 def rubbing_points(model: mdl.Model) -> int:
     """Number of the contact points of beams, 0 where none of them has friction."""
-    return model.flexible.contact_points.size if np.any(model.flexible.cylinders["friction"] > 0.0) else 0
+    return model.contact_points.size if np.any(model.cylinders["friction"] > 0.0) else 0
 
 
 @indirect(void(mdl.MODEL, MATRIX, MATRIX, MATRIX))
 def write_contacts(model: mdl.Model, cylinders: Array, friction: Array, touches: Array) -> None:
     """Write what the last contacts' forces left in their records as a sample's `Sampled`, but for impulses."""
-    rows, points, pairs = model.flexible.cylinders, model.flexible.contact_points, model.flexible.body_contacts
+    rows, points, pairs = model.cylinders, model.contact_points, model.body_contacts
     for k in range(cylinders.shape[0]):
         for i in range(6):
             cylinders[k, i] = rows[k].F[i]
@@ -129,10 +128,9 @@ def write_contacts(model: mdl.Model, cylinders: Array, friction: Array, touches:
 
 def forces_of(model: mdl.Model) -> tuple[Array, Array, Array, Array]:
     """Of the last forces: `cylinders`, `wrenches`, `touches` and `friction` of a sample, without impulses."""
-    f = model.flexible
-    cylinders, touches = np.zeros((f.cylinders.size, N_CYLINDER)), np.zeros((f.body_contacts.size, N_TOUCH))
+    cylinders, touches = np.zeros((model.cylinders.size, N_CYLINDER)), np.zeros((model.body_contacts.size, N_TOUCH))
     friction = np.zeros((rubbing_points(model), 3))
-    if f.cylinders.size or f.body_contacts.size:
+    if model.cylinders.size or model.body_contacts.size:
         write_contacts(model, cylinders, friction, touches)
     touches[:, TOUCHED] = np.nan
     return cylinders, model.bodies["F"].copy(), touches, friction
@@ -155,12 +153,12 @@ def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
     found["loads"], found["drives"] = accounts[:, mdl.LOAD], accounts[:, mdl.DRIVE]
     found["spools"], found["released"] = accounts[:, mdl.SPOOL], accounts[:, mdl.RELEASE]
     found["by_springs"] = accounts[:, mdl.DISSIPATED]
-    if model.flexible.beams.size or model.flexible.rods.size:
+    if model.beams.size or model.rods.size:
         causes = accounts[:, mdl.N_ACCOUNTS :]
         found["by_mass"], found["by_stiffness"] = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
         found["by_contact"], found["by_joints"] = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]
         found["by_springs"] -= causes[:, : mdl.IMPULSE].sum(axis=1)
-    found["by_friction"] = y[:, model.flexible.hinges["account"] + mdl.BY_FRICTION].sum(axis=1)
+    found["by_friction"] = y[:, model.hinges["account"] + mdl.BY_FRICTION].sum(axis=1)
     if model.info.rubbed >= 0:
         found["by_friction"] += y[:, int(model.info.rubbed)]
     found["by_springs"] -= found["by_friction"]
@@ -174,7 +172,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     -----
     Energies of penalties and hinges stand in `coupled`. Normal impulses are those that the method integrates.
     """
-    model, f = assembly.model, assembly.model.flexible
+    model = assembly.model
     y, s = np.ascontiguousarray(y), np.ascontiguousarray(s)
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     found = empty(model, t.size)
@@ -187,23 +185,23 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
         found.acceleration[k] = dy[n_q : n_q + n_v]
         found.cylinders[k], found.wrenches[k], found.touches[k], found.friction[k] = forces_of(model)
         found.balance.contact[k] = found.cylinders[k, :, 9].sum() + found.touches[k, :, 17].sum()
-        found.la[k], coupled = joint.penalty_values(t[k], s[k], f.joints)
+        found.la[k], coupled = joint.penalty_values(t[k], s[k], model.joints)
         found.la[k, model.rows["index"][rows]] = model.la[rows]
-        if f.beams.size:
+        if model.beams.size:
             own[:] = 0.0
-            beam_energies(y[k], 0, f.elements.size, model, own)
+            beam_energies(y[k], 0, model.elements.size, model, own)
             found.balance.bending[k] = own[2]
-        if f.rods.size:
+        if model.rods.size:
             own[:] = 0.0
             evaluate_rods(model, own)
             found.balance.bending[k] += own[2]
-        if f.hinges.size:
+        if model.hinges.size:
             coupled += hinge.add_hinges(t[k], y[k], mdl.KEPT, s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled
         found.balance.elastic[k] -= coupled
-    if f.cylinders.size:
+    if model.cylinders.size:
         first = n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE
-        found.cylinders[:, :, 7] = y[:, first : first + f.cylinders.size]
+        found.cylinders[:, :, 7] = y[:, first : first + model.cylinders.size]
     return found
 
 
@@ -211,7 +209,7 @@ def bristles(model: mdl.Model) -> Array:
     """Indices of the accounts that are states: forces of frictions of coordinates, and deflections of contacts'."""
     last = int(model.info.ny)
     first = int(model.info.rubbed) + 1 if model.info.rubbed >= 0 else last
-    return np.concatenate([model.flexible.hinges["account"] + mdl.FRICTION_FORCE, np.arange(first, last)]).astype(int)
+    return np.concatenate([model.hinges["account"] + mdl.FRICTION_FORCE, np.arange(first, last)]).astype(int)
 
 
 def angular_momentum(sums: Array) -> Array:

@@ -65,11 +65,11 @@ class Search:
 
     def _state(self) -> tuple[Array, Array, Array, Array]:
         b = self.work.balance
-        return b.y.copy(), b.la.copy(), b.before.copy(), self.work.model.flexible.switches.copy()
+        return b.y.copy(), b.la.copy(), b.before.copy(), self.work.model.switches.copy()
 
     def _back(self, state: tuple[Array, Array, Array, Array]) -> None:
         b = self.work.balance
-        b.y[:], b.la[:], b.before[:], self.work.model.flexible.switches[:] = state
+        b.y[:], b.la[:], b.before[:], self.work.model.switches[:] = state
 
     def _turned_over(self, before: Array) -> bool:
         """Whether a beam's slope points against where it was, or a node of a rod has turned by a right angle."""
@@ -81,14 +81,14 @@ class Search:
     def _store_point(self, factor: float) -> None:
         """Accept the state, and keep it as a point of the path."""
         w = self.work
-        b, f, energies = w.balance, w.model.flexible, np.zeros(5)
+        b, model, energies = w.balance, w.model, np.zeros(5)
         eq.accept(w.time, w.model, b, energies)
         b.loop.factor = self.reached = factor
         self.worst = min(self.worst, float(b.loop.quality))
         forces = forces_of(w.model)
         y = b.y.copy()
         add_turn(w.model, b.spin * math.sqrt(max(factor, 0.0)), y)
-        self.kept.append((factor, y, f.switches.copy(), b.la.copy(), energies, f.P.copy(), *forces))
+        self.kept.append((factor, y, model.switches.copy(), b.la.copy(), energies, model.P.copy(), *forces))
         self.marks.append(len(self.newton))
         if self.progress is not None:
             self.progress(factor)
@@ -97,8 +97,8 @@ class Search:
         """Keep the state that the search began with, where nothing was kept; what was not computed is NaN."""
         if not self.kept:
             w = self.work
-            n_c, n_b = w.model.flexible.cylinders.size, w.model.bodies.size
-            n_t = w.model.flexible.body_contacts.size
+            n_c, n_b = w.model.cylinders.size, w.model.bodies.size
+            n_t = w.model.body_contacts.size
             shapes = (n_c, N_CYLINDER), (n_b, 6), (n_t, N_TOUCH), (rubbing_points(w.model), 3)
             rows = [np.full(shape, np.nan) for shape in shapes]
             unknown = np.full(w.n_j, np.nan), np.full(len(eb.ENERGIES), np.nan), np.full(w.n_v, np.nan)
@@ -157,7 +157,7 @@ class Search:
 
         def falling_at(point: int) -> int:
             _, y, switches, la, *_ = self.kept[point]
-            b.y[: w.n_q], b.la[:], w.model.flexible.switches[:] = y[: w.n_q], la, switches
+            b.y[: w.n_q], b.la[:], w.model.switches[:] = y[: w.n_q], la, switches
             eq.unbalance(w.time, w.step, self.kept[point][0], 1.0, w.model, b, b.r)
             return w.falling_directions()
 
@@ -373,7 +373,7 @@ class Search:
         found = []
         for name, (family, index) in names.items():
             if family == "beam_loads":
-                row = model.flexible.beam_loads[index]
+                row = model.beam_loads[index]
                 acts = row["value"] != 0.0 and row["start"] <= w.time < row["end"]
                 target = ("beams", int(row["beam"]))
             elif family == "loads" and model.loads["kind"][index] >= loads.AT_MARKER:

@@ -113,7 +113,7 @@ def _vector(name: str, value: Any) -> Array:
 def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     """A copy of a model for statics: driven bodies and spools stand where they are at `time`, ramps are over."""
     copy = model.copy()
-    flexible = copy.flexible
+    flexible = copy
     stand_still(copy, time)
     end_ramps(copy)
     contact.clear_history(copy)
@@ -129,12 +129,12 @@ class Work:
         self.assembly, self.time = assembly, float(time)
         self.model = model = at_rest(assembly.model, time)
         self.n_q, self.n_v = int(model.info.nq), int(model.info.nv)
-        self.n_j = model.flexible.joints.size
+        self.n_j = model.joints.size
         if self.n_v == 0:
             raise InputError("nothing in the system can move")
         self.matrix = matrix_of(model, spare=spare_of(model))
         n_u = self.n_v + self.n_j
-        rubs = [np.any(rows["friction"] > 0.0) for rows in (model.flexible.cylinders, model.flexible.body_contacts)]
+        rubs = [np.any(rows["friction"] > 0.0) for rows in (model.cylinders, model.body_contacts)]
         self.step = 1.0 if any(rubs) else -1.0
         self.redundancy: redundancy.Redundancy | None = None
         start = np.array(assembly.y if y is None else y, dtype=float)
@@ -147,7 +147,7 @@ class Work:
         #: Indices in the state of all slopes of beams, (n, 3).
         self.slopes = indices(model.blocks[model.blocks["kind"] == SLOPE], "iq")
         nodes = of_part(
-            model, "bodies", [b for k in range(model.flexible.rods.size) for b in bodies_of(model, "rods", k)]
+            model, "bodies", [b for k in range(model.rods.size) for b in bodies_of(model, "rods", k)]
         )
         #: Indices in the state of the quaternions of all nodes of rods, (n, 4).
         self.turns = indices(nodes[nodes["kind"] == ROTATION], "iq", 4)
@@ -171,15 +171,15 @@ class Work:
             **unknowns,
             **moves,
         )
-        model.flexible.switches[:] = assembly.s
+        model.switches[:] = assembly.s
         needs.load(model, eq.balance, eq.relax, eq.follow, eq.probe, eq.accept, write_contacts)
         # friction is that of displacements from here on
         b = self.balance
         residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
         self._check_wheels()
-        if model.flexible.cylinders.size:
+        if model.cylinders.size:
             contact.end_points(b.y, model)
-        if model.flexible.body_contacts.size:
+        if model.body_contacts.size:
             body_contact.end_bodies(model)
 
     def _check_wheels(self) -> None:
@@ -209,7 +209,7 @@ class Work:
         self.redundancy = redundancy.allow(own, self.matrix, b.weight, mass, self.time, b.y)
         self.probe(1.0)
         length = self.redundancy.length
-        load = float(np.max(np.abs(model.flexible.P) * b.weight, initial=0.0))
+        load = float(np.max(np.abs(model.P) * b.weight, initial=0.0))
         energy = max(float(b.loop.stiffest), load) or mass * length**2
         info = model.info
         info.compliance = _STATIC_COMPLIANCE / self.redundancy.compliance * length**2 / energy
@@ -260,7 +260,7 @@ class Work:
         soft beside its extension, which leaves no digits for the latter.
         """
         whole = self.tangent(0.0, 0.0)
-        joints = self.model.flexible.joints
+        joints = self.model.joints
         held = [k for k in range(self.n_j) if joints["stiffness"][k] == 0.0 and self.time <= joints["until"][k]]
         G = whole[self.n_v :, : self.n_v][held]
         K = whole[: self.n_v, : self.n_v]
@@ -379,7 +379,7 @@ def spare_of(model: mdl.Model) -> int:
     bodies = int(np.sum(model.bodies["motion"] != rigid.DRIVEN))
     points, wheels = int(np.sum(model.points["mass"] > 0.0)), model.wheels.size
     points += int(np.sum(model.threads["n"]))
-    return min(6 * (model.flexible.beams.size + bodies) + 3 * points + wheels, MOST_DEFERRED)
+    return min(6 * (model.beams.size + bodies) + 3 * points + wheels, MOST_DEFERRED)
 
 
 def sparse_of(matrix: SparseBlocks) -> sparse.csr_matrix:
@@ -400,7 +400,7 @@ def add_turn(model: mdl.Model, spin: Array, y: Array) -> None:
     w, c = spin[:3], spin[3:]
     if not np.any(w):
         return
-    for block in model.blocks[~idle(model, model.flexible.switches)]:
+    for block in model.blocks[~idle(model, model.switches)]:
         q, v, b = int(block["iq"]), int(block["iv"]), block["owner"]
         if block["kind"] == POSITION:
             y[v : v + 3] = np.cross(w, y[q : q + 3] - c)

@@ -48,14 +48,14 @@ def stand_still(model: mdl.Model, time: float) -> None:
 
 def end_ramps(model: mdl.Model) -> None:
     """Let all loads of a model act as after their ramps."""
-    model.flexible.beam_loads["ramp"] = 0.0
+    model.beam_loads["ramp"] = 0.0
     for load in model.loads[(model.loads["kind"] >= loads.AT_MARKER) | (model.loads["kind"] == loads.NODE)]:
         model.parameters[load["first"] + loads.RAMP] = 0.0
 
 
 def idle_nodes(model: mdl.Model) -> Array:
     """Velocities, counted from the first, of nodes on their spools and of nodes that are fixed to another part."""
-    own = model.blocks[idle(model, model.flexible.switches)]
+    own = model.blocks[idle(model, model.switches)]
     return np.asarray(indices(own, "iv") - int(model.info.nq)).ravel()
 
 

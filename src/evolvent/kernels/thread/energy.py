@@ -106,10 +106,10 @@ def wound_inventory(s, model, p, out):
 def add_thread_energies(t, y, model, out):
     """out : (2,) += kinetic and elastic energy of all threads under an implicit method, J, after `kinematics`."""
     sums = model.sums[0]
-    reels(t, y, model.flexible.switches, model)
+    reels(t, y, model.switches, model)
     for i in range(sums.size):
         sums[i] = 0.0
     for p in range(model.threads.size):
-        thread_inventory(y, model.flexible.switches, model, p, sums)
+        thread_inventory(y, model.switches, model, p, sums)
     out[0] += sums[KINETIC]
     out[1] += sums[ELASTIC]

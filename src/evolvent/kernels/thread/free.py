@@ -50,7 +50,7 @@ def hold_spools(t, y, model):
     A spool that slips sticks when its rate changes sign, without a limit of the torque in that evaluation: Newton's
     method would otherwise alternate between the two senses of slip.
     """
-    threads, s = model.threads, model.flexible.switches
+    threads, s = model.threads, model.switches
     for p in range(threads.size):
         if threads[p].drive != FREE_SPOOL:
             continue
@@ -77,7 +77,7 @@ def add_spool_residual(y, a, model, r):
         k, copies = threads[p].spool_v - n_q, float(threads[p].copies)
         nx, ny, nz = spool_direction(threads, bodies, p)
         turning = a[k] + acceleration_about(bodies, threads[p].body, nx, ny, nz)
-        torque = threads[p].r * held_tension(model.flexible.switches, model, p)
+        torque = threads[p].r * held_tension(model.switches, model, p)
         torque += threads[p].motor + threads[p].friction
         r[k] = copies * (threads[p].spool * turning - torque)
         lost -= copies * threads[p].friction * y[threads[p].spool_v]
@@ -87,8 +87,8 @@ def add_spool_residual(y, a, model, r):
 @indirect(void(REAL, VECTOR, REAL, REAL, REAL, types.int64, MODEL, SPARSE))
 def add_spool_tangent(t, y, c_mass, c_rate, along, p, model, matrix):
     """Tangent of free spool p; along : N/m, stiffness of the segment at the spool, 0 where it is slack."""
-    threads, bodies, f, n_q = model.threads, model.bodies, model.flexible, model.info.nq
-    s, k, copies = f.switches, threads[p].spool_v - n_q, float(threads[p].copies)
+    threads, bodies, n_q = model.threads, model.bodies, model.info.nq
+    s, k, copies = model.switches, threads[p].spool_v - n_q, float(threads[p].copies)
     phi, rate, S = y[threads[p].spool_q], y[threads[p].spool_v], threads[p].spool
     own = c_mass * S + c_rate * threads[p].spool_viscous
     own += threads[p].coiling * held_tension(s, model, p)
@@ -120,9 +120,9 @@ def add_spool_tangent(t, y, c_mass, c_rate, along, p, model, matrix):
 @inlined
 def add_boundary(y, slope, p, model, matrix):
     """Couple free spool p with both ends of its segment; slope : N, derivative of the tension by the angle."""
-    threads, f, n_q = model.threads, model.flexible, model.info.nq
-    s, k, copies = f.switches, threads[p].spool_v - n_q, float(threads[p].copies)
-    Ja, Jb = f.J[0], f.J[1]
+    threads, n_q = model.threads, model.info.nq
+    s, k, copies = model.switches, threads[p].spool_v - n_q, float(threads[p].copies)
+    Ja, Jb = model.J[0], model.J[1]
     dx, dy, dz, _, _, _ = segment_vector(y, s, p, s[p] - 1, model)
     a, n, b, m = segment_columns(p, s[p] - 1, s, model, Ja, Jb)
     length = math.sqrt(dx * dx + dy * dy + dz * dz)

@@ -37,8 +37,8 @@ def add_thread_residual(t, y, a, step, model, F):
     -------
     dissipated, given, spools : float, W, powers taken by damping and friction, given by loads on threads, by the spools
     """
-    bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
-    n_q, s = model.info.nq, f.switches
+    bodies, threads, nodes = model.bodies, model.threads, model.nodes
+    n_q, s = model.info.nq, model.switches
     for b in range(bodies.size):  # masses of threads alone
         bodies[b].J = 0.0
         for i in range(6):
@@ -60,7 +60,7 @@ def add_thread_residual(t, y, a, step, model, F):
                 F[c - n_q] = m * (a[c - n_q] - (dy[c] if i < s[p] else 0.0))
                 if is_end(threads, p, i):  # these coordinates stand still
                     F[c - n_q] = a[c - n_q]
-    f.strands[nodes.size, 0] = t
+    model.strands[nodes.size, 0] = t
     for b in range(bodies.size):
         _add_inertia(a, n_q, bodies, b, F)
     dissipated += add_spool_residual(y, a, model, F)
@@ -78,7 +78,7 @@ def is_loaded(model):
 @inlined
 def add_forces(t, y, h, loaded, model, dy):
     """Accelerations of all threads' nodes into dy, and pulls on what they end at; powers taken, given, of spools, W."""
-    threads, s, dissipated, given, spools = model.threads, model.flexible.switches, 0.0, 0.0, 0.0
+    threads, s, dissipated, given, spools = model.threads, model.switches, 0.0, 0.0, 0.0
     for p in range(threads.size):
         if loaded:
             spring_points(y, s, threads, model.nodes, p)
@@ -101,7 +101,7 @@ def _note_segments(t, y, step, model, p):
     fixed length (Magisano, Leonetti & Garcea, 2017). Where segments go slack, or the length at the spool is unknown,
     that is c (e . d - rest) of the vector d along the last direction e, and none of a slack segment.
     """
-    threads, nodes, s, strands = model.threads, model.nodes, model.flexible.switches, model.flexible.strands
+    threads, nodes, s, strands = model.threads, model.nodes, model.switches, model.strands
     before = strands[nodes.size, 0]
     for i in range(s[p]):
         row, T, inner = strands[threads[p].node + i], nodes[threads[p].node + i].tension, i < s[p] - 1
@@ -156,16 +156,16 @@ def _add_inertia(a, n_q, bodies, b, F):
 @indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
 def add_thread_tangent(y, c_mass, c_rate, model, matrix):
     """Add threads to a tangent; how the inertial forces of wound mass change is left out."""
-    bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
-    n_q, s, K = model.info.nq, f.switches, f.K12
+    bodies, threads, nodes = model.bodies, model.threads, model.nodes
+    n_q, s, K = model.info.nq, model.switches, model.K12
     add_node_masses(c_mass, model, matrix)
     add_segment_tangents(y, 0.0, c_rate, model, matrix)
     for p in range(threads.size):
         if threads[p].drive == FREE_SPOOL:
             along = segment_slope(0.0, c_rate, p, max(s[p] - 1, 0), model)
-            add_spool_tangent(f.strands[nodes.size, 0], y, c_mass, c_rate, along, p, model, matrix)
+            add_spool_tangent(model.strands[nodes.size, 0], y, c_mass, c_rate, along, p, model, matrix)
     if model.loads.size > 0 or model.fields.size > 0:
-        add_node_load_tangents(f.strands[nodes.size, 0], c_rate, model, matrix)
+        add_node_load_tangents(model.strands[nodes.size, 0], c_rate, model, matrix)
     for b in range(bodies.size):
         at = bodies[b].iv - n_q
         if bodies[b].motion == rigid.SPIN:
@@ -188,7 +188,7 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
 @inlined
 def add_node_masses(c_mass, model, matrix):
     """c_mass times the masses of nodes; without masses, in statics, coordinates that no force moves are held."""
-    threads, s = model.threads, model.flexible.switches
+    threads, s = model.threads, model.switches
     for p in range(threads.size):
         for i in range(threads[p].n):
             at, mass = threads[p].iv + 3 * i - model.info.nq, model.nodes[threads[p].node + i].mass
@@ -202,7 +202,7 @@ def add_node_masses(c_mass, model, matrix):
 @inlined
 def add_segment_tangents(y, h, c_rate, model, matrix):
     """Tangents of all segments; of a state with the tensions that `_note_segments` gives them."""
-    threads, nodes, strands, s = model.threads, model.nodes, model.flexible.strands, model.flexible.switches
+    threads, nodes, strands, s = model.threads, model.nodes, model.strands, model.switches
     for p in range(threads.size):
         for i in range(segment_count(s, threads, p)):
             k = threads[p].node + i

@@ -118,8 +118,8 @@ def add_node_load_tangents(t, c_rate, model, matrix):
 
     Left out is how light follows the direction of a thread, and what the end of a thread on a body or a point changes.
     """
-    threads, nodes, loads, n_q, s = model.threads, model.nodes, model.loads, model.info.nq, model.flexible.switches
-    e, x, v, A = model.scratch[0], model.scratch[1], model.scratch[2], model.flexible.K12
+    threads, nodes, loads, n_q, s = model.threads, model.nodes, model.loads, model.info.nq, model.switches
+    e, x, v, A = model.scratch[0], model.scratch[1], model.scratch[2], model.K12
     for p in range(threads.size):
         for i in range(1 if is_end(threads, p, 0) else 0, s[p]):
             k, at = threads[p].node + i, threads[p].iv + 3 * i - n_q
@@ -138,8 +138,8 @@ def add_node_load_tangents(t, c_rate, model, matrix):
 def _add_node_load(t, c_rate, a, p, at, share, model, matrix):
     """Add what load a changes on a node of thread p, whose state is noted in model.scratch."""
     loads, bodies, body = model.loads, model.bodies, model.threads[p].body
-    e, x, v, A, J = model.scratch[0], model.scratch[1], model.scratch[2], model.flexible.K12, model.flexible.J[0]
-    q, R, local = model.parameters[loads[a].first : loads[a].last], bodies[body].R, model.flexible.e[2]
+    e, x, v, A, J = model.scratch[0], model.scratch[1], model.scratch[2], model.K12, model.J[0]
+    q, R, local = model.parameters[loads[a].first : loads[a].last], bodies[body].R, model.e[2]
     turns = loads[a].kind != LAW and q[FRAME] != 0.0
     if loads[a].law != 0:
         if loads[a].kind == NODE:

@@ -270,8 +270,8 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
     As of `springs.spring_tangents`: T/l + (along - T/l) n m^T, n along the force, m at the end of the step. The body of
     the reel carries all copies.
     """
-    threads, nodes, s, f = model.threads, model.nodes, model.flexible.switches, model.flexible
-    K, X, k = f.K12, threads[p].X, threads[p].node + i
+    threads, nodes, s = model.threads, model.nodes, model.switches
+    K, X, k = model.K12, threads[p].X, threads[p].node + i
     ex, ey, ez, _, _, _ = segment_vector(y, s, p, i, model)
     length = math.sqrt(ex * ex + ey * ey + ez * ez)
     if h != 0.0:
@@ -294,7 +294,7 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
         add_block(matrix, outer, inner, K, 0, 0, 3, 3, -1.0)
         add_block(matrix, inner, outer, K, 0, 0, 3, 3, -1.0)
         return
-    Ja, Jb, copies = f.J[0], f.J[1], float(threads[p].copies) if whole else 1.0
+    Ja, Jb, copies = model.J[0], model.J[1], float(threads[p].copies) if whole else 1.0
     a, na, b, nb = segment_columns(p, i, s, model, Ja, Jb)
     add_product(matrix, a, na, Ja, K, 0, 0, a, na, Ja, 1.0)
     add_product(matrix, a, na, Ja, K, 0, 0, b, nb, Jb, -1.0)

@@ -28,7 +28,7 @@ _I = types.int64
 @indirect(void(_I, REAL, VECTOR, MODEL))
 def measure_threads(end, t, y, model):
     """Lengths of all segments and rates of spools at the start (0) or the end (1) of a step, after `kinematics`."""
-    threads, bodies, s = model.threads, model.bodies, model.flexible.switches
+    threads, bodies, s = model.threads, model.bodies, model.switches
     reels(t, y, s, model)
     measure_segments(end, y, s, model)
     if end == 0:
@@ -55,7 +55,7 @@ def measure_threads(end, t, y, model):
 @inlined
 def ring_inertia(p, model):
     """Inertia of the carried thread on spool p about the spool's axis, of all copies, kg m2."""
-    threads, s = model.threads, model.flexible.switches
+    threads, s = model.threads, model.switches
     r = ring_radius(threads, p, threads[p].n - s[p])
     return threads[p].carried * threads[p].copies * wound_mass(s, threads, model.nodes, p) * r * r
 
@@ -104,7 +104,7 @@ def note_carried(model):
         if threads[p].carried == 0:
             continue
         b, n, r, Q, Z = threads[p].body, threads[p].chord, threads[p].radius, threads[p].departure, threads[p].normal
-        m = threads[p].copies * wound_mass(model.flexible.switches, threads, nodes, p)
+        m = threads[p].copies * wound_mass(model.switches, threads, nodes, p)
         _add_mass(bodies, b, m, Q[0] - r * Z[0], Q[1] - r * Z[1], Q[2] - r * Z[2])
         across = 0.5 * ring_inertia(p, model)
         for i in range(3):
@@ -149,7 +149,7 @@ def add_thread_step(t, h, y, v0, v1, model, F):
     dissipated, given, spools, driven : float, W, as of `implicit.add_thread_residual`, means over the step, and what
         drives bodies against the inertia of threads
     """
-    bodies, threads, nodes, s, n_q = model.bodies, model.threads, model.nodes, model.flexible.switches, model.info.nq
+    bodies, threads, nodes, s, n_q = model.bodies, model.threads, model.nodes, model.switches, model.info.nq
     gravity, dy, given, driven = model.info.gravity, model.dy[0], 0.0, 0.0
     reels(t, y, s, model)
     for p in range(threads.size):
@@ -215,7 +215,7 @@ def add_thread_step_tangent(t, y, h, c_mass, c_rate, model, matrix):
     add_segment_tangents(y, h, c_rate, model, matrix)
     for p in range(model.threads.size):
         if model.threads[p].drive == FREE_SPOOL:
-            along = segment_slope(h, c_rate, p, max(model.flexible.switches[p] - 1, 0), model)
+            along = segment_slope(h, c_rate, p, max(model.switches[p] - 1, 0), model)
             add_spool_tangent(t, y, c_mass, c_rate, along, p, model, matrix)
     if model.loads.size > 0 or model.fields.size > 0:
         add_node_load_tangents(t, c_rate, model, matrix)

@@ -81,7 +81,7 @@ def _observe_shape(part: Any, name: str, nodes: Array, rates: Array, axes: Array
 
 def add_sections(view: View, index: int, fields: str, found: Observed) -> None:
     """Add fields of the records of a beam's elements that are results, at two points of each or in its middle."""
-    row = view.model.flexible.beams[index]
+    row = view.model.beams[index]
     own = slice(int(row["first_element"]), int(row["first_element"] + row["elements"]))
     for field in fields.split():
         name, unit, text = RESULTS["elements"][field]

@@ -15,7 +15,7 @@ from evolvent.solvers.sampled import TOUCHED
 
 def observe_body_contact(view: View, name: str) -> Observed:
     """Resultant force and moments of a contact between bodies, its impulse and energy, and the forces of its points."""
-    index, rows = view.index(name), view.model.flexible.body_contacts
+    index, rows = view.index(name), view.model.body_contacts
     mine = np.flatnonzero(rows["first"] == index)
     touches = view.solution.sampled.touches
     values, found = touches[:, mine], Observed()
@@ -53,7 +53,7 @@ def _drawn(view: View, name: str) -> list[dict[str, Any]]:
     part, found = view.part(name), []
     if hasattr(part, "beams"):
         return [{"surface": {"body": part.body, "solids": [_solid(view, name)]}}]
-    rows = view.model.flexible.body_contacts
+    rows = view.model.body_contacts
     row = rows[view.index(name)]
     for key in ("a", "b"):
         shape, body = getattr(part, f"shape_{key}", None), int(row[key])
@@ -75,7 +75,7 @@ def _drawn(view: View, name: str) -> list[dict[str, Any]]:
 
 def _solid(view: View, name: str) -> dict[str, Any]:
     """The surface that rods touch."""
-    row = view.model.flexible.body_contacts[view.index(name)]
+    row = view.model.body_contacts[view.index(name)]
     centre, axis = row["place_b"].tolist(), row["axis_b"].tolist()
     if row["surface"] == surfaces.PLANE:
         return disc(view.part(name).size, centre, axis)

@@ -19,7 +19,7 @@ def observe_contact(view: View, name: str) -> Observed:
     """Resultant force and moment of a contact, its normal force, impulse and energy, and the forces of its points."""
     index = view.index(name)
     found, values = Observed(), view.solution.cylinders[:, index]
-    row, flexible = view.model.flexible.cylinders[index], view.model.flexible
+    row, model = view.model.cylinders[index], view.model
     found.vector("force", -values[:, 0:3], "N", "resultant of the surface on the beams, inertial axes")
     text = "moment of the surface on the beams about the origin of the surface's body, inertial axes"
     found.vector("moment", -values[:, 3:6], "N m", text)
@@ -35,7 +35,7 @@ def observe_contact(view: View, name: str) -> Observed:
     found.along(name_of, "contact_point", view.point_forces[:, inside], unit, text)
     name_of, *words = RESULTS["contact_points"]["apart"]
     found.along(name_of, "contact_point", fields["apart"][:, inside], *words)
-    points, beams, elements = flexible.contact_points[inside], flexible.beams, flexible.elements
+    points, beams, elements = model.contact_points[inside], model.beams, model.elements
     owner = elements["beam"][points["element"]]
     length, S = elements["length"][points["element"]], points["S"]
     before = np.cumsum(elements["length"]) - elements["length"]  # of all elements of all beams

@@ -54,7 +54,7 @@ def _since(view: View, account: int) -> Array:
 def observe_coordinate(view: View, name: str) -> Observed:
     """Angle or travel, rate, torque or force, energies and latch of a spring on the coordinate of a joint."""
     index, found = view.index(name), Observed()
-    row = view.model.flexible.hinges[index]
+    row = view.model.hinges[index]
     account, rubs = int(row["account"]), row["friction"] > 0.0
     parts = "spring, damper, friction, stops and latch" if rubs else "spring, damper, stops and latch"
     _add(view, found, "hinges", index, row, "angle rate torque stored lost", parts=parts)
@@ -78,7 +78,7 @@ def observe_coordinate(view: View, name: str) -> Observed:
 
 def _observe_latch(view: View, index: int, caught: bool, found: Observed) -> None:
     """Torque or force of a latch, its peak, and the energy that it dissipates."""
-    row = view.model.flexible.hinges[index]
+    row = view.model.hinges[index]
     _add(view, found, "hinges", index, row, "latch_torque")
     peak, rate = (np.full(view.t.size, float(row[key]) if caught else math.nan) for key in ("peak", "caught"))
     text = _worded(row, "largest absolute torque in the latch over all steps")
@@ -95,15 +95,15 @@ def latch_time(view: View, index: int) -> float:
     events = solution.event_times[solution.event_kinds == first_latch(view.model) + index]
     if events.size:
         return float(events[0])
-    locked = view.t.size > 0 and view.s[0, int(view.model.flexible.hinges["switch"][index]) + 1] != 0
+    locked = view.t.size > 0 and view.s[0, int(view.model.hinges["switch"][index]) + 1] != 0
     return float(view.t[0]) if locked else math.nan
 
 
 def observe_motor(view: View, name: str) -> Observed:
     """Torque or force, power and work of a motor, and the error of its coordinate against the reference."""
     index, found = view.index(name), Observed()
-    motor = view.model.flexible.motors[index]
-    row = view.model.flexible.hinges[int(motor["hinge"])]
+    motor = view.model.motors[index]
+    row = view.model.hinges[int(motor["hinge"])]
     _add(view, found, "motors", index, row, "coordinate rate torque power")
     if math.isfinite(motor["latest"]) or motor["event"] != -1:
         _add(view, found, "motors", index, row, "on")
@@ -119,14 +119,14 @@ def observe_motor(view: View, name: str) -> Observed:
 
 def observe_synchronization(view: View, name: str) -> Observed:
     """Stretches and torques of the cable loops, their energy, and what they have dissipated."""
-    f, found, first = view.model.flexible, Observed(), view.index(name)
+    model, found, first = view.model, Observed(), view.index(name)
     loops = slice(first, first + len(view.part(name).hinges) - 1)
-    row = f.hinges[int(f.synchronizations["a"][first])]
+    row = model.hinges[int(model.synchronizations["a"][first])]
     _add(view, found, "synchronizations", loops, row, "stretch torque")
     for field in ("energy", "lost"):
         key, unit, text = RESULTS["synchronizations"][field]
         found.scalar(key, view.fields["synchronizations"][field][:, loops].sum(axis=1), unit, text)
-    lost = np.sum([_since(view, int(account)) for account in f.synchronizations["account"][loops]], axis=0)
+    lost = np.sum([_since(view, int(account)) for account in model.synchronizations["account"][loops]], axis=0)
     found.scalar("damper_work", lost, "J", "energy that the loops have dissipated")
     found.plots = ["difference", _worded(row, "torque")]
     return found

@@ -10,7 +10,7 @@ from evolvent.results.observe.view import View
 
 def observe_custom(view: View, name: str) -> Observed:
     """Positions of the points, forces on them, energy and dissipated power of a custom force."""
-    row, found = view.model.flexible.custom_forces[view.index(name)], Observed()
+    row, found = view.model.custom_forces[view.index(name)], Observed()
     own = range(int(row["first_marker"]), int(row["first_marker"] + row["points"]))
     x, v = (np.stack(of, axis=1) for of in zip(*(view.marker(marker) for marker in own), strict=True))
     law = view.assembly.laws[int(row["law"])]

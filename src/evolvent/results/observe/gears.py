@@ -23,7 +23,7 @@ def observe_gear(view: View, name: str, row: Any, acts: Array) -> Observed:
     """
     found, index = Observed(), view.joint_rows[name][0]
     la, fields = view.solution.la[:, index], view.fields["joints"]
-    coordinates = view.model.flexible.gear_coordinates[int(row["first"]) : int(row["last"])]
+    coordinates = view.model.gear_coordinates[int(row["first"]) : int(row["last"])]
     for key, one in zip("ab", coordinates, strict=True):
         _, unit, what = _UNITS[int(one["kind"])]
         text = f"{what} of the gear on the coordinate of {key}, {getattr(view.part(name), key)}"

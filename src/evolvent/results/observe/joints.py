@@ -49,7 +49,7 @@ def acts(view: View, row: Any) -> Array:
 
 def reactions(view: View, rows: list[int]) -> Reaction:
     """Force and moment of joint rows on their second side, and their energy."""
-    fields, joints, position = view.fields["joints"], view.model.flexible.joints, np.full((view.t.size, 3), np.nan)
+    fields, joints, position = view.fields["joints"], view.model.joints, np.full((view.t.size, 3), np.nan)
     energy = np.zeros(view.t.size)
     for k in rows:
         if joints["kind"][k] != kernels.GEAR and not _holds_directions(joints[k]):
@@ -68,7 +68,7 @@ def _holds_directions(row: Any) -> bool:
 def observe_joint(view: View, name: str) -> Observed:
     """Reaction force and moment, angle or travel of a joint or of a prescribed motion."""
     part, rows, found = view.part(name), rows_of(view, name), Observed()
-    joints = view.model.flexible.joints
+    joints = view.model.joints
     if joints["kind"][rows[0]] == kernels.GEAR:
         return observe_gear(view, name, joints[rows[0]], acts(view, joints[rows[0]]))
     row, sign = joints[rows[0]], -1.0 if _is_turned_round(view, name) else 1.0
@@ -120,7 +120,7 @@ def observe_joint(view: View, name: str) -> Observed:
 
 def _coordinates(view: View, rows: list[int]) -> Iterator[Any]:
     """Rows of the family `hinges` of the travel and the angle of a screw joint."""
-    joints, coordinates = view.model.flexible.joints, view.model.flexible.gear_coordinates
+    joints, coordinates = view.model.joints, view.model.gear_coordinates
     gear = next(joints[k] for k in rows if joints["kind"][k] == kernels.GEAR)
     for one in coordinates[int(gear["first"]) : int(gear["last"])]:
         row = zeros("hinges", 1)
@@ -138,7 +138,7 @@ def _called(place: Any) -> str:
 
 def _is_turned_round(view: View, name: str) -> bool:
     """Whether a joint's rows have its ends the other way round: a body is always their first side."""
-    part, row = view.part(name), view.model.flexible.joints[rows_of(view, name)[0]]
+    part, row = view.part(name), view.model.joints[rows_of(view, name)[0]]
     if tuple(row["on"][:2]) != (sides.ON_BODY, sides.ON_COORDINATES) or getattr(part, "a", None) is None:
         return False
     if not isinstance(part.a, str):
@@ -153,7 +153,7 @@ def _wound(view: View, k: int) -> Array:
     -----
     With the free part s = sqrt(d^2 - r^2), d the end's distance from the circle's axis: (length - s)/r.
     """
-    row = view.model.flexible.joints[k]
+    row = view.model.joints[k]
     arm = view.fields["joints"]["u"][:, k, 1] - row["centre"]
     off = arm - (arm @ row["axis"])[:, None] * row["axis"]
     free = np.sqrt(np.maximum(dot(off, off) - row["radius"] ** 2, 0.0))
@@ -166,7 +166,7 @@ def revolute(view: View, rows: list[int]) -> tuple[Array, Array] | None:
     None where the second side has no direction that shows it, a cable whose own axis is that of the joint, and between
     beams.
     """
-    joints = view.model.flexible.joints
+    joints = view.model.joints
     held = [joints[k] for k in rows if joints["kind"][k] == kernels.DIRECTION]
     if any(row["on"][0] != sides.ON_BODY for row in held):
         return None

@@ -106,16 +106,16 @@ def strength_at(view: View, t: Array, start: float, end: float, ramp: float, at:
 
 def observe_beam_load(view: View, name: str) -> Observed:
     """Force at a beam's node, resultant force of a line load, or torque of one spread over the mass."""
-    found, row = Observed(), view.model.flexible.beam_loads[view.index(name)]
+    found, row = Observed(), view.model.beam_loads[view.index(name)]
     at = int(row["first"]) if row["law"] == 0 and row["last"] > row["first"] else -1
     times = (float(row["start"]), float(row["end"]), float(row["ramp"]))
     after, (vector, power) = strength(view, *times, at), fields_of(view, "beam_loads", view.index(name))
-    beam, (nodes, _) = view.model.flexible.beams[row["beam"]], view.nodes(int(row["beam"]))
-    follows, what = families.follows(view.model.flexible.beam_loads)[view.index(name)], "force"
+    beam, (nodes, _) = view.model.beams[row["beam"]], view.nodes(int(row["beam"]))
+    follows, what = families.follows(view.model.beam_loads)[view.index(name)], "force"
     along: Array | None = None
     if row["kind"] == beam_loads.LINE:
         own = slice(int(beam["first_element"]), int(beam["first_element"] + beam["elements"]))
-        place = mean_of(nodes, view.model.flexible.elements["length"][own])
+        place = mean_of(nodes, view.model.elements["length"][own])
         along = None if follows else dot(vector, place)
     elif row["kind"] == beam_loads.FIELD:
         place, what = np.broadcast_to(row["centre"], (view.t.size, 3)), "torque"

@@ -43,7 +43,7 @@ def observe_rod(view: View, name: str) -> Observed:
     found.along("velocity", "node", velocity, "m s-1", "velocities of the nodes, inertial axes")
     found.along("rate", "node", rate, "rad s-1", "angular velocities of the nodes' sections, inertial axes")
     found.scalar("tip_speed", norm(velocity[:, -1]), "m s-1", "speed of the tip in inertial space")
-    row, fields = view.model.flexible.rods[index], view.fields["rod_elements"]
+    row, fields = view.model.rods[index], view.fields["rod_elements"]
     own = slice(int(row["first_element"]), int(row["first_element"] + row["elements"]))
     found.results_along("rod_elements", fields, own, "element", (*_SUMS, "free"), "in the middle of each element")
     _observe_momenta(view, bodies, poses, found)

@@ -78,7 +78,7 @@ def _joint_seat(view: View, name: str, part: Any, side: int) -> Seat | None:
 def _point_row(view: View, name: str) -> Any:
     """The row of a joint that holds points; None of one that holds directions alone."""
     for k in view.joint_rows.get(name, []):
-        row = view.model.flexible.joints[k]
+        row = view.model.joints[k]
         if row["kind"] not in (joints.DIRECTION, joints.ANGLE, joints.GEAR):
             return row
     return None
@@ -86,7 +86,7 @@ def _point_row(view: View, name: str) -> Any:
 
 def _hinge_seat(view: View, name: str, part: Any) -> Seat | None:
     """Where a spring of a joint is: at its joint, at that between the same parts, or at its second end."""
-    row = view.model.flexible.hinges[view.index(name)]
+    row = view.model.hinges[view.index(name)]
     body, axis = int(row["body"]), np.array(row["axis"], dtype=float)
     if row["kind"] == axial.TRAVEL:
         return Seat(body, np.array(row["zero"]), axis)
@@ -110,7 +110,7 @@ def _hinge_seat(view: View, name: str, part: Any) -> Seat | None:
 
 def _node_of_slope(view: View, iq: int) -> Array:
     """Position (nt, 3) of the node of a beam that has the slope with the coordinate iq."""
-    beams = view.model.flexible.beams
+    beams = view.model.beams
     row = beams[np.flatnonzero((beams["iq"] >= 0) & (beams["iq"] <= iq))[-1]]
     node = 3 * NODE_VECTORS[int(row["kind"])]
     return view.coordinates(iq - (iq - int(row["iq"])) % node)
@@ -267,9 +267,9 @@ def _add_cable(view: View, found: Observed, seats: list[Seat], text: str) -> Non
 
 def _gear(view: View, name: str, found: Observed) -> None:
     """Wheels as circles with spokes, that turn with what they are on; a belt between pulleys and between travels."""
-    part, f = view.part(name), view.model.flexible
-    row = f.joints[view.joint_rows[name][0]]
-    rows = f.gear_coordinates[int(row["first"]) : int(row["last"])]
+    part, model = view.part(name), view.model
+    row = model.joints[view.joint_rows[name][0]]
+    rows = model.gear_coordinates[int(row["first"]) : int(row["last"])]
     start, seats, axes = view.initial, [], []
     for key, one in zip("ab", rows, strict=True):
         where, other = getattr(part, key), int(one["other"])

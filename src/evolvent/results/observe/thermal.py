@@ -16,7 +16,7 @@ def observe_thermal_load(view: View, name: str) -> Observed:
     load = view.part(name)
     beam = view.part(load.beam)
     found.results("thermal_loads", view.fields["thermal_loads"], index)
-    row, change = view.model.flexible.thermal_loads[index], view.fields["thermal_loads"]["change"][:, index]
+    row, change = view.model.thermal_loads[index], view.fields["thermal_loads"]["change"][:, index]
     text, where = "change of temperature", "of each element" if row["rod"] >= 0 else "at two points of each element"
     arc = 0.5 * (beam.arc[1:] + beam.arc[:-1]) if row["rod"] >= 0 else section_arc(beam)
     factors = load.means(beam.arc / beam.length) if row["rod"] >= 0 else load.factor(arc / beam.length)
@@ -34,7 +34,7 @@ def observe_thermal_load(view: View, name: str) -> Observed:
 
 def _observe_rod(view: View, index: int, found: Observed) -> None:
     """Free strains of the elements of a rod."""
-    row = view.model.flexible.rods[index]
+    row = view.model.rods[index]
     own = slice(int(row["first_element"]), int(row["first_element"] + row["elements"]))
     free, where = view.fields["rod_elements"]["free"][:, own], "of each element"
     found.along("free_strain", "section", free[..., 0], "1", f"strain of the axis without stress {where}")

@@ -111,10 +111,9 @@ class View:
     def fields(self) -> dict[str, dict[str, Array]]:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
         model = self.solution.model.copy()
-        f = model.flexible
         if self.solution.path is not None:
             end_ramps(model)
-        la = np.ascontiguousarray(self.solution.la) if f.joints.size else np.zeros((self.t.size, 0))
+        la = np.ascontiguousarray(self.solution.la) if model.joints.size else np.zeros((self.t.size, 0))
         records = {name: families.records(model, name) for name in RESULTS}
         found = {
             name: {field: np.empty((self.t.size, *np.shape(rows[field]))) for field in RESULTS[name]}
@@ -200,14 +199,14 @@ class View:
 
     def nodes(self, index: int) -> tuple[Array, Array]:
         """Coordinates and rates of a beam's nodes: (nt, n + 1, vectors, 3), m and 1, m/s and 1/s."""
-        row = self.model.flexible.beams[index]
+        row = self.model.beams[index]
         n, k = int(row["nodes"]), NODE_VECTORS[int(row["kind"])]
         q, v = (self.coordinates(int(row[key]), 3 * k * n) for key in ("iq", "iv"))
         return q.reshape(-1, n, k, 3), v.reshape(-1, n, k, 3)
 
     def node_vectors(self, q: int) -> int:
         """Vectors of the node of a beam that has the coordinate q."""
-        beams = self.model.flexible.beams
+        beams = self.model.beams
         row = beams[np.flatnonzero((beams["iq"] >= 0) & (beams["iq"] <= q))[-1]]
         return NODE_VECTORS[int(row["kind"])]
 
@@ -235,14 +234,14 @@ class View:
 
     def beam_sums(self, index: int) -> BeamSums:
         """Energies and momenta of a beam, as the solvers count them."""
-        row = self.model.flexible.beams[index]
+        row = self.model.beams[index]
         first = int(row["first_element"])
         last = first + int(row["elements"])
         out = np.zeros((self.t.size, 9))
         for y, values in zip(self.y, out, strict=True):
             flexible.beam_energies(y, first, last, self.model, values[:3])
             flexible.beam_momenta(y, first, last, self.model, values[3:6], values[6:])
-        for k in np.flatnonzero(self.model.flexible.thermal_loads["beam"] == index):
+        for k in np.flatnonzero(self.model.thermal_loads["beam"] == index):
             heated = heating.energies(self.model, int(k), self.t, self.y, self.load_factor)
             out[:, 1] += heated.elastic
             out[:, 2] += heated.bending
