@@ -27,7 +27,7 @@ from evolvent import parts, spring_law
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.drive import choose_step
+from evolvent.solvers.explicit_plan import choose_step
 from evolvent.solvers.observations import observe
 
 # The deployment of Tenenbaum (2014): see README.md of the project.

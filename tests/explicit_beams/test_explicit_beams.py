@@ -13,7 +13,7 @@ from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import joint, rigid
 from evolvent.solvers import solve
-from evolvent.solvers.drive import choose_step
+from evolvent.solvers.explicit_plan import choose_step
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.stability import fastest_mode
 from helpers import fitted_order, run
@@ -140,7 +140,7 @@ def test_account_of_everything_at_once(law: str) -> None:
     found = run(assembly, np.linspace(0.0, 0.5, 6), "rk4", step=2e-5)
     given = np.abs(found.accounts[-1, mdl.LOAD])
     assert given > 0.1
-    assert assembly.model.cylinders["touching"][0] > 0
+    assert assembly.model.contact_surfaces["touching"][0] > 0
     assert found.accounts[-1, mdl.RELEASE] < -1e-3 * given  # the strain of the pin that has let go
     assert np.abs(found.energy_defect).max() < 2e-4 * given
 

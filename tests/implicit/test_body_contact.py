@@ -106,7 +106,7 @@ def test_bodies(pair: str, mu: float, size: float) -> None:
 def test_beams(surface: str) -> None:
     assembly = on_surface(SURFACES[surface]).assemble()
     assert worst(moved(assembly, 1e-4), np.zeros(0), h=1e-6) < 1e-5
-    assert assembly.model.cylinders["touching"][0] > 1
+    assert assembly.model.contact_surfaces["touching"][0] > 1
 
 
 def tangent_error(system: System, most: float, move: Array) -> float:

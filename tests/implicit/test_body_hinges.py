@@ -191,7 +191,7 @@ def test_tangent_against_differences(a: str, b: str, rng: np.random.Generator) -
         system.add(parts.RotationalSpring(a=a, b=b, axis=(0.3, 1.0, -0.2), **given, **locked))
     equations: Equations = disturbed(system.assemble(), rng)
     model = equations.assembly.model
-    model.switches[model.hinges["switch"] + 1] = (1, 0)
+    model.switches[model.coordinates["switch"] + 1] = (1, 0)
     assert worst(equations, np.zeros(0)) < 1e-6
 
 

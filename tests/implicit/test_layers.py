@@ -52,7 +52,7 @@ def wound(pitch: float, *, count: int = 1, sense: int = 1, rise: float = 0.0, **
 def layer_forces(assembly: Assembly, y: Array, step: float = 0.0) -> tuple[Array, float]:
     """Generalised forces that layers put on the left of the equations, and their energy."""
     model = assembly.model
-    n_v, rows, found = int(model.info.nv), model.cylinders, []
+    n_v, rows, found = int(model.info.nv), model.contact_surfaces, []
     for stiffness in (STIFFNESS, 0.0):
         rows["stiffness"] = stiffness
         equations = Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0, step)
@@ -72,7 +72,7 @@ def test_gap_of_a_spiral(sense: int) -> None:
     over = np.arange(1, checks + 1) / checks * TURNS > 1.0
     assert np.all(np.isinf(gap[~over]))
     assert gap[over] == pytest.approx(0.0015 - THICK, abs=2e-5)
-    assert assembly.model.cylinders["touching"][0] == over.sum()
+    assert assembly.model.contact_surfaces["touching"][0] == over.sum()
 
 
 @pytest.mark.parametrize("sense", [1, -1])
@@ -80,7 +80,7 @@ def test_gap_of_neighbours(sense: int) -> None:
     """Three ribs wind over one another: each lies a third of the pitch above the next, from a third of a turn on."""
     assembly = wound(0.0045, count=3, sense=sense)
     start_step(assembly, assembly.y)
-    for row in assembly.model.cylinders:
+    for row in assembly.model.contact_surfaces:
         assert row["shift"] == pytest.approx(2.0 * np.pi / 3.0)
         gap = assembly.model.contact_points["gap"][row["first"] : row["last"]]
         over = np.arange(1, 2 * N + 1) / (2 * N) * TURNS > 1.0 / 3.0
@@ -91,7 +91,7 @@ def test_gap_of_neighbours(sense: int) -> None:
 def test_turns_side_by_side_do_not_touch() -> None:
     assembly = wound(0.0015, rise=0.02, width=0.03)
     start_step(assembly, assembly.y)
-    assert assembly.model.cylinders["touching"][0] == 0.0
+    assert assembly.model.contact_surfaces["touching"][0] == 0.0
 
 
 def moved(assembly: Assembly, rng: np.random.Generator, size: float = 1e-5) -> Array:
@@ -160,7 +160,7 @@ def test_tangent(friction: float, rng: np.random.Generator) -> None:
     own = slice(first, first + 6 * (N + 1))
     found, exact = [], []
     for stiffness in (STIFFNESS, 0.0):
-        model.cylinders["stiffness"] = stiffness
+        model.contact_surfaces["stiffness"] = stiffness
         equations = Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 50.0, step)
         matrix = matrix_of(model)
         equations.residual(np.zeros(n_v), np.zeros(0))
@@ -200,8 +200,8 @@ def test_a_pressed_coil_springs_apart_without_gaining() -> None:
     for step in (5e-4, 2.5e-4):
         assembly = wound(0.0015)
         solution = run(assembly, np.linspace(0.0, 0.5, 11), spectral_radius=1.0, step=step)
-        assert solution.cylinders[0, 0, 8] > 60.0
-        assert solution.cylinders[-1, 0, 8] == 0.0
+        assert solution.contact_surfaces[0, 0, 8] > 60.0
+        assert solution.contact_surfaces[-1, 0, 8] == 0.0
         gained.append(np.abs(solution.energy_defect).max() / layer_forces(assembly, assembly.y)[1])
     assert gained[0] < 0.01
     assert gained[1] < 0.3 * gained[0]
@@ -220,7 +220,7 @@ def test_stuck_turns_stay_stuck_where_the_coil_turns_on_its_hub() -> None:
         q = y[beam["iq"] : beam["iq"] + 6 * beam["nodes"]].reshape(-1, 3)
         q[:] = q @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
         Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0, 1e-3).residual(np.zeros(n_v), np.zeros(0))
-        energies.append(float(model.cylinders["energy"].sum()))
+        energies.append(float(model.contact_surfaces["energy"].sum()))
     assert energies == pytest.approx([energies[0]] * 4, rel=1e-9)
 
 

@@ -229,7 +229,7 @@ def test_hinges(body: str, damping: float, rng: np.random.Generator) -> None:
         )  # fmt: skip
     equations = disturbed(system.assemble(), rng)
     model = equations.assembly.model
-    model.switches[model.hinges["switch"] + 1] = (0, 1)
+    model.switches[model.coordinates["switch"] + 1] = (0, 1)
     # left out: what a turn changes in rates, beside c_rate what the body turns in a second
     assert worst(equations, np.zeros(0)) < (1e-7 if damping == 0.0 or body == "ground" else 2.0 / C_RATE)
 
@@ -288,7 +288,7 @@ CASES: list[tuple[str, dict[str, float]]] = [
 @pytest.mark.parametrize("body", ["ground", "spin", "free"])
 def test_contact(law: str, fields: dict[str, float], body: str, rng: np.random.Generator) -> None:
     equations = pressed(body, law, 0.0, rng, rest=1.0, **fields)
-    touching = equations.assembly.model.cylinders["touching"]
+    touching = equations.assembly.model.contact_surfaces["touching"]
     n = int(equations.assembly.model.info.nv)
     equations.residual(np.zeros(n), np.zeros(0))
     assert touching.sum() >= 2

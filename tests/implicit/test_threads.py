@@ -12,7 +12,7 @@ from book import Book
 from evolvent import InputError, parts
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers.drive import choose_step
+from evolvent.solvers.explicit_plan import choose_step
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.observations import observe
 from helpers import END, L0, RHO, TIP, L, R, Run, fitted_order, heliogyro, run, tangent_error

@@ -35,8 +35,7 @@ class Seen(NamedTuple):
     def state(self, name: str, size: int, *, at: int = 0, rate: bool = False) -> Array:
         """Columns of the raw state from a part's first coordinate (or velocity) on: (nt, size)."""
         family, index = self.assembly.names[name]
-        holder = self.assembly.model if family == "beams" else self.assembly.model
-        first = int(getattr(holder, family)["iv" if rate else "iq"][index]) + at
+        first = int(getattr(self.assembly.model, family)["iv" if rate else "iq"][index]) + at
         return self.solution.y[:, first : first + size]
 
     def nodes(self, name: str, *, rate: bool = False) -> Array:

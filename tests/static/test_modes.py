@@ -364,7 +364,7 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
         slope = (8.0 * (sides[0] - sides[1]) - (sides[2] - sides[3])) / (12.0 * 1e-4)
         columns.append(slope[: work.n_v])
         gaps.append(slope[work.rows])
-    assert model.cylinders["touching"][0] > 0.0
+    assert model.contact_surfaces["touching"][0] > 0.0
     wanted = np.array(columns).T
     assert_allclose(K.toarray(), wanted, atol=1e-6 * np.abs(wanted).max())
     assert_allclose(G.toarray(), np.array(gaps).T, atol=1e-8)

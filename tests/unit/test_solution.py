@@ -14,7 +14,7 @@ from evolvent.analysis.system import System
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
-from evolvent.solvers import balance as eb, drive, implicit, implicit_loop, solve
+from evolvent.solvers import balance as eb, explicit_plan, implicit, implicit_loop, solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.implicit_run import _OF_ALPHA, _OF_ENERGY
@@ -52,10 +52,8 @@ def hung_beam() -> Assembly:
 
 
 def data_of(assembly: Assembly) -> dict[str, Any]:
-    """All arrays of a model, its flexible part's among them."""
-    model = assembly.model
-    own = {name: np.array(value) for name, value in model._asdict().items() if name != "flexible"}
-    return own | {f"flexible.{name}": np.array(value) for name, value in model._asdict().items()}
+    """All arrays of a model."""
+    return {name: np.array(value) for name, value in assembly.model._asdict().items()}
 
 
 def explicit_run(assembly: Assembly) -> Any:
@@ -95,7 +93,9 @@ def test_explicit_and_implicit_solutions_agree(build: Any) -> None:
     assert_allclose(one.la, two.la, atol=0.05 * max(np.abs(two.la).max(initial=0.0), 1e-300))
     assert_allclose(one.wrenches, two.wrenches, atol=0.05 * max(np.abs(two.wrenches).max(initial=0.0), 1e-300))
     assert_allclose(
-        one.cylinders[..., 6], two.cylinders[..., 6], atol=0.1 + 0.05 * two.cylinders[..., 6].max(initial=0.0)
+        one.contact_surfaces[..., 6],
+        two.contact_surfaces[..., 6],
+        atol=0.1 + 0.05 * two.contact_surfaces[..., 6].max(initial=0.0),
     )
 
 
@@ -146,7 +146,7 @@ def test_a_plan_runs_again_as_before(method: str) -> None:
     if method == "generalized-alpha":
         plan: Any = implicit.plan(assembly, samples=SAMPLES, step=1e-3)
     else:
-        plan = drive.plan(assembly, samples=SAMPLES, method=method)
+        plan = explicit_plan.plan(assembly, samples=SAMPLES, method=method)
     first, second = plan.run(), plan.run()
     assert_array_equal(first.y, second.y)
     for name in ("steps", "rejected_steps", "events"):

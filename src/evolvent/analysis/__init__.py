@@ -14,7 +14,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import axial, joint, rigid, sides, thread
 from evolvent.results.fine_samples import Times
-from evolvent.solvers import drive, energy_momentum, implicit, payout
+from evolvent.solvers import energy_momentum, explicit_plan, implicit, payout
 from evolvent.solvers.laws import refusing_laws
 from evolvent.solvers.solution import first_latch
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
 
 #: Methods that `simulate` takes by name.
-METHODS = (*drive.METHODS, *implicit.METHODS)
+METHODS = (*explicit_plan.METHODS, *implicit.METHODS)
 #: Samples of a run where no interval is given.
 SAMPLES = 400
 #: Default spectral radius of implicit methods: vibrations that the steps resolve keep their energy.
@@ -137,13 +137,13 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
 
 def _better_implicit(assembly: Any) -> str:
     """Why implicit methods suit a constraint (but for links and guides) or friction better; nothing without one."""
-    joints, hinges = assembly.model.joints, assembly.model.hinges
+    joints, coordinates = assembly.model.joints, assembly.model.coordinates
     for k in np.flatnonzero(joints["stiffness"] == 0.0):
         name = assembly.joint_parts[k]
         if assembly.names.get(name, ("",))[0] not in ("links", "guides"):
             return f"{name!r} is a constraint, which implicit methods keep without drift"
-    for k in np.flatnonzero(hinges["friction"] > 0.0):
-        name = families.owner(assembly, "hinges", int(k))
+    for k in np.flatnonzero(coordinates["friction"] > 0.0):
+        name = families.owner(assembly, "coordinates", int(k))
         return f"{name!r} has friction, which sticks by stiff bristles"
     return ""
 
@@ -229,7 +229,7 @@ def plan(
                 f"tolerance is {tolerance!r}, but the method is {method}, which has fixed steps; give `step`"
             )
         options["step"] = step
-    return drive.plan(assembly, samples=samples, **options), why
+    return explicit_plan.plan(assembly, samples=samples, **options), why
 
 
 def check_run(assembly: Assembly, samples: np.ndarray, step: float | None = None) -> None:
@@ -317,12 +317,12 @@ def tree(
 
 def latches_of(solution: Solution) -> str:
     """Sentences on the latches that have locked in a run, in order of time; '' where none has."""
-    first, hinges = first_latch(solution.assembly.model), solution.assembly.model.hinges
-    names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "hinges"}
+    first, coordinates = first_latch(solution.assembly.model), solution.assembly.model.coordinates
+    names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "coordinates"}
     found = []
     for time, kind in sorted(zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True)):
         if kind - first in names:
-            row = hinges[kind - first]
+            row = coordinates[kind - first]
             unit = "rad/s" if row["kind"] == axial.ANGLE else "m/s"
             found.append(f"{names[kind - first]!r} at t = {time:.6g} s, at {abs(row['caught']):.4g} {unit}")
     return "; ".join(found)

@@ -98,7 +98,7 @@ class SystemDefinition:
         """
         from evolvent import analysis
         from evolvent.results.fine_samples import Times
-        from evolvent.solvers import drive
+        from evolvent.solvers import explicit_plan
 
         given = self._given(laws)
         keys = self.keys
@@ -132,7 +132,7 @@ class SystemDefinition:
             solution = analysis.at_start(assembly, method, float(times[0]))
             return analysis.tree(solution, case="", why="", system=case.system, root=self.findings(case, solution)[0])
 
-        name = drive.cache_name(assembly, method)
+        name = explicit_plan.cache_name(assembly, method)
         return Plan(duration=float(times[-1]), run=run, solver=name, note=note, start=start, observe=observe)
 
     def between(self, case: Any) -> np.ndarray:
@@ -167,11 +167,11 @@ class SystemDefinition:
         compiled functions by the function.
         """
         from evolvent import analysis
-        from evolvent.solvers import drive
+        from evolvent.solvers import explicit_plan
 
         method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
         beams = assembly.model.beams.size > 0 or assembly.model.rods.size > 0
-        if method not in drive.METHODS or (settings.get("step") is None and not beams):
+        if method not in explicit_plan.METHODS or (settings.get("step") is None and not beams):
             return method, lambda: analysis.plan(assembly, times, **settings), ""
         checked, note = analysis.plan(assembly, times, **settings), ""  # refuses an unstable step
         if beams and checked[0].step is not None:

@@ -19,8 +19,8 @@ from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
 from evolvent.results.motion import quaternions
 from evolvent.results.observe import Observed, View, observe_part
-from evolvent.solvers import balance as eb, drive, implicit
-from evolvent.solvers.drive import METHODS, STEP_ALLOWED
+from evolvent.solvers import balance as eb, explicit_plan, implicit
+from evolvent.solvers.explicit_plan import METHODS, STEP_ALLOWED
 from evolvent.solvers.laws import law_failure, refusing_laws
 from evolvent.solvers.releases import write_accounts
 from evolvent.solvers.sampled import Sampled, bristles
@@ -136,7 +136,7 @@ class Stepper:
             self.assembly = self._run.assembly
             self._begin()
         else:
-            self._plan = drive.plan(
+            self._plan = explicit_plan.plan(
                 assembly, samples=times, method=method, step=step, rtol=tolerance, atol=1e-2 * tolerance
             )
             self.assembly = self._plan.assembly
@@ -317,7 +317,7 @@ class Stepper:
         balance = work.out_balance[one].copy().view(eb.BALANCE).reshape(1).view(np.recarray)
         y = work.out_y[one].copy()
         write_accounts(self.assembly.model, y, balance)
-        arrays = (work.out_cylinders, work.out_bodies, work.out_touches, work.out_friction)
+        arrays = (work.out_surfaces, work.out_bodies, work.out_touches, work.out_friction)
         kept = Sampled(
             work.out_a[one].copy(), work.out_la[one].copy(), balance, *(array[one].copy() for array in arrays)
         )

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.kernels import rigid
+from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS
 from evolvent.kernels.blocks import (
     ANGLE,
     BEAM,
@@ -23,7 +24,6 @@ from evolvent.kernels.blocks import (
     THRUSTER,
     WHEEL,
 )
-from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 
 Array = np.ndarray
 #: Numbers of velocities, by kind.

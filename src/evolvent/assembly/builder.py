@@ -21,17 +21,17 @@ from evolvent.elements.dense import product
 from evolvent.flow.implicit import add_weight
 from evolvent.kernels import (
     ancf,
+    ancf_beams,
     axial,
+    coordinate,
     custom,
-    flexible,
-    hinge,
     loads,
     rigid,
     rod_strains,
     springs,
 )
 
-#: Pools of constants in `model.Flexible`, with the shape of one entry.
+#: Pools of constants in `Model`, with the shape of one entry.
 _POOLS: dict[str, tuple[int, ...]] = {
     "H24": (28, 28), "h24": (28,), "U24": (), "M24": (8, 8),
     "H12": (6, 6), "h12": (6,), "U12": (), "B12": (2, 4), "M12": (4, 4),
@@ -111,7 +111,7 @@ class Builder:
         return first, len(self.values)
 
     def pooled(self, **entries: Any) -> int:
-        """Index of entries, of equal index in several pools of `model.Flexible`; equal ones are stored once."""
+        """Index of entries, of equal index in several pools of the model; equal ones are stored once."""
         arrays = {name: np.array(value, dtype=float) for name, value in entries.items()}
         key = tuple((name, value.tobytes()) for name, value in arrays.items())
         if key not in self._pooled:
@@ -237,7 +237,7 @@ class Builder:
     def _node(self, where: str, index: int, name: str, on: str | int | None, key: str) -> Location:
         row = self.rows["beams"][index]
         number = self._number(where, name, on, row["nodes"] - 1, key, "beam")
-        size = 3 * flexible.NODE_VECTORS[row["kind"]]
+        size = 3 * ancf_beams.NODE_VECTORS[row["kind"]]
         iq, iv = row["iq"] + size * number, row["iv"] + size * number
         x, v = np.array(self.q[iq : iq + 3]), np.array(self.v[iv : iv + 3])
         return Location("beams", index, np.zeros(3), iq, iv, row["kind"], x, v, False)
@@ -293,10 +293,10 @@ class Builder:
         s = self._switches(families)
         accounts = mdl.N_ACCOUNTS
         if self.rows["beams"] or self.rows["rods"]:
-            accounts += mdl.IMPULSE + len(self.rows["cylinders"])
+            accounts += mdl.IMPULSE + len(self.rows["contact_surfaces"])
         accounts += self._number_accounts(families, n_q + n_v + accounts)
-        beams = self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}, s)
-        families |= constraint_families(families, beams, n_q)
+        scratch = self._scratch(families, s)
+        families |= constraint_families(families, scratch["masses"], n_q)
         of = families["row_sides"]["row"]
         bandwidth = int((of[families["row_pairs"]["a"]] - of[families["row_pairs"]["b"]]).max(initial=0))
         y = np.array(self.q + self.v + [0.0] * accounts)
@@ -320,7 +320,7 @@ class Builder:
             pose=np.zeros(12),
             dy=np.zeros((2, y.size)),
             sums=np.zeros((2, mdl.N_INVENTORY)),
-            flexible=beams,
+            **scratch,
             **families,
         )
         if np.any(self.gravity):
@@ -345,8 +345,8 @@ class Builder:
         An event has one for each joint that it releases and each motor that it switches off, 0 until it has; where a
         latch does that, its own switch serves. Those of spools with friction stand last.
         """
-        n, hinges, threads = len(self.rows["threads"]), families["hinges"], families["threads"]
-        at = 2 * n + 2 * hinges.size
+        n, coordinates, threads = len(self.rows["threads"]), families["coordinates"], families["threads"]
+        at = 2 * n + 2 * coordinates.size
         for rows in (families["joints"], families["motors"]):
             by_event = rows["event"] >= 0
             rows["switch"][by_event] = at + np.arange(np.sum(by_event))
@@ -358,24 +358,28 @@ class Builder:
             threads["spool_switch"][p] = at + i
             s[at + i] = np.sign(self.v[self.rows["threads"][p]["spool_v"]])
         s[:n] = self.released
-        for k in range(hinges.size):
-            hinges["switch"][k] = at = 2 * (n + k)
-            s[at] = round(float(hinges["angle"][k]) / axial.QUARTER) if hinges["kind"][k] == axial.ANGLE else 0
-            s[at + 1] = abs(hinges["angle"][k] - hinges["latch"][k]) <= hinge.REACHED
+        for k in range(coordinates.size):
+            coordinates["switch"][k] = at = 2 * (n + k)
+            s[at] = (
+                round(float(coordinates["angle"][k]) / axial.QUARTER) if coordinates["kind"][k] == axial.ANGLE else 0
+            )
+            s[at + 1] = abs(coordinates["angle"][k] - coordinates["latch"][k]) <= coordinate.REACHED
         return s
 
     def _number_accounts(self, families: dict[str, Array], first: int) -> int:
         """Give coordinates, motors and synchronizations their accounts, from index `first` of the state on."""
         at = first
-        for name, count in (("hinges", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1)):
+        for name, count in (("coordinates", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1)):
             size = families[name].size
             families[name]["account"] = at + count * np.arange(size)
             at += count * size
         self.rubbed, one = -1, np.ones(families["body_contacts"].size, dtype=int)
-        if any(np.any(families[name]["friction"] > 0.0) for name in ("hinges", "cylinders", "body_contacts")):
+        if any(
+            np.any(families[name]["friction"] > 0.0) for name in ("coordinates", "contact_surfaces", "body_contacts")
+        ):
             self.rubbed, at = at, at + 1
-        points = families["cylinders"]["last"] - families["cylinders"]["first"]
-        for name, counts in (("cylinders", points), ("body_contacts", one)):
+        points = families["contact_surfaces"]["last"] - families["contact_surfaces"]["first"]
+        for name, counts in (("contact_surfaces", points), ("body_contacts", one)):
             sizes = np.where(families[name]["friction"] > 0.0, 3 * counts, 0)
             families[name]["account"] = np.where(sizes > 0, at + np.cumsum(sizes) - sizes, -1)
             at += int(sizes.sum())
@@ -387,18 +391,18 @@ class Builder:
 
     def _latches(self) -> int:
         """Number of the events of hinges: one each, where any of them has a latch."""
-        rows = self.rows["hinges"]
+        rows = self.rows["coordinates"]
         return len(rows) if any(np.isfinite(row["latch"]) for row in rows) else 0
 
-    def _flexible(self, families: dict[str, Array], s: Array) -> mdl.Flexible:
-        """Beams and what belongs to them."""
+    def _scratch(self, families: dict[str, Array], s: Array) -> dict[str, Array]:
+        """Pools of constants that elements share, and scratch memory."""
         n_v = len(self.v)
         beams = families["beams"]
         pools = {
             name: np.array(self.pools[name], dtype=float).reshape(len(self.pools[name]), *shape)
             for name, shape in _POOLS.items()
         }
-        return mdl.Flexible(
+        return dict(
             B0=np.zeros((2, 4)),
             G=np.zeros(n_v),
             switches=s.copy(),
@@ -415,7 +419,6 @@ class Builder:
             K24=np.zeros((24, 24)),
             K12=np.zeros((12, 12)),
             J=np.zeros((3, 3, 9)),
-            **families,
             **pools,
         )
 

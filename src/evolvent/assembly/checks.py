@@ -8,14 +8,14 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly
 from evolvent.base.errors import InputError
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import constraint_rows, flexible
+from evolvent.kernels import ancf_beams, constraint_rows
 
 
 def factored_masses(beams: Array, elements: Array, pools: dict[str, Array]) -> Array:
-    """L D L^T of the beams' masses, which couple nodal vectors of neighbouring nodes: see `Flexible.masses`."""
+    """L D L^T of the beams' masses, which couple nodal vectors of neighbouring nodes: see `Model.masses`."""
     found = [np.zeros((0, 8))]
     for beam in beams:
-        k = flexible.NODE_VECTORS[beam["kind"]]
+        k = ancf_beams.NODE_VECTORS[beam["kind"]]
         pool, n, w = pools["M12" if k == 2 else "M24"], k * int(beam["nodes"]), 2 * k - 1
         band = np.zeros((w + 1, n))  # band[i - j, j] = M[i, j], i >= j
         for c in range(beam["elements"]):

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Array
-from evolvent.kernels import constraint_rows, flexible, joint, rigid, sides, thread
+from evolvent.kernels import ancf_beams, constraint_rows, joint, rigid, sides, thread
 
 
 def ends_of(row: Any, coordinates: Array) -> Iterator[tuple[str, int]]:
@@ -34,18 +34,18 @@ def ends_of(row: Any, coordinates: Array) -> Iterator[tuple[str, int]]:
                 yield "vectors", iv + 3 * vector
 
 
-def constraint_families(families: dict[str, Array], f: mdl.Flexible, n_q: int) -> dict[str, Array]:
+def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> dict[str, Array]:
     """The families `rows`, in reverse Cuthill-McKee order, `row_sides` and `row_pairs`; beams and joints are marked."""
-    threads, joints = families["threads"], f.joints
+    threads, joints, gears = families["threads"], families["joints"], families["gear_coordinates"]
     entries: list[tuple[int, int, list[tuple[str, int]]]] = [
         (constraint_rows.THREAD, int(p), [("bodies", int(threads["body"][p]))])
         for p in np.flatnonzero(threads["kind"] == thread.INEXTENSIBLE)
     ]
     held = np.flatnonzero(joints["stiffness"] == 0.0)
     for k in sorted(held, key=lambda k: joints["kind"][k] not in (joint.DISTANCE, joint.CORD)):
-        entries.append((constraint_rows.JOINT, int(k), list(dict.fromkeys(ends_of(joints[k], f.gear_coordinates)))))
-    masses = _Masses(families, f, n_q)
-    found = [(r, *masses.side(*end)) for r, (_, _, ends) in enumerate(entries) for end in ends]
+        entries.append((constraint_rows.JOINT, int(k), list(dict.fromkeys(ends_of(joints[k], gears)))))
+    inverse = _Masses(families, masses, n_q)
+    found = [(r, *inverse.side(*end)) for r, (_, _, ends) in enumerate(entries) for end in ends]
     shared: dict[tuple[str, int], list[int]] = {}
     for i, (_, family, index, _) in enumerate(found):
         if family != "bodies" or families["bodies"]["motion"][index] != rigid.DRIVEN:
@@ -76,14 +76,14 @@ def constraint_families(families: dict[str, Array], f: mdl.Flexible, n_q: int) -
         own["row"][k], own["at"][k] = row_of[i], at
         for name in ("bodies", "points", "beams"):
             own[_FIELDS[name]][k] = index if name == family else -1
-        own["mass"][k] = masses.of(family, index, at, at)
+        own["mass"][k] = inverse.of(family, index, at, at)
         if family == "beams":
-            f.beams["held"][index] = 1
+            families["beams"]["held"][index] = 1
             if entries[found[i][0]][0] == constraint_rows.JOINT:
                 joints["nodes"][entries[found[i][0]][1]] = 1
     for i, (a, b) in enumerate(coupled):
         couplings["a"][i], couplings["b"][i] = new[a], new[b]
-        couplings["mass"][i] = masses.of(*found[a][1:3], found[a][3], found[b][3])
+        couplings["mass"][i] = inverse.of(*found[a][1:3], found[a][3], found[b][3])
     return {"rows": rows, "row_sides": own, "row_pairs": couplings}
 
 
@@ -105,11 +105,12 @@ def _order(coupled: Array, n: int) -> Array:
 class _Masses:
     """Owners of vectors, and the inverses of their entries in M^-1."""
 
-    def __init__(self, families: dict[str, Array], f: mdl.Flexible, n_q: int) -> None:
-        self.bodies, self.points, self.f, self.n_q = families["bodies"], families["points"], f, n_q
+    def __init__(self, families: dict[str, Array], masses: Array, n_q: int) -> None:
+        self.bodies, self.points, self.n_q = families["bodies"], families["points"], n_q
+        self.beams, self.masses = families["beams"], masses
         self.point = {int(row["iv"]): k for k, row in enumerate(self.points) if row["mass"] > 0.0}
-        sizes = np.array(flexible.NODE_VECTORS, dtype=np.int64)[f.beams["kind"]] * f.beams["nodes"]
-        self.first, self.last = np.cumsum(sizes) - sizes, np.cumsum(sizes)  # rows of `Flexible.masses`
+        sizes = np.array(ancf_beams.NODE_VECTORS, dtype=np.int64)[self.beams["kind"]] * self.beams["nodes"]
+        self.first, self.last = np.cumsum(sizes) - sizes, np.cumsum(sizes)  # rows of `Model.masses`
         self._columns: dict[tuple[int, int], Array] = {}
 
     def side(self, what: str, index: int) -> tuple[str, int, int]:
@@ -118,7 +119,7 @@ class _Masses:
             return "bodies", index, int(self.bodies["iv"][index]) - self.n_q
         if index in self.point:
             return "points", self.point[index], index - self.n_q
-        iv = self.f.beams["iv"]
+        iv = self.beams["iv"]
         beam = int(np.flatnonzero((iv <= index) & (index < iv + 3 * (self.last - self.first)))[0])
         return "beams", beam, index - self.n_q
 
@@ -128,14 +129,14 @@ class _Masses:
             return 0.0
         if family == "points":
             return float(self.points["mass"][index])
-        first = int(self.f.beams["iv"][index]) - self.n_q
+        first = int(self.beams["iv"][index]) - self.n_q
         value = self._column(index, (at - first) // 3)[(other - first) // 3]
         return float(np.divide(1.0, value)) if value != 0.0 else np.inf
 
     def _column(self, beam: int, vector: int) -> Array:
         """Column of M^-1 of a beam."""
         if (beam, vector) not in self._columns:
-            L = self.f.masses[self.first[beam] : self.last[beam]]
+            L = self.masses[self.first[beam] : self.last[beam]]
             n, w = len(L), L.shape[1] - 1
             x = np.zeros(n)
             x[vector] = 1.0

@@ -84,7 +84,7 @@ class Family:
 
 def records(model: Model, name: str) -> Array:
     """Records of a family."""
-    found: Array = getattr(model if name in mdl.FLEXIBLE else model, name)
+    found: Array = getattr(model, name)
     return found
 
 
@@ -198,19 +198,19 @@ FAMILIES = (
         which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found) & (found["nodes"] == 1),
     ),
     Family(
-        "a hinge", "hinges", EVERY,
+        "a hinge", "coordinates", EVERY,
         which=lambda found: _is_angle(found) & ~np.isfinite(found["latch"]) & (found["friction"] == 0.0),
     ),
     Family(
-        "a hinge with a latch", "hinges", EVERY,
+        "a hinge with a latch", "coordinates", EVERY,
         which=lambda found: _is_angle(found) & np.isfinite(found["latch"]) & (found["friction"] == 0.0),
     ),
     Family(
-        "a spring along an axis", "hinges", EVERY,
+        "a spring along an axis", "coordinates", EVERY,
         which=lambda found: ~_is_angle(found) & (found["friction"] == 0.0),
     ),
     Family(
-        "a joint coordinate with friction", "hinges", EVERY,
+        "a joint coordinate with friction", "coordinates", EVERY,
         which=lambda found: found["friction"] > 0.0,
     ),
     Family("a motor", "motors", EVERY),
@@ -218,24 +218,24 @@ FAMILIES = (
     Family("a custom force", "custom_forces", EVERY),
     Family("a rod", "rods", EVERY),
     Family(
-        "a contact without friction", "cylinders", EVERY,
+        "a contact without friction", "contact_surfaces", EVERY,
         which=lambda found: (
             (found["friction"] == 0.0) & (found["under"] < 0) & (found["law"] == contact_laws.HUNT_CROSSLEY)
         ),
     ),
     Family(
-        "a contact with friction", "cylinders", EVERY,
+        "a contact with friction", "contact_surfaces", EVERY,
         which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0),
     ),
     Family(
-        "a contact with the law conservative", "cylinders", EVERY, which=lambda found: _is_conservative(found),
+        "a contact with the law conservative", "contact_surfaces", EVERY, which=lambda found: _is_conservative(found),
     ),
     Family(
-        "a contact with the paper's law", "cylinders", EVERY,
+        "a contact with the paper's law", "contact_surfaces", EVERY,
         which=_is("law", contact_laws.PAPER),
     ),
     Family(
-        "a layer on other turns", "cylinders", EVERY,
+        "a layer on other turns", "contact_surfaces", EVERY,
         which=lambda found: found["under"] >= 0,
     ),
     Family(

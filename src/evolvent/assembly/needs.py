@@ -14,15 +14,15 @@ from numba import config
 from evolvent.assembly import families
 from evolvent.compiled import jit
 from evolvent.compiled.codecache import Linked, names_in
-from evolvent.kernels import axial, constraint_rows, drive, flexible, joint, passing, thread
+from evolvent.kernels import ancf_beams, axial, constraint_rows, drive, joint, passing, thread
 from evolvent.model import Model
 
 
-def is_flexible(model: Model) -> bool:
+def has_explicit_forces(model: Model) -> bool:
     """Whether a model has beams, rods, joints by penalties, hinges or user-defined laws between points."""
     return bool(
-        model.beams.size or model.rods.size or model.info.penalties or model.hinges.size or model.custom_forces.size
-        or model.body_contacts.size
+        model.beams.size or model.rods.size or model.info.penalties or model.coordinates.size
+        or model.custom_forces.size or model.body_contacts.size
     )  # fmt: skip
 
 
@@ -33,7 +33,7 @@ def absent(model: Model) -> frozenset[str]:
     """
     threads, joints, ties = model.threads, model.joints, model.synchronizations
     acts = model.wheels.size or model.thrusters.size or model.controllers.size
-    penalties, turns = model.info.penalties, np.any(model.cylinders["under"] >= 0)
+    penalties, turns = model.info.penalties, np.any(model.contact_surfaces["under"] >= 0)
     held = np.any(model.rows["kind"] == constraint_rows.JOINT)
     has = {
         "attitude": acts,
@@ -44,30 +44,30 @@ def absent(model: Model) -> frozenset[str]:
         "body_contact": model.body_contacts.size,
         "constraint_rows": model.rows.size,
         "constraint_rows._measure_joint_row": held,
-        "contact": model.cylinders.size or model.body_contacts.size,
-        "contact.add_points": model.cylinders.size,
-        "contact.add_point_tangents": model.cylinders.size,
+        "contact": model.contact_surfaces.size or model.body_contacts.size,
+        "contact.add_points": model.contact_surfaces.size,
+        "contact.add_point_tangents": model.contact_surfaces.size,
         "contact.add_turn_tangents": turns,
-        "contact.end_points": model.cylinders.size,
-        "contact.evaluate_points": model.cylinders.size,
-        "surfaces": model.cylinders.size,
+        "contact.end_points": model.contact_surfaces.size,
+        "contact.evaluate_points": model.contact_surfaces.size,
+        "surfaces": model.contact_surfaces.size,
         "surfaces.measure_turns": turns,
         "surfaces.nearest": turns,
-        "coordinate": model.hinges.size,
-        "coordinate.add_motors": model.motors.size,
-        "coordinate.measure_motor_slopes": model.motors.size,
-        "coordinate.add_synchronizations": ties.size,
+        "coordinate_laws": model.coordinates.size,
+        "coordinate_laws.add_motors": model.motors.size,
+        "coordinate_laws.measure_motor_slopes": model.motors.size,
+        "coordinate_laws.add_synchronizations": ties.size,
         "joint._add_cord_force": np.any(joints["kind"] == joint.CORD),
         "joint._cord_geometry": np.any(joints["kind"] == joint.CORD),
         "custom": model.custom_forces.size,
         "fields": model.fields.size,
-        "flexible": model.elements.size,
+        "ancf_beams": model.elements.size,
         "gear": model.gear_coordinates.size,
-        "hinge": model.hinges.size,
-        "hinge_tangent": model.hinges.size,
-        "hinge_tangent.add_synchronization_tangents": ties.size,
-        "hinge_tangent._add_outer": ties.size,
-        "hinge_tangent.add_travel_tangent": np.any(model.hinges["kind"] != axial.ANGLE),
+        "coordinate": model.coordinates.size,
+        "coordinate_tangent": model.coordinates.size,
+        "coordinate_tangent.add_synchronization_tangents": ties.size,
+        "coordinate_tangent._add_outer": ties.size,
+        "coordinate_tangent.add_travel_tangent": np.any(model.coordinates["kind"] != axial.ANGLE),
         "joint": joints.size,
         "joint_tangent": joints.size,
         "loads": model.loads.size,
@@ -95,15 +95,15 @@ def absent(model: Model) -> frozenset[str]:
         "flow.events.start_links": np.any(threads["kind"] == thread.INEXTENSIBLE),
         "flow.events.capture_node": threads.size,
         "flow.events.separate": threads.size,
-        "flow.explicit_flexible.add_flexible_forces": is_flexible(model),
-        "flow.explicit_flexible.add_flexible_inventory": is_flexible(model),
-        "flow.explicit_flexible.release_by": penalties or held or model.motors.size,
-        "flow.explicit_flexible.release_penalties": penalties,
+        "flow.explicit_forces.add_explicit_forces": has_explicit_forces(model),
+        "flow.explicit_forces.add_explicit_inventory": has_explicit_forces(model),
+        "flow.explicit_forces.release_by": penalties or held or model.motors.size,
+        "flow.explicit_forces.release_penalties": penalties,
         "flow.sampling.evaluate_threads": threads.size,
         "flow.sampling.evaluate_fields": model.fields.size,
         "flow.impulse": model.rows.size or threads.size,
         "flow.projection.project_joints": held,
-        "solvers.sampled.write_contacts": model.cylinders.size or model.body_contacts.size,
+        "solvers.sampled.write_contacts": model.contact_surfaces.size or model.body_contacts.size,
         "solvers.alpha_start.thread_accelerations": threads.size,
         "solvers.implicit_samples.keep_lengths_at_spools": threads.size,
     }
@@ -112,9 +112,9 @@ def absent(model: Model) -> frozenset[str]:
 
 #: Functions that call others by indices in records of elements, with the field of these.
 _BY_RECORD = {
-    flexible.add_elements: "force",
-    flexible.add_element_tangents: "tangent",
-    flexible.beam_energies: "energy",
+    ancf_beams.add_elements: "force",
+    ancf_beams.add_element_tangents: "tangent",
+    ancf_beams.beam_energies: "energy",
 }
 
 

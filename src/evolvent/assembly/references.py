@@ -43,7 +43,7 @@ class Location(NamedTuple):
     family : {"bodies", "points", "beams"}, row : int, in that family
     local : (3,) float, m, body axes; zero of points and nodes
     iq, iv : int, offsets of the place's first coordinate and velocity as the builder counts; -1 of bodies
-    beam : int, kind of the beam (`kernels.flexible`); -1 of bodies and points
+    beam : int, kind of the beam (`kernels.ancf_beams`); -1 of bodies and points
     x, v : (3,) float, m and m/s, inertial axes, at the start
     alone : bool, whether a body was named without a point
     """

@@ -49,16 +49,16 @@ from evolvent.flow.powers import (
     STIFFNESS_DAMPING,
 )
 from evolvent.kernels import (
+    ancf_beams,
     attitude,
     attitude_tangent,
     beam_loads,
     contact,
     coordinate,
+    coordinate_laws,
+    coordinate_tangent,
     custom,
     fields,
-    flexible,
-    hinge,
-    hinge_tangent,
     joint,
     joint_tangent,
     loads,
@@ -141,8 +141,8 @@ def measure(end, model, work):
         springs.measure_springs(end, y, model)
     if model.rods.size > 0:
         rod_strains.measure_rods(end, model)
-    if model.hinges.size > 0:
-        hinge.measure_hinges(end, y, model.switches, model)
+    if model.coordinates.size > 0:
+        coordinate.measure_coordinates(end, y, model.switches, model)
     if model.threads.size > 0:
         thread.measure_threads(end, t, y, model)
     contact.measure(y, end, model)
@@ -204,7 +204,7 @@ def residual(model, work):
             model.bodies[b].F[i] = 0.0
     points.clear_forces(model.points)
     if model.elements.size > 0:
-        found = flexible.add_elements(ym, work.dv, 1.0 / h, interval_of(work.step), model, F)
+        found = ancf_beams.add_elements(ym, work.dv, 1.0 / h, interval_of(work.step), model, F)
         powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = found
         if model.beam_loads.size > 0:
             beam_loads.add_beam_loads(tm, ym, 1.0, model, P)
@@ -229,10 +229,10 @@ def residual(model, work):
     if model.fields.size > 0:
         powers[MARKER_LOADS] += fields.add_field_forces(tm, ym, model)
         fields.add_beam_fields(tm, ym, model, P)
-    if model.hinges.size > 0:
-        _, lost = hinge.add_hinges(tm, ym, h, model.switches, model, F)
+    if model.coordinates.size > 0:
+        _, lost = coordinate.add_coordinates(tm, ym, h, model.switches, model, F)
         powers[JOINTS] += lost
-        powers[DRIVEN] += coordinate.motor_power(model)
+        powers[DRIVEN] += coordinate_laws.motor_power(model)
     if model.custom_forces.size > 0:
         lost, given = custom.add_custom_forces(tm, ym, model)
         powers[SPRINGS] += lost
@@ -280,7 +280,7 @@ def tangent(scale, model, work, matrix):
     tm = work.step.t + 0.5 * h
     sparse.clear(matrix)
     if model.elements.size > 0:
-        flexible.add_element_tangents(work.ym, c_mass, c_rate, interval_of(work.step), model, matrix)
+        ancf_beams.add_element_tangents(work.ym, c_mass, c_rate, interval_of(work.step), model, matrix)
         if model.thermal_loads.size > 0:
             thermal.add_thermal_tangents(work.ym, model, matrix)
     contact.add_tangents(work.y0, work.y1, h, 0.0, model, matrix)
@@ -288,8 +288,8 @@ def tangent(scale, model, work, matrix):
         rod_tangent.add_rod_tangents(h, c_rate, work.step.chi, work.step.ratio, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(tm, work.ym, h, c_rate, model, matrix)
-    if model.hinges.size > 0:
-        hinge_tangent.add_hinge_tangents(work.ym, c_rate, model, matrix)
+    if model.coordinates.size > 0:
+        coordinate_tangent.add_coordinate_tangents(work.ym, c_rate, model, matrix)
     if model.custom_forces.size > 0:
         custom.add_custom_tangents(tm, work.ym, c_rate, model, matrix)
     if model.fields.size > 0:

@@ -4,11 +4,11 @@ import numpy as np
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, event_law_at, indirect, inlined
-from evolvent.flow.explicit_flexible import release_by
+from evolvent.flow.explicit_forces import release_by
 from evolvent.flow.impulse import impulse, prepare, strike
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import constraint_rows, coordinate, hinge, rigid, thread
+from evolvent.kernels import constraint_rows, coordinate, coordinate_laws, rigid, thread
 from evolvent.kernels.rotations import cross
 from evolvent.model import (
     ELASTIC,
@@ -64,7 +64,7 @@ def event_values(t, y, s, model, g):
         g[2 * n + k] = event_law_at(model.events[k].law)(t, y, parameters)
     brakes = model.info.brakes
     if g.size - brakes > 2 * n + model.events.size:
-        hinge.latch_values(t, y, s, model, 2 * n + model.events.size, g)
+        coordinate.latch_values(t, y, s, model, 2 * n + model.events.size, g)
     if brakes > 0:
         brake_values(t, y, s, model, g)
 
@@ -128,7 +128,7 @@ def apply_event(t, y, s, model, k, g):
         latch = k - 2 * n - model.events.size
         if model.joints.size > 0 or model.motors.size > 0:
             release_by(t, y, s, model, -2 - latch)
-        coordinate.lock(s, model.hinges, latch)
+        coordinate_laws.lock(s, model.coordinates, latch)
         return 0
     if k >= 2 * n:
         if model.joints.size > 0 or model.motors.size > 0:

@@ -21,16 +21,16 @@ from evolvent.flow.powers import (
     STIFFNESS_DAMPING,
 )
 from evolvent.kernels import (
+    ancf_beams,
     attitude,
     attitude_tangent,
     beam_loads,
     contact,
     coordinate,
+    coordinate_laws,
+    coordinate_tangent,
     custom,
     fields,
-    flexible,
-    hinge,
-    hinge_tangent,
     joint,
     joint_tangent,
     loads,
@@ -74,7 +74,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     rigid.kinematics(t, y, model)
     points.clear_forces(model.points)
     if model.elements.size > 0:
-        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = flexible.add_elements(y, a, 1.0, STATE, model, F)
+        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = ancf_beams.add_elements(y, a, 1.0, STATE, model, F)
         if model.beam_loads.size > 0:
             beam_loads.add_beam_loads(t, y, factor, model, P)
         if model.thermal_loads.size > 0:
@@ -96,11 +96,11 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     if model.fields.size > 0:
         powers[MARKER_LOADS] += fields.add_field_forces(t, y, model)
         fields.add_beam_fields(t, y, model, P)
-    if model.hinges.size > 0:
-        energy, lost = hinge.add_hinges(t, y, 0.0, model.switches, model, F)
+    if model.coordinates.size > 0:
+        energy, lost = coordinate.add_coordinates(t, y, 0.0, model.switches, model, F)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
-        powers[DRIVEN] += coordinate.motor_power(model)
+        powers[DRIVEN] += coordinate_laws.motor_power(model)
     if model.custom_forces.size > 0:
         lost, given = custom.add_custom_forces(t, y, model)
         powers[SPRINGS] += lost
@@ -129,7 +129,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
 def add_weight(gravity, n_q, model, P):
     """Weight of everything that moves into the loads P."""
     if model.elements.size > 0:
-        flexible.add_gravity(gravity, model, P)
+        ancf_beams.add_gravity(gravity, model, P)
     points.add_point_weight(gravity, n_q, model.points, P)
     rigid.add_body_weight(gravity, n_q, model.bodies, P)
 
@@ -147,7 +147,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     n_q, n_v = model.info.nq, model.info.nv
     sparse.clear(matrix)
     if model.elements.size > 0:
-        flexible.add_element_tangents(y, c_mass, c_rate, STATE, model, matrix)
+        ancf_beams.add_element_tangents(y, c_mass, c_rate, STATE, model, matrix)
         if model.thermal_loads.size > 0:
             thermal.add_thermal_tangents(y, model, matrix)
     contact.add_tangents(y, y, 0.0, c_rate, model, matrix)
@@ -155,8 +155,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         rod_tangent.add_rod_tangents(0.0, c_rate, 0.0, 0.0, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(t, y, 0.0, c_rate, model, matrix)
-    if model.hinges.size > 0:
-        hinge_tangent.add_hinge_tangents(y, c_rate, model, matrix)
+    if model.coordinates.size > 0:
+        coordinate_tangent.add_coordinate_tangents(y, c_rate, model, matrix)
     if model.custom_forces.size > 0:
         custom.add_custom_tangents(t, y, c_rate, model, matrix)
     if model.fields.size > 0:
@@ -184,7 +184,7 @@ def energies(t, y, model, out):
     for i in range(3):
         out[i] = 0.0
     if model.elements.size > 0:
-        flexible.beam_energies(y, 0, model.elements.size, model, out)
+        ancf_beams.beam_energies(y, 0, model.elements.size, model, out)
     rigid.add_body_energy(y, model.bodies, out, 0)
     points.add_point_energy(y, model.points, out, 0)
     attitude.add_wheel_energy(y, model, out, 0)
@@ -207,7 +207,7 @@ def momenta(y, model, out):
     P, H = out[:3], out[3:]
     size = model.elements.size
     if size > 0:
-        flexible.beam_momenta(y, 0, size, model, P, H)
+        ancf_beams.beam_momenta(y, 0, size, model, P, H)
     points.add_point_momenta(y, model.points, P, H)
     rigid.add_body_momenta(y, model.bodies, P, H)
     attitude.add_wheel_momenta(y, model, H)
@@ -242,10 +242,10 @@ def is_isolated(t, model):
         for index in (model.gear_coordinates[k].body, model.gear_coordinates[k].other):
             if bodies[index].motion != rigid.FREE:
                 return False
-    for k in range(model.hinges.size):
-        if bodies[model.hinges[k].body].motion != rigid.FREE:
+    for k in range(model.coordinates.size):
+        if bodies[model.coordinates[k].body].motion != rigid.FREE:
             return False
-        if model.hinges[k].on == ON_BODY and bodies[model.hinges[k].other].motion != rigid.FREE:
+        if model.coordinates[k].on == ON_BODY and bodies[model.coordinates[k].other].motion != rigid.FREE:
             return False
     for k in range(model.custom_forces.size):
         if model.custom_forces[k].balanced == 0.0:
@@ -254,8 +254,8 @@ def is_isolated(t, model):
             m = model.custom_forces[k].first_marker + i
             if markers[m].kind == springs.ON_BODY and bodies[markers[m].index].motion != rigid.FREE:
                 return False
-    for k in range(model.cylinders.size):
-        if model.cylinders[k].touching > 0.0 and bodies[model.cylinders[k].body].motion != rigid.FREE:
+    for k in range(model.contact_surfaces.size):
+        if model.contact_surfaces[k].touching > 0.0 and bodies[model.contact_surfaces[k].body].motion != rigid.FREE:
             return False
     for k in range(model.body_contacts.size):
         a, b = bodies[model.body_contacts[k].a], bodies[model.body_contacts[k].b]
@@ -375,7 +375,7 @@ def total_mass(model):
     """Mass of all that moves freely, kg."""
     total = 0.0
     for k in range(model.elements.size):
-        half = flexible.NODE_VECTORS[model.beams[model.elements[k].beam].kind]
+        half = ancf_beams.NODE_VECTORS[model.beams[model.elements[k].beam].kind]
         M = model.M12[model.elements[k].mass] if half == 2 else model.M24[model.elements[k].mass]
         total += M[0, 0] + 2.0 * M[0, half] + M[half, half]
     for i in range(model.points.size):

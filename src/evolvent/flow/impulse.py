@@ -3,7 +3,7 @@
 from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, kernel
-from evolvent.kernels import constraint_rows, flexible, points, rigid, thread
+from evolvent.kernels import ancf_beams, constraint_rows, points, rigid, thread
 from evolvent.model import MODEL
 
 
@@ -72,7 +72,7 @@ def jump(y, s, model, dy):
     for b in range(bodies.size):
         rigid.kick(y, bodies, b, bodies[b].a)
     points.kick_points(y, model.points)
-    flexible.kick_beams(y, model, dy)
+    ancf_beams.kick_beams(y, model, dy)
     for k in range(threads.size):
         if threads[k].kind == thread.INEXTENSIBLE:
             thread.kick_chain(y, s, model, k)

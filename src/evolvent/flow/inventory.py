@@ -3,7 +3,7 @@
 from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
-from evolvent.flow.explicit_flexible import add_flexible_inventory, has_flexible
+from evolvent.flow.explicit_forces import add_explicit_inventory, has_explicit_forces
 from evolvent.kernels import attitude, points, rigid, springs, thread
 from evolvent.model import ELASTIC, H_BODY, KINETIC, MODEL, P_ALL
 
@@ -37,5 +37,5 @@ def inventory(t, y, s, model, out):
         out[ELASTIC] += springs.evaluate_springs(t, y, model)
     for p in range(model.threads.size):
         thread.thread_inventory(y, s, model, p, out)
-    if has_flexible(model):
-        add_flexible_inventory(t, y, s, model, out)
+    if has_explicit_forces(model):
+        add_explicit_inventory(t, y, s, model, out)

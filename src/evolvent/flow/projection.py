@@ -4,9 +4,9 @@ import numpy as np
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined, kernel
-from evolvent.flow.explicit_flexible import release_penalties
+from evolvent.flow.explicit_forces import release_penalties
 from evolvent.flow.impulse import impulse, prepare
-from evolvent.kernels import constraint_rows, flexible, joint, rigid, thread
+from evolvent.kernels import ancf_beams, constraint_rows, joint, rigid, thread
 from evolvent.kernels.blocks import ROTATION, normalise
 from evolvent.kernels.linalg import banded_ldl_solve
 from evolvent.model import MODEL
@@ -63,7 +63,7 @@ def project_joints(t, y, s, model):
         for r in range(n):
             model.la[r] = joints[rows[r].index].gap if _held(t, s, r, model) else 0.0
         banded_ldl_solve(model.A, n, model.info.bandwidth, model.la)
-        flexible.clear_held(model)
+        ancf_beams.clear_held(model)
         for k in range(sides.size):
             if rows[sides[k].row].kind == constraint_rows.THREAD:
                 continue
@@ -80,7 +80,7 @@ def project_joints(t, y, s, model):
         for b in range(bodies.size):
             rigid.shift_body(y, bodies, b)
         if model.beams.size > 0:
-            flexible.move_held(model, True, y)
+            ancf_beams.move_held(model, True, y)
     prepare(t, y, s, model)
     for r in range(n):
         if _held(t, s, r, model):

@@ -5,14 +5,14 @@ import math
 from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.flow.explicit_flexible import add_flexible_forces, has_flexible
+from evolvent.flow.explicit_forces import add_explicit_forces, has_explicit_forces
 from evolvent.kernels import (
+    ancf_beams,
     attitude,
     constraint_rows,
-    coordinate,
+    coordinate_laws,
     custom,
     fields,
-    flexible,
     loads,
     points,
     rigid,
@@ -35,19 +35,19 @@ def rhs(t, y, s, model, dy):
         attitude.add_wheels(y, model)
         dissipated += lost
         load_power += given
-    is_flexible = has_flexible(model)
-    if is_flexible:
-        lost, given = add_flexible_forces(t, y, s, model, dy)
+    explicit_forces = has_explicit_forces(model)
+    if explicit_forces:
+        lost, given = add_explicit_forces(t, y, s, model, dy)
         dissipated += lost
         load_power += given
         if model.beams.size > 0:
-            flexible.beam_rates(y, model, dy)
+            ancf_beams.beam_rates(y, model, dy)
     accelerate(t, y, s, model, dissipated, load_power, spool_power, loaded, dy)
     if attitude.has_actuators(model):
         attitude.actuator_rates(y, model, dy)
         dy[model.info.nq + model.info.nv + DRIVE] += motors
-    if is_flexible:
-        dy[model.info.nq + model.info.nv + DRIVE] += coordinate.motor_power(model)
+    if explicit_forces:
+        dy[model.info.nq + model.info.nv + DRIVE] += coordinate_laws.motor_power(model)
 
 
 @inlined

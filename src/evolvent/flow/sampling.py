@@ -8,13 +8,13 @@ from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import (
+    ancf_beams,
     attitude,
     beam_loads,
     beam_strains,
     contact,
+    coordinate,
     fields,
-    flexible,
-    hinge,
     joint,
     loads,
     rigid,
@@ -70,7 +70,7 @@ def evaluate_threads(t, y, s, model):
 def evaluate_fields(t, y, s, factor, model):
     """Resultant and power of each field on all masses, times `factor`, into its record.
 
-    After `kinematics`, and `evaluate_threads` where there are threads. Overwrites `Flexible.P`, forces on bodies and on
+    After `kinematics`, and `evaluate_threads` where there are threads. Overwrites `Model.P`, forces on bodies and on
     points.
     """
     n_q, on, points, bodies = model.info.nq, model.fields, model.points, model.bodies
@@ -98,7 +98,7 @@ def evaluate_fields(t, y, s, factor, model):
             for c in range(3):
                 force[c] += bodies[b].F[c]
         for i in range(model.beams.size):
-            at, size = model.beams[i].iv - n_q, 3 * flexible.NODE_VECTORS[model.beams[i].kind]
+            at, size = model.beams[i].iv - n_q, 3 * ancf_beams.NODE_VECTORS[model.beams[i].kind]
             for n in range(model.beams[i].nodes):
                 for c in range(size):
                     power += P[at + size * n + c] * y[n_q + at + size * n + c]
@@ -129,9 +129,9 @@ def evaluate(t, y, s, la, factor, model):
             thread.evaluate_thread_loads(t, s, factor, model)
     if model.beam_loads.size > 0:
         beam_loads.evaluate_beam_loads(t, y, model)
-    if model.hinges.size > 0:
-        hinge.add_hinges(t, y, KEPT, s, model, model.F)
-    if model.cylinders.size > 0:
+    if model.coordinates.size > 0:
+        coordinate.add_coordinates(t, y, KEPT, s, model, model.F)
+    if model.contact_surfaces.size > 0:
         contact.evaluate_points(y, model)
     if attitude.has_actuators(model) or model.controllers.size > 0:
         attitude.evaluate_actuators(t, y, model)

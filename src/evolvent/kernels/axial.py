@@ -1,8 +1,8 @@
 """Measures of a joint's coordinate: an angle about an axis of a body, or a travel along it, over an interval of time.
 
-A row of the families `hinges` or `gear_coordinates` has a body with an `axis` and a second side u (`sides`). An angle
-is that of the direction u about the axis, from the direction `zero` on; a travel that of the point u along the axis,
-from the point `zero` on.
+A row of the families `coordinates` or `gear_coordinates` has a body with an `axis` and a second side u (`sides`). An
+angle is that of the direction u about the axis, from the direction `zero` on; a travel that of the point u along the
+axis, from the point `zero` on.
 
 Over an interval bodies stand at the mean of both their rotations. With p = u.a and q = u.b of `zero` a and the
 direction b across it, an angle changes by d = atan2(p0 q1 - q0 p1, p0 p1 + q0 q1), and p0 q1 - q0 p1 = pm dq - qm dp

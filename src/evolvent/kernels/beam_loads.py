@@ -3,7 +3,7 @@
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.node_loads import FIELD, LINE, MOMENT, POINT, add_following_load, follows, node_vector
 from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rotations import cross
@@ -72,7 +72,7 @@ def add_beam_load(t, y, k, value, model, P):
 
 @indirect(void(REAL, VECTOR, MODEL))
 def evaluate_beam_loads(t, y, model):
-    """Evaluate all beam loads in a state into their records, at the factor 1; overwrites the loads `Flexible.P`."""
+    """Evaluate all beam loads in a state into their records, at the factor 1; overwrites the loads `Model.P`."""
     n_q, n_v, P = model.info.nq, model.info.nv, model.P
     for k in range(model.beam_loads.size):
         row, rate = model.beam_loads[k], 0.0

@@ -15,7 +15,7 @@ from numba import void
 
 from evolvent.compiled.jit import VECTOR, indirect, inlined
 from evolvent.kernels import ancf
-from evolvent.kernels.flexible import CABLE
+from evolvent.kernels.ancf_beams import CABLE
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
@@ -31,7 +31,13 @@ OF_BEAM, OF_CABLE = 90, 3
 def evaluate_beams(y, model):
     """Evaluate all elements in a state into their records, with the free strains that stand there (`thermal`)."""
     for k in range(model.elements.size):
-        row, strain, force, extra, pull = model.elements[k], model.elements[k].strain, model.elements[k].axial_force, 0.0, 0.0
+        row, strain, force, extra, pull = (
+            model.elements[k],
+            model.elements[k].strain,
+            model.elements[k].axial_force,
+            0.0,
+            0.0,
+        )
         for i in range(len(POINTS)):
             if model.beams[row.beam].kind == CABLE:
                 e, N = _evaluate_cable(y, row, i, model)

@@ -9,7 +9,7 @@ of its M^-1, which is constant, times J . J.
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import flexible, joint, thread as chain
+from evolvent.kernels import ancf_beams, joint, thread as chain
 from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
 from evolvent.kernels.rigid import SPIN, add_wrench, centripetal, respond
 from evolvent.kernels.rotations import turn
@@ -194,7 +194,7 @@ def solve_rows(s, model, dy):
                 part += J[c] * points[i].f[c] * points[i].compliance if i >= 0 else J[c] * dy[at + c]
         la[sides[k].row] -= part
     banded_ldl_solve(model.A, n, model.info.bandwidth, la)
-    flexible.clear_held(model)
+    ancf_beams.clear_held(model)
     for r in range(n):
         if rows[r].kind == THREAD:
             chain.chain_solve(s, model, rows[r].index, la[r])
@@ -212,4 +212,4 @@ def solve_rows(s, model, dy):
                 else:
                     F[at + c] += force * J[c]
     if model.beams.size > 0:
-        flexible.move_held(model, False, dy)
+        ancf_beams.move_held(model, False, dy)

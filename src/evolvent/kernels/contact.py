@@ -11,7 +11,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel, matrix_view
 from evolvent.kernels import body_contact, contact_laws, rigid, surfaces
-from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import add_relative, add_relative_body, body_columns
 from evolvent.kernels.sparse import SPARSE, add_block, add_inner, first_entry, inner
@@ -24,13 +24,13 @@ _PAIR = types.UniTuple(REAL, 2)
 @inlined
 def any_contact(model):
     """Whether a model has contacts."""
-    return model.cylinders.size > 0 or model.body_contacts.size > 0
+    return model.contact_surfaces.size > 0 or model.body_contacts.size > 0
 
 
 @inlined
 def measure(y, what, model):
     """Gaps of all contacts by the state y and the bodies' current positions (`surfaces.measure_points`)."""
-    if model.cylinders.size > 0:
+    if model.contact_surfaces.size > 0:
         surfaces.measure_points(y, what, model)
     if model.body_contacts.size > 0:
         body_contact.measure_bodies(what, model)
@@ -54,7 +54,7 @@ def add_contacts(y0, y1, h, step, soft, chi, ratio, model, F):
     lost, rubbed : float, J, what normal forces (but for the filter) and friction take; of a state W, and 0
     """
     lost = rubbed = 0.0
-    if model.cylinders.size > 0:
+    if model.contact_surfaces.size > 0:
         lost, rubbed = add_points(y0, y1, h, step, soft, chi, ratio, model, F)
     if model.body_contacts.size > 0:
         by_bodies, by_rubbing = body_contact.add_bodies(y1, h, step, soft, chi, ratio, model)
@@ -65,7 +65,7 @@ def add_contacts(y0, y1, h, step, soft, chi, ratio, model, F):
 @inlined
 def add_tangents(y0, y1, h, c_rate, model, matrix):
     """Add the derivative of `add_contacts` by y1, twice that of a step; with c_rate times that by velocity."""
-    if model.cylinders.size > 0:
+    if model.contact_surfaces.size > 0:
         add_point_tangents(y0, y1, h, c_rate, model, matrix)
     if model.body_contacts.size > 0:
         body_contact.add_body_tangents(h, c_rate, model, matrix)
@@ -75,7 +75,7 @@ def add_tangents(y0, y1, h, c_rate, model, matrix):
 def end_contacts(y, model):
     """Make the end of a step the start of the next; what friction and damping took, J (`contact_laws.end_point`)."""
     slip = damped = 0.0
-    if model.cylinders.size > 0:
+    if model.contact_surfaces.size > 0:
         slip, damped = end_points(y, model)
     if model.body_contacts.size > 0:
         by_bodies, damped_bodies = body_contact.end_bodies(model)
@@ -86,12 +86,12 @@ def end_contacts(y, model):
 @inlined
 def keep_bristles(y, model):
     """Write the bristles at the start of the next step into the accounts of the state y."""
-    cylinders, contacts, rows = model.cylinders, model.contact_points, model.body_contacts
-    for k in range(cylinders.size):
-        at = cylinders[k].account
-        for i in range(cylinders[k].first, cylinders[k].last if at >= 0 else 0):
+    contact_surfaces, contacts, rows = model.contact_surfaces, model.contact_points, model.body_contacts
+    for k in range(contact_surfaces.size):
+        at = contact_surfaces[k].account
+        for i in range(contact_surfaces[k].first, contact_surfaces[k].last if at >= 0 else 0):
             for c in range(3):
-                y[at + 3 * (i - cylinders[k].first) + c] = contacts[i].stick[c]
+                y[at + 3 * (i - contact_surfaces[k].first) + c] = contacts[i].stick[c]
     for k in range(rows.size):
         for c in range(3 if rows[k].account >= 0 else 0):
             y[rows[k].account + c] = rows[k].stick[c]
@@ -100,9 +100,9 @@ def keep_bristles(y, model):
 @inlined
 def energy_of(model):
     """Energy of all contacts by the last forces, J, of bristles too."""
-    cylinders, rows, total = model.cylinders, model.body_contacts, 0.0
-    for k in range(cylinders.size):
-        total += cylinders[k].energy
+    contact_surfaces, rows, total = model.contact_surfaces, model.body_contacts, 0.0
+    for k in range(contact_surfaces.size):
+        total += contact_surfaces[k].energy
     for k in range(rows.size):
         total += rows[k].energy
     return total
@@ -135,12 +135,12 @@ def clear_history(model):
 def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
     """`add_contacts` of contact points of beams."""
     bodies, n_q, lost, rubbed = model.bodies, model.info.nq, 0.0, 0.0
-    cylinders, contacts, elements = model.cylinders, model.contact_points, model.elements
+    contact_surfaces, contacts, elements = model.contact_surfaces, model.contact_points, model.elements
     explicit, h = h < 0.0, max(h, 0.0)
     if h == 0.0:
         surfaces.measure_points(y1, surfaces.STATE, model)
-    for k in range(cylinders.size):
-        row, G, body = cylinders[k], cylinders[k].F, bodies[cylinders[k].body]
+    for k in range(contact_surfaces.size):
+        row, G, body = contact_surfaces[k], contact_surfaces[k].F, bodies[contact_surfaces[k].body]
         half = NODE_VECTORS[model.beams[row.under].kind] if row.under >= 0 else 0
         o, a = surfaces.frame(bodies, row)
         for c in range(6):
@@ -196,7 +196,7 @@ def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
 
 @indirect(void(VECTOR, MODEL))
 def evaluate_points(y, model):
-    """Evaluate all contact points of beams in a state, after `kinematics`, into their records; overwrites `Flexible.F`.
+    """Evaluate all contact points of beams in a state, after `kinematics`, into their records; overwrites `Model.F`.
 
     `apart` is the gap, NaN beyond an obstacle's ends and where a point is too far from it; places and normals are those
     of far points too. Sliding is damped as if the state were the start of its step as well.
@@ -304,9 +304,9 @@ def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step, at)
 def end_points(y, model):
     """`end_contacts` of contact points of beams."""
     bodies, slip, damped = model.bodies, 0.0, 0.0
-    cylinders, contacts, elements = model.cylinders, model.contact_points, model.elements
-    for k in range(cylinders.size):
-        row, R, X = cylinders[k], bodies[cylinders[k].body].R, bodies[cylinders[k].body].x
+    contact_surfaces, contacts, elements = model.contact_surfaces, model.contact_points, model.elements
+    for k in range(contact_surfaces.size):
+        row, R, X = contact_surfaces[k], bodies[contact_surfaces[k].body].R, bodies[contact_surfaces[k].body].x
         _, a = surfaces.frame(bodies, row)
         for i in range(row.first, row.last):
             point, slide = contacts[i], (0.0, 0.0, 0.0)
@@ -332,14 +332,14 @@ def end_points(y, model):
 def add_point_tangents(y0, y1, h, c_rate, model, matrix):
     """`add_tangents` of contact points of beams."""
     bodies, n_q = model.bodies, model.info.nq
-    cylinders, contacts = model.cylinders, model.contact_points
+    contact_surfaces, contacts = model.contact_surfaces, model.contact_points
     J, K, W, factor = model.J[1], model.K12, model.K24, 1.0 if h == 0.0 else 2.0
-    for k in range(cylinders.size):
-        if cylinders[k].under >= 0:
+    for k in range(contact_surfaces.size):
+        if contact_surfaces[k].under >= 0:
             add_turn_tangents(y1, h, c_rate, model, k, matrix)
             continue
         _clear(W, 12)
-        row, b = cylinders[k], cylinders[k].body
+        row, b = contact_surfaces[k], contact_surfaces[k].body
         moves, R = bodies[b].motion != rigid.DRIVEN, bodies[b].R
         o, a = surfaces.frame(bodies, row)
         element, nodes = -1, (0, 0)  # whose sum is in W
@@ -427,7 +427,7 @@ def add_turn_tangents(y1, h, c_rate, model, k, matrix):
     A x + U K z and U^T x - z = 0: along n alone without friction.
     """
     n_q = model.info.nq
-    row, contacts, elements = model.cylinders[k], model.contact_points, model.elements
+    row, contacts, elements = model.contact_surfaces[k], model.contact_points, model.elements
     half, W, factor = NODE_VECTORS[model.beams[row.under].kind], model.K24, 1.0 if h == 0.0 else 2.0
     K, B, C = matrix_view(model.work, 0, 3, 24), model.work[72:80], model.work[80:88]
     upper, lower, coupled, nodes = -1, -1, False, (0, 0, 0, 0)  # whose sum is in W

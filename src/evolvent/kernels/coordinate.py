@@ -1,298 +1,244 @@
-"""Laws of a joint's coordinate x, an angle or a travel: Coulomb friction, motors, synchronizations; and their accounts.
+"""Coordinates of joints with spring, damper, stops, latch and friction: angles of hinges, and travels.
 
-A torque is the generalized force of a coordinate: N m of an angle, N of a travel. Torques are those on the left of the
-equations: a positive one resists a growing coordinate. `hinge` applies them.
-
-Friction is a spring (the bristle) in series with a slider: force = stick z, abs(force) <= friction, z the deflection
-of the bristle, which has no force at `anchor`. Within a step the anchor stays; its end moves the anchor to x - z.
+They are measured by `axial`; an angle is continuous over any number of turns. Each has two switches in the state: the
+angle of the last step in quarter turns, rounded, which gives the number of whole turns, and whether the latch has
+locked. A force acts over an interval of time, of which a state is one of length zero: the one of spring, stops and
+latch is the change of their energy over that of the coordinate; motors and synchronizations act by the mean
+coordinates, friction by its force at the end.
 """
 
 import math
 
+import numpy as np
 from numba import types, void
 
-from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined, motor_law_at
-from evolvent.kernels.drive import drive
-from evolvent.kernels.law_slopes import motor_law_slope
-from evolvent.kernels.profile import profile
-from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined
+from evolvent.kernels import axial, rigid
+from evolvent.kernels.axial import QUARTER, SMALL, TRAVEL
+from evolvent.kernels.coordinate_laws import (
+    add_motors,
+    add_synchronizations,
+    bristle_energy,
+    friction_force,
+    kept_friction,
+    latch_torque,
+    note_peaks,
+    synchronization_energy,
+)
+from evolvent.model import BY_FRICTION, FRICTION_FORCE, MODEL, family_type
 
-#: Kinds of motors.
-BY_PROFILE, BY_LAW, BY_MOTION = 0, 1, 2
-#: Numerical damping of friction that sticks, under generalized-alpha.
-RELAX = 0.5
-#: Part of the friction below which it is round-off that a coordinate moves back.
-_NEAR = 1e-6
+_I = types.int64
+#: Angle that a step may turn a hinge by, rad; the quarter turns of its start distinguish turns up to 3/4 pi.
+MOST_TURNED = 1.5
+#: An angle this near to the latch's, rad, has reached it.
+REACHED = 1e-10
 
 
-# ------------------------------------------------------------------------------------------------ friction
+@entry(VECTOR, INTEGERS, family_type("coordinates"), family_type("bodies"), types.int64)
+@inlined
+def measure_coordinate(y, s, coordinates, bodies, k):
+    """Coordinate k of a state and its rate, second side and direction of its force, into its record."""
+    axial.measure_between(coordinates, bodies, k, y, 0.0, s[coordinates[k].switch])
+
+
+@indirect(void(_I, VECTOR, INTEGERS, MODEL))
+def measure_coordinates(end, y, s, model):
+    """All coordinates at the start (end 0) or the end (1) of an interval, by the bodies' current positions."""
+    for k in range(model.coordinates.size):
+        axial.measure_end(model.coordinates, model.bodies, k, y, s[model.coordinates[k].switch], end)
 
 
 @inlined
-def friction_force(hinges, k, x):
-    """Friction at the coordinate x, and its derivative.
+def _over(coordinates, k, x):
+    """How far a coordinate is beyond its stops."""
+    return max(x - coordinates[k].high, 0.0) + min(x - coordinates[k].low, 0.0)
 
-    Notes
-    -----
-    Of a bristle that sticks the force is stick (z + relax (z - z0)), z0 at the step's start: generalized-alpha, which
-    barely damps, would let a stiff bristle ring from slip to slip. Energy-momentum damps it by itself, since the force
-    of the end acts over the whole step.
 
-    Slip and stick are an active set: a coordinate that slips sticks once it moves back, without a limit of its force in
-    that evaluation. Newton's method then needs a few iterations for a change of the set, where it could go to and fro
-    for ever between slip one way and the other.
+@inlined
+def coordinate_law(coordinates, k, latched, x0, x1, rate):
+    """Torque that resists from x0 to x1, derivatives by coordinate and rate, energy at x1, and dissipated power."""
+    stiffness, damping, off = coordinates[k].stiffness, coordinates[k].damping, x1 - coordinates[k].rest
+    mean, before, over = 0.5 * (x0 + x1), _over(coordinates, k, x0), _over(coordinates, k, x1)
+    torque = stiffness * (mean - coordinates[k].rest)
+    energy = 0.5 * stiffness * off * off
+    if before != 0.0 or over != 0.0:
+        if abs(x1 - x0) > SMALL:
+            torque += 0.5 * coordinates[k].stop * (over * over - before * before) / (x1 - x0)
+        else:
+            torque += 0.5 * coordinates[k].stop * (over + before)
+        energy += 0.5 * coordinates[k].stop * over * over
+    if over != 0.0:
+        stiffness += coordinates[k].stop
+    if latched != 0:
+        off = x1 - coordinates[k].latch
+        stiffness += coordinates[k].latch_stiffness
+        damping += coordinates[k].latch_damping
+        torque += coordinates[k].latch_stiffness * (mean - coordinates[k].latch)
+        energy += 0.5 * coordinates[k].latch_stiffness * off * off
+    return torque + damping * rate, stiffness, damping, energy, damping * rate * rate
+
+
+@inlined
+def add_applied(t, share, s, model):
+    """Torques of motors and synchronizations of all coordinates; returns the latter's energy (J) and power lost (W).
+
+    Parameters
+    ----------
+    share, s : as of `coordinate.add_motors`
     """
-    friction, stick, relax, z0 = hinges[k].friction, hinges[k].stick, hinges[k].relax, hinges[k].bristle0
-    if friction <= 0.0:
-        return 0.0, 0.0
-    z, slips, slope = x - hinges[k].anchor, hinges[k].slips, (1.0 + relax) * stick
-    force = slope * z - relax * stick * z0
-    if (slips == 0.0 and abs(force) <= friction) or (slips != 0.0 and slips * force < friction * (1.0 - _NEAR)):
-        hinges[k].slips, hinges[k].bristle, hinges[k].rubs = 0.0, z, force
-        return force, slope
-    sense = 1.0 if force > 0.0 else -1.0
-    hinges[k].slips, hinges[k].rubs = sense, sense * friction
-    hinges[k].bristle = (sense * friction + relax * stick * z0) / slope
-    return sense * friction, 0.0
+    coordinates = model.coordinates
+    for k in range(coordinates.size):
+        coordinates[k].applied = coordinates[k].applied_slope = coordinates[k].applied_damper = 0.0
+    if model.motors.size > 0:
+        add_motors(t, share, s, model)
+    if model.synchronizations.size > 0:
+        return add_synchronizations(share, model)
+    return 0.0, 0.0
+
+
+@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, REAL, INTEGERS, MODEL, VECTOR))
+def add_coordinates(t, y, h, s, model, F):
+    """Torques of all coordinates over an interval; returns energy at its end (J) and power that dampers take (W).
+
+    Parameters
+    ----------
+    t : float, s, middle of the interval
+    y, h : as of `axial.measure_between`; with h > 0 after `measure_coordinates` of both ends; or KEPT, of a state with
+        its frictions among the accounts
+    """
+    coordinates, n_q, kept = model.coordinates, model.info.nq, h < 0.0
+    h = max(h, 0.0)
+    for k in range(coordinates.size):
+        axial.measure_between(coordinates, model.bodies, k, y, h, s[coordinates[k].switch])
+    share, sticks = (1.0, 1.0) if h == 0.0 else (0.5, 2.0)  # friction is that of the end
+    energy, power = add_applied(t, share, s, model)
+    for k in range(coordinates.size):
+        latched, x, rate = s[coordinates[k].switch + 1], coordinates[k].angle, coordinates[k].rate
+        start = x if h == 0.0 else coordinates[k].before
+        torque, stiffness, damping, stored, lost = coordinate_law(coordinates, k, latched, start, x, rate)
+        if kept:
+            moved = x - coordinates[k].before if model.info.stepping != 0 else 0.0
+            rubs, stick = kept_friction(y, coordinates, k, moved), 0.0
+        else:
+            rubs, stick = friction_force(coordinates, k, x)
+        coordinates[k].torque, coordinates[k].stored = torque + rubs, stored + bristle_energy(coordinates, k)
+        coordinates[k].slope = stiffness + sticks * stick + coordinates[k].applied_slope
+        coordinates[k].damper = damping + coordinates[k].applied_damper
+        coordinates[k].lost, coordinates[k].latch_lost, coordinates[k].latch_torque = lost, 0.0, 0.0
+        if latched != 0:
+            coordinates[k].latch_lost = coordinates[k].latch_damping * rate * rate
+            coordinates[k].latch_torque = latch_torque(coordinates, k, x, rate)
+        energy += coordinates[k].stored
+        power += lost
+        axial.push(coordinates, model.bodies, n_q, k, coordinates[k].torque + coordinates[k].applied, F)
+    return energy, power
 
 
 @inlined
-def kept_friction(y, hinges, k, moved):
-    """Friction at a coordinate that has moved since a state whose friction is among the accounts of y."""
-    friction, stick = hinges[k].friction, hinges[k].stick
-    if friction <= 0.0:
-        return 0.0
-    force = min(max(y[hinges[k].account + FRICTION_FORCE] + stick * moved, -friction), friction)
-    hinges[k].bristle, hinges[k].rubs = force / stick, force
-    return force
+def end_frictions(y, s, model):
+    """Frictions at the end of an explicit step into the accounts of the state y there; returns what they take, J."""
+    coordinates, taken = model.coordinates, 0.0
+    for k in range(coordinates.size):
+        if coordinates[k].friction > 0.0:
+            at, stick, before = coordinates[k].account, coordinates[k].stick, coordinates[k].before
+            measure_coordinate(y, s, coordinates, model.bodies, k)
+            moved, start = coordinates[k].angle - before, y[at + FRICTION_FORCE]
+            end = kept_friction(y, coordinates, k, moved)
+            lost = 0.5 * (start + end) * moved - 0.5 * (end * end - start * start) / stick
+            y[at + FRICTION_FORCE] = end
+            y[at + BY_FRICTION] += lost
+            taken += lost
+    return taken
 
 
-@inlined
-def bristle_energy(hinges, k):
-    """Energy of the bristle of coordinate k, J."""
-    return 0.5 * hinges[k].stick * hinges[k].bristle * hinges[k].bristle
-
-
-@inlined
-def count_slipping(model):
-    """A number that encodes which coordinates slip, and in which sense."""
-    hinges, found = model.hinges, 0
-    for k in range(hinges.size):
-        if hinges[k].friction > 0.0:
-            found = 3 * found + 1 + int(hinges[k].slips)
+@indirect(REAL(INTEGERS, MODEL))
+def coordinate_energy(s, model):
+    """Energy of all coordinates and of the cables between them, at the end of the last step, J."""
+    coordinates, found = model.coordinates, synchronization_energy(model)
+    for k in range(coordinates.size):
+        x = coordinates[k].angle
+        found += coordinate_law(coordinates, k, s[coordinates[k].switch + 1], x, x, 0.0)[3] + bristle_energy(
+            coordinates, k
+        )
     return found
 
 
-# ------------------------------------------------------------------------------------------------ motors
+# ------------------------------------------------------------------------------------------------ turns and latches
 
 
 @inlined
-def _following_torque(t, x, v, motors, k, model):
-    """Torque of a motor that follows a drive's motion, and its derivatives by x and v.
+def count_quarter_turns(s, coordinates):
+    """Take the angles of the last forces as those of an accepted step: into the switches, and as its start."""
+    for k in range(coordinates.size):
+        coordinates[k].before, coordinates[k].pace = coordinates[k].angle, 0.0
+        if coordinates[k].kind != TRAVEL:
+            coordinates[k].pace = abs(coordinates[k].rate)
+            s[coordinates[k].switch] = math.floor(coordinates[k].angle / QUARTER + 0.5)
 
-    Notes
-    -----
-    PD: kp (r - x) + kd (r' - v) = kd (command - v), command = r' + kp/kd (r - x), within the limit of the rate.
+
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
+def note_turns(t, y, s, model):
+    """`count_quarter_turns` of a state whose forces have not been evaluated."""
+    coordinates, bodies = model.coordinates, model.bodies
+    rigid.kinematics(t, y, model)
+    for k in range(coordinates.size):
+        measure_coordinate(y, s, coordinates, bodies, k)
+    note_peaks(s, coordinates, 1.0)
+    count_quarter_turns(s, coordinates)
+
+
+@inlined
+def longest_step(coordinates):
+    """Time in which a hinge turns by `MOST_TURNED` at the rate of the last step, s; infinity where none turns."""
+    pace = 0.0
+    for k in range(coordinates.size):
+        pace = max(pace, coordinates[k].pace)
+    return MOST_TURNED / pace if pace > 0.0 else math.inf
+
+
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, _I, VECTOR))
+def latch_values(t, y, s, model, first, g):
+    """Values of the events of all latches, from g[first] on: angle beyond the latch, -1 where none is open."""
+    coordinates, bodies = model.coordinates, model.bodies
+    rigid.kinematics(t, y, model)
+    for k in range(coordinates.size):
+        g[first + k] = -1.0
+        switch = coordinates[k].switch
+        if s[switch + 1] == 0 and math.isfinite(coordinates[k].latch):
+            measure_coordinate(y, s, coordinates, bodies, k)
+            g[first + k] = -coordinates[k].side * (coordinates[k].angle - coordinates[k].latch)
+
+
+@inlined
+def until_latch(s, coordinates):
+    """Part of the step at which the first latch is passed, by a secant; 1 where none is, or the step ends on it."""
+    part = 1.0
+    for k in range(coordinates.size):
+        if s[coordinates[k].switch + 1] == 0 and math.isfinite(coordinates[k].latch):
+            off, before = coordinates[k].angle - coordinates[k].latch, coordinates[k].before - coordinates[k].latch
+            if coordinates[k].side * off < -REACHED and coordinates[k].side * before > REACHED:
+                part = min(part, before / (before - off))
+    return part
+
+
+@inlined
+def latch_reached(s, coordinates, k):
+    """Whether the open latch of hinge k is reached at the angle of the last step."""
+    if s[coordinates[k].switch + 1] != 0 or not math.isfinite(coordinates[k].latch):
+        return False
+    return coordinates[k].side * (coordinates[k].angle - coordinates[k].latch) <= REACHED
+
+
+def coordinate_bound(coordinates):
+    """Stiffness (N m/rad) and damping (N m s/rad) of all hinges, every stop reached and every latch locked.
+
+    Not compiled.
     """
-    p = model.parameters[motors[k].first : motors[k].last]
-    r, rate, _ = drive(motors[k].drive, p, motors[k].law, t)
-    motors[k].reference = r
-    gain, damping = motors[k].position_gain, motors[k].velocity_gain
-    torque, slope, damper = gain * (r - x) + damping * (rate - v), -gain, -damping
-    if damping > 0.0:
-        command, most = rate + gain / damping * (r - x), motors[k].rate_limit
-        if abs(command) > most:
-            torque, slope = damping * (math.copysign(most, command) - v), 0.0
-    if abs(torque) > motors[k].limit:
-        return math.copysign(motors[k].limit, torque), 0.0, 0.0
-    return torque, slope, damper
-
-
-@indirect(void(REAL, REAL, INTEGERS, MODEL))
-def add_motors(t, share, s, model):
-    """Add the torques of all motors to their coordinates; one that is switched off has none.
-
-    Parameters
-    ----------
-    share : 1 at the coordinates of the last evaluation, 0.5 half way from the step's start to them
-    s : (ns,) int, switches
-    """
-    hinges, motors = model.hinges, model.motors
-    for k in range(motors.size):
-        h = motors[k].hinge
-        x, v = hinges[h].angle + (1.0 - share) * (hinges[h].before - hinges[h].angle), hinges[h].rate
-        motors[k].on = 1.0
-        if motors[k].kind == BY_MOTION:
-            torque = _following_torque(t, x, v, motors, k, model)[0]
-        if t >= motors[k].until or (motors[k].switch >= 0 and s[motors[k].switch] != 0):
-            torque = motors[k].on = 0.0
-        elif motors[k].kind == BY_PROFILE:
-            torque = profile(t, motors[k].first, model)
-        elif motors[k].kind == BY_LAW:
-            torque = motor_law_at(motors[k].law)(t, x, v, model.parameters[motors[k].first : motors[k].last])
-        if motors[k].kind != BY_MOTION and abs(torque) > motors[k].limit:
-            torque = math.copysign(motors[k].limit, torque)
-        motors[k].time, motors[k].coordinate, motors[k].rate = t, x, v
-        motors[k].torque, motors[k].power = torque, torque * v
-        hinges[h].applied -= torque
-
-
-@inlined
-def motor_power(model):
-    """Power of all motors at the last evaluation, W."""
-    power = 0.0
-    for k in range(model.motors.size):
-        power += model.motors[k].power
-    return power
-
-
-@indirect(void(MODEL))
-def measure_motor_slopes(model):
-    """Derivatives of the motors' torques at the last evaluation, into the records of their coordinates."""
-    hinges, motors = model.hinges, model.motors
-    for h in range(hinges.size):
-        hinges[h].motor_slope = hinges[h].motor_damper = 0.0
-    for k in range(motors.size):
-        h, t, x, v = motors[k].hinge, motors[k].time, motors[k].coordinate, motors[k].rate
-        slope = damper = 0.0
-        if motors[k].on == 0.0:
-            continue
-        if motors[k].kind == BY_MOTION:
-            _, slope, damper = _following_torque(t, x, v, motors, k, model)
-        elif motors[k].kind == BY_LAW and abs(motors[k].torque) < motors[k].limit:
-            p = model.parameters[motors[k].first : motors[k].last]
-            slope = motor_law_slope(motors[k].law, x, 1.0, v, 0.0, t, p)
-            damper = motor_law_slope(motors[k].law, x, 0.0, v, 1.0, t, p)
-        hinges[h].motor_slope -= slope
-        hinges[h].motor_damper -= damper
-
-
-# ------------------------------------------------------------------------------------------------ synchronizations
-
-
-@inlined
-def _stretch(rows, k, a, b):
-    """Stretch of cable k at its coordinates a and b."""
-    return rows[k].ratio_b * b - rows[k].ratio_a * a - rows[k].offset
-
-
-@indirect(types.UniTuple(REAL, 2)(REAL, MODEL))
-def add_synchronizations(share, model):
-    """Add the torques of all cables between coordinates; returns energy (J, at the end) and power dissipated (W).
-
-    Parameters
-    ----------
-    share : as of `add_motors`
-    """
-    hinges, rows, power = model.hinges, model.synchronizations, 0.0
-    for k in range(rows.size):
-        a, b, ra, rb = rows[k].a, rows[k].b, rows[k].ratio_a, rows[k].ratio_b
-        rest = 1.0 - share
-        xa = hinges[a].angle + rest * (hinges[a].before - hinges[a].angle)
-        xb = hinges[b].angle + rest * (hinges[b].before - hinges[b].angle)
-        rate, c, d = rb * hinges[b].rate - ra * hinges[a].rate, rows[k].stiffness, rows[k].damping
-        rows[k].stretch = _stretch(rows, k, xa, xb)
-        torque = c * rows[k].stretch + d * rate
-        rows[k].torque, rows[k].lost = torque, d * rate * rate
-        power += rows[k].lost
-        hinges[a].applied -= ra * torque
-        hinges[b].applied += rb * torque
-        hinges[a].applied_slope += c * ra * ra
-        hinges[b].applied_slope += c * rb * rb
-        hinges[a].applied_damper += d * ra * ra
-        hinges[b].applied_damper += d * rb * rb
-    return synchronization_energy(model), power
-
-
-@inlined
-def synchronization_energy(model):
-    """Energy of all cables between coordinates at the last evaluation, J."""
-    hinges, rows, energy = model.hinges, model.synchronizations, 0.0
-    for k in range(rows.size):
-        e = _stretch(rows, k, hinges[rows[k].a].angle, hinges[rows[k].b].angle)
-        rows[k].energy = 0.5 * rows[k].stiffness * e * e
-        energy += rows[k].energy
-    return energy
-
-
-# ------------------------------------------------------------------------------------------------ latches, accounts
-
-
-@inlined
-def latch_torque(hinges, k, x, rate):
-    """Torque of the latch of coordinate k where it has locked."""
-    return hinges[k].latch_stiffness * (x - hinges[k].latch) + hinges[k].latch_damping * rate
-
-
-@inlined
-def lock(s, hinges, k):
-    """Lock the latch of coordinate k, at the coordinate and rate of the last evaluation."""
-    s[hinges[k].switch + 1] = 1
-    hinges[k].caught = hinges[k].rate
-    hinges[k].peak = abs(latch_torque(hinges, k, hinges[k].angle, hinges[k].rate))
-
-
-@inlined
-def note_peaks(s, hinges, share):
-    """Keep the largest torques of latches."""
-    for k in range(hinges.size):
-        if s[hinges[k].switch + 1] != 0:
-            x = hinges[k].angle + (1.0 - share) * (hinges[k].before - hinges[k].angle)
-            hinges[k].peak = max(hinges[k].peak, abs(latch_torque(hinges, k, x, hinges[k].rate)))
-
-
-@inlined
-def write_account_rates(model, dy):
-    """Rates of the accounts of coordinates under explicit methods, at the last evaluation."""
-    hinges, motors, rows = model.hinges, model.motors, model.synchronizations
-    for k in range(hinges.size):
-        dy[hinges[k].account + BY_DAMPER] = hinges[k].lost - hinges[k].latch_lost
-        dy[hinges[k].account + BY_LATCH] = hinges[k].latch_lost
-    for k in range(motors.size):
-        dy[motors[k].account] = motors[k].power
-    for k in range(rows.size):
-        dy[rows[k].account] = rows[k].lost
-
-
-@indirect(REAL(REAL, REAL, VECTOR, INTEGERS, MODEL))
-def end_coordinate_step(h, share, y, s, model):
-    """Accept a step of length h: accounts of coordinates in y, anchors of frictions; returns what friction takes, J.
-
-    Parameters
-    ----------
-    share : 1 where the powers of the last evaluation are those of the step's end, 0.5 where they are means over it
-
-    Notes
-    -----
-    Friction takes the work of its forces, those of both ends halfway, less what the bristle stores. Where its force of
-    the end acts over the whole step, as under energy-momentum, that is stick (z1 slip + (z1 - z0)^2/2).
-    """
-    hinges, motors, rows = model.hinges, model.motors, model.synchronizations
-    now, rubbed = (0.5 if share == 1.0 else 1.0) * h, 0.0
-    then = h - now
-    for k in range(hinges.size):
-        at = hinges[k].account
-        latch = now * hinges[k].latch_lost + then * hinges[k].latch_lost0
-        y[at + BY_LATCH] += latch
-        y[at + BY_DAMPER] += now * hinges[k].lost + then * hinges[k].lost0 - latch
-        hinges[k].lost0, hinges[k].latch_lost0 = hinges[k].lost, hinges[k].latch_lost
-        if hinges[k].friction > 0.0:
-            z, z0 = hinges[k].bristle, hinges[k].bristle0
-            stick, slip = hinges[k].stick, hinges[k].angle - hinges[k].anchor - z
-            taken = stick * (z * slip + 0.5 * (z - z0) * (z - z0))
-            if share == 1.0:
-                moved = hinges[k].angle - hinges[k].before
-                taken = 0.5 * (hinges[k].rubs0 + hinges[k].rubs) * moved - 0.5 * stick * (z * z - z0 * z0)
-            y[at + BY_FRICTION] += taken
-            y[at + FRICTION_FORCE] = stick * z
-            rubbed += taken
-            hinges[k].anchor, hinges[k].bristle0 = hinges[k].angle - z, z
-            hinges[k].rubs0 = hinges[k].rubs
-    for k in range(motors.size):
-        y[motors[k].account] += now * motors[k].power + then * motors[k].power0
-        motors[k].power0 = motors[k].power
-    for k in range(rows.size):
-        y[rows[k].account] += now * rows[k].lost + then * rows[k].lost0
-        rows[k].lost0 = rows[k].lost
-    note_peaks(s, hinges, share)
-    return rubbed
+    locked = np.isfinite(coordinates["latch"])
+    stiffness = (
+        coordinates["stiffness"]
+        + np.maximum(coordinates["stop"], 0.0)
+        + np.where(locked, coordinates["latch_stiffness"], 0.0)
+    )
+    stiffness += np.where(coordinates["friction"] > 0.0, coordinates["stick"], 0.0)
+    return stiffness, coordinates["damping"] + np.where(locked, coordinates["latch_damping"], 0.0)

@@ -9,7 +9,7 @@ Coriolis force does no work.
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, force_law_at, indirect, inlined, kernel
-from evolvent.kernels.flexible import CABLE
+from evolvent.kernels.ancf_beams import CABLE
 from evolvent.kernels.law_slopes import add_force_law_gradient
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import cross, turn, turn_back

@@ -11,7 +11,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, force_law_at, indirect, inlined, kernel
-from evolvent.kernels.flexible import CABLE
+from evolvent.kernels.ancf_beams import CABLE
 from evolvent.kernels.law_slopes import force_law_gradient
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, add_block

@@ -17,7 +17,7 @@ from evolvent.model import MODEL
 
 def can_pass(model):
     """Whether a model has contacts through which something could pass. Not compiled."""
-    return bool(model.body_contacts.size or model.cylinders.size)
+    return bool(model.body_contacts.size or model.contact_surfaces.size)
 
 
 @inlined
@@ -89,13 +89,13 @@ def passing(y0, R0, x0, y1, R1, x1, model):
         v = _seen(R1, x1, b, (x1[a, 0] + px, x1[a, 1] + py, x1[a, 2] + pz))
         far = _beside(u, v, rows[k].place_b, rows[k].axis_b, rows[k].half_b, rows[k].radius, rows[k].half_a)
         largest = max(largest, far)
-    cylinders, contacts = model.cylinders, model.contact_points
-    for k in range(cylinders.size):
-        if cylinders[k].under >= 0 or cylinders[k].surface == surfaces.PLANE:
+    contact_surfaces, contacts = model.contact_surfaces, model.contact_points
+    for k in range(contact_surfaces.size):
+        if contact_surfaces[k].under >= 0 or contact_surfaces[k].surface == surfaces.PLANE:
             continue
-        b, o, axis = cylinders[k].body, cylinders[k].centre, cylinders[k].axis
-        half, radius = cylinders[k].half_length, cylinders[k].radius
-        for i in range(cylinders[k].first, cylinders[k].last):
+        b, o, axis = contact_surfaces[k].body, contact_surfaces[k].centre, contact_surfaces[k].axis
+        half, radius = contact_surfaces[k].half_length, contact_surfaces[k].radius
+        for i in range(contact_surfaces[k].first, contact_surfaces[k].last):
             iq, S = contacts[i].iq, contacts[i].S
             u = _seen(R0, x0, b, surfaces.point_position(y0, iq, S))
             v = _seen(R1, x1, b, surfaces.point_position(y1, iq, S))

@@ -32,7 +32,7 @@ COSINE, CHORD, PHI, PSI, STRAIN, MEASURES = 3, 4, 7, 8, 9, 15
 _SMALL = 1e-6
 #: Cosine of the largest angle between the ends of an element, 120 degrees; beyond it strains are not a number.
 LEAST_COSINE = -0.5
-# indices in the scratch `Flexible.rod`
+# indices in the scratch `Model.rod`
 _J0, _J1, _D0, _D1, _A, _B, _K, _P, _S, _Q, WORK = 0, 84, 168, 210, 252, 301, 385, 529, 536, 542, 596
 
 _TERMS = 13

@@ -28,8 +28,8 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined, kernel
+from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.contact_laws import contact_energy
-from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.rotations import cross, turn
 from evolvent.model import MODEL
 
@@ -180,12 +180,12 @@ def measure_points(y, what, model):
     depth, `rest`, until it is lifted, for it would bring energy. Of a step's end the contacts' energies, but for
     bristles, and the numbers of points that touch are summed up as well.
     """
-    cylinders, contacts, bodies = model.cylinders, model.contact_points, model.bodies
-    for k in range(cylinders.size):
-        if cylinders[k].under >= 0:
+    contact_surfaces, contacts, bodies = model.contact_surfaces, model.contact_points, model.bodies
+    for k in range(contact_surfaces.size):
+        if contact_surfaces[k].under >= 0:
             measure_turns(y, what, model, k)
             continue
-        row = cylinders[k]
+        row = contact_surfaces[k]
         (cx, cy, cz), (ax, ay, az) = frame(bodies, row)
         radius, half, surface = row.radius, row.half_length, row.surface
         energy = touching = 0.0
@@ -217,7 +217,7 @@ def measure_points(y, what, model):
                 if math.isfinite(point.gap):
                     energy += contact_energy(gap + point.rest, row.stiffness, row.exponent)
         if what != START:
-            cylinders[k].energy, cylinders[k].touching = energy, touching
+            contact_surfaces[k].energy, contact_surfaces[k].touching = energy, touching
 
 
 # ------------------------------------------------------------------------------------------------ turns
@@ -314,7 +314,7 @@ def nearest(y, model, beam, element, xi, px, py, pz, ax, ay, az):
 
 @kernel
 def _angles(y, model, beam, sense, cx, cy, cz, ax, ay, az):
-    """Angles about an axis of all nodes of a beam from its root on, in the sense of winding, into `flexible.angles`."""
+    """Angles about an axis of all nodes of a beam from its root on, in the sense of winding, into `model.angles`."""
     row, angles = model.beams[beam], model.angles
     size = 3 * NODE_VECTORS[row.kind]
     at, angle = row.first_node, 0.0
@@ -373,10 +373,10 @@ def measure_turns(y, what, model, k):
     The search begins at the contact point's angle about the axis, counted along the beams from their roots on, less the
     angle `shift` by which the upper beam's turns are ahead: a turn of one beam, the angle between roots of neighbours.
     """
-    cylinders, contacts, elements, angles = (
-        model.cylinders, model.contact_points, model.elements, model.angles,
+    contact_surfaces, contacts, elements, angles = (
+        model.contact_surfaces, model.contact_points, model.elements, model.angles,
     )  # fmt: skip
-    row, low = cylinders[k], model.beams[cylinders[k].under]
+    row, low = contact_surfaces[k], model.beams[contact_surfaces[k].under]
     under, sense, energy, touching = row.under, row.sense, 0.0, 0.0
     (cx, cy, cz), (ax, ay, az) = frame(model.bodies, row)
     over = elements[contacts[row.first].element].beam
@@ -413,7 +413,7 @@ def measure_turns(y, what, model, k):
             touching += 1.0 if gap < 0.0 else 0.0
         n[0], n[1], n[2] = nx, ny, nz
     if what != START:
-        cylinders[k].energy, cylinders[k].touching = energy, touching
+        contact_surfaces[k].energy, contact_surfaces[k].touching = energy, touching
 
 
 @inlined

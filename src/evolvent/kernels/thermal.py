@@ -10,7 +10,7 @@ import math
 from numba import void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import ancf, cable, flexible
+from evolvent.kernels import ancf, ancf_beams, cable
 from evolvent.kernels.profile import profile
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -124,7 +124,7 @@ def add_thermal_loads(t0, t1, y, factor, model, P):
             continue
         _fill_mean(t0, t1, factor, load, model)
         at, first = load.constants, model.beams[load.beam].first_element
-        is_cable = model.beams[load.beam].kind == flexible.CABLE
+        is_cable = model.beams[load.beam].kind == ancf_beams.CABLE
         for i in range(first, first + model.beams[load.beam].elements):
             iq, own = elements[i].iq, elements[i].iv - n_q
             n = 3 if is_cable else ancf.N
@@ -188,7 +188,7 @@ def add_thermal_tangents(y, model, matrix):
         if load.beam < 0:
             continue
         at, first = load.constants, model.beams[load.beam].first_element
-        is_cable = model.beams[load.beam].kind == flexible.CABLE
+        is_cable = model.beams[load.beam].kind == ancf_beams.CABLE
         for i in range(first, first + model.beams[load.beam].elements):
             iq, own = elements[i].iq, elements[i].iv - n_q
             n = 3 if is_cable else ancf.N
@@ -210,5 +210,5 @@ def add_thermal_tangents(y, model, matrix):
             for r in range(size):
                 for c in range(3):
                     K[r, c] = -K[r, middle + c]
-            flexible.add_with_mass(matrix, own, size, K, 0.0, M)
+            ancf_beams.add_with_mass(matrix, own, size, K, 0.0, M)
             at += AMPLITUDES * m + AFTER

@@ -16,7 +16,7 @@ from numba import config
 from numba.np import numpy_support
 
 from evolvent.compiled.jit import ADDRESSES
-from evolvent.compiled.pointer import Struct, array, record, shared, struct
+from evolvent.compiled.pointer import Struct, array, record, shared
 from evolvent.model.records import *  # noqa: F403  (the names of the model are those of this package)
 from evolvent.model.records import RECORDS
 from evolvent.model.results import RESULTS as RESULTS
@@ -35,12 +35,16 @@ def zeros(name: str, size: int) -> Array:
     return family.view(np.recarray) if config.DISABLE_JIT else family
 
 
-class Flexible(Struct):
-    """Beams, what holds and touches them, and the pools of constants that their elements share.
+class Model(Struct):
+    """A whole assembled system: families of records (see `RECORDS`) and plain arrays, of one type for every system.
 
     Attributes
     ----------
-    beams, elements, joints and the other names of `FLEXIBLE` : families of records (see `RECORDS`)
+    breaks : (nb,) float, s, times on which a solver lands
+    parameters : (k,) float, of drives, laws and loads; families hold the indices of theirs
+    A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
+    scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch
+    pose : (12,) float, scratch, what the law of a torque is called with: position and attitude of its body
     H24, h24, U24 : (k, 28, 28), (k, 28), (k,) float, forms of elements of 24 coordinates (`evolvent.elements`)
     H12, h12, U12 : (k, 6, 6), (k, 6), (k,) float, those of cables
     M24, M12 : (k, 8, 8), (k, 4, 4) float, masses
@@ -56,13 +60,42 @@ class Flexible(Struct):
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K : scratch of an element
     J : (2, 3, 6) float, scratch
+    addresses : of functions that compiled code calls by address (`evolvent.compiled.jit.Indirect`)
     """
 
+    info: np.record = record(RECORDS["info"])
+    breaks: Array = array(1)
+    parameters: Array = array(1)
+    blocks: Array = array(1, RECORDS["blocks"])
+    bodies: Array = array(1, RECORDS["bodies"])
+    points: Array = array(1, RECORDS["points"])
+    markers: Array = array(1, RECORDS["markers"])
+    springs: Array = array(1, RECORDS["springs"])
+    links: Array = array(1, RECORDS["links"])
+    guides: Array = array(1, RECORDS["guides"])
+    threads: Array = array(1, RECORDS["threads"])
+    nodes: Array = array(1, RECORDS["nodes"])
+    loads: Array = array(1, RECORDS["loads"])
+    events: Array = array(1, RECORDS["events"])
+    fields: Array = array(1, RECORDS["fields"])
+    field_points: Array = array(1, RECORDS["field_points"])
+    wheels: Array = array(1, RECORDS["wheels"])
+    thrusters: Array = array(1, RECORDS["thrusters"])
+    controllers: Array = array(1, RECORDS["controllers"])
+    rows: Array = array(1, RECORDS["rows"])
+    row_sides: Array = array(1, RECORDS["row_sides"])
+    row_pairs: Array = array(1, RECORDS["row_pairs"])
+    A: Array = array(2)
+    la: Array = array(1)
+    scratch: Array = array(2)
+    pose: Array = array(1)
+    dy: Array = array(2)
+    sums: Array = array(2)
     beams: Array = array(1, RECORDS["beams"])
     elements: Array = array(1, RECORDS["elements"])
     joints: Array = array(1, RECORDS["joints"])
-    hinges: Array = array(1, RECORDS["hinges"])
-    cylinders: Array = array(1, RECORDS["cylinders"])
+    coordinates: Array = array(1, RECORDS["coordinates"])
+    contact_surfaces: Array = array(1, RECORDS["contact_surfaces"])
     contact_points: Array = array(1, RECORDS["contact_points"])
     beam_loads: Array = array(1, RECORDS["beam_loads"])
     custom_forces: Array = array(1, RECORDS["custom_forces"])
@@ -98,51 +131,6 @@ class Flexible(Struct):
     K24: Array = array(2)
     K12: Array = array(2)
     J: Array = array(3)
-
-
-class Model(Struct):
-    """A whole assembled system: families of records (see `RECORDS`) and plain arrays, of one type for every system.
-
-    Attributes
-    ----------
-    breaks : (nb,) float, s, times on which a solver lands
-    parameters : (k,) float, of drives, laws and loads; families hold the indices of theirs
-    A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
-    scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch
-    pose : (12,) float, scratch, what the law of a torque is called with: position and attitude of its body
-    flexible : Flexible
-    addresses : of functions that compiled code calls by address (`evolvent.compiled.jit.Indirect`)
-    """
-
-    info: np.record = record(RECORDS["info"])
-    breaks: Array = array(1)
-    parameters: Array = array(1)
-    blocks: Array = array(1, RECORDS["blocks"])
-    bodies: Array = array(1, RECORDS["bodies"])
-    points: Array = array(1, RECORDS["points"])
-    markers: Array = array(1, RECORDS["markers"])
-    springs: Array = array(1, RECORDS["springs"])
-    links: Array = array(1, RECORDS["links"])
-    guides: Array = array(1, RECORDS["guides"])
-    threads: Array = array(1, RECORDS["threads"])
-    nodes: Array = array(1, RECORDS["nodes"])
-    loads: Array = array(1, RECORDS["loads"])
-    events: Array = array(1, RECORDS["events"])
-    fields: Array = array(1, RECORDS["fields"])
-    field_points: Array = array(1, RECORDS["field_points"])
-    wheels: Array = array(1, RECORDS["wheels"])
-    thrusters: Array = array(1, RECORDS["thrusters"])
-    controllers: Array = array(1, RECORDS["controllers"])
-    rows: Array = array(1, RECORDS["rows"])
-    row_sides: Array = array(1, RECORDS["row_sides"])
-    row_pairs: Array = array(1, RECORDS["row_pairs"])
-    A: Array = array(2)
-    la: Array = array(1)
-    scratch: Array = array(2)
-    pose: Array = array(1)
-    dy: Array = array(2)
-    sums: Array = array(2)
-    flexible: Flexible = struct(Flexible)
     addresses: Array = shared(ADDRESSES)
 
 

@@ -9,7 +9,7 @@ ACCOUNTS = ("dissipated", "spool", "load", "drive", "release")
 DISSIPATED, SPOOL, LOAD, DRIVE, RELEASE = range(5)
 JUMP_ANGULAR, JUMP_LINEAR, N_ACCOUNTS = 5, 8, 11
 #: Accounts that follow in a model with beams or rods, under explicit methods: what causes have taken, and the impulse
-#: of the normal forces of every cylinder.
+#: of the normal forces of every surface.
 BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_JOINTS, IMPULSE = range(5)
 #: In place of the length of an interval: a state, whose frictions are among the accounts (of explicit methods, and of
 #: coordinates at samples).
@@ -131,7 +131,7 @@ RECORDS: dict[str, np.dtype] = {
     # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels; held: 1 where
     # rows of constraint act on its nodes
     "beams": _record("kind iq iv nodes first_element elements first_node paper held", "length"),
-    # form, bending, mass: indices in the pools of `Flexible`, bending of the form of that alone; force, tangent,
+    # form, bending, mass: indices in the pools of the model, bending of the form of that alone; force, tangent,
     # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
     # section: index among the parameters of what `beam_strains` needs; changes: of products, stretches and curvatures
     # over the step before, then over this one (`ancf.force_of`); free: strains by heat at `beam_strains.POINTS`; the
@@ -185,7 +185,7 @@ RECORDS: dict[str, np.dtype] = {
     # numerical damping; stored: J; lost, latch_lost: powers, W. Of the last step: before, pace, bristle0, rubs0, lost0,
     # latch_lost0, and anchor, the coordinate at which the bristle has no force. caught: rate at which the latch has
     # locked; peak: its largest torque
-    "hinges": _record(
+    "coordinates": _record(
         "kind body on other iq iv switch account",
         "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
         "angle rate torque before pace slope damper applied applied_slope applied_damper motor_slope motor_damper "
@@ -196,9 +196,9 @@ RECORDS: dict[str, np.dtype] = {
     # motors on coordinates: by a profile (kind 0), a user's law (1) or PD to a drive's motion (2); account: of the
     # work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last evaluation, or 0
     "motors": _record(
-        "hinge kind drive law first last account event switch",
+        "coordinate kind drive law first last account event switch",
         "position_gain velocity_gain limit rate_limit until latest",
-        "on time coordinate rate torque power power0 reference",
+        "on time angle rate torque power power0 reference",
     ),
     # cables between two coordinates: they keep ratio_b x_b - ratio_a x_a = offset; account: of what is dissipated
     "synchronizations": _record(
@@ -217,7 +217,7 @@ RECORDS: dict[str, np.dtype] = {
     # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
     # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`;
     # account: index in the state of the bristle of its first point under explicit methods, three numbers a point
-    "cylinders": _record(
+    "contact_surfaces": _record(
         "body law first last under surface account",
         "sense shift centre axis radius half_length stiffness exponent damping friction bristle_stiffness "
         "bristle_damping",
@@ -270,9 +270,3 @@ RECORDS: dict[str, np.dtype] = {
         "beam rod temperature gradient_y gradient_z constants expansions", "", "now change along_y along_z", now=_6
     ),
 }  # fmt: skip
-#: Families that stand in `Flexible`.
-FLEXIBLE = (
-    "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
-    "body_contacts", "motors", "synchronizations", "rods", "rod_elements", "gear_coordinates",
-    "thermal_loads",
-)  # fmt: skip

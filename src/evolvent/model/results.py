@@ -51,7 +51,7 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "v": ("velocity", "m s-1", "velocities of the nodes, inertial axes"),
         "tension": ("tension", "N", "tension of the segment inwards of each node, NaN while it is wound"),
     },
-    "hinges": {
+    "coordinates": {
         "angle": ("angle", "rad", "angle of the second side as seen from the first, any number of turns"),
         "rate": ("rate", "rad s-1", "rate of the angle"),
         "torque": ("torque", "N m", "torque of the joint, sum of {parts}, positive against the angle"),
@@ -62,7 +62,7 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "u": ("ends", "m", "point of travel 0 on the first part, and the second end, inertial axes"),
     },
     "motors": {
-        "coordinate": ("angle", "rad", "angle that the motor drives"),
+        "angle": ("angle", "rad", "angle that the motor drives"),
         "rate": ("rate", "rad s-1", "rate of the angle"),
         "torque": ("torque", "N m", "torque of the motor, positive where it increases the angle"),
         "power": ("power", "W", "power of the motor"),

@@ -130,7 +130,7 @@ def _solved(assembly: Assembly, times: Array, settings: Mapping[str, Any]) -> So
 def _read(solution: Solution, case: Any, kept: Array) -> Run:
     view = View.of(solution)
     x, rates = view.nodes(view.index("rib-1"))
-    contact = solution.cylinders[:, view.index("contact-1")]
+    contact = solution.contact_surfaces[:, view.index("contact-1")]
     return Run(
         case=case, status=solution.status, message=solution.message, statistics=solution.statistics,
         t=solution.t, even=kept[: solution.t.size], x=x, rates=rates,

@@ -13,7 +13,7 @@ import numpy as np
 
 from evolvent import analysis, cases
 from evolvent.results.observe import View
-from evolvent.solvers.drive import choose_step
+from evolvent.solvers.explicit_plan import choose_step
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly

@@ -16,7 +16,7 @@ from evolvent.compiled import jit
 from evolvent.elements.dense import dot, inverse, norm, product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, CrossSection, MaterialOrName
-from evolvent.kernels import element_calls, flexible as kernels
+from evolvent.kernels import ancf_beams as kernels, element_calls
 from evolvent.kernels.beam_strains import POINTS
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, node_arc

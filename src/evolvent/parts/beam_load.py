@@ -12,7 +12,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm
 from evolvent.kernels import beam_loads as kernels
-from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.parts.base import BeamName, Part, PointReference
 from evolvent.parts.beam import node_of
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, refuse_without_law, write_law

@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
-from evolvent.kernels import ancf, contact_laws, flexible
+from evolvent.kernels import ancf, ancf_beams, contact_laws
 from evolvent.parts.base import Part
 
 LAWS = {
@@ -104,9 +104,9 @@ class Contact(ContactLaw):
     def contact_points(self, builder: Builder, beam: int) -> list[dict[str, Any]]:
         """Fields of the contact points of a beam, evenly spaced in each element, its second node included."""
         row, found = builder.rows["beams"][beam], []
-        k = flexible.NODE_VECTORS[row["kind"]]
+        k = ancf_beams.NODE_VECTORS[row["kind"]]
         vectors = np.array([0, 1, k, k + 1])
-        masses = builder.pools["M12" if row["kind"] == flexible.CABLE else "M24"]
+        masses = builder.pools["M12" if row["kind"] == ancf_beams.CABLE else "M24"]
         for c in range(row["first_element"], row["first_element"] + row["elements"]):
             element = builder.rows["elements"][c]
             M = masses[element["mass"]]

@@ -13,14 +13,14 @@ from evolvent.parts.translational_spring import TranslationalSpring
 
 
 def find_coordinate(builder: Builder, key: str, name: str) -> int:
-    """Row of the family `hinges` of a spring, or a new one of a joint, which counts from 0 at the start.
+    """Row of the family `coordinates` of a spring, or a new one of a joint, which counts from 0 at the start.
 
     Parameters
     ----------
     key : str, that holds the name, for messages
     """
     family, index = builder.names.get(name, ("", -1))
-    if family == "hinges":
+    if family == "coordinates":
         return index
     spec = builder.specs.get(name)
     if not isinstance(spec, Joint):

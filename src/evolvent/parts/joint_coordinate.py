@@ -85,7 +85,7 @@ class CoordinateSpring(Part):
     def add_row(
         self, builder: Builder, name: str, kind: int, body: int, axis: np.ndarray, start: float, fields: dict[str, Any]
     ) -> None:
-        """Write the row of the family `hinges`; axis : (3,) float, axes of the body."""
+        """Write the row of the family `coordinates`; axis : (3,) float, axes of the body."""
         latch = math.inf if self.latch is None else self.latch
         keys = ("stiffness", "damping", "rest", "friction", "stop", "latch_stiffness", "latch_damping")
         stick = self.bristle_stiffness
@@ -97,16 +97,16 @@ class CoordinateSpring(Part):
             latch=latch,
             stick=self.friction / PRESLIDING[kind] if stick is None else stick,
         )  # fmt: skip
-        builder.names[name] = ("hinges", found)
+        builder.names[name] = ("coordinates", found)
 
 
 def add_coordinate(
     builder: Builder, kind: int, body: int, axis: np.ndarray, start: float, fields: dict[str, Any], *,
     low: float = -math.inf, high: float = math.inf, latch: float = math.inf, stick: float = 0.0,
 ) -> int:  # fmt: skip
-    """Write a row of the family `hinges`; returns its index."""
+    """Write a row of the family `coordinates`; returns its index."""
     return builder.add(
-        "hinges",
+        "coordinates",
         kind=kind,
         body=body,
         axis=axis,

@@ -10,7 +10,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
-from evolvent.kernels import axial, flexible, joint as kernels, sides
+from evolvent.kernels import ancf_beams, axial, joint as kernels, sides
 
 Array = np.ndarray
 
@@ -89,12 +89,12 @@ def node_direction(builder: Builder, node: Side, direction: Array) -> Side:
 
 def is_beam(side: Side) -> bool:
     """Whether a side is a node of 24-coordinate elements."""
-    return side.node is not None and side.node[0] == flexible.BEAM
+    return side.node is not None and side.node[0] == ancf_beams.BEAM
 
 
 def is_cable(side: Side) -> bool:
     """Whether a side is a node of 12-coordinate elements."""
-    return side.node is not None and side.node[0] == flexible.CABLE
+    return side.node is not None and side.node[0] == ancf_beams.CABLE
 
 
 def fixed_direction(builder: Builder, key: str, side: Side, direction: Array) -> Side:
@@ -187,8 +187,8 @@ def _clamped_to_body(builder: Builder, body: int, b: Side) -> list[Held]:
 
 def all_slopes(builder: Builder, a: Side, b: Side) -> list[Held]:
     """Products of all components of the slopes of a node with axes of the body that holds them."""
-    kind = flexible.BEAM if is_beam(b) else flexible.CABLE
-    slopes = [slope(builder, b, i) for i in range(1, flexible.NODE_VECTORS[kind])]
+    kind = ancf_beams.BEAM if is_beam(b) else ancf_beams.CABLE
+    slopes = [slope(builder, b, i) for i in range(1, ancf_beams.NODE_VECTORS[kind])]
     return [Held(direction_side(builder, a.body, e), s) for s in slopes for e in np.eye(3)]
 
 

@@ -14,7 +14,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm
 from evolvent.kernels import beam_loads, loads as kernels, springs
-from evolvent.kernels.flexible import CABLE
+from evolvent.kernels.ancf_beams import CABLE
 from evolvent.parts.base import Part, PointReference, ThreadName, unit
 from evolvent.parts.beam import node_of
 from evolvent.parts.beam_load import add_beam_load, refuse_beside_law

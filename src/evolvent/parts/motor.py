@@ -8,7 +8,7 @@ from typing import Any, Literal
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.kernels import coordinate
+from evolvent.kernels import coordinate_laws
 from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.drive import FreeSpool
@@ -95,21 +95,21 @@ class Motor(Part):
         self._check(name)
         hinge = find_coordinate(builder, f"{name}.joint", self.joint)
         for key in ("torque", "motion", "position_gain", "velocity_gain", "limit", "rate_limit"):
-            check_units(f"{name}.{key}", getattr(self, key), builder.rows["hinges"][hinge]["kind"])
+            check_units(f"{name}.{key}", getattr(self, key), builder.rows["coordinates"][hinge]["kind"])
         row: dict[str, Any] = {"drive": 0, "law": 0}
         if self.torque is not None:
             first, last = builder.parameters(write_profile(builder, f"{name}.torque", self.torque))
-            row |= {"kind": coordinate.BY_PROFILE, "first": first, "last": last}
+            row |= {"kind": coordinate_laws.BY_PROFILE, "first": first, "last": last}
         elif self.law is not None:
-            row |= {"kind": coordinate.BY_LAW}
+            row |= {"kind": coordinate_laws.BY_LAW}
             row |= write_law(builder, name, self.law, "motor", self.parameters, self.constants)
         elif self.motion is not None:
             drive = self.motion.write(builder, f"{name}.motion")
-            row |= {"kind": coordinate.BY_MOTION, "drive": drive.kind, "law": drive.law}
+            row |= {"kind": coordinate_laws.BY_MOTION, "drive": drive.kind, "law": drive.law}
             row |= {"first": drive.first, "last": drive.last}
         index = builder.add(
             "motors",
-            hinge=hinge,
+            coordinate=hinge,
             position_gain=self.position_gain,
             velocity_gain=self.velocity_gain,
             limit=math.inf if self.limit is None else self.limit,

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from evolvent.assembly.builder import Builder
 from evolvent.base.errors import InputError, nearest
-from evolvent.kernels.hinge import REACHED
+from evolvent.kernels.coordinate import REACHED
 from evolvent.parts.base import Reference
 
 ReleaseName = Annotated[str, Reference(what="an event, or a spring with a latch")]
@@ -23,20 +23,22 @@ def release_fields(builder: Builder, name: str, part: Any) -> dict[str, Any]:
     if family == "events":
         return fields | {"event": index}
     key = f"{name}.released_by is {part.released_by!r}"
-    if family != "hinges":
-        known = [n for n, (f, k) in builder.names.items() if f == "events" or (f == "hinges" and _latches(builder, k))]
+    if family != "coordinates":
+        known = [
+            n for n, (f, k) in builder.names.items() if f == "events" or (f == "coordinates" and _latches(builder, k))
+        ]
         raise InputError(
             f"{key}, neither an event nor a spring with a latch"
             + (f"; {nearest(part.released_by, known)}" if known else "; there is none of either")
         )
     if not _latches(builder, index):
         raise InputError(f"{key}, a spring without a latch; give {part.released_by}.latch, or name an event")
-    row = builder.rows["hinges"][index]
+    row = builder.rows["coordinates"][index]
     if abs(row["angle"] - row["latch"]) <= REACHED:
         raise InputError(f"{key}, whose latch is locked from the start; leave {name} out")
     return fields | {"event": -2 - index}
 
 
 def _latches(builder: Builder, hinge: int) -> bool:
-    """Whether a spring of the family `hinges` has a latch."""
-    return math.isfinite(builder.rows["hinges"][hinge]["latch"])
+    """Whether a spring of the family `coordinates` has a latch."""
+    return math.isfinite(builder.rows["coordinates"][hinge]["latch"])

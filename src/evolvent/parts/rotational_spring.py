@@ -13,7 +13,7 @@ from evolvent.assembly.references import Location
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
-from evolvent.kernels import axial, flexible
+from evolvent.kernels import ancf_beams, axial
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
 from evolvent.parts.base import BodyName, JointName, PointReference, unit
 from evolvent.parts.joint_coordinate import CoordinateSpring, Ends
@@ -23,7 +23,7 @@ _LEAST_OFF = 1e-6
 
 
 class _Second(NamedTuple):
-    """The second direction: fields of the family `hinges`, and the zero direction (inertial axes) and angle."""
+    """The second direction: fields of the family `coordinates`, and the zero direction (inertial axes) and angle."""
 
     on: int
     other: int
@@ -106,7 +106,7 @@ class RotationalSpring(CoordinateSpring):
         return {key if former.get(key, key) in values else former[key]: value for key, value in values.items()}
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write the row of the family `hinges`."""
+        """Write the row of the family `coordinates`."""
         self.check(name, "rad", "N m/rad")
         ends = self.ends(builder, name, ("revolute", "cylindrical", "screw"))
         place, axis = ends.location, ends.axis
@@ -142,7 +142,7 @@ class RotationalSpring(CoordinateSpring):
         if self.zero is None and self.angle is not None:
             zero = math.cos(self.angle) * zero - math.sin(self.angle) * np.cross(axis, zero)
         which = 1
-        if place.beam == flexible.BEAM:
+        if place.beam == ancf_beams.BEAM:
             across = np.array(builder.q[place.iq + 6 : place.iq + 12]).reshape(2, 3)
             which = 2 + int(np.argmin(np.abs(product(across, axis)) / np.linalg.norm(across, axis=1)))
             quarter = np.cross(axis, zero)

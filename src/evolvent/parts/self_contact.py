@@ -71,7 +71,7 @@ class SelfContact(Contact):
         for fields in self.contact_points(builder, over):
             builder.add("contact_points", carrier=-1, **fields)
         index = builder.add(
-            "cylinders",
+            "contact_surfaces",
             body=body,
             first=first,
             last=len(builder.rows["contact_points"]),
@@ -83,7 +83,7 @@ class SelfContact(Contact):
             half_length=math.inf if self.width is None else self.width,
             **self.law_fields(),
         )
-        builder.names[name] = ("cylinders", index)
+        builder.names[name] = ("contact_surfaces", index)
 
     def _thicken(self, builder: Builder, name: str, beam: int, owner: str) -> None:
         """Write the thickness into a beam's elements."""

@@ -55,10 +55,10 @@ def add_surface(
                 )
             builder.add("contact_points", **fields)
     index = builder.add(
-        "cylinders", body=body, first=first, last=len(builder.rows["contact_points"]), under=-1, surface=surface,
+        "contact_surfaces", body=body, first=first, last=len(builder.rows["contact_points"]), under=-1, surface=surface,
         centre=centre, axis=axis, radius=radius, half_length=half, **part.law_fields(),
     )  # fmt: skip
-    builder.names[name] = ("cylinders", index)
+    builder.names[name] = ("contact_surfaces", index)
 
 
 def _add_to_rods(part: Any, builder: Builder, name: str, rods: list[str], surface: Surface) -> None:

@@ -55,7 +55,7 @@ class Synchronization(Part):
         if self.stiffness == 0.0 and self.damping == 0.0:
             raise InputError(f"{name}.stiffness is 0.0; a cable needs a stiffness above 0")
         found = [find_coordinate(builder, f"{name}.hinges", hinge) for hinge in self.hinges]
-        rows = [builder.rows["hinges"][k] for k in found]
+        rows = [builder.rows["coordinates"][k] for k in found]
         if len({row["kind"] for row in rows}) > 1:
             raise InputError(f"{name}.hinges has both angles and travels; they must all be of one kind")
         check_units(f"{name}.stiffness", self.stiffness, rows[0]["kind"])

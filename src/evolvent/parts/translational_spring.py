@@ -69,7 +69,7 @@ class TranslationalSpring(CoordinateSpring):
     latch_damping: units.DampingOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write the row of the family `hinges`."""
+        """Write the row of the family `coordinates`."""
         self.check(name, "m", "N/m")
         ends = self.ends(builder, name, ("prismatic", "cylindrical", "screw"))
         place = ends.location

@@ -6,9 +6,9 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.flow.implicit import residual
-from evolvent.kernels import attitude, contact, coordinate, joint, rigid, sparse_lu
+from evolvent.kernels import attitude, contact, coordinate_laws, joint, rigid, sparse_lu
+from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import ROTATION, displace
-from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -66,8 +66,8 @@ def accelerations_at(t, state, model, matrix, work, A, la):
 @indirect(_I(MODEL, SPARSE, WORKSPACE))
 def begin(model, matrix, work):
     """Start from the state work.y at the loop's time; returns a status."""
-    for k in range(model.hinges.size):
-        model.hinges[k].relax = coordinate.RELAX
+    for k in range(model.coordinates.size):
+        model.coordinates[k].relax = coordinate_laws.RELAX
     status = start_accelerations(model, matrix, work)
     if status != DONE:
         return status
@@ -92,8 +92,8 @@ def restart(after, model, matrix, work):
 def _begin_step(t, model, work):
     """What the first step needs of a start at t."""
     end_step(t, 0.0, model, work)
-    if model.hinges.size > 0:
-        coordinate.end_coordinate_step(0.0, 1.0, work.y, model.switches, model)
+    if model.coordinates.size > 0:
+        coordinate_laws.end_coordinate_step(0.0, 1.0, work.y, model.switches, model)
     attitude.end_actuator_step(0.0, 0.5, work.dq, work.y, model)
 
 

@@ -7,8 +7,8 @@ import math
 from evolvent.compiled.jit import inlined
 from evolvent.flow.implicit import momenta
 from evolvent.kernels import rigid, rod_strains
+from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import RATE, ROTATION, SLOPE
-from evolvent.kernels.flexible import NODE_VECTORS
 
 
 @inlined

@@ -8,7 +8,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.energy_momentum import measure, residual, tangent
-from evolvent.kernels import ancf, hinge, joint, rigid, rod_strains
+from evolvent.kernels import ancf, coordinate, joint, rigid, rod_strains
 from evolvent.kernels.blocks import largest_turn
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -21,7 +21,7 @@ _I = types.int64
 @indirect(void(MODEL, WORKSPACE))
 def begin(model, work):
     """Start from the state work.y at the loop's time."""
-    step, hinges, n_q = work.step, model.hinges, model.info.nq
+    step, coordinates, n_q = work.step, model.coordinates, model.info.nq
     step.step.t, step.step.h = work.loop.time, 0.0
     for i in range(work.y.size):
         work.y0[i] = work.y[i]
@@ -29,8 +29,8 @@ def begin(model, work):
     measure(1, model, step)
     for i in range(work.dq.size):
         work.rate[i] = work.y[n_q + i]
-    for k in range(hinges.size):
-        hinges[k].rate = 0.0
+    for k in range(coordinates.size):
+        coordinates[k].rate = 0.0
 
 
 @indirect(void(REAL, REAL, MODEL, WORKSPACE))
@@ -152,8 +152,8 @@ def coupled_energy(t, model, work):
     for k in range(joints.size):
         if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
             coupled += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
-    if model.hinges.size > 0:
-        coupled += hinge.hinge_energy(model.switches, model)
+    if model.coordinates.size > 0:
+        coupled += coordinate.coordinate_energy(model.switches, model)
     return coupled
 
 

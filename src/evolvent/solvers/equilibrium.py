@@ -20,9 +20,9 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow.implicit import energies, residual, tangent
 from evolvent.flow.powers import COUPLED_ENERGY
-from evolvent.kernels import attitude, contact, coordinate, hinge, loads, rigid, sparse_lu
+from evolvent.kernels import attitude, contact, coordinate, coordinate_laws, loads, rigid, sparse_lu
+from evolvent.kernels.ancf_beams import NODE_VECTORS, is_finite
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE, displace, is_idle
-from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
 from evolvent.model import MODEL
@@ -296,7 +296,7 @@ def _move(cut, model, b):
     for k in range(b.la.size):
         b.la[k] += cut * b.x[b.d.size + k]
     displace(b.y, b.d, False, model, b.y)
-    hinge.end_hinge_step(model.switches, model.hinges)  # whose angles are those before the move
+    coordinate.count_quarter_turns(model.switches, model.coordinates)  # whose angles are those before the move
     return norm
 
 
@@ -478,8 +478,8 @@ def probe(t, step, factor, shift, model, matrix, b):
 def accept(t, model, b, out):
     """Make the state the start of what follows; out : (5,) energies (3), of contacts, of hinges and penalties."""
     contact.end_contacts(b.y, model)
-    if model.hinges.size > 0:
-        coordinate.end_coordinate_step(0.0, 1.0, b.y, model.switches, model)
-    hinge.end_hinge_step(model.switches, model.hinges)
+    if model.coordinates.size > 0:
+        coordinate_laws.end_coordinate_step(0.0, 1.0, b.y, model.switches, model)
+    coordinate.count_quarter_turns(model.switches, model.coordinates)
     energies(t, b.y, model, out[:3])
     out[3], out[4] = contact.energy_of(model), b.powers[COUPLED_ENERGY]

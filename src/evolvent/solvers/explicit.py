@@ -18,12 +18,12 @@ from numba import types
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.flow.events import DUE
-from evolvent.flow.explicit_flexible import end_frictions
+from evolvent.flow.explicit_forces import end_frictions
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import hinge, rigid, thread
+from evolvent.kernels import coordinate, rigid, thread
+from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import normalise
-from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.passing import note_places, passing
 from evolvent.model import MODEL
 from evolvent.solvers.dense import cubic
@@ -131,8 +131,8 @@ def start_up(model, work):
     t = work.loop.time
     if is_corrected(model):
         project(t, work.y, work.s, model)
-    if model.hinges.size > 0:
-        hinge.note_turns(t, work.y, work.s, model)
+    if model.coordinates.size > 0:
+        coordinate.note_turns(t, work.y, work.s, model)
     if model.info.rubbed >= 0:
         end_frictions(t, work.y, work.s, -1.0, model)
     for k in range(work.g0.size):
@@ -156,8 +156,8 @@ def end_step(target, corrected, model, work):
         work.y[n] = work.y1[n]
     work.loop.time = target
     changed = corrected and project(target, work.y, work.s, model) != 0
-    if model.hinges.size > 0:
-        hinge.note_turns(target, work.y, work.s, model)
+    if model.coordinates.size > 0:
+        coordinate.note_turns(target, work.y, work.s, model)
     return changed
 
 
@@ -320,8 +320,8 @@ def grid_step(end, until, model, loop):
 def adapted_step(until, model, work):
     """End and length of the next step of those that adapt."""
     t, h = work.loop.time, work.loop.step
-    if model.hinges.size > 0:
-        h = min(h, hinge.longest_step(model.hinges))
+    if model.coordinates.size > 0:
+        h = min(h, coordinate.longest_step(model.coordinates))
     if model.threads.size > 0:
         h = min(h, thread.longest_step(work.y, work.s, model))
     return (until, until - t) if t + h * 1.01 >= until else (t + h, h)
@@ -356,7 +356,7 @@ def advance(A, b, c, E, P, rtol, atol, model, work, budget):
         return status
     n, adapts = model.info.nq + model.info.nv, E.size > 0
     watch, corrected = work.g.size > 0, is_corrected(model)
-    passes = model.body_contacts.size > 0 or model.cylinders.size > 0
+    passes = model.body_contacts.size > 0 or model.contact_surfaces.size > 0
     end, near = work.samples[work.samples.size - 1], 0.0 if adapts else 1e-9 * loop.step
     until = next_stop(adapts, loop.time, end, model, work)
     rejected, error = False, 0.0

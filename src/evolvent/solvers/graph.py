@@ -12,9 +12,9 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.assembly.constraints import ends_of
 from evolvent.kernels import joint, sides, springs
+from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import ANGLE, BODY, WHEEL
 from evolvent.kernels.drive import FREE
-from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.solvers.ordering import Pattern
 
 Array = np.ndarray
@@ -125,20 +125,20 @@ def _couple_forces(graph: _Graph) -> None:
         graph.couple(*ends)
     for element in model.rod_elements:
         graph.couple(graph.body[element["a"]], graph.body[element["b"]])
-    for hinge in model.hinges:
+    for hinge in model.coordinates:
         second = graph.body[hinge["other"]] if hinge["on"] == sides.ON_BODY else graph.of(int(hinge["iv"]))
         graph.couple(second, graph.body[hinge["body"]])
-    hinges = model.hinges
+    coordinates = model.coordinates
     for cable in model.synchronizations:
         ends = []
-        for row in hinges[[cable["a"], cable["b"]]]:
+        for row in coordinates[[cable["a"], cable["b"]]]:
             on_body = row["on"] == sides.ON_BODY
             ends += [graph.body[row["body"]], graph.body[row["other"]] if on_body else graph.of(int(row["iv"]))]
         graph.couple(*ends)
     for force in model.custom_forces:
         own = model.markers[int(force["first_marker"]) :][: int(force["points"])]
         graph.couple(*(_block_of_marker(graph, marker) for marker in own))
-    for cylinder in model.cylinders[model.cylinders["under"] < 0]:
+    for cylinder in model.contact_surfaces[model.contact_surfaces["under"] < 0]:
         for point in model.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
             graph.couple(*(graph.of(int(iv)) for iv in point["iv"]), graph.body[cylinder["body"]])
     for row in model.body_contacts:
@@ -148,7 +148,7 @@ def _couple_forces(graph: _Graph) -> None:
 def _couple_layers(graph: _Graph) -> None:
     """Couple the nodes of elements that lie on one another."""
     model = graph.model
-    for cylinder in model.cylinders[model.cylinders["under"] >= 0]:
+    for cylinder in model.contact_surfaces[model.contact_surfaces["under"] >= 0]:
         half = NODE_VECTORS[model.beams["kind"][cylinder["under"]]]
         for point in model.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
             if point["carrier1"] < 0 or not point["gap1"] < _NEAR * model.elements["length"][point["carrier1"]]:

@@ -13,7 +13,7 @@ import numpy as np
 from evolvent.elements import rods
 from evolvent.elements.forms import products
 from evolvent.elements.thermal import STRETCHES
-from evolvent.kernels import flexible, thermal
+from evolvent.kernels import ancf_beams, thermal
 from evolvent.kernels.profile import profile
 from evolvent.model import Model
 
@@ -51,7 +51,7 @@ def energies(model: Model, index: int, t: Array, y: Array, factor: Array | float
     if load["rod"] >= 0:
         return _rod_energies(model, load, amplitudes(model, index, t, factor), y)
     beam, at, a = model.beams[load["beam"]], int(load["constants"]), amplitudes(model, index, t, factor)
-    is_cable = bool(beam["kind"] == flexible.CABLE)
+    is_cable = bool(beam["kind"] == ancf_beams.CABLE)
     size, c, whole = 12 if is_cable else 24, np.zeros(a.shape), np.zeros((a.shape[1], a.shape[1]))
     for element in model.elements[int(beam["first_element"]) : int(beam["first_element"] + beam["elements"])]:
         m, iq = 3 if element["stretch"] else 6 if is_cable else 28, int(element["iq"])

@@ -16,7 +16,7 @@ from evolvent.kernels import rigid
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.solvers import balance as eb, reactions
-from evolvent.solvers.drive import STEP_ALLOWED, sample_times
+from evolvent.solvers.explicit_plan import STEP_ALLOWED, sample_times
 from evolvent.solvers.implicit_run import Run, rows_of_part
 from evolvent.solvers.implicit_setup import acts_from_outside, check_start, energy_floor, matrix_of, sizes, workspace
 from evolvent.solvers.implicit_state import ALPHA, ENERGY, OPTIONS, Workspace

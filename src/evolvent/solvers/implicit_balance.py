@@ -7,7 +7,7 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies
-from evolvent.kernels import attitude, contact, coordinate, joint, rigid
+from evolvent.kernels import attitude, contact, coordinate_laws, joint, rigid
 from evolvent.model import MODEL
 from evolvent.solvers import energy_step
 from evolvent.solvers.balance import (
@@ -57,11 +57,11 @@ def add_step_to_balance(t, h, model, work):
         damped, slip = work.step.contact[0], work.step.contact[1]
     balance.by_friction += slip
     balance.by_contact += damped
-    if model.hinges.size > 0:
+    if model.coordinates.size > 0:
         share = 0.5 if energy else 1.0
-        balance.by_friction += coordinate.end_coordinate_step(h, share, work.y, model.switches, model)
-    for k in range(model.cylinders.size):
-        work.impulse[k] += h * model.cylinders[k].normal
+        balance.by_friction += coordinate_laws.end_coordinate_step(h, share, work.y, model.switches, model)
+    for k in range(model.contact_surfaces.size):
+        work.impulse[k] += h * model.contact_surfaces[k].normal
     for k in range(model.body_contacts.size):
         work.touched[k] += h * model.body_contacts[k].force
 

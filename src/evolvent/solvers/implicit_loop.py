@@ -13,7 +13,7 @@ import math
 from numba import types
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.kernels import contact, coordinate, hinge, rigid, thread, user_events
+from evolvent.kernels import contact, coordinate, coordinate_laws, rigid, thread, user_events
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.passing import note_places, passing
 from evolvent.kernels.sparse import SPARSE
@@ -55,7 +55,7 @@ def begin(model, matrix, work):
     loop.fastest = fastest_rate(0.0, 1.0, work.y[n_q : n_q + work.dq.size], work.shares)
     loop.start_energy = energy_of(work.balance)
     begin_extremes(loop, work.balance.kinetic, potential_of(work.balance))
-    hinge.end_hinge_step(model.switches, model.hinges)
+    coordinate.count_quarter_turns(model.switches, model.coordinates)
     user_events.start_events(loop.time, work.y, model)
     if not energy:  # whose forces at the start are those of the first step
         fill_forces(model, work)
@@ -138,7 +138,7 @@ def advance(model, matrix, work, budget):
 def step_length(left, model, work):
     """Length of the next step, at most the time `left` to the target, and whether it lands there."""
     loop, energy, adaptive = work.loop, work.options.method == ENERGY, work.options.tolerance > 0.0
-    h = min(loop.step, loop.event_step, hinge.longest_step(model.hinges))
+    h = min(loop.step, loop.event_step, coordinate.longest_step(model.coordinates))
     if energy:
         h = min(h, energy_step.longest_turn(model.bodies))
     elif adaptive and model.threads.size > 0:
@@ -217,7 +217,7 @@ def until_event(t, h, model, work):
 
     It may be longer, to end behind an event.
     """
-    part = hinge.until_latch(model.switches, model.hinges)
+    part = coordinate.until_latch(model.switches, model.coordinates)
     if _has_free_spool(model):
         part = min(part, thread.until_release(h, work.y0, work.y, model.switches, model))
     if model.events.size > 0:
@@ -283,17 +283,17 @@ def accept_step(t1, t_end, h, model, work):
 @inlined
 def _latch(t, model, work):
     """Latch the hinges that have reached their latches at the end of a step; returns whether any has."""
-    hinges, s, loop, found = model.hinges, model.switches, work.loop, False
-    for k in range(hinges.size):
-        if hinge.latch_reached(s, hinges, k):
+    coordinates, s, loop, found = model.coordinates, model.switches, work.loop, False
+    for k in range(coordinates.size):
+        if coordinate.latch_reached(s, coordinates, k):
             if work.options.method == ENERGY and not found:
-                hinge.note_turns(t, work.y, s, model)  # rates at the end; those of the step are means
-            coordinate.lock(s, hinges, k)
+                coordinate.note_turns(t, work.y, s, model)  # rates at the end; those of the step are means
+            coordinate_laws.lock(s, coordinates, k)
             work.log_t[loop.latches], work.log_k[loop.latches] = t, k
             loop.latches += 1
             found = True
             user_events.release(t, -2 - k, model)
-    hinge.end_hinge_step(s, hinges)
+    coordinate.count_quarter_turns(s, coordinates)
     return found
 
 

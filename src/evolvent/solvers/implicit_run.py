@@ -46,7 +46,7 @@ class Run(run.Run):
         super().__init__(of)
         self.matrix = of.matrix
         self.is_energy, self.inner, self.is_stopped = bool(of.options.method == ENERGY), 0, False
-        self.has_layers = self.is_energy and bool(np.any(self.model.cylinders["under"] >= 0))
+        self.has_layers = self.is_energy and bool(np.any(self.model.contact_surfaces["under"] >= 0))
         self.ranks = redundancy.Ranks(of.assembly)
         began = clock.perf_counter()
         self._hold_joints()
@@ -267,7 +267,7 @@ class Run(run.Run):
             work.out_a[:n],
             work.out_la[:n],
             balance,
-            work.out_cylinders[:n],
+            work.out_surfaces[:n],
             work.out_bodies[:n],
             work.out_touches[:n],
             work.out_friction[:n],

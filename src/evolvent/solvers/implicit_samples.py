@@ -29,9 +29,9 @@ def fill_forces(model, work):
     """Forces of the last residual on cylinders and bodies into the workspace, as those of the step's end."""
     bodies = model.bodies
     if contact.any_contact(model):
-        write_contacts(model, work.cylinders[1], work.friction[1], work.touches[1])
-    for k in range(work.cylinders.shape[1]):
-        work.cylinders[1, k, IMPULSE] = work.impulse[k]
+        write_contacts(model, work.contact_surfaces[1], work.friction[1], work.touches[1])
+    for k in range(work.contact_surfaces.shape[1]):
+        work.contact_surfaces[1, k, IMPULSE] = work.impulse[k]
     for k in range(work.touches.shape[1]):
         work.touches[1, k, TOUCHED] = work.touched[k]
     for b in range(bodies.size):
@@ -57,10 +57,10 @@ def start_next(work):
 @inlined
 def _copy_forces(whole, work):
     """Make the forces of the step's end those of its start, with the impulses if `whole`."""
-    for k in range(work.cylinders.shape[1]):
+    for k in range(work.contact_surfaces.shape[1]):
         for i in range(N_CYLINDER):
             if whole or i != IMPULSE:
-                work.cylinders[0, k, i] = work.cylinders[1, k, i]
+                work.contact_surfaces[0, k, i] = work.contact_surfaces[1, k, i]
     for k in range(work.friction.shape[1]):
         for i in range(3):
             work.friction[0, k, i] = work.friction[1, k, i]
@@ -88,10 +88,10 @@ def keep_forces(n, theta, model, work):
         work.out_a[n, i] = _between(theta, work.dv0[i], work.dv1[i])
     for i in range(work.la.size):
         work.out_la[n, i] = _between(theta, work.la0[i], work.la[i])
-    for k in range(work.cylinders.shape[1]):
+    for k in range(work.contact_surfaces.shape[1]):
         for i in range(N_CYLINDER):
-            work.out_cylinders[n, k, i] = _between(theta, work.cylinders[0, k, i], work.cylinders[1, k, i])
-        work.out_cylinders[n, k, TOUCHING] = work.cylinders[1 if theta > 0.5 else 0, k, TOUCHING]
+            work.out_surfaces[n, k, i] = _between(theta, work.contact_surfaces[0, k, i], work.contact_surfaces[1, k, i])
+        work.out_surfaces[n, k, TOUCHING] = work.contact_surfaces[1 if theta > 0.5 else 0, k, TOUCHING]
     for k in range(work.friction.shape[1]):
         for i in range(3):
             work.out_friction[n, k, i] = _between(theta, work.friction[0, k, i], work.friction[1, k, i])

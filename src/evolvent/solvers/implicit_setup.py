@@ -15,10 +15,10 @@ from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.energy_momentum import STEP, EnergyStep
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import contact, joint, rigid, sides, springs
+from evolvent.kernels.ancf_beams import CABLE
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.blocks import ANGLE, BEAM, POSITION, SCALAR, THREAD, indices
 from evolvent.kernels.drive import FREE
-from evolvent.kernels.flexible import CABLE
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
@@ -44,7 +44,7 @@ def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = Fals
     Turns that lie on one another are inner unknowns; those that do so at present are coupled directly if `layers`. So
     is what a torque spread over a beam couples.
     """
-    found = model.cylinders[model.cylinders["under"] >= 0]
+    found = model.contact_surfaces[model.contact_surfaces["under"] >= 0]
     inner = int(np.sum((found["last"] - found["first"]) * np.where(found["friction"] > 0.0, 3, 1)))
     inner += int(np.sum(model.beam_loads["kind"] == FIELD))
     if spare is None:
@@ -158,10 +158,10 @@ def check_start(assembly: Assembly, t: float) -> None:
 def acts_from_outside(model: mdl.Model, t: float = -math.inf) -> bool:
     """Whether something joins, pushes or pulls on the system from outside at t, beside gravity and loads."""
     free = model.bodies["motion"] == rigid.FREE
-    joints, hinges, markers = model.joints[t <= model.joints["until"]], model.hinges, model.markers
+    joints, coordinates, markers = model.joints[t <= model.joints["until"]], model.coordinates, model.markers
     fixed = [~free[joints["index"][joints["on"] == sides.ON_BODY]], joints["kind"] == joint.ANGLE]
-    fixed += [~free[hinges["body"]], ~free[hinges["other"][hinges["on"] == sides.ON_BODY]]]
-    fixed += [~free[model.cylinders["body"]], ~free[model.body_contacts["a"]], ~free[model.body_contacts["b"]]]
+    fixed += [~free[coordinates["body"]], ~free[coordinates["other"][coordinates["on"] == sides.ON_BODY]]]
+    fixed += [~free[model.contact_surfaces["body"]], ~free[model.body_contacts["a"]], ~free[model.body_contacts["b"]]]
     fixed += [~free[model.gear_coordinates["body"]], ~free[model.gear_coordinates["other"]]]
     own = [np.arange(row["first_marker"], row["first_marker"] + row["points"]) for row in model.custom_forces]
     used = np.concatenate([model.springs["a"], model.springs["b"], *own]).astype(int)
@@ -192,13 +192,27 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     options : record `implicit_state.OPTIONS`
     """
     model, energy = assembly.model, bool(options.method == ENERGY)
-    n_v, n_j, n_c, n_b, n_t = int(model.info.nv), model.joints.size, model.cylinders.size, model.bodies.size, times.size
-    ends = [model.beam_loads["start"] + model.beam_loads["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
+    n_v, n_j, n_c, n_b, n_t = (
+        int(model.info.nv),
+        model.joints.size,
+        model.contact_surfaces.size,
+        model.bodies.size,
+        times.size,
+    )
+    ends = [
+        model.beam_loads["start"] + model.beam_loads["ramp"],
+        model.breaks,
+        release_times(assembly, times[0], times[-1]),
+    ]
     stops = np.unique(np.concatenate(ends))
     model.switches[:] = assembly.s
     contact.clear_history(model)
     out, evaluated = empty(model, n_t), n_t if reactions.applies(model, options) else 0
-    balance, fields, logged = np.zeros(1, dtype=BALANCE), len(BALANCE.names or ()), model.hinges.size + model.events.size
+    balance, fields, logged = (
+        np.zeros(1, dtype=BALANCE),
+        len(BALANCE.names or ()),
+        model.coordinates.size + model.events.size,
+    )
     shared = {name: assembly.y.copy() for name in ("y", "y0")} | {name: np.zeros((n_b, 3)) for name in ("x0", "x1")}
     shared |= {name: np.zeros((n_b, 3, 3)) for name in ("R0", "R1")}
     shared |= {"dq": np.zeros(n_v), "la": np.zeros(n_j), "r": np.zeros(n_v + n_j), "powers": np.zeros((2, N_POWERS))}
@@ -232,7 +246,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         touched=np.zeros(model.body_contacts.size),
         touches=np.zeros((2, model.body_contacts.size, N_TOUCH)),
         friction=np.zeros((2, rubbing_points(model), 3)),
-        cylinders=np.zeros((2, n_c, N_CYLINDER)),
+        contact_surfaces=np.zeros((2, n_c, N_CYLINDER)),
         bodies=np.zeros((2, n_b, 6)),
         ends=np.zeros((evaluated, 2, assembly.y.size)),
         end_times=np.zeros((evaluated, 2)),
@@ -248,7 +262,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         out_la=out.la,
         out_balance=np.zeros((n_t, fields)),
         out_momenta=np.zeros((0 if model.threads.size else n_t, 6)),
-        out_cylinders=out.cylinders,
+        out_surfaces=out.contact_surfaces,
         out_touches=out.touches,
         out_friction=out.friction,
         out_points=np.zeros((n_t if energy else 0, model.contact_points.size)),

@@ -15,7 +15,7 @@ from evolvent.assembly.families import owner
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.compiled import laws
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import coordinate, drive, hinge, loads, springs
+from evolvent.kernels import coordinate, coordinate_laws, drive, loads, springs
 from evolvent.kernels.blocks import POSITION, THREAD
 
 Array = np.ndarray
@@ -232,15 +232,15 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
     for k, row in enumerate(model.custom_forces):
         yield _Use("custom_forces", k, row)
     for k, row in enumerate(model.motors):
-        follows = row["kind"] == coordinate.BY_MOTION
-        if row["kind"] == coordinate.BY_LAW or (follows and row["drive"] == drive.LAW):
+        follows = row["kind"] == coordinate_laws.BY_MOTION
+        if row["kind"] == coordinate_laws.BY_LAW or (follows and row["drive"] == drive.LAW):
             yield _Use("motors", k, row)
 
 
 def _is_of_time(use: _Use) -> bool:
     """Whether a row's law is one of time alone: a drive."""
     if use.family == "motors":
-        return bool(use.row["kind"] == coordinate.BY_MOTION)
+        return bool(use.row["kind"] == coordinate_laws.BY_MOTION)
     return use.family in ("threads", "joints", "bodies", "controllers")
 
 
@@ -280,9 +280,9 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
                 yield node["x"].copy(), node["v"].copy(), time
         yield thread["Q"][:3].copy(), thread["Q"][3:].copy(), time
     elif use.family == "motors":
-        hinges, k = model.hinges, int(use.row["hinge"])
-        hinge.measure_coordinate(y, moment[2], hinges, model.bodies, k)
-        yield time, float(hinges["angle"][k]), float(hinges["rate"][k])
+        coordinates, k = model.coordinates, int(use.row["coordinate"])
+        coordinate.measure_coordinate(y, moment[2], coordinates, model.bodies, k)
+        yield time, float(coordinates["angle"][k]), float(coordinates["rate"][k])
     elif use.family == "fields":
         for x, v in _masses(model, y):
             yield x, v, time

@@ -108,9 +108,7 @@ def _spin_of_wheels(work: Work) -> sparse.csr_matrix:
 
 
 def _rubs(model: Any) -> bool:
-    return any(
-        bool(np.any(rows["friction"] > 0.0)) for rows in (model.cylinders, model.body_contacts)
-    )
+    return any(bool(np.any(rows["friction"] > 0.0)) for rows in (model.contact_surfaces, model.body_contacts))
 
 
 def has_symmetric_stiffness(work: Work) -> bool:
@@ -176,9 +174,13 @@ def _skew(a: Array) -> Array:
 def _attached(model: Any) -> set[int]:
     """Bodies on which anything but elements of rods acts."""
     markers = model.markers
-    found = [markers["index"][markers["kind"] == springs.ON_BODY], model.hinges["body"], model.cylinders["body"]]
+    found = [
+        markers["index"][markers["kind"] == springs.ON_BODY],
+        model.coordinates["body"],
+        model.contact_surfaces["body"],
+    ]
     found.append(model.joints["index"][model.joints["on"] == sides.ON_BODY])
-    found.append(model.hinges["other"][model.hinges["on"] == sides.ON_BODY])
+    found.append(model.coordinates["other"][model.coordinates["on"] == sides.ON_BODY])
     found.append(model.threads["body"])
     return {int(b) for b in np.concatenate([np.ravel(one) for one in found])}
 
@@ -219,8 +221,8 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
     if by_law:  # nodes of beams that a spring pulls
         for point in model.points[model.points["mass"] == 0.0]:
             own.extend(range(int(point["iv"]) - work.n_q, int(point["iv"]) - work.n_q + 3))
-    ends = {int(v) for v in model.hinges["iv"][model.hinges["on"] == sides.ON_COORDINATES]}
-    for cylinder in model.cylinders[model.bodies["motion"][model.cylinders["body"]] != rigid.DRIVEN]:
+    ends = {int(v) for v in model.coordinates["iv"][model.coordinates["on"] == sides.ON_COORDINATES]}
+    for cylinder in model.contact_surfaces[model.bodies["motion"][model.contact_surfaces["body"]] != rigid.DRIVEN]:
         ends.update(model.contact_points["iv"][int(cylinder["first"]) : int(cylinder["last"])].ravel().tolist())
     facing = {v - work.n_q + c for v in ends for c in range(3)} if own else set()
     if not own:

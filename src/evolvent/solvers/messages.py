@@ -159,9 +159,9 @@ def _location(assembly: Assembly, values: Array) -> str:
 def _touching(assembly: Assembly) -> str:
     """Names of the contacts whose points press."""
     model, found = assembly.model, []
-    for k, row in enumerate(model.cylinders):
+    for k, row in enumerate(model.contact_surfaces):
         if row["normal"] > 0.0 or np.any(model.contact_points["force"][row["first"] : row["last"]] > 0.0):
-            found.append(repr(owner(assembly, "cylinders", k)))
+            found.append(repr(owner(assembly, "contact_surfaces", k)))
     for i in np.flatnonzero(model.body_contacts["force"] > 0.0):
         found.append(repr(owner(assembly, "body_contacts", int(i))))
     found = list(dict.fromkeys(found))
@@ -170,9 +170,9 @@ def _touching(assembly: Assembly) -> str:
 
 def _jumping(assembly: Assembly) -> str:
     """Names of the cylinders whose force jumps at the touch."""
-    cylinders = assembly.model.cylinders
-    some = (cylinders["law"] == contact_laws.PAPER) & (cylinders["damping"] > 0.0)
-    names = [name for name, (family, k) in assembly.names.items() if family == "cylinders" and some[k]]
+    contact_surfaces = assembly.model.contact_surfaces
+    some = (contact_surfaces["law"] == contact_laws.PAPER) & (contact_surfaces["damping"] > 0.0)
+    names = [name for name, (family, k) in assembly.names.items() if family == "contact_surfaces" and some[k]]
     return " or ".join(repr(name) for name in names[:3]) + (" or others" if len(names) > 3 else "")
 
 

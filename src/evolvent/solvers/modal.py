@@ -15,8 +15,8 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import bodies_of
 from evolvent.assembly.references import split_reference
 from evolvent.base.errors import InputError
+from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import displace
-from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.parts.checks import positive, vector
 from evolvent.solvers.eigenproblem import constrained
 from evolvent.solvers.implicit_setup import sizes

@@ -7,8 +7,8 @@ import math
 from numba import types
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.kernels import contact, coordinate, sparse_lu
-from evolvent.kernels.flexible import is_finite
+from evolvent.kernels import contact, coordinate_laws, sparse_lu
+from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.passing import note_places
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -45,7 +45,7 @@ def _evaluate(t1, h, model, work):
 @inlined
 def _count_touching(model):
     """A number that encodes which contact points touch, and which coordinates of joints slip."""
-    return contact.pressed(model) + coordinate.count_slipping(model)
+    return contact.pressed(model) + coordinate_laws.count_slipping(model)
 
 
 @inlined

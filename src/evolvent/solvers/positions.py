@@ -10,8 +10,8 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import bodies_of, rod_arms
 from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import rigid
+from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SLOPE, idle
-from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
 from evolvent.solvers.static_work import velocity_slice
 

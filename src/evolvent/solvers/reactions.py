@@ -27,18 +27,20 @@ def applies(model: mdl.Model, options: Any) -> bool:
     Multipliers of fixed steps are of second order. Forces of contacts and of joints' friction belong to a step, and
     springs of threads are not resolved by one.
     """
-    if np.any(model.hinges["friction"] > 0.0) or options.method == ENERGY:
+    if np.any(model.coordinates["friction"] > 0.0) or options.method == ENERGY:
         return False
     return bool(options.tolerance > 0.0) and is_held(model) and _without_contacts(model) and not model.threads.size
 
 
 def _without_contacts(model: mdl.Model) -> bool:
-    return not model.cylinders.size and not model.body_contacts.size
+    return not model.contact_surfaces.size and not model.body_contacts.size
 
 
 def has_stiffness(model: mdl.Model) -> bool:
     """Whether anything but constraints resists a change of shape."""
-    stiff = model.elements.size + model.rods.size + model.hinges.size + model.custom_forces.size + model.springs.size
+    stiff = (
+        model.elements.size + model.rods.size + model.coordinates.size + model.custom_forces.size + model.springs.size
+    )
     return bool(stiff) or bool(np.any(model.joints["stiffness"] > 0.0))
 
 

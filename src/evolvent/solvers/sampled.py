@@ -12,8 +12,8 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.jit import MATRIX, indirect
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import constraint_rows, hinge, joint
-from evolvent.kernels.flexible import beam_energies
+from evolvent.kernels import constraint_rows, coordinate, joint
+from evolvent.kernels.ancf_beams import beam_energies
 from evolvent.kernels.rod import evaluate_rods
 from evolvent.solvers import balance as eb
 
@@ -49,7 +49,7 @@ class Sampled(NamedTuple):
     acceleration: Array
     la: Array
     balance: Any
-    cylinders: Array
+    contact_surfaces: Array
     wrenches: Array
     touches: Array
     friction: Array
@@ -93,7 +93,7 @@ def empty(model: mdl.Model, size: int) -> Sampled:
         np.zeros((size, int(model.info.nv))),
         np.zeros((size, model.joints.size)),
         eb.records(size),
-        np.zeros((size, model.cylinders.size, N_CYLINDER)),
+        np.zeros((size, model.contact_surfaces.size, N_CYLINDER)),
         np.zeros((size, model.bodies.size, 6)),
         np.zeros((size, model.body_contacts.size, N_TOUCH)),
         np.zeros((size, rubbing_points(model), 3)),
@@ -102,17 +102,21 @@ def empty(model: mdl.Model, size: int) -> Sampled:
 
 def rubbing_points(model: mdl.Model) -> int:
     """Number of the contact points of beams, 0 where none of them has friction."""
-    return model.contact_points.size if np.any(model.cylinders["friction"] > 0.0) else 0
+    return model.contact_points.size if np.any(model.contact_surfaces["friction"] > 0.0) else 0
 
 
 @indirect(void(mdl.MODEL, MATRIX, MATRIX, MATRIX))
-def write_contacts(model: mdl.Model, cylinders: Array, friction: Array, touches: Array) -> None:
+def write_contacts(model: mdl.Model, contact_surfaces: Array, friction: Array, touches: Array) -> None:
     """Write what the last contacts' forces left in their records as a sample's `Sampled`, but for impulses."""
-    rows, points, pairs = model.cylinders, model.contact_points, model.body_contacts
-    for k in range(cylinders.shape[0]):
+    rows, points, pairs = model.contact_surfaces, model.contact_points, model.body_contacts
+    for k in range(contact_surfaces.shape[0]):
         for i in range(6):
-            cylinders[k, i] = rows[k].F[i]
-        cylinders[k, 6], cylinders[k, 8], cylinders[k, 9] = rows[k].normal, rows[k].touching, rows[k].energy
+            contact_surfaces[k, i] = rows[k].F[i]
+        contact_surfaces[k, 6], contact_surfaces[k, 8], contact_surfaces[k, 9] = (
+            rows[k].normal,
+            rows[k].touching,
+            rows[k].energy,
+        )
     for i in range(friction.shape[0]):
         f, n, lam = points[i].f, points[i].n, points[i].force
         for j in range(3):
@@ -128,12 +132,15 @@ def write_contacts(model: mdl.Model, cylinders: Array, friction: Array, touches:
 
 def forces_of(model: mdl.Model) -> tuple[Array, Array, Array, Array]:
     """Of the last forces: `cylinders`, `wrenches`, `touches` and `friction` of a sample, without impulses."""
-    cylinders, touches = np.zeros((model.cylinders.size, N_CYLINDER)), np.zeros((model.body_contacts.size, N_TOUCH))
+    contact_surfaces, touches = (
+        np.zeros((model.contact_surfaces.size, N_CYLINDER)),
+        np.zeros((model.body_contacts.size, N_TOUCH)),
+    )
     friction = np.zeros((rubbing_points(model), 3))
-    if model.cylinders.size or model.body_contacts.size:
-        write_contacts(model, cylinders, friction, touches)
+    if model.contact_surfaces.size or model.body_contacts.size:
+        write_contacts(model, contact_surfaces, friction, touches)
     touches[:, TOUCHED] = np.nan
-    return cylinders, model.bodies["F"].copy(), touches, friction
+    return contact_surfaces, model.bodies["F"].copy(), touches, friction
 
 
 def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
@@ -158,7 +165,7 @@ def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
         found["by_mass"], found["by_stiffness"] = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
         found["by_contact"], found["by_joints"] = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]
         found["by_springs"] -= causes[:, : mdl.IMPULSE].sum(axis=1)
-    found["by_friction"] = y[:, model.hinges["account"] + mdl.BY_FRICTION].sum(axis=1)
+    found["by_friction"] = y[:, model.coordinates["account"] + mdl.BY_FRICTION].sum(axis=1)
     if model.info.rubbed >= 0:
         found["by_friction"] += y[:, int(model.info.rubbed)]
     found["by_springs"] -= found["by_friction"]
@@ -183,8 +190,8 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     for k in range(t.size):
         rhs(t[k], y[k], s[k], model, dy)
         found.acceleration[k] = dy[n_q : n_q + n_v]
-        found.cylinders[k], found.wrenches[k], found.touches[k], found.friction[k] = forces_of(model)
-        found.balance.contact[k] = found.cylinders[k, :, 9].sum() + found.touches[k, :, 17].sum()
+        found.contact_surfaces[k], found.wrenches[k], found.touches[k], found.friction[k] = forces_of(model)
+        found.balance.contact[k] = found.contact_surfaces[k, :, 9].sum() + found.touches[k, :, 17].sum()
         found.la[k], coupled = joint.penalty_values(t[k], s[k], model.joints)
         found.la[k, model.rows["index"][rows]] = model.la[rows]
         if model.beams.size:
@@ -195,13 +202,13 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
             own[:] = 0.0
             evaluate_rods(model, own)
             found.balance.bending[k] += own[2]
-        if model.hinges.size:
-            coupled += hinge.add_hinges(t[k], y[k], mdl.KEPT, s[k], model, scratch)[0]
+        if model.coordinates.size:
+            coupled += coordinate.add_coordinates(t[k], y[k], mdl.KEPT, s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled
         found.balance.elastic[k] -= coupled
-    if model.cylinders.size:
+    if model.contact_surfaces.size:
         first = n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE
-        found.cylinders[:, :, 7] = y[:, first : first + model.cylinders.size]
+        found.contact_surfaces[:, :, 7] = y[:, first : first + model.contact_surfaces.size]
     return found
 
 
@@ -209,7 +216,7 @@ def bristles(model: mdl.Model) -> Array:
     """Indices of the accounts that are states: forces of frictions of coordinates, and deflections of contacts'."""
     last = int(model.info.ny)
     first = int(model.info.rubbed) + 1 if model.info.rubbed >= 0 else last
-    return np.concatenate([model.hinges["account"] + mdl.FRICTION_FORCE, np.arange(first, last)]).astype(int)
+    return np.concatenate([model.coordinates["account"] + mdl.FRICTION_FORCE, np.arange(first, last)]).astype(int)
 
 
 def angular_momentum(sums: Array) -> Array:

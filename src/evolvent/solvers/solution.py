@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.assembly.needs import is_flexible
+from evolvent.assembly.needs import has_explicit_forces
 from evolvent.solvers import balance as eb
 from evolvent.solvers.heating import less_free_strain
 from evolvent.solvers.observations import Observations, momenta_of, observe, sums_of
@@ -148,12 +148,12 @@ class Solution:
     @property
     def _is_split(self) -> bool:
         """Whether energies of contacts and joints stand apart from the others."""
-        return self.kept is not None or is_flexible(self.assembly.model)
+        return self.kept is not None or has_explicit_forces(self.assembly.model)
 
     @property
-    def cylinders(self) -> Array:
+    def contact_surfaces(self) -> Array:
         """See `Sampled`."""
-        return self.sampled.cylinders
+        return self.sampled.contact_surfaces
 
     @property
     def wrenches(self) -> Array:
@@ -216,7 +216,14 @@ class Solution:
         kept = None
         if self.kept is not None:
             kept = empty(self.assembly.model, 1)
-            for values in (kept.acceleration, kept.la, kept.cylinders, kept.wrenches, kept.touches, kept.friction):
+            for values in (
+                kept.acceleration,
+                kept.la,
+                kept.contact_surfaces,
+                kept.wrenches,
+                kept.touches,
+                kept.friction,
+            ):
                 values[:] = np.nan
             for name in eb.BALANCE.names or ():
                 kept.balance[name] = np.nan

@@ -27,7 +27,7 @@ class Mode(NamedTuple):
 def fastest_mode(assembly: Assembly) -> Mode:
     """A bound of the highest frequency of the springs and threads of a model, all nodes taken as released.
 
-    Beams, contacts and penalties count with what they have (see `evolvent.solvers.flexible`).
+    Beams, contacts and penalties count with what they have (see `evolvent.solvers.explicit_modes`).
 
     Notes
     -----
@@ -53,10 +53,12 @@ def fastest_mode(assembly: Assembly) -> Mode:
     for i in (int(k) for k in np.flatnonzero(model.bodies["motion"] != rigid.DRIVEN)):
         best.append(_largest(rigid.body_bound(model.bodies, i, body[:, i]), owner(assembly, "bodies", i)))
     largest = 0.0
-    if needs.is_flexible(model):
-        from evolvent.solvers.flexible import fastest_flexible_mode  # SciPy's sparse matrices take a moment to load
+    if needs.has_explicit_forces(model):
+        from evolvent.solvers.explicit_modes import (
+            fastest_explicit_mode,  # SciPy's sparse matrices take a moment to load
+        )
 
-        square, own, place, largest = fastest_flexible_mode(assembly)
+        square, own, place, largest = fastest_explicit_mode(assembly)
         best.append((square, own, place))
     squared, damping, where = max(best, key=lambda bound: (bound[0], -bound[1]))
     return Mode(math.sqrt(squared), damping, where, max(largest, *(bound[1] for bound in best)))

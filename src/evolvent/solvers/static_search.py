@@ -97,7 +97,7 @@ class Search:
         """Keep the state that the search began with, where nothing was kept; what was not computed is NaN."""
         if not self.kept:
             w = self.work
-            n_c, n_b = w.model.cylinders.size, w.model.bodies.size
+            n_c, n_b = w.model.contact_surfaces.size, w.model.bodies.size
             n_t = w.model.body_contacts.size
             shapes = (n_c, N_CYLINDER), (n_b, 6), (n_t, N_TOUCH), (rubbing_points(w.model), 3)
             rows = [np.full(shape, np.nan) for shape in shapes]
@@ -407,7 +407,7 @@ class Search:
         for k, (own, state, switches, la, energies, weights, *forces) in enumerate(self.kept):
             factor[k], y[k], s[k], loads[k] = own, state, switches, weights
             out.la[k] = la
-            out.cylinders[k], out.wrenches[k], out.touches[k], out.friction[k] = forces
+            out.contact_surfaces[k], out.wrenches[k], out.touches[k], out.friction[k] = forces
             for name, value in zip(eb.ENERGIES, energies, strict=True):
                 out.balance[name][k] = value
         for name in (*eb.WORK, *eb.LOSSES):  # a path of equilibria has none over time

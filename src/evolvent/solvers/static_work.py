@@ -113,12 +113,11 @@ def _vector(name: str, value: Any) -> Array:
 def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     """A copy of a model for statics: driven bodies and spools stand where they are at `time`, ramps are over."""
     copy = model.copy()
-    flexible = copy
     stand_still(copy, time)
     end_ramps(copy)
     contact.clear_history(copy)
-    flexible.cylinders["bristle_damping"] = 0.0
-    flexible.body_contacts["bristle_damping"] = 0.0
+    copy.contact_surfaces["bristle_damping"] = 0.0
+    copy.body_contacts["bristle_damping"] = 0.0
     return freeze_spools(copy, time)
 
 
@@ -134,7 +133,7 @@ class Work:
             raise InputError("nothing in the system can move")
         self.matrix = matrix_of(model, spare=spare_of(model))
         n_u = self.n_v + self.n_j
-        rubs = [np.any(rows["friction"] > 0.0) for rows in (model.cylinders, model.body_contacts)]
+        rubs = [np.any(rows["friction"] > 0.0) for rows in (model.contact_surfaces, model.body_contacts)]
         self.step = 1.0 if any(rubs) else -1.0
         self.redundancy: redundancy.Redundancy | None = None
         start = np.array(assembly.y if y is None else y, dtype=float)
@@ -146,9 +145,7 @@ class Work:
         weight, _ = sizes(assembly)
         #: Indices in the state of all slopes of beams, (n, 3).
         self.slopes = indices(model.blocks[model.blocks["kind"] == SLOPE], "iq")
-        nodes = of_part(
-            model, "bodies", [b for k in range(model.rods.size) for b in bodies_of(model, "rods", k)]
-        )
+        nodes = of_part(model, "bodies", [b for k in range(model.rods.size) for b in bodies_of(model, "rods", k)])
         #: Indices in the state of the quaternions of all nodes of rods, (n, 4).
         self.turns = indices(nodes[nodes["kind"] == ROTATION], "iq", 4)
         #: What each equation stands for: of threads' nodes all copies, so that tangents are symmetric, (nu,).
@@ -177,7 +174,7 @@ class Work:
         b = self.balance
         residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
         self._check_wheels()
-        if model.cylinders.size:
+        if model.contact_surfaces.size:
             contact.end_points(b.y, model)
         if model.body_contacts.size:
             body_contact.end_bodies(model)

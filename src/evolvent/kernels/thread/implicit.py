@@ -1,6 +1,6 @@
 """Residual and tangent of threads with segments of springs, as implicit methods need them.
 
-The switches of the state (nodes and whole threads released) stand in `Flexible.switches`. Wound nodes keep their
+The switches of the state (nodes and whole threads released) stand in `Model.switches`. Wound nodes keep their
 places; what wound thread adds to a body's mass and forces is as under explicit methods (see `wound`).
 """
 
@@ -91,7 +91,7 @@ def add_forces(t, y, h, loaded, model, dy):
 
 @inlined
 def _note_segments(t, y, step, model, p):
-    """Fill `Flexible.strands` of thread p.
+    """Fill `Model.strands` of thread p.
 
     Notes
     -----

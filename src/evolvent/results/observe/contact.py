@@ -18,8 +18,8 @@ WINDOW = 0.04
 def observe_contact(view: View, name: str) -> Observed:
     """Resultant force and moment of a contact, its normal force, impulse and energy, and the forces of its points."""
     index = view.index(name)
-    found, values = Observed(), view.solution.cylinders[:, index]
-    row, model = view.model.cylinders[index], view.model
+    found, values = Observed(), view.solution.contact_surfaces[:, index]
+    row, model = view.model.contact_surfaces[index], view.model
     found.vector("force", -values[:, 0:3], "N", "resultant of the surface on the beams, inertial axes")
     text = "moment of the surface on the beams about the origin of the surface's body, inertial axes"
     found.vector("moment", -values[:, 3:6], "N m", text)

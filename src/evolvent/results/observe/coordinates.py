@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import axial, coordinate
+from evolvent.kernels import axial, coordinate_laws
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, RESULTS
 from evolvent.results.observe.variables import Observed
 from evolvent.results.observe.view import View
@@ -27,7 +27,7 @@ _OF_TRAVEL = {
 
 
 def _worded(row: Any, text: str) -> str:
-    """Name, unit or words of a variable, of a row of the family `hinges`."""
+    """Name, unit or words of a variable, of a row of the family `coordinates`."""
     if row["kind"] == axial.TRAVEL:
         for angle, travel in _OF_TRAVEL.items():
             text = text.replace(angle, travel)
@@ -54,13 +54,13 @@ def _since(view: View, account: int) -> Array:
 def observe_coordinate(view: View, name: str) -> Observed:
     """Angle or travel, rate, torque or force, energies and latch of a spring on the coordinate of a joint."""
     index, found = view.index(name), Observed()
-    row = view.model.hinges[index]
+    row = view.model.coordinates[index]
     account, rubs = int(row["account"]), row["friction"] > 0.0
     parts = "spring, damper, friction, stops and latch" if rubs else "spring, damper, stops and latch"
-    _add(view, found, "hinges", index, row, "angle rate torque stored lost", parts=parts)
+    _add(view, found, "coordinates", index, row, "angle rate torque stored lost", parts=parts)
     found.scalar("damper_work", _since(view, account + BY_DAMPER), "J", "energy that the damper has dissipated")
     if rubs:
-        _add(view, found, "hinges", index, row, "rubs")
+        _add(view, found, "coordinates", index, row, "rubs")
         found.scalar("friction_work", _since(view, account + BY_FRICTION), "J", "energy that friction has dissipated")
     found.scalar("latched", view.s[:, int(row["switch"]) + 1], "1", "1 once the latch has locked")
     when = latch_time(view, index)
@@ -69,8 +69,8 @@ def observe_coordinate(view: View, name: str) -> Observed:
         _observe_latch(view, index, math.isfinite(when), found)
     if row["kind"] == axial.TRAVEL:
         on_first, _ = view.on_body(int(row["body"]), row["zero"])
-        ends = np.stack([on_first, view.fields["hinges"]["u"][:, index]], axis=1)
-        found.along(RESULTS["hinges"]["u"][0], "end", ends, *RESULTS["hinges"]["u"][1:])
+        ends = np.stack([on_first, view.fields["coordinates"]["u"][:, index]], axis=1)
+        found.along(RESULTS["coordinates"]["u"][0], "end", ends, *RESULTS["coordinates"]["u"][1:])
         found.drawn = [{"line": {"points": "ends", "kind": "spring", "values": ["force"]}}]
     found.plots = [_worded(row, "angle"), _worded(row, "torque")]
     return found
@@ -78,8 +78,8 @@ def observe_coordinate(view: View, name: str) -> Observed:
 
 def _observe_latch(view: View, index: int, caught: bool, found: Observed) -> None:
     """Torque or force of a latch, its peak, and the energy that it dissipates."""
-    row = view.model.hinges[index]
-    _add(view, found, "hinges", index, row, "latch_torque")
+    row = view.model.coordinates[index]
+    _add(view, found, "coordinates", index, row, "latch_torque")
     peak, rate = (np.full(view.t.size, float(row[key]) if caught else math.nan) for key in ("peak", "caught"))
     text = _worded(row, "largest absolute torque in the latch over all steps")
     found.scalar(_worded(row, "latch_torque_peak"), peak, _worded(row, "N m"), text)
@@ -95,7 +95,7 @@ def latch_time(view: View, index: int) -> float:
     events = solution.event_times[solution.event_kinds == first_latch(view.model) + index]
     if events.size:
         return float(events[0])
-    locked = view.t.size > 0 and view.s[0, int(view.model.hinges["switch"][index]) + 1] != 0
+    locked = view.t.size > 0 and view.s[0, int(view.model.coordinates["switch"][index]) + 1] != 0
     return float(view.t[0]) if locked else math.nan
 
 
@@ -103,15 +103,15 @@ def observe_motor(view: View, name: str) -> Observed:
     """Torque or force, power and work of a motor, and the error of its coordinate against the reference."""
     index, found = view.index(name), Observed()
     motor = view.model.motors[index]
-    row = view.model.hinges[int(motor["hinge"])]
+    row = view.model.coordinates[int(motor["coordinate"])]
     _add(view, found, "motors", index, row, "coordinate rate torque power")
     if math.isfinite(motor["latest"]) or motor["event"] != -1:
         _add(view, found, "motors", index, row, "on")
     found.scalar("work", _since(view, int(motor["account"])), "J", "work of the motor since the start")
-    if motor["kind"] == coordinate.BY_MOTION:
+    if motor["kind"] == coordinate_laws.BY_MOTION:
         _add(view, found, "motors", index, row, "reference")
         fields, text = view.fields["motors"], _worded(row, "reference angle of the motor minus the actual one")
-        off = fields["reference"][:, index] - fields["coordinate"][:, index]
+        off = fields["reference"][:, index] - fields["angle"][:, index]
         found.scalar("error", off, _worded(row, "rad"), text)
     found.plots = [_worded(row, "angle"), _worded(row, "torque")]
     return found
@@ -121,7 +121,7 @@ def observe_synchronization(view: View, name: str) -> Observed:
     """Stretches and torques of the cable loops, their energy, and what they have dissipated."""
     model, found, first = view.model, Observed(), view.index(name)
     loops = slice(first, first + len(view.part(name).hinges) - 1)
-    row = model.hinges[int(model.synchronizations["a"][first])]
+    row = model.coordinates[int(model.synchronizations["a"][first])]
     _add(view, found, "synchronizations", loops, row, "stretch torque")
     for field in ("energy", "lost"):
         key, unit, text = RESULTS["synchronizations"][field]

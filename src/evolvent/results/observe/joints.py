@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.assembly.references import split_reference
-from evolvent.kernels import axial, hinge, joint as kernels, rigid, sides
+from evolvent.kernels import axial, coordinate, joint as kernels, rigid, sides
 from evolvent.kernels.constraint_rows import CENTRE
 from evolvent.model import RESULTS, zeros
 from evolvent.results.observe.gears import observe_gear
@@ -119,11 +119,11 @@ def observe_joint(view: View, name: str) -> Observed:
 
 
 def _coordinates(view: View, rows: list[int]) -> Iterator[Any]:
-    """Rows of the family `hinges` of the travel and the angle of a screw joint."""
+    """Rows of the family `coordinates` of the travel and the angle of a screw joint."""
     joints, coordinates = view.model.joints, view.model.gear_coordinates
     gear = next(joints[k] for k in rows if joints["kind"][k] == kernels.GEAR)
     for one in coordinates[int(gear["first"]) : int(gear["last"])]:
-        row = zeros("hinges", 1)
+        row = zeros("coordinates", 1)
         for key in ("kind", "body", "on", "other", "axis", "zero", "local"):
             row[key] = one[key]
         yield row
@@ -181,7 +181,7 @@ def revolute(view: View, rows: list[int]) -> tuple[Array, Array] | None:
         second = [{"on": sides.ON_COORDINATES, "iq": q + off, "iv": v + off} for off in offs]
     found = []
     for fields in second:
-        row = zeros("hinges", 1)
+        row = zeros("coordinates", 1)
         for key, value in {"kind": axial.ANGLE, "body": body, "axis": axis, **fields}.items():
             row[key] = value
         own = row[0]
@@ -197,12 +197,12 @@ def revolute(view: View, rows: list[int]) -> tuple[Array, Array] | None:
 
 
 def coordinate_at(view: View, row: Any) -> tuple[Array, Array]:
-    """Angle within half a turn, or travel, and its rate, of one row of the family `hinges` at the samples: (nt,)."""
+    """Angle within half a turn, or travel, and its rate, of a row of the family `coordinates` at the samples: (nt,)."""
     model, none = view.model, np.zeros(1, dtype=np.int64)
     found = np.empty((2, view.t.size))
     for k, (t, y) in enumerate(zip(view.t, view.y, strict=True)):
         rigid.kinematics(t, y, model)
-        hinge.measure_coordinate(y, none, row, model.bodies, 0)
+        coordinate.measure_coordinate(y, none, row, model.bodies, 0)
         found[:, k] = row["angle"][0], row["rate"][0]
     return found[0], found[1]
 

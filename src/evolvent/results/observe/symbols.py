@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.kernels import axial, joint as joints, sides, springs
+from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.constraint_rows import CENTRE
-from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.results.observe.shapes import point_on
 from evolvent.results.observe.variables import Observed, turned
 from evolvent.results.observe.view import View
@@ -86,7 +86,7 @@ def _point_row(view: View, name: str) -> Any:
 
 def _hinge_seat(view: View, name: str, part: Any) -> Seat | None:
     """Where a spring of a joint is: at its joint, at that between the same parts, or at its second end."""
-    row = view.model.hinges[view.index(name)]
+    row = view.model.coordinates[view.index(name)]
     body, axis = int(row["body"]), np.array(row["axis"], dtype=float)
     if row["kind"] == axial.TRAVEL:
         return Seat(body, np.array(row["zero"]), axis)

@@ -10,14 +10,14 @@ import numpy as np
 
 from evolvent.assembly import families, needs
 from evolvent.flow.sampling import evaluate
-from evolvent.kernels import flexible, rigid, sides, springs
+from evolvent.kernels import ancf_beams, rigid, sides, springs
+from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.drive import drive
-from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.model import RESULTS
 from evolvent.results.motion import rotation_matrices
 from evolvent.results.observe.variables import cross, norm, turned
 from evolvent.solvers import heating
-from evolvent.solvers.drive import METHODS
+from evolvent.solvers.explicit_plan import METHODS
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.still_threads import end_ramps
 
@@ -239,8 +239,8 @@ class View:
         last = first + int(row["elements"])
         out = np.zeros((self.t.size, 9))
         for y, values in zip(self.y, out, strict=True):
-            flexible.beam_energies(y, first, last, self.model, values[:3])
-            flexible.beam_momenta(y, first, last, self.model, values[3:6], values[6:])
+            ancf_beams.beam_energies(y, first, last, self.model, values[:3])
+            ancf_beams.beam_momenta(y, first, last, self.model, values[3:6], values[6:])
         for k in np.flatnonzero(self.model.thermal_loads["beam"] == index):
             heated = heating.energies(self.model, int(k), self.t, self.y, self.load_factor)
             out[:, 1] += heated.elastic

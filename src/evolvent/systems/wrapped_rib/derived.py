@@ -83,7 +83,7 @@ def warning(case: Case, begin: Start, solution: Solution) -> str:
     if strain.max() > case_checks.STRAIN_WARNED:
         at = f"at t = {t[np.argmax(strain)]:.6g} s"
         found.append(f"the rib was strained by up to {100.0 * strain.max():.3g} %, {at}, {case_checks.BEYOND}")
-    hubs = [view.model.cylinders[view.index(f"contact-{k + 1}")] for k in range(case.rib.count)]
+    hubs = [view.model.contact_surfaces[view.index(f"contact-{k + 1}")] for k in range(case.rib.count)]
     apart = view.fields["contact_points"]["apart"]
     gaps = np.concatenate([apart[:, int(row["first"]) : int(row["last"])] for row in hubs], axis=1)
     gap = np.fmin.reduce(gaps, axis=1, initial=np.inf)

@@ -79,7 +79,7 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
             # the motion lies far below the waves along a thread or beam: stability is enough, unless links are rigid
             rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
             safe = limit * (0.25 if rigid_links else SAFETY[method])
-            if assembly.model.cylinders.size:
+            if assembly.model.contact_surfaces.size:
                 safe = min(safe, CONTACT_SAFETY * stability_limit(METHODS["rk4"], mode, duration))
             return safe, limit, mode
         order, factor = ENERGY_LOSS[method]
@@ -179,7 +179,9 @@ def plan(
             step, limit, mode = choose_step(own, method, step, duration)
     else:
         step, rtol, atol = None, positive("rtol", rtol), positive("atol", atol)
-        if not needs.is_flexible(own.model):  # of beams the fastest mode takes longer to find than a run may take
+        if not needs.has_explicit_forces(
+            own.model
+        ):  # of beams the fastest mode takes longer to find than a run may take
             stable_step(own, method, duration)
     return Plan(own, times, method, step, limit, mode, rtol, atol, compile_time)
 

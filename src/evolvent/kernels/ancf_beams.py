@@ -226,7 +226,7 @@ def kick_beams(y, model, dy):
 
 @inlined
 def copy_weight(model, P):
-    """Weight of all beams, as it stands in `Flexible.G`, into the loads P."""
+    """Weight of all beams, as it stands in `Model.G`, into the loads P."""
     n_q = model.info.nq
     for k in range(model.beams.size):
         at = model.beams[k].iv - n_q

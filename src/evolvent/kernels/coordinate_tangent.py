@@ -5,7 +5,7 @@ from numba import types, void
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.axial import TRAVEL, angle_of, gradients, place_on_body, second_derivative, second_side
-from evolvent.kernels.coordinate import measure_motor_slopes
+from evolvent.kernels.coordinate_laws import measure_motor_slopes
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import (
     ON_BODY,
@@ -25,7 +25,7 @@ _I = types.int64
 
 
 @indirect(void(VECTOR, REAL, MODEL, SPARSE))
-def add_hinge_tangents(y, c_rate, model, matrix):
+def add_coordinate_tangents(y, c_rate, model, matrix):
     """Tangents of all hinges, at the angles of the last forces.
 
     Notes
@@ -34,27 +34,30 @@ def add_hinge_tangents(y, c_rate, model, matrix):
     is the rate of u as seen from the body.
     """
     bodies, n_q = model.bodies, model.info.nq
-    hinges = model.hinges
+    coordinates = model.coordinates
     K = model.K12
     if model.motors.size > 0:
         measure_motor_slopes(model)
     if model.synchronizations.size > 0:
         add_synchronization_tangents(c_rate, model, matrix)
-    for k in range(hinges.size):
-        torque, damping = hinges[k].torque + hinges[k].applied, hinges[k].damper + hinges[k].motor_damper
-        slope = hinges[k].slope + hinges[k].motor_slope + c_rate * damping
-        if hinges[k].kind == TRAVEL:
+    for k in range(coordinates.size):
+        torque, damping = (
+            coordinates[k].torque + coordinates[k].applied,
+            coordinates[k].damper + coordinates[k].motor_damper,
+        )
+        slope = coordinates[k].slope + coordinates[k].motor_slope + c_rate * damping
+        if coordinates[k].kind == TRAVEL:
             add_travel_tangent(k, slope, model, matrix)
             continue
-        u = second_side(y, hinges, bodies, k)
-        a, b, p, q, g = angle_of(hinges, bodies, k, u)
+        u = second_side(y, coordinates, bodies, k)
+        a, b, p, q, g = angle_of(coordinates, bodies, k, u)
         for j in range(3):
             for i in range(3):
                 K[3 + i, 3 + j] = second_derivative(a, b, p, q, i, j)
-        if hinges[k].on == ON_BODY:
+        if coordinates[k].on == ON_BODY:
             _add_between_bodies(model, k, (u[0], u[1], u[2]), g, torque, slope, damping, K, matrix)
             continue
-        w = bodies[hinges[k].body].w
+        w = bodies[coordinates[k].body].w
         rx, ry, rz = cross(w[0], w[1], w[2], u[0], u[1], u[2])
         r = (u[3] - rx, u[4] - ry, u[5] - rz)
         for j in range(3):
@@ -63,9 +66,9 @@ def add_hinge_tangents(y, c_rate, model, matrix):
                 turned += K[3 + i, 3 + j] * r[i]
             for i in range(3):
                 K[i, j] = slope * g[i] * g[j] + torque * K[3 + i, 3 + j] + damping * g[i] * turned
-        at = hinges[k].iv - n_q
+        at = coordinates[k].iv - n_q
         add_block(matrix, at, at, K, 0, 0, 3, 3, 1.0)
-        body = hinges[k].body
+        body = coordinates[k].body
         if bodies[body].motion != rigid.DRIVEN:
             local = model.e[2]
             local[0], local[1], local[2] = turn_back(bodies[body].R, u[0], u[1], u[2])
@@ -86,8 +89,8 @@ def _add_between_bodies(model, k, u, g, torque, slope, damping, K, matrix):
     torques on the axes of the bodies then change by A z of the first, A = t s^T + torque T, and by
     (A + torque [t]x) z of the second one, with opposite signs.
     """
-    bodies, hinges = model.bodies, model.hinges
-    a, b = hinges[k].body, hinges[k].other
+    bodies, coordinates = model.bodies, model.coordinates
+    a, b = coordinates[k].body, coordinates[k].other
     t = cross(u[0], u[1], u[2], g[0], g[1], g[2])
     wb = bodies[b].w
     r = (wb[0] - bodies[a].w[0], wb[1] - bodies[a].w[1], wb[2] - bodies[a].w[2])
@@ -138,11 +141,11 @@ def _add_turns(matrix, model, i, j, K, first, scale):
 @indirect(void(REAL, MODEL, SPARSE))
 def add_synchronization_tangents(c_rate, model, matrix):
     """What cables couple between different coordinates; the rest is among the slopes of each."""
-    hinges, rows, J = model.hinges, model.synchronizations, model.J
+    coordinates, rows, J = model.coordinates, model.synchronizations, model.J
     for k in range(rows.size):
         factor = -rows[k].ratio_a * rows[k].ratio_b * (rows[k].stiffness + c_rate * rows[k].damping)
-        a = gradients(model, hinges, rows[k].a, J[0])
-        b = gradients(model, hinges, rows[k].b, J[1])
+        a = gradients(model, coordinates, rows[k].a, J[0])
+        b = gradients(model, coordinates, rows[k].b, J[1])
         for i in range(2):
             for j in range(2):
                 _add_outer(matrix, a[2 * i], a[2 * i + 1], J[0], i, b[2 * j], b[2 * j + 1], J[1], j, factor)
@@ -175,15 +178,15 @@ def add_travel_tangent(k, slope, model, matrix):
     body there, u moves by s = Jb db - Ja da as seen from it, and f by slope d d.s + w x f, w the turn of the body. On
     the body acts -(f, u x f): its axes turn with it, its arm by s.
     """
-    hinges = model.hinges
-    a, on, other, g = hinges[k].body, hinges[k].on, hinges[k].other, hinges[k].g
+    coordinates = model.coordinates
+    a, on, other, g = coordinates[k].body, coordinates[k].on, coordinates[k].other, coordinates[k].g
     d = (g[0], g[1], g[2])
-    along = hinges[k].torque + hinges[k].applied
+    along = coordinates[k].torque + coordinates[k].applied
     force = (along * d[0], along * d[1], along * d[2])
     Ja, Jb, local = model.J[0], model.J[1], model.e[2]
-    place_on_body(hinges, model.bodies, k, local)
+    place_on_body(coordinates, model.bodies, k, local)
     at, na = side_columns(model, ON_BODY, a, -1, local, True, Ja)
-    bt, nb = side_columns(model, on, other, hinges[k].iv, hinges[k].local, True, Jb)
+    bt, nb = side_columns(model, on, other, coordinates[k].iv, coordinates[k].local, True, Jb)
     K = model.K12
     write_axial(K, 0.0, 1.0, d)
     add_product(matrix, bt, nb, Jb, K, 0, 0, bt, nb, Jb, slope)
@@ -191,7 +194,7 @@ def add_travel_tangent(k, slope, model, matrix):
     add_product(matrix, bt, nb, Jb, K, 0, 0, at, na, Ja, -slope)
     add_product(matrix, at, na, Ja, K, 0, 0, bt, nb, Jb, -slope)
     if on == ON_BODY and nb > 0:
-        add_turning(matrix, model, other, hinges[k].local, force[0], force[1], force[2])
+        add_turning(matrix, model, other, coordinates[k].local, force[0], force[1], force[2])
     if na > 0:
         _add_turns_of_body(matrix, model, a, at, na, Ja, bt, nb, Jb, force)
 

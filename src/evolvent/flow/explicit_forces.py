@@ -2,7 +2,7 @@
 
 Gears and joints on nodes of beams must be penalties (`stiffness` above 0): other constraints are rows of
 `evolvent.kernels.constraint_rows`. Bristles of frictions at the start of a step are among the accounts.
-`evolvent.solvers.flexible` finds the fastest mode.
+`evolvent.solvers.explicit_modes` finds the fastest mode.
 """
 
 import math
@@ -11,13 +11,13 @@ from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import (
+    ancf_beams,
     beam_loads,
     contact,
     coordinate,
+    coordinate_laws,
     custom,
     fields,
-    flexible,
-    hinge,
     joint,
     points,
     rigid,
@@ -44,14 +44,14 @@ from evolvent.model import (
 
 
 @inlined
-def has_flexible(model):
-    """Whether a model has any of these; `needs.is_flexible` for compiled code."""
+def has_explicit_forces(model):
+    """Whether a model has any of these; `needs.has_explicit_forces` for compiled code."""
     stiff = model.beams.size > 0 or model.rods.size > 0 or model.body_contacts.size > 0
-    return stiff or model.info.penalties > 0 or model.hinges.size > 0 or model.custom_forces.size > 0
+    return stiff or model.info.penalties > 0 or model.coordinates.size > 0 or model.custom_forces.size > 0
 
 
 @indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
-def add_flexible_forces(t, y, s, model, dy):
+def add_explicit_forces(t, y, s, model, dy):
     """Forces of beams, rods, contacts, hinges, penalties, users' laws: onto bodies and points, into F and P.
 
     Parameters
@@ -71,8 +71,8 @@ def add_flexible_forces(t, y, s, model, dy):
     by_mass = by_stiffness = by_joints = given = 0.0
     account = n_q + n_v + N_ACCOUNTS
     if model.elements.size > 0:
-        by_mass, by_stiffness = flexible.add_elements(y, dy[n_q : n_q + n_v], 1.0, STATE, model, F)
-        flexible.copy_weight(model, P)  # that of bodies and points: `rhs`
+        by_mass, by_stiffness = ancf_beams.add_elements(y, dy[n_q : n_q + n_v], 1.0, STATE, model, F)
+        ancf_beams.copy_weight(model, P)  # that of bodies and points: `rhs`
         if model.beam_loads.size > 0:
             beam_loads.add_beam_loads(t, y, 1.0, model, P)
         if model.thermal_loads.size > 0:
@@ -83,8 +83,8 @@ def add_flexible_forces(t, y, s, model, dy):
             given += P[i] * y[n_q + i]
     step = math.inf if model.info.stepping != 0 else -1.0
     by_contact, _ = contact.add_contacts(y, y, KEPT, step, 1.0, 0.0, 0.0, model, F)
-    for k in range(model.cylinders.size):
-        dy[account + IMPULSE + k] = model.cylinders[k].normal
+    for k in range(model.contact_surfaces.size):
+        dy[account + IMPULSE + k] = model.contact_surfaces[k].normal
     if model.rods.size > 0:
         if model.thermal_loads.size > 0:
             thermal.heat_rods(t, t, 1.0, model)
@@ -92,15 +92,15 @@ def add_flexible_forces(t, y, s, model, dy):
         by_mass += lost
         by_stiffness += viscous
         given += heat
-    if model.hinges.size > 0:
-        _, by_joints = hinge.add_hinges(t, y, KEPT, s, model, F)
-        coordinate.write_account_rates(model, dy)
+    if model.coordinates.size > 0:
+        _, by_joints = coordinate.add_coordinates(t, y, KEPT, s, model, F)
+        coordinate_laws.write_account_rates(model, dy)
         info = model.info
-        info.step = min(info.step, hinge.longest_step(model.hinges))
+        info.step = min(info.step, coordinate.longest_step(model.coordinates))
     for k in range(model.joints.size):
         if joint.is_penalty(t, s, model.joints, k):
             by_joints += joint.add_penalty(t, y, k, model, F)
-    if model.joints.size > 0 or model.hinges.size > 0:
+    if model.joints.size > 0 or model.coordinates.size > 0:
         points.take_forces(n_q, model.points, F)
     if model.beams.size > 0 or model.rods.size > 0:
         dy[account + BY_MASS] = by_mass
@@ -111,7 +111,7 @@ def add_flexible_forces(t, y, s, model, dy):
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
-def add_flexible_inventory(t, y, s, model, out):
+def add_explicit_inventory(t, y, s, model, out):
     """Add beams, rods, contacts, hinges, penalties, laws to an inventory (beams' momenta are those of bodies)."""
     F = model.F
     for i in range(F.size):
@@ -120,11 +120,11 @@ def add_flexible_inventory(t, y, s, model, out):
         part = model.sums[1]
         for i in range(3):
             part[i] = 0.0
-        flexible.beam_energies(y, 0, model.elements.size, model, part)
+        ancf_beams.beam_energies(y, 0, model.elements.size, model, part)
         out[KINETIC] += part[0]
         out[ELASTIC] += part[1]
         P, H = out[P_ALL : P_ALL + 3], out[H_BODY : H_BODY + 3]
-        flexible.beam_momenta(y, 0, model.elements.size, model, P, H)
+        ancf_beams.beam_momenta(y, 0, model.elements.size, model, P, H)
     contact.add_contacts(y, y, KEPT, -1.0, 1.0, 0.0, 0.0, model, F)
     out[ELASTIC] += contact.energy_of(model)
     if model.rods.size > 0:
@@ -132,8 +132,8 @@ def add_flexible_inventory(t, y, s, model, out):
         part[1] = 0.0
         rod.evaluate_rods(model, part)
         out[ELASTIC] += part[1]
-    if model.hinges.size > 0:
-        energy, _ = hinge.add_hinges(t, y, KEPT, s, model, F)
+    if model.coordinates.size > 0:
+        energy, _ = coordinate.add_coordinates(t, y, KEPT, s, model, F)
         out[ELASTIC] += energy
     if model.custom_forces.size > 0:
         out[ELASTIC] += custom.custom_energies(t, y, model)
@@ -166,7 +166,7 @@ def end_frictions(t, y, s, step, model):
             y[model.info.rubbed] += slip
             taken += slip
     if step > 0.0:
-        taken += hinge.end_frictions(y, s, model)
+        taken += coordinate.end_frictions(y, s, model)
     y[model.info.nq + model.info.nv + DISSIPATED] += taken
 
 

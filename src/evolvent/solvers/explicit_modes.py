@@ -13,9 +13,9 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.flow.impulse import jump, prepare
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import contact_laws, hinge
+from evolvent.kernels import contact_laws, coordinate
+from evolvent.kernels.ancf_beams import beam_rates
 from evolvent.kernels.blocks import ANGLE, OWNERS, POSITION, ROTATION, SLOPE, block_at
-from evolvent.kernels.flexible import beam_rates
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120
@@ -23,7 +23,7 @@ _DENSE = 120
 _STEP = 1e-6
 
 
-def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]:
+def fastest_explicit_mode(assembly: Assembly) -> tuple[float, float, str, float]:
     """Square of the highest frequency (rad2/s2), damping rate of that mode (1/s), where it is, largest damping rate.
 
     Of the model as it starts, with every contact point in contact, across its beam, and every stop reached,
@@ -36,7 +36,7 @@ def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]
     """
     model = assembly.model
     n_q, n_v = int(model.info.nq), int(model.info.nv)
-    saved = model.cylinders.copy(), model.hinges.copy(), model.body_contacts.copy()
+    saved = model.contact_surfaces.copy(), model.coordinates.copy(), model.body_contacts.copy()
     accelerations = _accelerations(assembly)
     touching = _contact_products(assembly)
     moves = np.ones(n_v)
@@ -56,14 +56,14 @@ def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]
         return moves * (scale * (accelerations(zero, -d) - accelerations(zero, d)) + touching(1, moves * x))
 
     try:
-        model.cylinders["stiffness"] = 0.0
+        model.contact_surfaces["stiffness"] = 0.0
         model.body_contacts["stiffness"] = 0.0  # `solvers.stability`
-        model.hinges["stiffness"], model.hinges["damping"] = hinge.hinge_bound(model.hinges)
+        model.coordinates["stiffness"], model.coordinates["damping"] = coordinate.coordinate_bound(model.coordinates)
         squared, shape = _largest(stiff, n_v)
         damping = damped(shape)
         largest = _largest(damped, n_v)[0] if np.any(damping) else 0.0
     finally:
-        model.cylinders[:], model.hinges[:], model.body_contacts[:] = saved
+        model.contact_surfaces[:], model.coordinates[:], model.body_contacts[:] = saved
     own = float(shape @ damping / (shape @ shape)) if squared > 0.0 else 0.0
     return max(squared, 0.0), max(own, 0.0), _location(assembly, int(np.argmax(np.abs(shape)))), max(largest, 0.0)
 
@@ -121,7 +121,7 @@ def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndar
     """M^-1 times the stiffness (0) or damping (1) of all contact points, held across the beam, times a vector."""
     model, y = assembly.model, assembly.y
     n_q, n_v = int(model.info.nq), int(model.info.nv)
-    if not model.cylinders.size:
+    if not model.contact_surfaces.size:
         return lambda what, x: np.zeros_like(x)
     contacts = model.contact_points
     columns = contacts["iv"][:, None, :] - n_q + np.arange(3)[None, :, None]  # check, component, vector
@@ -131,7 +131,7 @@ def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndar
     along = np.array([y[q[1] : q[1] + 3] + y[q[3] : q[3] + 3] for q in contacts["iq"]])
     along /= np.linalg.norm(along, axis=1)[:, None]
     values = np.zeros((2, contacts.size))
-    for row in model.cylinders:
+    for row in model.contact_surfaces:
         values[:, row["first"] : row["last"]] += np.array(contact_laws.bound_of(row, "radius"))[:, None]
     dy, still, s0 = np.zeros_like(y), y.copy(), assembly.s.copy()
     still[n_q : n_q + n_v] = 0.0

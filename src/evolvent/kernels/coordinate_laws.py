@@ -1,0 +1,306 @@
+"""Laws of a joint's coordinate x, an angle or a travel: Coulomb friction, motors, synchronizations; and their accounts.
+
+A torque is the generalized force of a coordinate: N m of an angle, N of a travel. Torques are those on the left of the
+equations: a positive one resists a growing coordinate. `hinge` applies them.
+
+Friction is a spring (the bristle) in series with a slider: force = stick z, abs(force) <= friction, z the deflection
+of the bristle, which has no force at `anchor`. Within a step the anchor stays; its end moves the anchor to x - z.
+"""
+
+import math
+
+from numba import types, void
+
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined, motor_law_at
+from evolvent.kernels.drive import drive
+from evolvent.kernels.law_slopes import motor_law_slope
+from evolvent.kernels.profile import profile
+from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL
+
+#: Kinds of motors.
+BY_PROFILE, BY_LAW, BY_MOTION = 0, 1, 2
+#: Numerical damping of friction that sticks, under generalized-alpha.
+RELAX = 0.5
+#: Part of the friction below which it is round-off that a coordinate moves back.
+_NEAR = 1e-6
+
+
+# ------------------------------------------------------------------------------------------------ friction
+
+
+@inlined
+def friction_force(coordinates, k, x):
+    """Friction at the coordinate x, and its derivative.
+
+    Notes
+    -----
+    Of a bristle that sticks the force is stick (z + relax (z - z0)), z0 at the step's start: generalized-alpha, which
+    barely damps, would let a stiff bristle ring from slip to slip. Energy-momentum damps it by itself, since the force
+    of the end acts over the whole step.
+
+    Slip and stick are an active set: a coordinate that slips sticks once it moves back, without a limit of its force in
+    that evaluation. Newton's method then needs a few iterations for a change of the set, where it could go to and fro
+    for ever between slip one way and the other.
+    """
+    friction, stick, relax, z0 = (
+        coordinates[k].friction,
+        coordinates[k].stick,
+        coordinates[k].relax,
+        coordinates[k].bristle0,
+    )
+    if friction <= 0.0:
+        return 0.0, 0.0
+    z, slips, slope = x - coordinates[k].anchor, coordinates[k].slips, (1.0 + relax) * stick
+    force = slope * z - relax * stick * z0
+    if (slips == 0.0 and abs(force) <= friction) or (slips != 0.0 and slips * force < friction * (1.0 - _NEAR)):
+        coordinates[k].slips, coordinates[k].bristle, coordinates[k].rubs = 0.0, z, force
+        return force, slope
+    sense = 1.0 if force > 0.0 else -1.0
+    coordinates[k].slips, coordinates[k].rubs = sense, sense * friction
+    coordinates[k].bristle = (sense * friction + relax * stick * z0) / slope
+    return sense * friction, 0.0
+
+
+@inlined
+def kept_friction(y, coordinates, k, moved):
+    """Friction at a coordinate that has moved since a state whose friction is among the accounts of y."""
+    friction, stick = coordinates[k].friction, coordinates[k].stick
+    if friction <= 0.0:
+        return 0.0
+    force = min(max(y[coordinates[k].account + FRICTION_FORCE] + stick * moved, -friction), friction)
+    coordinates[k].bristle, coordinates[k].rubs = force / stick, force
+    return force
+
+
+@inlined
+def bristle_energy(coordinates, k):
+    """Energy of the bristle of coordinate k, J."""
+    return 0.5 * coordinates[k].stick * coordinates[k].bristle * coordinates[k].bristle
+
+
+@inlined
+def count_slipping(model):
+    """A number that encodes which coordinates slip, and in which sense."""
+    coordinates, found = model.coordinates, 0
+    for k in range(coordinates.size):
+        if coordinates[k].friction > 0.0:
+            found = 3 * found + 1 + int(coordinates[k].slips)
+    return found
+
+
+# ------------------------------------------------------------------------------------------------ motors
+
+
+@inlined
+def _following_torque(t, x, v, motors, k, model):
+    """Torque of a motor that follows a drive's motion, and its derivatives by x and v.
+
+    Notes
+    -----
+    PD: kp (r - x) + kd (r' - v) = kd (command - v), command = r' + kp/kd (r - x), within the limit of the rate.
+    """
+    p = model.parameters[motors[k].first : motors[k].last]
+    r, rate, _ = drive(motors[k].drive, p, motors[k].law, t)
+    motors[k].reference = r
+    gain, damping = motors[k].position_gain, motors[k].velocity_gain
+    torque, slope, damper = gain * (r - x) + damping * (rate - v), -gain, -damping
+    if damping > 0.0:
+        command, most = rate + gain / damping * (r - x), motors[k].rate_limit
+        if abs(command) > most:
+            torque, slope = damping * (math.copysign(most, command) - v), 0.0
+    if abs(torque) > motors[k].limit:
+        return math.copysign(motors[k].limit, torque), 0.0, 0.0
+    return torque, slope, damper
+
+
+@indirect(void(REAL, REAL, INTEGERS, MODEL))
+def add_motors(t, share, s, model):
+    """Add the torques of all motors to their coordinates; one that is switched off has none.
+
+    Parameters
+    ----------
+    share : 1 at the coordinates of the last evaluation, 0.5 half way from the step's start to them
+    s : (ns,) int, switches
+    """
+    coordinates, motors = model.coordinates, model.motors
+    for k in range(motors.size):
+        h = motors[k].coordinate
+        x, v = (
+            coordinates[h].angle + (1.0 - share) * (coordinates[h].before - coordinates[h].angle),
+            coordinates[h].rate,
+        )
+        motors[k].on = 1.0
+        if motors[k].kind == BY_MOTION:
+            torque = _following_torque(t, x, v, motors, k, model)[0]
+        if t >= motors[k].until or (motors[k].switch >= 0 and s[motors[k].switch] != 0):
+            torque = motors[k].on = 0.0
+        elif motors[k].kind == BY_PROFILE:
+            torque = profile(t, motors[k].first, model)
+        elif motors[k].kind == BY_LAW:
+            torque = motor_law_at(motors[k].law)(t, x, v, model.parameters[motors[k].first : motors[k].last])
+        if motors[k].kind != BY_MOTION and abs(torque) > motors[k].limit:
+            torque = math.copysign(motors[k].limit, torque)
+        motors[k].time, motors[k].angle, motors[k].rate = t, x, v
+        motors[k].torque, motors[k].power = torque, torque * v
+        coordinates[h].applied -= torque
+
+
+@inlined
+def motor_power(model):
+    """Power of all motors at the last evaluation, W."""
+    power = 0.0
+    for k in range(model.motors.size):
+        power += model.motors[k].power
+    return power
+
+
+@indirect(void(MODEL))
+def measure_motor_slopes(model):
+    """Derivatives of the motors' torques at the last evaluation, into the records of their coordinates."""
+    coordinates, motors = model.coordinates, model.motors
+    for h in range(coordinates.size):
+        coordinates[h].motor_slope = coordinates[h].motor_damper = 0.0
+    for k in range(motors.size):
+        h, t, x, v = motors[k].coordinate, motors[k].time, motors[k].angle, motors[k].rate
+        slope = damper = 0.0
+        if motors[k].on == 0.0:
+            continue
+        if motors[k].kind == BY_MOTION:
+            _, slope, damper = _following_torque(t, x, v, motors, k, model)
+        elif motors[k].kind == BY_LAW and abs(motors[k].torque) < motors[k].limit:
+            p = model.parameters[motors[k].first : motors[k].last]
+            slope = motor_law_slope(motors[k].law, x, 1.0, v, 0.0, t, p)
+            damper = motor_law_slope(motors[k].law, x, 0.0, v, 1.0, t, p)
+        coordinates[h].motor_slope -= slope
+        coordinates[h].motor_damper -= damper
+
+
+# ------------------------------------------------------------------------------------------------ synchronizations
+
+
+@inlined
+def _stretch(rows, k, a, b):
+    """Stretch of cable k at its coordinates a and b."""
+    return rows[k].ratio_b * b - rows[k].ratio_a * a - rows[k].offset
+
+
+@indirect(types.UniTuple(REAL, 2)(REAL, MODEL))
+def add_synchronizations(share, model):
+    """Add the torques of all cables between coordinates; returns energy (J, at the end) and power dissipated (W).
+
+    Parameters
+    ----------
+    share : as of `add_motors`
+    """
+    coordinates, rows, power = model.coordinates, model.synchronizations, 0.0
+    for k in range(rows.size):
+        a, b, ra, rb = rows[k].a, rows[k].b, rows[k].ratio_a, rows[k].ratio_b
+        rest = 1.0 - share
+        xa = coordinates[a].angle + rest * (coordinates[a].before - coordinates[a].angle)
+        xb = coordinates[b].angle + rest * (coordinates[b].before - coordinates[b].angle)
+        rate, c, d = rb * coordinates[b].rate - ra * coordinates[a].rate, rows[k].stiffness, rows[k].damping
+        rows[k].stretch = _stretch(rows, k, xa, xb)
+        torque = c * rows[k].stretch + d * rate
+        rows[k].torque, rows[k].lost = torque, d * rate * rate
+        power += rows[k].lost
+        coordinates[a].applied -= ra * torque
+        coordinates[b].applied += rb * torque
+        coordinates[a].applied_slope += c * ra * ra
+        coordinates[b].applied_slope += c * rb * rb
+        coordinates[a].applied_damper += d * ra * ra
+        coordinates[b].applied_damper += d * rb * rb
+    return synchronization_energy(model), power
+
+
+@inlined
+def synchronization_energy(model):
+    """Energy of all cables between coordinates at the last evaluation, J."""
+    coordinates, rows, energy = model.coordinates, model.synchronizations, 0.0
+    for k in range(rows.size):
+        e = _stretch(rows, k, coordinates[rows[k].a].angle, coordinates[rows[k].b].angle)
+        rows[k].energy = 0.5 * rows[k].stiffness * e * e
+        energy += rows[k].energy
+    return energy
+
+
+# ------------------------------------------------------------------------------------------------ latches, accounts
+
+
+@inlined
+def latch_torque(coordinates, k, x, rate):
+    """Torque of the latch of coordinate k where it has locked."""
+    return coordinates[k].latch_stiffness * (x - coordinates[k].latch) + coordinates[k].latch_damping * rate
+
+
+@inlined
+def lock(s, coordinates, k):
+    """Lock the latch of coordinate k, at the coordinate and rate of the last evaluation."""
+    s[coordinates[k].switch + 1] = 1
+    coordinates[k].caught = coordinates[k].rate
+    coordinates[k].peak = abs(latch_torque(coordinates, k, coordinates[k].angle, coordinates[k].rate))
+
+
+@inlined
+def note_peaks(s, coordinates, share):
+    """Keep the largest torques of latches."""
+    for k in range(coordinates.size):
+        if s[coordinates[k].switch + 1] != 0:
+            x = coordinates[k].angle + (1.0 - share) * (coordinates[k].before - coordinates[k].angle)
+            coordinates[k].peak = max(coordinates[k].peak, abs(latch_torque(coordinates, k, x, coordinates[k].rate)))
+
+
+@inlined
+def write_account_rates(model, dy):
+    """Rates of the accounts of coordinates under explicit methods, at the last evaluation."""
+    coordinates, motors, rows = model.coordinates, model.motors, model.synchronizations
+    for k in range(coordinates.size):
+        dy[coordinates[k].account + BY_DAMPER] = coordinates[k].lost - coordinates[k].latch_lost
+        dy[coordinates[k].account + BY_LATCH] = coordinates[k].latch_lost
+    for k in range(motors.size):
+        dy[motors[k].account] = motors[k].power
+    for k in range(rows.size):
+        dy[rows[k].account] = rows[k].lost
+
+
+@indirect(REAL(REAL, REAL, VECTOR, INTEGERS, MODEL))
+def end_coordinate_step(h, share, y, s, model):
+    """Accept a step of length h: accounts of coordinates in y, anchors of frictions; returns what friction takes, J.
+
+    Parameters
+    ----------
+    share : 1 where the powers of the last evaluation are those of the step's end, 0.5 where they are means over it
+
+    Notes
+    -----
+    Friction takes the work of its forces, those of both ends halfway, less what the bristle stores. Where its force of
+    the end acts over the whole step, as under energy-momentum, that is stick (z1 slip + (z1 - z0)^2/2).
+    """
+    coordinates, motors, rows = model.coordinates, model.motors, model.synchronizations
+    now, rubbed = (0.5 if share == 1.0 else 1.0) * h, 0.0
+    then = h - now
+    for k in range(coordinates.size):
+        at = coordinates[k].account
+        latch = now * coordinates[k].latch_lost + then * coordinates[k].latch_lost0
+        y[at + BY_LATCH] += latch
+        y[at + BY_DAMPER] += now * coordinates[k].lost + then * coordinates[k].lost0 - latch
+        coordinates[k].lost0, coordinates[k].latch_lost0 = coordinates[k].lost, coordinates[k].latch_lost
+        if coordinates[k].friction > 0.0:
+            z, z0 = coordinates[k].bristle, coordinates[k].bristle0
+            stick, slip = coordinates[k].stick, coordinates[k].angle - coordinates[k].anchor - z
+            taken = stick * (z * slip + 0.5 * (z - z0) * (z - z0))
+            if share == 1.0:
+                moved = coordinates[k].angle - coordinates[k].before
+                taken = 0.5 * (coordinates[k].rubs0 + coordinates[k].rubs) * moved - 0.5 * stick * (z * z - z0 * z0)
+            y[at + BY_FRICTION] += taken
+            y[at + FRICTION_FORCE] = stick * z
+            rubbed += taken
+            coordinates[k].anchor, coordinates[k].bristle0 = coordinates[k].angle - z, z
+            coordinates[k].rubs0 = coordinates[k].rubs
+    for k in range(motors.size):
+        y[motors[k].account] += now * motors[k].power + then * motors[k].power0
+        motors[k].power0 = motors[k].power
+    for k in range(rows.size):
+        y[rows[k].account] += now * rows[k].lost + then * rows[k].lost0
+        rows[k].lost0 = rows[k].lost
+    note_peaks(s, coordinates, share)
+    return rubbed
