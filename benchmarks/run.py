@@ -88,7 +88,7 @@ def heliogyro(segments: str, *, stiffness: float = 1e4, out: float = 0.0) -> Ass
             segments=segments,
             stiffness=stiffness,
             damping=1e-3,
-            copies=2,
+            multiplicity=2,
         ),
         "blade",
     )

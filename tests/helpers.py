@@ -137,7 +137,7 @@ def heliogyro(
         "stiffness": 1e4,
         "damping": 1e-3,
     }
-    system.add(parts.Thread(reel="reel", copies=copies, **(given | thread)), "blade")
+    system.add(parts.Thread(reel="reel", multiplicity=copies, **(given | thread)), "blade")
     if loads is not None:
         loads(system)
     return system.assemble()

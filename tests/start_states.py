@@ -41,8 +41,8 @@ def at_odd_angles() -> System:
     system.add(parts.Rod(**line, curvature=(0.4, 0.2, -0.3)), "rod")
     system.add(parts.Joint(a="hub", b="rod.root", type="clamp"), "foot")
     warm = [(0.0, 0.0), (1.0, 31.0)]
-    system.add(parts.ThermalLoad(beam="rod", temperature=warm, along=[(0.0, 0.3), (1.0, 1.1)]), "warm rod")
-    system.add(parts.ThermalLoad(beam="assumed_strain", temperature=warm, gradient_y=warm), "warm beam")
+    system.add(parts.ThermalLoad(part="rod", temperature=warm, along=[(0.0, 0.3), (1.0, 1.1)]), "warm rod")
+    system.add(parts.ThermalLoad(part="assumed_strain", temperature=warm, gradient_y=warm), "warm beam")
     system.add(parts.Point(mass=0.3, position=(1.3, -0.4, 0.9)), "mass")
     system.add(parts.Spring(a=("hub", (0.1, 0.2, 0.3)), b="mass", stiffness=12.0), "spring")
     system.add(parts.Force(at="mass", direction=ALONG, profile={"constant": 0.3}), "push")

@@ -21,7 +21,7 @@ PROFILES: dict[str, Any] = {
     "smooth": {"table": ROWS, "smooth": True},
     "jump": [(0.0, 0.3), (0.41, 0.3), (0.41, -0.1), (1.0, 0.0)],
     "ramp": {"ramp": {"final": 0.2, "start": 0.1, "duration": 0.73}},
-    "sine": {"sine": {"amplitude": 0.2, "frequency": 1.3, "phase": 0.4, "offset": 0.1, "start": 0.2, "end": 1.1}},
+    "sine": {"sine": {"amplitude": 0.2, "frequency": 1.3, "phase": 0.4, "offset": 0.1, "start": 0.2, "until": 1.1}},
     "pulse": {"pulse": {"value": 0.2, "start": 0.13, "duration": 0.71}},
     "smooth pulse": {"pulse": {"value": 0.2, "start": 0.13, "duration": 0.71, "rise": 0.2}},
     "constant": {"constant": 0.2},
@@ -132,8 +132,8 @@ def test_window_and_ramp_scale_a_profile(kind: str) -> None:
 LOADS = {
     "force": lambda given: parts.Force(at="boom.tip", direction=(0.0, 1.0, 0.5), profile=given),
     "force at a node": lambda given: parts.Force(at="boom[2]", direction=(0.0, 1.0, 0.0), profile=given),
-    "line": lambda given: parts.LineLoad(beam="boom", direction=(0.0, 1.0, 0.0), profile=given),
-    "torque": lambda given: parts.DistributedTorque(beam="boom", profile=given),
+    "line": lambda given: parts.LineLoad(part="boom", direction=(0.0, 1.0, 0.0), profile=given),
+    "torque": lambda given: parts.DistributedTorque(part="boom", profile=given),
 }
 
 

@@ -26,7 +26,7 @@ def turned(angle: float, axis: int = 2) -> tuple[float, ...]:
 def test_angular_momentum_of_body_and_wheels(method: str, book: Book) -> None:
     """Kept while a controller slews the body and wheels rub; the energy balances."""
     control = {"proportional": 2.0, "derivative": 2.0, "path": parts.RampDrive(steps=[(0.0, 1.0, 0.5)])}
-    system = bus({"viscous": 1e-3, "friction": 1e-3}, control, angular_velocity=(0.1, 0.3, 0.2))
+    system = bus({"viscous_damping": 1e-3, "friction_torque": 1e-3}, control, angular_velocity=(0.1, 0.3, 0.2))
     options = {"rtol": 1e-9, "atol": 1e-11} if method == "dopri5" else {"step": 2e-3}
     found = run(system.assemble(), np.linspace(0.0, 4.0, 9), method, **options)
     H, allowed = found.momentum, 1e-8 if method != "heun" else 1e-5
@@ -97,7 +97,7 @@ def test_viscous_friction_takes_the_wheel_along() -> None:
     c, inertia, C = 0.01, 0.05, 0.4
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=C, axis=(0.0, 0.0, 1.0)), "bus")
-    system.add(parts.ReactionWheel(body="bus", inertia=inertia, rate=40.0, viscous=c), "wheel")
+    system.add(parts.ReactionWheel(body="bus", inertia=inertia, rate=40.0, viscous_damping=c), "wheel")
     found = system.simulate(until=5.0, every=0.5, method="dopri5", tolerance=1e-10)
     exact = 40.0 * np.exp(-c * (1.0 / inertia + 1.0 / (C - inertia)) * found.time.values)
     assert found["wheel"].rate.values == pytest.approx(exact, rel=1e-7)
@@ -179,7 +179,7 @@ def test_a_thruster_by_a_profile() -> None:
 FILE = """
 bus: {kind: rigid-body, mass: 10 kg, inertia: [2, 3, 4 kg m^2], points: {nozzle: [1, 0, 0 m]}}
 wheel: {kind: reaction-wheel, body: bus, axis: [0, 0, 1], inertia: 0.05 kg m^2, rate: 100 rpm, torque_limit: 50 mN m,
-        rate_limit: 6000 rpm, viscous: 1e-5 N m s/rad, radius: 10 cm}
+        rate_limit: 6000 rpm, viscous_damping: 1e-5 N m s/rad, radius: 10 cm}
 engine: {kind: thruster, at: bus.nozzle, direction: [0, 1, 0], thrust: 1 N,
          profile: {pulse: {value: 0.1 N, duration: 1 s}}}
 control: {kind: attitude-controller, body: bus, actuators: [wheel], proportional: [0, 0, 0.4 N m/rad],

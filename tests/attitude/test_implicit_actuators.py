@@ -102,7 +102,7 @@ def test_slew_by_a_controller(method: str) -> None:
 def test_three_axes_with_friction(method: str) -> None:
     """Momentum and energy of a slew by a path, with friction in the wheels; the motion by the tight solution."""
     control = {"proportional": 2.0, "derivative": 2.0, "path": parts.RampDrive(steps=[(0.0, 1.0, 0.5)])}
-    system = bus({"viscous": 1e-3, "friction": 1e-3}, control, angular_velocity=(0.1, 0.3, 0.2))
+    system = bus({"viscous_damping": 1e-3, "friction_torque": 1e-3}, control, angular_velocity=(0.1, 0.3, 0.2))
     found = ran(system, method, 2.0, step=5e-3)
     assert np.abs(found.momentum.drift_angular).max() < 1e-9
     allowed = 1e-8 if method == "energy-momentum" else 1e-4
@@ -169,7 +169,7 @@ def test_a_wheel_across_a_fixed_axis(method: str) -> None:
     c, inertia, C, n2, end = 0.01, 0.05, 0.4, 0.5, 3.0
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=C, axis=(0.0, 0.0, 1.0)), "bus")
-    system.add(parts.ReactionWheel(body="bus", inertia=inertia, axis=(0, 1, 1), rate=40.0, viscous=c), "wheel")
+    system.add(parts.ReactionWheel(body="bus", inertia=inertia, axis=(0, 1, 1), rate=40.0, viscous_damping=c), "wheel")
     found = ran(system, method, end, step=0.01)
     rate = 40.0 * np.exp(-c * (1.0 / inertia + n2 / (C - inertia * n2)) * found.t)
     assert found.y[:, int(found.assembly.model.wheels["iv"][0])] == pytest.approx(rate, rel=1e-4)
@@ -181,7 +181,13 @@ def test_tangent(kind: str, rng: np.random.Generator) -> None:
     """The tangent is the derivative of the residual, at large errors and with friction."""
     control = {"proportional": (3.0, 4.0, 5.0), "derivative": 2.0, "target": (0.5, 0.5, -0.5, 0.5)}
     if kind == "wheels":
-        law = {"law": "-0.3*v + 0.2*sin(x)", "friction": 0.1, "slip": 3.0, "viscous": 0.2, "rate_limit": 31.0}
+        law = {
+            "law": "-0.3*v + 0.2*sin(x)",
+            "friction_torque": 0.1,
+            "slip_rate": 3.0,
+            "viscous_damping": 0.2,
+            "rate_limit": 31.0,
+        }
         system = bus(law, control, angular_velocity=(0.3, -0.2, 0.5))
     else:
         system = thrusters(**control)
@@ -233,7 +239,15 @@ def satellite(**wheel: Any) -> System:
 def test_slew_of_a_flexible_satellite(method: str, book: Book) -> None:
     """It reaches its attitude, the beams are at rest there; momentum stays 0 and the energy balance is closed."""
     options = {"newton": 1e-13} if method == "energy-momentum" else {}
-    found = ran(satellite(viscous=1e-4, friction=1e-4), method, 80.0, 41, step=0.05, spectral_radius=0.9, **options)
+    found = ran(
+        satellite(viscous_damping=1e-4, friction_torque=1e-4),
+        method,
+        80.0,
+        41,
+        step=0.05,
+        spectral_radius=0.9,
+        **options,
+    )
     x = coordinates(found.assembly, found.y, "bus")
     angle = 2.0 * np.arctan2(x[:, 6], x[:, 3])
     wheel = found.assembly.model.wheels[0]

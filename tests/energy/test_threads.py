@@ -49,10 +49,12 @@ def run(assembly: Assembly, step: float, rho: float = 1.0) -> Solution:
 
 CASES = {
     "end on a body": craft(FREE, end=True),
-    "tape on a spinning hub": craft(SPIN, thickness=1e-3, copies=2),
+    "tape on a spinning hub": craft(SPIN, thickness=1e-3, multiplicity=2),
     "driven hub, damped": craft(DRIVEN, damping=2.0, gravity=(0.0, 0.0, -1.0)),
     "slack": craft(FREE, slack=True, wound_mass="ignored"),
-    "free spool": craft(FREE, drive=parts.FreeSpool(inertia=0.002, angle=4.0, rate=3.0, viscous=1e-3, torque=1e-2)),
+    "free spool": craft(
+        FREE, drive=parts.FreeSpool(inertia=0.002, angle=4.0, rate=3.0, viscous_damping=1e-3, torque=1e-2)
+    ),
 }
 
 

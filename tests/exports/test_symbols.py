@@ -28,7 +28,7 @@ def craft():
         place = {"a": ("bus", (0, y / 2, 0)), "b": f"panel {n}.inner"}
         made.add(parts.Joint(**place, type="revolute", axis=(0, 1, 0), stiffness=1e4, damping=100), f"pin {n}")
         made.add(parts.RotationalSpring(a="bus", b=f"panel {n}", axis=(0, 1, 0), stiffness=0.1), f"hinge {n}")
-    made.add(parts.Synchronization(hinges=("hinge 1", "hinge 2"), ratios=(1, 1), stiffness=5), "cables")
+    made.add(parts.Synchronization(joints=("hinge 1", "hinge 2"), ratios=(1, 1), stiffness=5), "cables")
     made.add(parts.Motor(joint="pin 1", torque={"constant": 0.1}), "motor")
     made.add(parts.ReactionWheel(body="bus", inertia=0.05, torque=0.1, centre=(0.1, 0, 0)), "wheel")
     made.add(

@@ -100,7 +100,7 @@ def heated() -> Case:
         found = System()
         rod(found, 4, material, "clamp")
         ramp = {"ramp": {"final": change, "duration": 1.0}}
-        found.add(parts.ThermalLoad(beam="rod", temperature=ramp), "heat")
+        found.add(parts.ThermalLoad(part="rod", temperature=ramp), "heat")
         return found
 
     def length(t: Array) -> Array:

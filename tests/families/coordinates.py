@@ -95,7 +95,7 @@ def synchronization() -> Case:
             found.add(parts.RigidBody(motion="spin", inertia=J[n], position=(float(n), 0.0, 0.0)), f"wheel {n}")
             spring: dict[str, Any] = {"stiffness": k, "rest": rest} if n == 0 else {}
             found.add(parts.RotationalSpring(a="ground", b=f"wheel {n}", **spring), f"hinge {n}")
-        found.add(parts.Synchronization(hinges=["hinge 0", "hinge 1"], ratios=tuple(ratios), stiffness=c), "cable")
+        found.add(parts.Synchronization(joints=["hinge 0", "hinge 1"], ratios=tuple(ratios), stiffness=c), "cable")
         return found
 
     g = ratios * (-1.0, 1.0)

@@ -63,7 +63,7 @@ def heated_rod() -> Case:
         found = System()
         found.add(parts.Rod(length=1.0, section=FLAT, material=material, elements=4), "rod")
         found.add(parts.Joint(a=ORIGIN, b="rod.root", type="clamp", stiffness=1e5, rotational_stiffness=1e3), "root")
-        found.add(parts.ThermalLoad(beam="rod", temperature={"ramp": {"final": change, "duration": 1.0}}), "heat")
+        found.add(parts.ThermalLoad(part="rod", temperature={"ramp": {"final": change, "duration": 1.0}}), "heat")
         return found
 
     def length(t: Array) -> Array:

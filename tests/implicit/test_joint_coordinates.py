@@ -353,7 +353,7 @@ def test_a_travel_latches(method: str) -> None:
         latch = {"latch": 0.5, "latch_stiffness": 200.0, "latch_damping": 5.0}
         pull = {"stiffness": 4.0 * n, "rest": 0.6}
         system.add(parts.TranslationalSpring(a="ground", b=f"stage {n}", **pull, **latch), f"slide {n}")
-    system.add(parts.Synchronization(hinges=["slide 1", "slide 2"], stiffness=5e3, damping=10.0), "cable")
+    system.add(parts.Synchronization(joints=["slide 1", "slide 2"], stiffness=5e3, damping=10.0), "cable")
     found = run(system, np.linspace(0.0, 3.0, 7), method)
     one, two = (seen(found, f"slide {n}") for n in (1, 2))
     w = math.sqrt(12.0 / 2.0)  # of both
@@ -392,11 +392,11 @@ def test_refusals() -> None:
     refused("motor.velocity_gain is 0; motor.rate_limit", motor=capped)
     refused("motor.rate_limit belongs to motor.motion", motor=parts.Motor(joint="hinge", rate_limit=1.0, **turn))
     refused(
-        "cable.hinges is .*; a synchronization needs two", cable=parts.Synchronization(hinges=["hinge"], stiffness=1)
+        "cable.joints is .*; a synchronization needs two", cable=parts.Synchronization(joints=["hinge"], stiffness=1)
     )
-    both = parts.Synchronization(hinges=["hinge", "slot"], stiffness=1)
-    refused("cable.hinges has both", slot=parts.TranslationalSpring(a="ground", b="body"), cable=both)
-    wrong = parts.Synchronization(hinges=["hinge", "hinge 2"], ratios=(1.0, 0.0), stiffness=1)
+    both = parts.Synchronization(joints=["hinge", "slot"], stiffness=1)
+    refused("cable.joints has both", slot=parts.TranslationalSpring(a="ground", b="body"), cable=both)
+    wrong = parts.Synchronization(joints=["hinge", "hinge 2"], ratios=(1.0, 0.0), stiffness=1)
     refused("none of them can be 0", **{"hinge 2": parts.RotationalSpring(a="ground", b="body"), "cable": wrong})
     stops = parts.TranslationalSpring(a="ground", b="body", low=0.3, high=0.1, stop=1.0)
     refused("slot.low is 0.3 m, above slot.high, 0.1 m", slot=stops)

@@ -231,7 +231,7 @@ def test_out_stop_and_in_again(segments: str, capture: float) -> None:
         drive=drive,
         rate=2.0,
         direction=(math.cos(lag), -math.sin(lag), 0.0),
-        capture=capture,
+        capture_fraction=capture,
     )
     method, options = ("dopri5", {"rtol": 1e-10, "atol": 1e-12}) if segments == "inextensible" else ("rk4", {})
     seen = run(assembly, t, method, **options)
@@ -260,7 +260,7 @@ def test_impulses_keep_both_momenta_of_a_free_body(segments: str, capture: float
         drives=(drive,),
         spin=(0.02, -0.03, 2.0),
         inertia=(0.003, 0.0035, J),
-        capture=capture,
+        capture_fraction=capture,
     )
     seen = run(assembly, np.linspace(0.0, 20.0, 41), method, **options)
     assert seen.solution.event_kinds.tolist() == [0, 1]
@@ -282,7 +282,13 @@ def test_free_spool_that_carries_its_thread(segments: str, motion: str, axis: tu
     system.add(parts.RigidBody(motion=motion, inertia=J, rate=W0, axis=axis), "hub")
     drive = parts.FreeSpool(inertia=1e-5, torque=-3e-5, angle=0.3 / R, rate=-8.0)
     system.add(parts.Reel(body="hub", centre=(L0, 0.0, 0.0), radius=R, drive=drive), "reel")
-    given = {"length": L, "line_density": RHO, "tip_mass": TIP, "damping": 1e-3, "copies": 2 if axis[1] == 0 else 1}
+    given = {
+        "length": L,
+        "line_density": RHO,
+        "tip_mass": TIP,
+        "damping": 1e-3,
+        "multiplicity": 2 if axis[1] == 0 else 1,
+    }
     system.add(parts.Thread(reel="reel", segments=segments, wound_mass="carried", **given), "blade")
     seen = run(system.assemble(), np.linspace(0.0, 6.0, 61), rtol=1e-10, atol=1e-12)
     assert set(seen.solution.event_kinds) == {0, 1}

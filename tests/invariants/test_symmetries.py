@@ -136,7 +136,7 @@ def test_mirrored_drive() -> None:
 
 @pytest.mark.parametrize(("segments", "wound_mass"), [("inextensible", "ignored"), ("springs", "carried")])
 def test_copies_are_threads(segments: str, wound_mass: str) -> None:
-    """copies=2 is two threads half a turn apart, in motion, momentum and energy."""
+    """multiplicity=2 is two threads half a turn apart, in motion, momentum and energy."""
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=J, rate=W0), "hub")
     for k, side in enumerate((1.0, -1.0)):

@@ -126,7 +126,7 @@ def test_laws_moments_and_follower_forces_on_a_beam_agree_between_methods(formul
     if formulation != "cable":
         system.add(parts.Force(at="beam.tip", force=(0.0, 0.01, 0.01), frame="body"), "follower")
     system.add(parts.Force(at="beam.tip", law=spring, parameters=(0.1, 0.01)), "spring")
-    system.add(parts.LineLoad(beam="beam", law=["-0.1*vx", "-0.2*vy", "sin(t)*0.5"]), "drag")
+    system.add(parts.LineLoad(part="beam", law=["-0.1*vx", "-0.2*vy", "sin(t)*0.5"]), "drag")
     places = []
     methods = {**METHODS, "generalized-alpha": {"tolerance": 1e-5}}
     del methods["generalized-alpha" if formulation == "cable" else "dopri5"]  # which take long there
@@ -146,7 +146,7 @@ def test_a_beam_on_an_elastic_foundation() -> None:
     k, w = 5.0, math.sqrt(5.0 / 0.2)
     system = System()
     system.add(beam("cable", 2, position=(0.0, 0.01, 0.0)), "beam")
-    system.add(parts.LineLoad(beam="beam", law=["0", "-k*y", "0"], constants={"k": k}), "soil")
+    system.add(parts.LineLoad(part="beam", law=["0", "-k*y", "0"], constants={"k": k}), "soil")
     run = system.simulate(until=1.0, every=0.1, method="energy-momentum", step=2e-3, spectral_radius=1.0)
     exact = 0.01 * np.cos(w * run["time"].values)
     np.testing.assert_allclose(run["beam/position"].values[:, :, 1], exact[:, None] * np.ones(3), atol=1e-6)
@@ -243,7 +243,7 @@ def test_refusals() -> None:
     refused("load.frame is 'body', but .* a node of a cable", parts.Force(at="cable.tip", law=law, frame="body"))
     refused("load.law and load.force are both given", parts.Force(at="point", law=law, force=(1.0, 0.0, 0.0)))
     refused(
-        "load.law and load.profile are both given", parts.LineLoad(beam="cable", law=law, profile={"constant": 1.0})
+        "load.law and load.profile are both given", parts.LineLoad(part="cable", law=law, profile={"constant": 1.0})
     )
     refused(
         "load.constants is given without load.law", parts.Force(at="point", force=(1.0, 0.0, 0.0), constants={"a": 1})
@@ -288,7 +288,7 @@ def test_loads_in_a_file(tmp_path: Any) -> None:
     law: dict[str, Any] = {"law": ["a*x", "sin(t)", "-vz"], "constants": {"a": 0.1}}
     system.add(parts.Force(at="tether.tip", frame="body", **law), "force")
     system.add(parts.Torque(at="beam.tip", **law), "torque")
-    system.add(parts.LineLoad(beam="beam", **law), "line")
+    system.add(parts.LineLoad(part="beam", **law), "line")
     system.add(parts.AccelerationField(**law), "field")
     light: dict[str, Any] = {"area": 2.0, "normal": (0.0, 0.0, 1.0), "pressure": 4.56e-6, "specular": 0.3}
     system.add(parts.PanelRadiation(at=("table", (0.0, 1.0, 0.0)), **light), "light")

@@ -152,13 +152,13 @@ def spread() -> dict[str, tuple[str, parts.Part]]:
             panel = parts.PanelRadiation(at=(target, (0.1, 0.2, -0.3)), direction=direction, **light)
             found[f"light {side:g}, {target}"] = target, panel
     for target in (ROD, CABLE, BEAM):
-        found[f"line, {target}"] = target, parts.LineLoad(beam=target, force=VECTOR)
-        found[f"line by a law, {target}"] = target, parts.LineLoad(beam=target, law=LAW)
+        found[f"line, {target}"] = target, parts.LineLoad(part=target, force=VECTOR)
+        found[f"line by a law, {target}"] = target, parts.LineLoad(part=target, law=LAW)
         heat = {"temperature": {"constant": 3.0}} | ({} if target == CABLE else {"gradient_y": {"constant": 40.0}})
-        found[f"heat, {target}"] = target, parts.ThermalLoad(beam=target, **heat)
+        found[f"heat, {target}"] = target, parts.ThermalLoad(part=target, **heat)
     for target in (CABLE, BEAM):
         spread_torque = {"torque": 0.6, "centre": (0.1, -0.3, 0.2), "axis": (0.2, 0.3, 1.0), "pitch": 0.7}
-        found[f"torque, {target}"] = target, parts.DistributedTorque(beam=target, **spread_torque)
+        found[f"torque, {target}"] = target, parts.DistributedTorque(part=target, **spread_torque)
         found[f"slope, {target}"] = target, parts.SlopeLoad(at=f"{target}.tip", slope=1, force=VECTOR)
     for target in (FREE, SPIN, POINT, ROD, CABLE, BEAM, THREAD):
         found[f"orbit, {target}"] = target, parts.Orbit(rate=0.9)

@@ -28,7 +28,7 @@ def boom(*held: str, formulation: str = "assumed_strain", elements: int = 4, kin
     for end in held:
         place = (LENGTH if end == "tip" else 0.0, 0.0, 0.0)
         system.add(parts.Joint(a=place, b=f"boom.{end}", type=kind), f"at_{end}")
-    system.add(parts.ThermalLoad(beam="boom", **load), "heat")
+    system.add(parts.ThermalLoad(part="boom", **load), "heat")
     return system
 
 
@@ -190,7 +190,7 @@ def test_what_cannot_be_heated_is_refused(load: dict[str, Any], beam: dict[str, 
 
 def test_a_second_load_on_a_beam_is_refused() -> None:
     system = boom(temperature={"constant": 1.0})
-    system.add(parts.ThermalLoad(beam="boom", temperature={"constant": 1.0}), "more")
+    system.add(parts.ThermalLoad(part="boom", temperature={"constant": 1.0}), "more")
     with pytest.raises(InputError, match="has a thermal load already"):
         system.assemble()
 

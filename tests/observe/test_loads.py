@@ -26,7 +26,7 @@ def test_a_force_on_a_point(method: str) -> None:
     """Between two times, which are samples: work F . (x1 - x0)."""
     system, F = System(), np.array([0.5, 0.0, 1.0])
     system.add(parts.Point(mass=2.0, velocity=(0.1, 0.2, 0.0)), "ball")
-    system.add(parts.Force(at="ball", force=tuple(F), start=0.2, end=0.7), "push")
+    system.add(parts.Force(at="ball", force=tuple(F), start=0.2, until=0.7), "push")
     found = run(system, np.linspace(0.0, 1.0, 101), method, **({"step": 5e-3} if method == IMPLICIT else {}))
     acts = (found.t >= 0.2 - 1e-9) & (found.t < 0.7 - 1e-9)
     x = found.state("ball", 3)
@@ -65,10 +65,10 @@ def flying(**fields: Any) -> System:
 
 
 LOADS = {
-    "point": parts.Force(at="rod.tip", force=(0.3, 1.0, 0.0), start=0.1, end=0.4, ramp=0.1),
+    "point": parts.Force(at="rod.tip", force=(0.3, 1.0, 0.0), start=0.1, until=0.4, ramp=0.1),
     "slope": parts.SlopeLoad(at="rod[2]", slope=1, force=(0.0, 0.2, 0.0), ramp=0.2),
-    "line": parts.LineLoad(beam="rod", force=(0.0, 1.0, 0.5), ramp=0.1, end=0.35),
-    "spread": parts.DistributedTorque(beam="rod", torque=0.5, centre=(0.2, 0.1, 0.0), axis=(0.0, 0.6, 0.8), ramp=0.1),
+    "line": parts.LineLoad(part="rod", force=(0.0, 1.0, 0.5), ramp=0.1, until=0.35),
+    "spread": parts.DistributedTorque(part="rod", torque=0.5, centre=(0.2, 0.1, 0.0), axis=(0.0, 0.6, 0.8), ramp=0.1),
 }
 
 
@@ -82,7 +82,9 @@ def test_loads_on_beams(which: str, formulation: str) -> None:
     close(found.of("load", "work"), account(found), part=2e-3)
     s = np.clip((found.t - load.start) / load.ramp, 0.0, 1.0)
     share = np.where(
-        (found.t >= load.start) & (found.t < (np.inf if load.end is None else load.end)), s * s * (3.0 - 2.0 * s), 0.0
+        (found.t >= load.start) & (found.t < (np.inf if load.until is None else load.until)),
+        s * s * (3.0 - 2.0 * s),
+        0.0,
     )
     nodes, mid = found.nodes("rod"), found.of("load", "position")
     if which == "point":
@@ -110,7 +112,7 @@ def test_a_torque_spread_over_a_beam_turns_a_stiff_rod() -> None:
     hard = elements.Material(young_modulus=1e10, poisson_ratio=0.0, density=1000.0)
     system.add(parts.Beam(length=1.0, section=SQUARE, material=hard, elements=2, formulation="cable"), "rod")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type="revolute"), "pin")
-    system.add(parts.DistributedTorque(beam="rod", torque=0.6), "motor")
+    system.add(parts.DistributedTorque(part="rod", torque=0.6), "motor")
     found = run(system, np.linspace(0.0, 2.0, 101), step=2e-3, spectral_radius=0.4)
     rate = 0.6 / (2.5 / 3.0) * found.t
     close(found.of("motor", "power"), 0.6 * rate, part=5e-3)
@@ -179,7 +181,9 @@ def test_a_load_on_copies_of_a_thread_does_work_on_all(copies: int) -> None:
     system.add(parts.RigidBody(inertia=0.004, motion="spin", rate=6.0), "wheel")
     drive = parts.ConstantDrive(rate=3.5, angle=100.0)
     system.add(parts.Reel(body="wheel", centre=(0.05, 0.0, 0.0), radius=0.01, drive=drive), "reel")
-    thread = parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, copies=copies, segments="inextensible")
+    thread = parts.Thread(
+        reel="reel", length=2.0, line_density=7e-4, nodes=3, multiplicity=copies, segments="inextensible"
+    )
     system.add(thread, "blade")
     system.add(parts.UniformLoad(thread="blade", force=(0.0, 0.0, 1e-3)), "wind")
     found = run(system, np.linspace(0.0, 0.05, 101), "dopri5")

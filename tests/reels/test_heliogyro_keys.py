@@ -84,7 +84,7 @@ def test_a_braked_spool_against_the_pendulum_of_changing_length() -> None:
 @pytest.mark.parametrize("segments", ["springs", "inextensible"])
 def test_free_spools_on_the_spinning_body(segments: str) -> None:
     """Two free spools in a spiral, symmetric about the spin axis: one blade stands for both; both balances hold."""
-    free = {"inertia": "0.1 g m^2", "torque": "-20 uN m", "viscous": "1 uN m s/rad", "rate": "3 rad/s"}
+    free = {"inertia": "0.1 g m^2", "torque": "-20 uN m", "viscous_damping": "1 uN m s/rad", "rate": "3 rad/s"}
     changes = {
         "spool.rate": None, "spool.free": free, "spool.film_thickness": "20 um", "spool.start_length": "0.3 m",
         "blade.segments": segments, "blade.stiffness": 1e3, "solver.method": "dopri5", "solver.duration": "10 s",

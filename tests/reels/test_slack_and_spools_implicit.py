@@ -141,7 +141,7 @@ def craft(motion: str, *, thickness: float = 0.0, slack: bool = False, end: bool
 
 DRIVES: dict[str, dict[str, Any]] = {
     "free": {},
-    "motor": {"torque": 0.02, "law": "-0.01*v + 0.002*x*t", "viscous": 1e-3, "friction": 0.01},
+    "motor": {"torque": 0.02, "law": "-0.01*v + 0.002*x*t", "viscous_damping": 1e-3, "friction_torque": 0.01},
     "brake": {"brake": 0.5, "profile": {"table": [[0.0, 0.0], [0.2, 0.6], [0.4, -0.6], [0.6, 0.0]]}},
     "slack tape": {"thickness": 1e-3, "slack": True},
 }

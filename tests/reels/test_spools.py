@@ -40,7 +40,7 @@ def craft(segments: str, motion: str, *, thickness: float = 0.0, **drive: Any) -
 
 DRIVES: dict[str, dict[str, Any]] = {
     "free": {},
-    "motor": {"torque": 0.02, "law": "-0.01*v + 0.002*x*t", "viscous": 1e-3, "friction": 0.01},
+    "motor": {"torque": 0.02, "law": "-0.01*v + 0.002*x*t", "viscous_damping": 1e-3, "friction_torque": 0.01},
     "brake": {"brake": 0.5, "profile": {"table": [[0.0, 0.0], [0.2, 0.6], [0.4, -0.6], [0.6, 0.0]]}},
     "tape": {"thickness": 1e-3},
 }
@@ -149,7 +149,7 @@ def test_a_brake_lets_go_when_its_torque_is_exceeded() -> None:
 def test_viscous_friction_limits_the_rate() -> None:
     """The rate goes to m g r/c as 1 - exp(-c t/(I + m r^2))."""
     c = 0.4
-    found = run(hoist(0.0, viscous=c).assemble(), np.linspace(0.0, 0.5, 6), rtol=1e-10, atol=1e-12)
+    found = run(hoist(0.0, viscous_damping=c).assemble(), np.linspace(0.0, 0.5, 6), rtol=1e-10, atol=1e-12)
     exact = WEIGHT / c * (1.0 - np.exp(-c * found.t / INERTIA))
     assert found.seen.spool[:, 0, 1] == pytest.approx(exact, rel=1e-6)
     assert np.abs(found.energy_defect).max() < 1e-7 * np.abs(found.energy).max()
@@ -243,7 +243,7 @@ reel:
   radius: 10 cm
   centre: [0, 0, -10 cm]
   drive:
-    free: {inertia: 1 g m^2, angle: 9 rad, brake: 10 mN m, friction: 1 mN m, viscous: 1e-4 N m s/rad,
+    free: {inertia: 1 g m^2, angle: 9 rad, brake: 10 mN m, friction_torque: 1 mN m, viscous_damping: 1e-4 N m s/rad,
            profile: {ramp: {final: 20 mN m, duration: 1 s}}, law: -k*v, constants: {k: 0.001}}
 tether: {kind: thread, reel: reel, length: 5 m, line_density: 1 g/m, thickness: 0.1 mm, end: satellite.hook,
          stiffness: 100 N/m, nodes: 5}
@@ -254,7 +254,7 @@ def test_a_file() -> None:
     """The file is the program, there and back; it runs."""
     found = read_parts(yaml.safe_load(FILE))
     drive = found["reel"].drive
-    assert (drive.inertia, drive.brake, drive.friction, drive.viscous) == (1e-3, 0.01, 1e-3, 1e-4)
+    assert (drive.inertia, drive.brake, drive.friction_torque, drive.viscous_damping) == (1e-3, 0.01, 1e-3, 1e-4)
     again = read_parts(yaml.safe_load(yaml.safe_dump({name: part.as_keys() for name, part in found.items()})))
     assert again == found
     system = System()
@@ -272,7 +272,7 @@ def test_a_file() -> None:
     [
         ({"inertia": 2.0}, r"reel.drive.inertia is 2.0 kg m2; the inertia of 'ship' includes it; it must be below"),
         ({"brake": -0.1}, "FreeSpool.brake is -0.1"),
-        ({"friction": -0.1}, "FreeSpool.friction is -0.1"),
+        ({"friction_torque": -0.1}, "FreeSpool.friction_torque is -0.1"),
         ({"thickness": 4e-3}, r"tether.thickness is 0.004 m, which leaves no core.*below 0.0039"),
     ],
 )

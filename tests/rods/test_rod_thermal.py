@@ -27,7 +27,7 @@ def boom(*held: str, elements: int = 4, kind: str = "clamp", **load: Any) -> ev.
     for end in held:
         place = (LENGTH if end == "tip" else 0.0, 0.0, 0.0)
         system.add(parts.Joint(a=place, b=f"boom.{end}", type=kind), f"at_{end}")
-    system.add(parts.ThermalLoad(beam="boom", **load), "heat")
+    system.add(parts.ThermalLoad(part="boom", **load), "heat")
     return system
 
 
@@ -110,6 +110,6 @@ def test_the_tangent_of_a_heated_rod() -> None:
 
 def test_a_rod_takes_one_thermal_load() -> None:
     system = boom("root", temperature={"constant": 1.0})
-    system.add(parts.ThermalLoad(beam="boom", temperature={"constant": 1.0}), "more")
-    with pytest.raises(InputError, match=r"more\.beam is 'boom', which has a thermal load already; one rod takes one"):
+    system.add(parts.ThermalLoad(part="boom", temperature={"constant": 1.0}), "more")
+    with pytest.raises(InputError, match=r"more\.part is 'boom', which has a thermal load already; one rod takes one"):
         system.assemble()

@@ -338,7 +338,7 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
     for x, y in ((-1.0, 0.3), (0.2, -1.0), (1.0, 1.0)):
         system.add(parts.Spring(a=(x, y, 0.4), b=("hub", (0.1 * x, 0.1 * y, 0.1)), stiffness=30.0, length=0.9))
     system.add(parts.Spring(a=(1.0, 1.0, 0.5), b=("wheel", (0.1, 0.2, 0.0)), stiffness=5.0))
-    system.add(parts.DistributedTorque(beam="cable", torque=0.05))
+    system.add(parts.DistributedTorque(part="cable", torque=0.05))
     system.add(parts.Force(at=("hub", (0.1, 0.0, 0.2)), force=(0.3, 0.1, 0.2), frame="body"))
     system.add(parts.CylinderContact(body="hub", beams=["cable"], radius=0.3, centre=(0.9, -0.31, 0.0), stiffness=50.0))
     a = system.assemble()

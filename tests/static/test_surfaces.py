@@ -42,7 +42,7 @@ def clamped(**fields: Any) -> System:
 def test_a_propped_cantilever(prop: str, book: Book) -> None:
     """Under a uniform load q the prop at the tip takes 3/8 q L, less what its spring of contact gives way."""
     system = clamped()
-    system.add(parts.LineLoad(beam="rod", force=(0.0, -LOAD, 0.0)), "load")
+    system.add(parts.LineLoad(part="rod", force=(0.0, -LOAD, 0.0)), "load")
     system.add(PROPS[prop], "prop")
     found = system.equilibrium()["prop"]
     exact = LOAD / (8.0 * EI) / (1.0 / (3.0 * EI) + 1.0 / K)

@@ -95,7 +95,7 @@ def test_a_hub_with_two_threads() -> None:
     W, J, L0, m, l, c = 3.0, 0.4, 0.2, 0.5, 1.0, 1e6  # noqa: E741
     body = parts.RigidBody(motion="spin", inertia=J, axis=(0.0, 0.0, 1.0), rate=W)
     system = reeled(out=l, body=body, at=L0, length=l, nodes=1, line_density=0.1, tip_mass=m - 0.05, stiffness=c,
-                    copies=2)  # fmt: skip
+                    multiplicity=2)  # fmt: skip
     found = modes(system.assemble(), rotating=(0.0, 0.0, W), count=3)
     S, inertia, Jb = m * l, m * l * l, 0.5 * J + m * L0**2
     lag = W * np.sqrt(L0 * S * (Jb + inertia + 2.0 * L0 * S) / (inertia * Jb - (L0 * S) ** 2))

@@ -72,7 +72,7 @@ def synchronized() -> ev.System:
             part = part.replaced(latch_stiffness=LATCH[0], latch_damping=LATCH[1])
         system.add(part, name)
     hinges = ["hinge 1", "hinge 2", "hinge 3"]
-    cables = parts.Synchronization(hinges=hinges, ratios=tuple(RATIOS), stiffness=STIFFNESS, damping=DAMPING)
+    cables = parts.Synchronization(joints=hinges, ratios=tuple(RATIOS), stiffness=STIFFNESS, damping=DAMPING)
     system.add(cables, "cables")
     return system
 

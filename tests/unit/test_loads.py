@@ -34,16 +34,16 @@ def system(load: Part) -> System:
 
 
 WRITTEN = {
-    "force on a body": parts.Force(at="hub", force=(1, 0, "2 N"), frame="body", start="1 s", end="2 s"),
+    "force on a body": parts.Force(at="hub", force=(1, 0, "2 N"), frame="body", start="1 s", until="2 s"),
     "force at a point": parts.Force(at=("hub", (0, 0, 1)), direction=Y, profile=ROWS),
     "force on a point": parts.Force(at="ball", direction=Y, profile={"pulse": {"value": "1 N", "duration": 1}}),
     "force on a node": parts.Force(at="boom[1]", force=(1, 2, 3), ramp=1.0),
     "torque": parts.Torque(at="hub", torque=(0, 0, "2 N m")),
     "torque of a profile": parts.Torque(at="wheel", axis=Y, profile=ROWS),
-    "line": parts.LineLoad(beam="boom", force=(0, 0, "1 N/m")),
-    "line of a profile": parts.LineLoad(beam="boom", direction=Y, profile={"constant": "1 N/m"}, end=3.0),
-    "distributed": parts.DistributedTorque(beam="boom", torque="1 N m", centre=(0, 1, 0), axis=(1, 0, 1), start=1.0),
-    "distributed by a profile": parts.DistributedTorque(beam="boom", profile=ROWS),
+    "line": parts.LineLoad(part="boom", force=(0, 0, "1 N/m")),
+    "line of a profile": parts.LineLoad(part="boom", direction=Y, profile={"constant": "1 N/m"}, until=3.0),
+    "distributed": parts.DistributedTorque(part="boom", torque="1 N m", centre=(0, 1, 0), axis=(1, 0, 1), start=1.0),
+    "distributed by a profile": parts.DistributedTorque(part="boom", profile=ROWS),
     "slope": parts.SlopeLoad(at="boom.tip", slope=1, force=(0, 0, 1)),
     "uniform": parts.UniformLoad(thread="blade", force=(0, 0, "1 mN/m"), frame="body"),
     "light": parts.RadiationPressure(thread="blade", pressure="4.56 uPa", width="10 cm", reflectivity=0.9),
@@ -65,7 +65,7 @@ def test_written_and_read_again(name: str) -> None:
 def test_directions_are_unit_vectors() -> None:
     model = system(parts.Force(at="ball", direction=(0, 3, 4), profile=ROWS)).assemble().model
     assert model.parameters[model.loads["first"][0] :][:3] == pytest.approx([0.0, 0.6, 0.8])
-    row = system(parts.LineLoad(beam="boom", direction=(0, 3, 4), profile=ROWS)).assemble().model.beam_loads[0]
+    row = system(parts.LineLoad(part="boom", direction=(0, 3, 4), profile=ROWS)).assemble().model.beam_loads[0]
     assert row["axis"] == pytest.approx([0.0, 0.6, 0.8])
 
 
@@ -111,18 +111,21 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "torque on a point": (lambda: parts.Torque(at="ball", torque=Y), "load.at is 'ball'; this load needs a body"),
     "torque on a node": (lambda: parts.Torque(at="boom.tip", torque=Y, frame="body"), "load.frame is 'body', but"),
     "frame": (lambda: parts.Force(at="hub", force=Y, frame="bdy"), "Force.frame is 'bdy'; did you mean 'body'"),
-    "times": (lambda: parts.Force(at="hub", force=Y, start=2, end=1), "load.end is 1.0; it must be after start 2.0"),
-    "times of a node": (lambda: parts.Force(at="boom.tip", force=Y, start=2, end=1), "load.end is 1.0 s; .* 2.0 s"),
+    "times": (
+        lambda: parts.Force(at="hub", force=Y, start=2, until=1),
+        "load.until is 1.0; it must be after start 2.0",
+    ),
+    "times of a node": (lambda: parts.Force(at="boom.tip", force=Y, start=2, until=1), "load.until is 1.0 s; .* 2.0 s"),
     "ramp": (lambda: parts.Force(at="hub", force=Y, ramp=-1), "Force.ramp is -1; it must be a time of 0 or above"),
     "unit": (lambda: parts.Torque(at="hub", torque=(0, 0, "1 N")), "Torque.torque is .* 'N' is a unit of something"),
     "zero axis": (lambda: parts.Torque(at="hub", axis=(0, 0, 0), profile=ROWS), "Torque.axis is .* not all zero"),
-    "line: none": (lambda: parts.LineLoad(beam="boom"), "load.force is missing; give force, or direction and profile"),
-    "line: direction": (lambda: parts.LineLoad(beam="boom", force=Y, direction=Y), "direction goes with load.profile"),
-    "line: profile": (lambda: parts.LineLoad(beam="boom", profile=ROWS), "load.direction is missing; it goes with"),
-    "line: beam": (lambda: parts.LineLoad(beam="hub", force=Y), "no beam is called 'hub'"),
-    "distributed: none": (lambda: parts.DistributedTorque(beam="boom"), "load.torque is missing; give torque, or pro"),
+    "line: none": (lambda: parts.LineLoad(part="boom"), "load.force is missing; give force, or direction and profile"),
+    "line: direction": (lambda: parts.LineLoad(part="boom", force=Y, direction=Y), "direction goes with load.profile"),
+    "line: profile": (lambda: parts.LineLoad(part="boom", profile=ROWS), "load.direction is missing; it goes with"),
+    "line: beam": (lambda: parts.LineLoad(part="hub", force=Y), "no beam is called 'hub'"),
+    "distributed: none": (lambda: parts.DistributedTorque(part="boom"), "load.torque is missing; give torque, or pro"),
     "distributed: both": (
-        lambda: parts.DistributedTorque(beam="boom", torque=1, profile=ROWS),
+        lambda: parts.DistributedTorque(part="boom", torque=1, profile=ROWS),
         "load.torque and load.profile are both given; give torque, or profile",
     ),
     "slope": (lambda: parts.SlopeLoad(at="boom.tip", slope=2, force=Y), "load.slope is 2; .* the slope 1 alone"),

@@ -52,7 +52,7 @@ EVERY: dict[str, Part] = {
         stiffness_damping=1e-3,
     ),
     "thermal load": parts.ThermalLoad(
-        beam="boom",
+        part="boom",
         temperature={"ramp": {"final": 40.0, "duration": 60.0}},
         gradient_y={"constant": 200.0},
         along=((0.0, 0.5), (1.0, 1.0)),
@@ -115,12 +115,18 @@ EVERY: dict[str, Part] = {
         body="hub", node="boom.root", stiffness=0.5, low="-10 deg", high=0.3, stop=9.0, latch=0.2, latch_stiffness=7.0
     ),
     "spring of a joint": parts.RotationalSpring(
-        joint="pin", stiffness=0.5, friction="0.1 N m", bristle_stiffness=900.0
+        joint="pin", stiffness=0.5, friction_torque="0.1 N m", bristle_stiffness=900.0
     ),
     "translational spring": parts.TranslationalSpring(
-        a="hub", b=("panel", (0.1, 0.0, 0.0)), axis=(0.0, 0.0, 1.0), travel="1 mm", friction=0.2, low=-0.1, stop=1e4
+        a="hub",
+        b=("panel", (0.1, 0.0, 0.0)),
+        axis=(0.0, 0.0, 1.0),
+        travel="1 mm",
+        friction_force=0.2,
+        low=-0.1,
+        stop=1e4,
     ),
-    "synchronization": parts.Synchronization(hinges=["one", "two"], ratios=(2.0, -1.0), stiffness="20 N m/rad"),
+    "synchronization": parts.Synchronization(joints=["one", "two"], ratios=(2.0, -1.0), stiffness="20 N m/rad"),
     "motor": parts.Motor(joint="pin", torque=[[0.0, 0.0], [1.0, 0.3]], limit=0.2),
     "motor that follows": parts.Motor(
         joint="pin", motion=parts.RampDrive(rate=0.0, steps=[(1.0, 2.0, 0.1)]), position_gain=3.0, velocity_gain=2.0
@@ -133,7 +139,9 @@ EVERY: dict[str, Part] = {
     ),
     "self-contact": parts.SelfContact(body="hub", over="boom", under="other", thickness=(1e-3, 2e-3), width=0.01),
     "tether": parts.Thread(reel="reel", length=5.0, line_density=7e-4, end=("hub", (0.1, 0.0, 0.2)), thickness="50 um"),
-    "reaction wheel": parts.ReactionWheel(body="hub", inertia=0.05, rate="100 rpm", torque_limit=0.1, friction=1e-3),
+    "reaction wheel": parts.ReactionWheel(
+        body="hub", inertia=0.05, rate="100 rpm", torque_limit=0.1, friction_torque=1e-3
+    ),
     "thruster": parts.Thruster(at="hub.left", direction=(0.0, 1.0, 0.0), thrust="1 N"),
     "attitude controller": parts.AttitudeController(
         body="hub", actuators=["one", "two"], proportional=2.0, derivative=(1.0, 2.0, 0.0), target=(0.8, 0.0, 0.0, 0.6)

@@ -91,7 +91,7 @@ BAD = {
     "spring: an undecorated law": (lambda: [POINT, parts.Spring(**AT, law=plain)], "@evolvent.spring_law"),
     "spring: a law of another kind": (lambda: [POINT, parts.Spring(**AT, law=drag)], "@evolvent.spring_law"),
     "load: no beam at all": (
-        lambda: [body(), parts.DistributedTorque(beam="rib", torque=1.0)],
+        lambda: [body(), parts.DistributedTorque(part="rib", torque=1.0)],
         "'distributedtorque-1' refers to 'rib', but no part is called that",
     ),
     "load: unknown body": (lambda: [body(), reel(body=3)], "Reel.body is 3; it must be the name of a body"),
@@ -124,9 +124,9 @@ BAD = {
     "thread: negative damping": (lambda: [body(), reel(), thread(damping=-1.0)], "Thread.damping is -1.0"),
     "thread: unknown segments": (lambda: [body(), reel(), thread(segments="spring")], "did you mean 'springs'"),
     "thread: unknown wound mass": (lambda: [body(), reel(), thread(wound_mass="carry")], "did you mean 'carried'"),
-    "thread: no copies": (lambda: [body(), reel(), thread(copies=0)], "Thread.copies is 0"),
-    "thread: copies on a free body": (lambda: [free(), reel(), thread(copies=2)], "blade.copies is 2"),
-    "thread: no capture": (lambda: [body(), reel(), thread(capture=0.0)], "Thread.capture is 0.0"),
+    "thread: no copies": (lambda: [body(), reel(), thread(multiplicity=0)], "Thread.multiplicity is 0"),
+    "thread: copies on a free body": (lambda: [free(), reel(), thread(multiplicity=2)], "blade.multiplicity is 2"),
+    "thread: no capture": (lambda: [body(), reel(), thread(capture_fraction=0.0)], "Thread.capture_fraction is 0.0"),
     "drive: more out than there is": (
         lambda: [body(), reel(drive=parts.ConstantDrive(rate=1.0, angle=600.0)), thread()],
         "more",
@@ -197,8 +197,8 @@ BAD = {
         "force-1.at is 'point-1'",
     ),
     "force: over before it starts": (
-        lambda: [POINT, parts.Force(at="point-1", force=(1, 0, 0), start=2.0, end=1.0)],
-        "force-1.end",
+        lambda: [POINT, parts.Force(at="point-1", force=(1, 0, 0), start=2.0, until=1.0)],
+        "force-1.until",
     ),
     "torque: on a point": (lambda: [POINT, parts.Torque(at="point-1", torque=(1, 0, 0))], "torque-1.at is 'point-1'"),
     "event: undecorated": (lambda: [POINT, parts.Event(law=plain)], "@evolvent.event_law"),

@@ -68,7 +68,7 @@ KINDS = {
                 "phase": "30 deg",
                 "offset": 0.1,
                 "start": 1.0,
-                "end": 4.0,
+                "until": 4.0,
             }
         },
         lambda t: np.where((t >= 1.0) & (t < 4.0), 0.1 + 0.2 * np.sin(0.5 * math.pi * (t - 1.0) + math.pi / 6.0), 0.0),
@@ -152,7 +152,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "rise": ({"pulse": {"value": 1, "duration": 1, "rise": 0.6}}, r"slew\.profile\.pulse\.rise is 0\.6 s; .* half"),
     "end": (
         {"sine": {"amplitude": 1, "frequency": 1, "start": 2, "end": 1}},
-        r"slew\.profile\.sine\.end is 1\.0 s; it must be after slew\.profile\.sine\.start, 2\.0 s",
+        r"slew\.profile\.sine\.until is 1\.0 s; it must be after slew\.profile\.sine\.start, 2\.0 s",
     ),
     "frequency": ({"sine": {"amplitude": 1, "frequency": 0}}, "Torque.profile.sine.frequency is 0; .* above 0"),
 }

@@ -190,7 +190,7 @@ def test_elastic_catenary(book: Book) -> None:
     a = beam(
         "cable_stretch", n, ("spherical", "spherical"), section=Rectangle(thickness=1e-4, width=1.0),
         material=Material(young_modulus=1e7, poisson_ratio=0.3, density=1.0), length=length, nodes=start,
-        more=lambda s: s.add(parts.LineLoad(beam="beam", force=(0.0, 0.0, -5.0)), "weight"),
+        more=lambda s: s.add(parts.LineLoad(part="beam", force=(0.0, 0.0, -5.0)), "weight"),
     )  # fmt: skip
     r = solved(solve_static(a))
     H, middle = abs(r.la[-1][rows_of_part(a, "root")][0]), nodes(a, r)[n // 2, 0, 2]

@@ -257,7 +257,7 @@ def free_spool() -> Mapping[str, float]:
     """A spool that the thread turns against a viscous brake of 20 uN m s."""
     import evolvent
 
-    free = {"inertia": 1e-6, "viscous": 2e-5, "rate": 3.5}
+    free = {"inertia": 1e-6, "viscous_damping": 2e-5, "rate": 3.5}
     changes = LINKS | {"spool.rate": None, "spool.free": free, "spool.start_length": "0.1 m", "solver.duration": 300.0}
     found = evolvent.run("heliogyro", changes)
     length = found.deployed_length.values[:, 0]

@@ -66,12 +66,12 @@ class ReactionWheel(Part):
         Largest torque of the motor, including that of a controller.
     rate_limit : float, rad/s, optional
         Largest rate to which the motor accelerates the wheel. The torque decreases to zero over the last 1 % of it.
-    viscous : float, N m s/rad
+    viscous_damping : float, N m s/rad
         Coefficient of viscous friction.
-    friction : float, N m
-        Coulomb friction, friction tanh(rate/slip).
-    slip : float, rad/s
-        Rate at which Coulomb friction reaches three quarters of `friction`.
+    friction_torque : float, N m
+        Coulomb friction, friction_torque tanh(rate/slip_rate).
+    slip_rate : float, rad/s
+        Rate at which Coulomb friction reaches three quarters of `friction_torque`.
     centre : (3,) float, m
         Centre of the wheel in drawings, body axes. The body's mass includes that of the wheel.
     radius : float, m, optional
@@ -97,9 +97,9 @@ class ReactionWheel(Part):
     constants: Constants | None = None
     torque_limit: units.TorqueOrZero | None = None
     rate_limit: units.AngularRate | None = None
-    viscous: units.RotationalDampingOrZero = 0.0
-    friction: units.TorqueOrZero = 0.0
-    slip: units.AngularRate = 0.1
+    viscous_damping: units.RotationalDampingOrZero = 0.0
+    friction_torque: units.TorqueOrZero = 0.0
+    slip_rate: units.AngularRate = 0.1
     centre: units.Position = (0.0, 0.0, 0.0)
     radius: units.Length | None = None
 
@@ -108,7 +108,7 @@ class ReactionWheel(Part):
         body = _moving(builder, f"{name}.body", self.body, (rigid.FREE, rigid.SPIN), "a free or spinning body")
         axis = unit(self.axis)
         check_rotor(builder.rows["bodies"][body], axis, self.inertia, f"{name}.inertia", self.body)
-        for key in ("rate_limit", "slip"):
+        for key in ("rate_limit", "slip_rate"):
             value = getattr(self, key)
             if value is not None and value <= 0.0:
                 raise InputError(f"{name}.{key} is {value!r} rad/s; it must be above 0")
@@ -124,7 +124,7 @@ class ReactionWheel(Part):
             "wheels", body=body, iq=q, iv=v, axis=axis, inertia=self.inertia, torque=self.torque,
             torque_limit=math.inf if self.torque_limit is None else self.torque_limit,
             rate_limit=math.inf if self.rate_limit is None else self.rate_limit,
-            viscous=self.viscous, friction=self.friction, slip=self.slip,
+            viscous=self.viscous_damping, friction=self.friction_torque, slip=self.slip_rate,
             profile=_profile(builder, name, self.profile), **law,
         )  # fmt: skip
         builder.names[name] = ("wheels", index)

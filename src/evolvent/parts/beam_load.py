@@ -25,7 +25,7 @@ def add_beam_load(builder: Builder, name: str, kind: int, beam: int, value: floa
     """Append a row of the family `beam_loads`; `times` are its start, its end (None for none) and its ramp, s."""
     start, end, ramp = times
     if end is not None and not end > start:
-        raise InputError(f"{name}.end is {end!r} s; it must be after {name}.start, {start!r} s")
+        raise InputError(f"{name}.until is {end!r} s; it must be after {name}.start, {start!r} s")
     first, last = 0, 0
     if profile is not None:
         first, last = builder.parameters(write_profile(builder, f"{name}.profile", profile))
@@ -60,7 +60,7 @@ class DistributedTorque(Part):
 
     Parameters
     ----------
-    beam : str
+    part : str
         The beam.
     torque : float, N m, optional
         Of a constant torque.
@@ -74,35 +74,35 @@ class DistributedTorque(Part):
         Advance along the axis in one turn of the screw motion; it does not change the torque about the axis.
     start : float, s
         When the load begins.
-    end : float, s, optional
+    until : float, s, optional
         When it ends; never if left out.
     ramp : float, s
         Over which it grows smoothly; in statics it has grown.
     """
 
     kind: Literal["distributed-torque"] = "distributed-torque"
-    beam: BeamName
+    part: BeamName
     torque: units.Torque | None = None
     profile: TorqueProfile | None = None
     centre: units.Position = (0.0, 0.0, 0.0)
     axis: units.Direction = (0.0, 0.0, 1.0)
     pitch: units.Coordinate = 0.0
     start: units.Time = 0.0
-    end: units.Time | None = None
+    until: units.Time | None = None
     ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the torque."""
-        if builder.names.get(self.beam, ("",))[0] == "rods":
+        if builder.names.get(self.part, ("",))[0] == "rods":
             raise InputError(
-                f"{name}.beam is {self.beam!r}, a rod, which this load does not support; use a Torque at a node "
-                f"such as '{self.beam}.tip', a LineLoad by a law, or a Beam"
+                f"{name}.part is {self.part!r}, a rod, which this load does not support; use a Torque at a node "
+                f"such as '{self.part}.tip', a LineLoad by a law, or a Beam"
             )
         _either(name, "torque", self.torque, "", self.profile)
         axis = np.array(self.axis) / norm(np.array(self.axis))
         add_beam_load(
-            builder, name, kernels.FIELD, builder.find(self.beam, "beams"),
-            1.0 if self.torque is None else self.torque, (self.start, self.end, self.ramp), self.profile,
+            builder, name, kernels.FIELD, builder.find(self.part, "beams"),
+            1.0 if self.torque is None else self.torque, (self.start, self.until, self.ramp), self.profile,
             centre=np.array(self.centre), axis=axis, pitch=self.pitch / (2.0 * math.pi),
         )  # fmt: skip
 
@@ -112,7 +112,7 @@ class LineLoad(Part):
 
     Parameters
     ----------
-    beam : str
+    part : str
         The beam or rod.
     force : (3,) float, N/m, optional
         Of a constant load, inertial axes.
@@ -129,7 +129,7 @@ class LineLoad(Part):
         Of expressions.
     start : float, s
         When the load begins.
-    end : float, s, optional
+    until : float, s, optional
         When it ends; never if left out.
     ramp : float, s
         Over which it grows smoothly; in statics it has grown.
@@ -141,7 +141,7 @@ class LineLoad(Part):
     """
 
     kind: Literal["line-load"] = "line-load"
-    beam: BeamName
+    part: BeamName
     force: units.LineForceVector | None = None
     direction: units.Direction | None = None
     profile: LineForceProfile | None = None
@@ -149,21 +149,21 @@ class LineLoad(Part):
     parameters: Parameters = ()
     constants: Constants | None = None
     start: units.Time = 0.0
-    end: units.Time | None = None
+    until: units.Time | None = None
     ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load, on a rod as forces at its nodes."""
         from evolvent.parts.rod_load import is_rod, write_line_load
 
-        times, on_rod = (self.start, self.end, self.ramp), is_rod(builder, self.beam)
+        times, on_rod = (self.start, self.until, self.ramp), is_rod(builder, self.part)
         if self.law is not None:
             refuse_beside_law(name, self, ("force", "direction", "profile"))
             if on_rod:
                 write_line_load(builder, name, self, np.ones(3))
                 return
             law: dict[str, Any] = write_law(builder, name, self.law, "force", self.parameters, self.constants)
-            add_beam_load(builder, name, kernels.LINE, builder.find(self.beam, "beams"), 1.0, times, **law)
+            add_beam_load(builder, name, kernels.LINE, builder.find(self.part, "beams"), 1.0, times, **law)
             return
         refuse_without_law(name, self)
         _either(name, "force", self.force, "direction and ", self.profile)
@@ -177,7 +177,7 @@ class LineLoad(Part):
             write_line_load(builder, name, self, axis)
             return
         add_beam_load(
-            builder, name, kernels.LINE, builder.find(self.beam, "beams"), 1.0, times, self.profile, axis=axis
+            builder, name, kernels.LINE, builder.find(self.part, "beams"), 1.0, times, self.profile, axis=axis
         )
 
 
@@ -194,7 +194,7 @@ class SlopeLoad(Part):
         Inertial axes.
     start : float, s
         When the load begins.
-    end : float, s, optional
+    until : float, s, optional
         When it ends; never if left out.
     ramp : float, s
         Over which it grows smoothly; in statics it has grown.
@@ -205,7 +205,7 @@ class SlopeLoad(Part):
     slope: Annotated[int, units.Whole(least=1, most=3)]
     force: units.TorqueVector
     start: units.Time = 0.0
-    end: units.Time | None = None
+    until: units.Time | None = None
     ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
@@ -214,6 +214,6 @@ class SlopeLoad(Part):
         if self.slope >= NODE_VECTORS[kind]:
             raise InputError(f"{name}.slope is {self.slope!r}; a node of this beam has the slope 1 alone")
         add_beam_load(
-            builder, name, kernels.POINT, beam, 1.0, (self.start, self.end, self.ramp), axis=np.array(self.force),
+            builder, name, kernels.POINT, beam, 1.0, (self.start, self.until, self.ramp), axis=np.array(self.force),
             iq=iq + 3 * self.slope, iv=iv + 3 * self.slope,
         )  # fmt: skip

@@ -238,8 +238,8 @@ class FreeSpool(DriveKind):
     constants : mapping of names to float, constants of an expression
     brake : float, N m, torque of a brake: it holds the spool up to this torque and then slips at it (under
         generalized-alpha a spool that is held creeps at 1e-6 rad/s at most)
-    friction : float, N m, Coulomb friction of the bearing; it adds to the torque of the brake
-    viscous : float, N m s/rad, coefficient of viscous friction of the bearing
+    friction_torque : float, N m, Coulomb friction of the bearing; it adds to the torque of the brake
+    viscous_damping : float, N m s/rad, coefficient of viscous friction of the bearing
     angle, rate : float, rad and rad/s, of the spool at the start
     """
 
@@ -250,8 +250,8 @@ class FreeSpool(DriveKind):
     parameters: Parameters = ()
     constants: Constants | None = None
     brake: units.TorqueOrZero = 0.0
-    friction: units.TorqueOrZero = 0.0
-    viscous: units.RotationalDampingOrZero = 0.0
+    friction_torque: units.TorqueOrZero = 0.0
+    viscous_damping: units.RotationalDampingOrZero = 0.0
     angle: units.Angle = 0.0
     rate: units.AngularRate = 0.0
 
@@ -267,8 +267,8 @@ class FreeSpool(DriveKind):
         else:
             law = write_law(builder, name, self.law, "spring", self.parameters, self.constants)
         return DriveRow(
-            kernels.FREE, 0, 0, 0, q, v, self.inertia, self.torque, self.brake + self.friction, self.viscous, at,
-            law["law"], law["first"], law["last"],
+            kernels.FREE, 0, 0, 0, q, v, self.inertia, self.torque, self.brake + self.friction_torque,
+            self.viscous_damping, at, law["law"], law["first"], law["last"],
         )  # fmt: skip
 
     def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:

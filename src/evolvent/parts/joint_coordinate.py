@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -35,6 +35,9 @@ class Ends(NamedTuple):
 class CoordinateSpring(Part):
     """A spring on the coordinate of a joint: its ends, checks and row. Keys are those of the subclasses."""
 
+    #: Key of the Coulomb friction, a force or a torque.
+    friction_key: ClassVar[str]
+
     if TYPE_CHECKING:
         joint: str | None
         a: str | None
@@ -43,7 +46,6 @@ class CoordinateSpring(Part):
         stiffness: float
         damping: float
         rest: float
-        friction: float
         bristle_stiffness: float | None
         low: float | None
         high: float | None
@@ -51,6 +53,11 @@ class CoordinateSpring(Part):
         latch: float | None
         latch_stiffness: float
         latch_damping: float
+
+    @property
+    def friction(self) -> float:
+        """Coulomb friction, N m or N."""
+        return float(getattr(self, self.friction_key))
 
     def check(self, name: str, unit_of: str, stiffness: str) -> None:
         """Refuse stops, latches and friction without what they need."""
@@ -63,7 +70,9 @@ class CoordinateSpring(Part):
                 f"{name}.latch_stiffness is {self.latch_stiffness!r}; a latch needs one above 0 {stiffness}"
             )
         if self.bristle_stiffness is not None and self.friction == 0.0:
-            raise InputError(f"{name}.bristle_stiffness is given, but {name}.friction is 0.0; give a friction above 0")
+            raise InputError(
+                f"{name}.bristle_stiffness is given, but {name}.{self.friction_key} is 0.0; give one above 0"
+            )
         if self.bristle_stiffness == 0.0:
             raise InputError(f"{name}.bristle_stiffness is 0.0; friction needs one above 0 {stiffness}")
 

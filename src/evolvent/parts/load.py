@@ -107,7 +107,7 @@ class PanelRadiation(Part):
         Fractions reflected specularly and diffusely (Lambert); the rest is absorbed.
     start : float, s
         Time at which the load begins.
-    end : float, s, optional
+    until : float, s, optional
         Time at which it ends; never if left out.
     ramp : float, s
         Duration of its smooth increase; statics apply the full load.
@@ -128,7 +128,7 @@ class PanelRadiation(Part):
     specular: units.Fraction = 0.0
     diffuse: units.Fraction = 0.0
     start: units.Time = 0.0
-    end: units.Time | None = None
+    until: units.Time | None = None
     ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
@@ -208,7 +208,7 @@ class Force(Part):
         those of the reel's body, for a beam's node those of its section: along the axis, y and z.
     start : float, s
         When the load begins.
-    end : float, s, optional
+    until : float, s, optional
         When it ends; never if left out.
     ramp : float, s
         Over which it grows smoothly; in statics it has grown.
@@ -224,7 +224,7 @@ class Force(Part):
     constants: Constants | None = None
     frame: Frame = "inertial"
     start: units.Time = 0.0
-    end: units.Time | None = None
+    until: units.Time | None = None
     ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
@@ -268,7 +268,7 @@ class Torque(Part):
         of its section: along the axis, y and z.
     start : float, s
         When the load begins.
-    end : float, s, optional
+    until : float, s, optional
         When it ends; never if left out.
     ramp : float, s
         Over which it grows smoothly; in statics it has grown.
@@ -289,7 +289,7 @@ class Torque(Part):
     constants: Constants | None = None
     frame: Frame = "inertial"
     start: units.Time = 0.0
-    end: units.Time | None = None
+    until: units.Time | None = None
     ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
@@ -367,7 +367,7 @@ def _write_at_node(builder: Builder, name: str, kind: int, load: Force | Torque,
     if load.law is not None:
         law = write_law(builder, name, load.law, "force", load.parameters, load.constants)
     add_beam_load(
-        builder, name, kind, beam, 1.0, (load.start, load.end, load.ramp), load.profile, axis=np.array(vector), iq=iq,
+        builder, name, kind, beam, 1.0, (load.start, load.until, load.ramp), load.profile, axis=np.array(vector), iq=iq,
         iv=iv, frame=int(FRAMES[load.frame]), **law,
     )  # fmt: skip
 

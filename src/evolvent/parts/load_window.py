@@ -13,10 +13,10 @@ Frame = Literal["inertial", "body"]
 
 
 def window(builder: Builder, name: str, load: Any) -> float:
-    """Time at which a load with the keys `start`, `end` and `ramp` ends, s; its times become breaks."""
-    end = math.inf if load.end is None else float(load.end)
+    """Time at which a load with the keys `start`, `until` and `ramp` ends, s; its times become breaks."""
+    end = math.inf if load.until is None else float(load.until)
     if not end > load.start:
-        raise InputError(f"{name}.end is {end!r}; it must be after start {load.start!r}")
+        raise InputError(f"{name}.until is {end!r}; it must be after start {load.start!r}")
     times = (load.start, load.start + load.ramp if load.ramp else 0.0, end)
     builder.breaks.update(t for t in times if math.isfinite(t) and t > 0.0)
     return end

@@ -31,7 +31,7 @@ class MagneticTorque(Part):
         Magnetic flux density, inertial axes.
     start : float, s
         When the torque begins.
-    end : float, s, optional
+    until : float, s, optional
         When it ends; never if left out.
     ramp : float, s
         Over which it grows smoothly; in statics it has grown.
@@ -48,7 +48,7 @@ class MagneticTorque(Part):
     moment: units.MagneticMoment
     field: units.MagneticField
     start: units.Time = 0.0
-    end: units.Time | None = None
+    until: units.Time | None = None
     ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
@@ -59,7 +59,7 @@ class MagneticTorque(Part):
             )
         names = ("mx", "my", "mz", "b1", "b2", "b3")
         constants = dict(zip(names, itertools.chain(self.moment, self.field), strict=True))
-        times = {"start": self.start, "end": self.end, "ramp": self.ramp}
+        times = {"start": self.start, "until": self.until, "ramp": self.ramp}
         Torque(at=self.at, law=_LAW, constants=constants, **times).write(builder, name)
 
     def observe(self, view: Any, name: str, found: Any) -> None:

@@ -61,14 +61,14 @@ class Ramp(Section, Generic[V]):
 
 
 class Sine(Section, Generic[V]):
-    """A sine: offset + amplitude sin(2 pi frequency (t - start) + phase); zero before `start` and from `end` on.
+    """A sine: offset + amplitude sin(2 pi frequency (t - start) + phase); zero before `start` and from `until` on.
 
     Parameters
     ----------
     amplitude, offset : values
     frequency : float, Hz
     phase : float, rad
-    start, end : float, s; without an end it goes on
+    start, until : float, s; without an end it goes on
     """
 
     amplitude: V
@@ -76,7 +76,7 @@ class Sine(Section, Generic[V]):
     phase: units.Angle = 0.0
     offset: V = 0.0  # type: ignore[assignment]
     start: units.Time = 0.0
-    end: units.Time | None = None
+    until: units.Time | None = None
 
 
 class Pulse(Section, Generic[V]):
@@ -213,9 +213,9 @@ def _add_breaks(builder: Builder, times: Iterable[float]) -> None:
 
 
 def _sine(builder: Builder, name: str, sine: Sine[Any]) -> list[float]:
-    end = math.inf if sine.end is None else sine.end
+    end = math.inf if sine.until is None else sine.until
     if not end > sine.start:
-        raise InputError(f"{name}.sine.end is {sine.end!r} s; it must be after {name}.sine.start, {sine.start!r} s")
+        raise InputError(f"{name}.sine.until is {sine.until!r} s; it must be after {name}.sine.start, {sine.start!r} s")
     _add_breaks(builder, (t for t in (sine.start, end) if math.isfinite(t)))
     turning = 2.0 * math.pi * sine.frequency
     return [kernels.SINE, sine.amplitude, turning, sine.phase, sine.offset, sine.start, end]

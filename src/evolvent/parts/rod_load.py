@@ -31,8 +31,8 @@ def write_line_load(builder: Builder, name: str, load: Any, vector: np.ndarray) 
     these are the consistent forces q h/2 and moments q h^2/12. The force and its point in the section's axes are fixed,
     so that the load has a potential.
     """
-    rod = builder.specs[load.beam]
-    row = builder.rows["rods"][builder.names[load.beam][1]]
+    rod = builder.specs[load.part]
+    row = builder.rows["rods"][builder.names[load.part][1]]
     end, rest, law = window(builder, name, load), [], {}
     if load.profile is not None:
         rest = write_profile(builder, f"{name}.profile", load.profile)

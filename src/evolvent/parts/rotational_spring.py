@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import model_validator
@@ -58,7 +58,7 @@ class RotationalSpring(CoordinateSpring):
         Of the spring; of the damper, or of viscous friction.
     rest : float, rad
         Angle at which the torque of the spring is zero.
-    friction : float, N m
+    friction_torque : float, N m
         Coulomb friction: the torque at which the joint slips.
     bristle_stiffness : float, N m/rad, optional
         Stiffness of stiction; by default the joint slips after 1e-4 rad.
@@ -77,6 +77,7 @@ class RotationalSpring(CoordinateSpring):
     cable the angle is that of its axis, for a node of a beam that of its section.
     """
 
+    friction_key: ClassVar[str] = "friction_torque"
     kind: Literal["rotational-spring"] = "rotational-spring"
     joint: JointName | None = None
     a: BodyName | None = None
@@ -87,7 +88,7 @@ class RotationalSpring(CoordinateSpring):
     stiffness: units.RotationalStiffnessOrZero = 0.0
     damping: units.RotationalDampingOrZero = 0.0
     rest: units.Angle = 0.0
-    friction: units.TorqueOrZero = 0.0
+    friction_torque: units.TorqueOrZero = 0.0
     bristle_stiffness: units.RotationalStiffnessOrZero | None = None
     low: units.Angle | None = None
     high: units.Angle | None = None

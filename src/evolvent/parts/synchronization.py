@@ -18,7 +18,7 @@ class Synchronization(Part):
 
     Parameters
     ----------
-    hinges : list of str
+    joints : list of str
         Two or more names, each of a `RotationalSpring` or `TranslationalSpring`, or of a revolute or prismatic `Joint`;
         all of them angles, or all travels.
     ratios : list of float, optional
@@ -34,30 +34,30 @@ class Synchronization(Part):
     """
 
     kind: Literal["synchronization"] = "synchronization"
-    hinges: CoordinateNames
+    joints: CoordinateNames
     ratios: units.Numbers | None = None
     stiffness: units.CoordinateStiffnessOrZero
     damping: units.CoordinateDampingOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
         """Write a row of the family `synchronizations` for each loop."""
-        count = len(self.hinges)
+        count = len(self.joints)
         if count < 2:
-            raise InputError(f"{name}.hinges is {list(self.hinges)!r}; a synchronization needs two hinges or more")
-        if len(set(self.hinges)) < count:
-            twice = next(hinge for hinge in self.hinges if self.hinges.count(hinge) > 1)
-            raise InputError(f"{name}.hinges names {twice!r} twice")
+            raise InputError(f"{name}.joints is {list(self.joints)!r}; a synchronization needs two hinges or more")
+        if len(set(self.joints)) < count:
+            twice = next(hinge for hinge in self.joints if self.joints.count(hinge) > 1)
+            raise InputError(f"{name}.joints names {twice!r} twice")
         ratios = self.ratios if self.ratios is not None else (1.0,) * count
         if len(ratios) != count:
-            raise InputError(f"{name}.ratios has {len(ratios)} numbers; {name}.hinges has {count}")
+            raise InputError(f"{name}.ratios has {len(ratios)} numbers; {name}.joints has {count}")
         if 0.0 in ratios:
             raise InputError(f"{name}.ratios is {list(ratios)!r}; none of them can be 0")
         if self.stiffness == 0.0 and self.damping == 0.0:
             raise InputError(f"{name}.stiffness is 0.0; a cable needs a stiffness above 0")
-        found = [find_coordinate(builder, f"{name}.hinges", hinge) for hinge in self.hinges]
+        found = [find_coordinate(builder, f"{name}.joints", hinge) for hinge in self.joints]
         rows = [builder.rows["coordinates"][k] for k in found]
         if len({row["kind"] for row in rows}) > 1:
-            raise InputError(f"{name}.hinges has both angles and travels; they must all be of one kind")
+            raise InputError(f"{name}.joints has both angles and travels; they must all be of one kind")
         check_units(f"{name}.stiffness", self.stiffness, rows[0]["kind"])
         check_units(f"{name}.damping", self.damping, rows[0]["kind"])
         first = len(builder.rows["synchronizations"])

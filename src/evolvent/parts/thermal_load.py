@@ -32,7 +32,7 @@ class ThermalLoad(Part):
 
     Parameters
     ----------
-    beam : str
+    part : str
         The beam or rod; its material needs `thermal_expansion`.
     temperature : optional
         Change of the temperature of the axis against that at which the beam is without stress, K, as a function of
@@ -55,7 +55,7 @@ class ThermalLoad(Part):
     """
 
     kind: Literal["thermal-load"] = "thermal-load"
-    beam: BeamName
+    part: BeamName
     temperature: TemperatureProfile | None = None
     gradient_y: GradientProfile | None = None
     gradient_z: GradientProfile | None = None
@@ -70,9 +70,9 @@ class ThermalLoad(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load into the family `thermal_loads`, the constants of its elements into the parameters."""
-        family = "rods" if builder.names.get(self.beam, ("",))[0] == "rods" else "beams"
-        index = builder.find(self.beam, family)
-        beam = builder.specs[self.beam]
+        family = "rods" if builder.names.get(self.part, ("",))[0] == "rods" else "beams"
+        index = builder.find(self.part, family)
+        beam = builder.specs[self.part]
         self._check(builder, name, beam, (family, index))
         places = {}
         for key in ("temperature", "gradient_y", "gradient_z"):
@@ -89,7 +89,7 @@ class ThermalLoad(Part):
             for row in builder.rows["rod_elements"][first : first + beam.elements]:
                 row["heated"] = 1
             return
-        nodes, ends = beam.start_nodes(self.beam), beam.arc / beam.length
+        nodes, ends = beam.start_nodes(self.part), beam.arc / beam.length
         for i, length in enumerate(beam.lengths):
             form = thermal_form(
                 beam.formulation, float(length), beam.section.between(ends[i], ends[i + 1]), beam.material,
@@ -119,21 +119,21 @@ class ThermalLoad(Part):
             raise InputError(f"{name}.temperature is missing; give temperature, gradient_y or gradient_z")
         if key == "beam" and gradients and beam.vectors == 2:
             raise InputError(
-                f"{name}.{gradients[0]} is given, but {self.beam!r} is a {beam.formulation}, whose section has no "
+                f"{name}.{gradients[0]} is given, but {self.part!r} is a {beam.formulation}, whose section has no "
                 f"axes; leave it out, or use the formulation 'assumed_strain'"
             )
         if key == "beam" and beam.formulation not in HEATED:
             raise InputError(
-                f"{name}.beam is {self.beam!r}, whose formulation is {beam.formulation!r}; a thermal load needs "
+                f"{name}.part is {self.part!r}, whose formulation is {beam.formulation!r}; a thermal load needs "
                 f"{', '.join(map(repr, HEATED[:-1]))} or {HEATED[-1]!r}"
             )
         if beam.material.thermal_expansion is None:
             raise InputError(
-                f"{name}.beam is {self.beam!r}, whose material has no thermal_expansion; give {self.beam}.material "
+                f"{name}.part is {self.part!r}, whose material has no thermal_expansion; give {self.part}.material "
                 f"one, such as 24e-6 1/K"
             )
         if any(row[key] == target[1] for row in builder.rows["thermal_loads"]):
-            raise InputError(f"{name}.beam is {self.beam!r}, which has a thermal load already; one {key} takes one")
+            raise InputError(f"{name}.part is {self.part!r}, which has a thermal load already; one {key} takes one")
         if self.along is None:
             return
         x = [place for place, _ in self.along]

@@ -75,9 +75,9 @@ class Thread(Part):
         every released node; carried, momentum is kept.
     separates : bool
         Whether the thread leaves the spool when it is all out (separation).
-    copies : int
+    multiplicity : int
         Number of identical threads, evenly spaced about the spin axis, that this one stands for.
-    capture : float
+    capture_fraction : float
         Fraction of a segment at which a node that is reeled in goes back onto the spool.
     width : float, m, optional
         Of a tape, along the axis of its spool: it is drawn as a strip.
@@ -114,8 +114,8 @@ class Thread(Part):
     rotate_velocity: bool = True
     wound_mass: Literal["ignored", "carried"] = "ignored"
     separates: bool = False
-    copies: Annotated[int, units.Whole(least=1, most=1_000_000)] = 1
-    capture: units.PositiveNumber = 1e-3
+    multiplicity: Annotated[int, units.Whole(least=1, most=1_000_000)] = 1
+    capture_fraction: units.PositiveNumber = 1e-3
     width: units.Length | None = None
     thickness: units.LengthOrZero = 0.0
 
@@ -126,45 +126,18 @@ class Thread(Part):
             known = [n for n, part in builder.specs.items() if isinstance(part, Reel)]
             raise InputError(f"{name}.reel is {self.reel!r}; {nearest(self.reel, known)}")
         kind, n, length, tip = SEGMENTS[self.segments], self.nodes, self.length, self.tip_mass
-        if kind == kernels.SPRINGS and self.stiffness == 0.0:
-            raise InputError(f"{name}.stiffness is {self.stiffness!r}; segments that are springs need one above 0 N/m")
-        if self.slack and kind != kernels.SPRINGS:
-            raise InputError(f"{name}.slack is true; it needs {name}.segments 'springs', not {self.segments!r}")
         l0 = length / n
         body = builder.find(reel.body, "bodies")
         motion = builder.rows["bodies"][body]["motion"]
-        if self.wound_mass == "carried" and builder.rows["bodies"][body].get("path"):
-            raise InputError(f"{name}.wound_mass is 'carried', but {reel.body!r} is driven along a line; "
-                             f"use 'ignored', or a free body")  # fmt: skip
-        if self.copies > 1 and motion == rigid.FREE:
-            raise InputError(f"{name}.copies is {self.copies!r}; only a spinning or driven body takes copies")
+        self._check_segments(name, kind)
+        self._check_body(builder, name, reel, body)
         X, Y, Z = reel.frame(self.reel)
         centre = np.array(reel.centre)
         drive = reel.drive.write(builder, f"{self.reel}.drive")
-        jerks = isinstance(reel.drive, RampDrive) and any(duration == 0.0 for _, duration, _ in reel.drive.steps)
-        if kind == kernels.INEXTENSIBLE and jerks:
-            raise InputError(
-                f"{self.reel}.drive.steps holds one of no duration, which jerks an inextensible thread; give it a "
-                f"duration above 0"
-            )
         angle, rate, _ = reel.drive.at(builder, drive, 0.0)
-        if kind == kernels.INEXTENSIBLE and angle == 0.0 and rate == 0.0:
-            raise InputError(
-                f"{self.reel}.drive starts at rest with nothing out, where an inextensible thread has no direction; "
-                "start with some length out (`angle` above 0), or at a rate above 0"
-            )
         core = reel.radius**2 - length * self.thickness / np.pi
-        if core <= 0.0:
-            raise InputError(
-                f"{name}.thickness is {self.thickness!r} m, which leaves no core: {length:g} m of tape do not fit "
-                f"within {self.reel}.radius, {reel.radius!r} m; it must be below "
-                f"{np.pi * reel.radius**2 / length:.6g} m"
-            )
         out = angle * (reel.radius - 0.25 * self.thickness / np.pi * angle)
-        if out > length * (1.0 + 1e-12):
-            raise InputError(
-                f"{self.reel}.drive: {out:g} m are out at the start, more than {name}.length, {length:g} m"
-            )
+        self._check_wound(name, reel, core, out, still=angle == 0.0 and rate == 0.0)
         released = min(int(np.ceil(round(out / l0, 9))), n)
         departure = centre + reel.radius * Z
         direction, distance, end = X if self.direction is None else unit(self.direction), out, -1
@@ -188,7 +161,7 @@ class Thread(Part):
             iv=v,
             n=n,
             node=first,
-            copies=self.copies,
+            copies=self.multiplicity,
             segment=l0,
             stiffness=self.stiffness,
             damping=self.damping,
@@ -209,7 +182,7 @@ class Thread(Part):
             turned=int(self.rotate_velocity),
             carried=int(self.wound_mass == "carried"),
             separates=int(self.separates),
-            capture=self.capture,
+            capture=self.capture_fraction,
             end=end,
             slack=int(self.slack),
             coiling=0.5 * self.thickness / np.pi,
@@ -226,6 +199,48 @@ class Thread(Part):
         )
         builder.released.append(released)
         builder.names[name] = ("threads", index)
+
+    def _check_segments(self, name: str, kind: int) -> None:
+        """Refuse keys that do not fit the segments."""
+        if kind == kernels.SPRINGS and self.stiffness == 0.0:
+            raise InputError(f"{name}.stiffness is {self.stiffness!r}; segments that are springs need one above 0 N/m")
+        if self.slack and kind != kernels.SPRINGS:
+            raise InputError(f"{name}.slack is true; it needs {name}.segments 'springs', not {self.segments!r}")
+
+    def _check_body(self, builder: Builder, name: str, reel: Reel, body: int) -> None:
+        """Refuse a body whose motion does not fit the thread."""
+        row = builder.rows["bodies"][body]
+        if self.wound_mass == "carried" and row.get("path"):
+            raise InputError(f"{name}.wound_mass is 'carried', but {reel.body!r} is driven along a line; "
+                             f"use 'ignored', or a free body")  # fmt: skip
+        if self.multiplicity > 1 and row["motion"] == rigid.FREE:
+            raise InputError(
+                f"{name}.multiplicity is {self.multiplicity!r}; above 1 it needs a spinning or driven body"
+            )
+
+    def _check_wound(self, name: str, reel: Reel, core: float, out: float, *, still: bool) -> None:
+        """Refuse a drive, a thickness and a start that do not fit the thread; core : m2, radius of the core squared."""
+        if self.segments == "inextensible":
+            if isinstance(reel.drive, RampDrive) and any(duration == 0.0 for _, duration, _ in reel.drive.steps):
+                raise InputError(
+                    f"{self.reel}.drive.steps holds one of no duration, which jerks an inextensible thread; give it a "
+                    f"duration above 0"
+                )
+            if still:
+                raise InputError(
+                    f"{self.reel}.drive starts at rest with nothing out, where an inextensible thread has no "
+                    "direction; start with some length out (`angle` above 0), or at a rate above 0"
+                )
+        if core <= 0.0:
+            raise InputError(
+                f"{name}.thickness is {self.thickness!r} m, which leaves no core: {self.length:g} m of tape do not fit "
+                f"within {self.reel}.radius, {reel.radius!r} m; it must be below "
+                f"{np.pi * reel.radius**2 / self.length:.6g} m"
+            )
+        if out > self.length * (1.0 + 1e-12):
+            raise InputError(
+                f"{self.reel}.drive: {out:g} m are out at the start, more than {name}.length, {self.length:g} m"
+            )
 
     def tip_location(self, builder: Builder, name: str, where: str, key: str) -> Location:
         """The end of the thread as a place: what it is fixed to, or a point mass that takes the first node's mass."""
@@ -251,8 +266,8 @@ class Thread(Part):
         given = f"{key} is {where!r}"
         if self.segments != "springs":
             raise InputError(f"{given}; it needs {name}.segments 'springs', not {self.segments!r}")
-        if self.copies > 1:
-            raise InputError(f"{given}; it needs {name}.copies 1, but {name}.copies is {self.copies!r}")
+        if self.multiplicity > 1:
+            raise InputError(f"{given}; it needs {name}.multiplicity 1, which is {self.multiplicity!r}")
         if builder.released[builder.names[name][1]] == 0:
             raise InputError(f"{given}, but nothing of {name!r} is out at the start; start with some length out "
                              f"(`angle` of {self.reel}.drive above 0)")  # fmt: skip
@@ -280,8 +295,8 @@ class Thread(Part):
         key = f"{name}.end"
         if self.segments != "springs":
             raise InputError(f"{key} is {self.end!r}; it needs {name}.segments 'springs', not {self.segments!r}")
-        if self.copies > 1:
-            raise InputError(f"{key} is {self.end!r}; it needs {name}.copies 1, but {name}.copies is {self.copies!r}")
+        if self.multiplicity > 1:
+            raise InputError(f"{key} is {self.end!r}; it needs {name}.multiplicity 1, which is {self.multiplicity!r}")
         if self.direction is not None:
             raise InputError(f"{name}.direction and {key} are both given; leave one of them out")
         end = builder.marker(self.end, key)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class TranslationalSpring(CoordinateSpring):
         Of the spring; of the damper, or of viscous friction.
     rest : float, m
         Travel at which the force of the spring is zero.
-    friction : float, N
+    friction_force : float, N
         Coulomb friction: the force at which the joint slips.
     bristle_stiffness : float, N/m, optional
         Stiffness of stiction; by default the joint slips after 1e-5 m.
@@ -50,6 +50,7 @@ class TranslationalSpring(CoordinateSpring):
         Stiffness and damping of the latch.
     """
 
+    friction_key: ClassVar[str] = "friction_force"
     kind: Literal["translational-spring"] = "translational-spring"
     joint: JointName | None = None
     a: BodyName | None = None
@@ -59,7 +60,7 @@ class TranslationalSpring(CoordinateSpring):
     stiffness: units.StiffnessOrZero = 0.0
     damping: units.DampingOrZero = 0.0
     rest: units.Coordinate = 0.0
-    friction: units.ForceOrZero = 0.0
+    friction_force: units.ForceOrZero = 0.0
     bristle_stiffness: units.StiffnessOrZero | None = None
     low: units.Coordinate | None = None
     high: units.Coordinate | None = None

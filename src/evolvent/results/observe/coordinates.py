@@ -120,7 +120,7 @@ def observe_motor(view: View, name: str) -> Observed:
 def observe_synchronization(view: View, name: str) -> Observed:
     """Stretches and torques of the cable loops, their energy, and what they have dissipated."""
     model, found, first = view.model, Observed(), view.index(name)
-    loops = slice(first, first + len(view.part(name).hinges) - 1)
+    loops = slice(first, first + len(view.part(name).joints) - 1)
     row = model.coordinates[int(model.synchronizations["a"][first])]
     _add(view, found, "synchronizations", loops, row, "stretch torque")
     for field in ("energy", "lost"):

@@ -26,7 +26,7 @@ def observe_load(view: View, name: str) -> Observed:
         return observe_thread_load(view, view.index(name))
     part = view.part(name)
     if getattr(part, "kind", "") == "line-load":
-        return _observe_rod_load(view, view.index(name), view.assembly.parts[part.beam])
+        return _observe_rod_load(view, view.index(name), view.assembly.parts[part.part])
     first, last = int(row["first"]), int(row["last"])
     values = view.model.parameters[first:last]
     is_panel = bool(row["kind"] == kernels.PANEL)

@@ -254,7 +254,7 @@ def _motor(view: View, name: str, found: Observed) -> None:
 
 def _synchronization(view: View, name: str, found: Observed) -> None:
     """A cable from hinge to hinge."""
-    seats = [seat for hinge in view.part(name).hinges if (seat := seat_of(view, hinge)) is not None]
+    seats = [seat for hinge in view.part(name).joints if (seat := seat_of(view, hinge)) is not None]
     _add_cable(view, found, seats, "position of each hinge, inertial axes")
 
 

@@ -14,7 +14,7 @@ def observe_thermal_load(view: View, name: str) -> Observed:
     """Temperatures, free strains and curvatures, and the work done as they change."""
     found, index = Observed(), view.index(name)
     load = view.part(name)
-    beam = view.part(load.beam)
+    beam = view.part(load.part)
     found.results("thermal_loads", view.fields["thermal_loads"], index)
     row, change = view.model.thermal_loads[index], view.fields["thermal_loads"]["change"][:, index]
     text, where = "change of temperature", "of each element" if row["rod"] >= 0 else "at two points of each element"

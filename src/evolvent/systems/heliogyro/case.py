@@ -90,8 +90,10 @@ class FreeSpool(Section):
     inertia: units.Inertia = Field(description="of the empty spool about its axis")
     torque: units.Torque = Field(0.0, description="of a motor, constant; positive pays out")
     brake: units.TorqueOrZero = Field(0.0, description="of a brake: it holds up to this torque, then slips at it")
-    friction: units.TorqueOrZero = Field(0.0, description="Coulomb friction of the bearing, added to the brake")
-    viscous: units.RotationalDampingOrZero = Field(0.0, description="coefficient of viscous friction of the bearing")
+    friction_torque: units.TorqueOrZero = Field(0.0, description="Coulomb friction of the bearing, added to the brake")
+    viscous_damping: units.RotationalDampingOrZero = Field(
+        0.0, description="coefficient of viscous friction of the bearing"
+    )
     rate: units.AngularRate = Field(0.0, description="at the start; positive pays out")
 
 

@@ -53,7 +53,7 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
         system.add(parts.Reel(body="body", radius=spool.radius, drive=_drive(case, laws, k), **axes), reel)
         direction = tuple(np.cos(lag) * X - np.sin(lag) * Y)
         copies = body.blades if symmetric else 1
-        system.add(parts.Thread(reel=reel, direction=direction, copies=copies, **of_blades), name)
+        system.add(parts.Thread(reel=reel, direction=direction, multiplicity=copies, **of_blades), name)
         if case.sunlight is not None:
             system.add(parts.RadiationPressure(thread=name, width=blade.width, **case.sunlight.model_dump()))
         if force is not None:

@@ -54,12 +54,12 @@ def build(case: Case, begin: Start) -> System:
             rest = turn + begin.rest[b]
             zero = tuple(product(begin.rotation, [math.cos(rest), math.sin(rest), 0.0]))
             spring = {"zero": zero, "stiffness": rib.root_stiffness, "damping": rib.root_damping}
-            spring |= {"friction": rib.root_friction}
+            spring |= {"friction_torque": rib.root_friction}
             system.add(parts.RotationalSpring(a="hub", b=root, axis=axis, **spring), f"hinge-{k}")
         system.add(parts.CylinderContact(beams=[f"rib-{k}"], **cylinder), f"contact-{k}")
         if drive is not None and drive.torque is not None:
             ramp = drive.ramp if drive.kind == "torque" else 0.0
-            spread = parts.DistributedTorque(beam=f"rib-{k}", torque=drive.torque, pitch=_pitch(case), ramp=ramp)
+            spread = parts.DistributedTorque(part=f"rib-{k}", torque=drive.torque, pitch=_pitch(case), ramp=ramp)
             system.add(spread, f"drive-{k}")
         if drive is not None and drive.kind == "tip":
             taut = case.strip.length * (1.0 + drive.stretch)
