@@ -15,7 +15,7 @@ from numba import config
 from evolvent import InputError, element_law, force_law, motor_law, spring_law
 from evolvent.assembly.expressions import compile_expression
 from evolvent.compiled import laws
-from evolvent.compiled.jit import PLAIN
+from evolvent.compiled.lookups import PLAIN
 from evolvent.kernels import expression
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="laws have no dual numbers without compilation")

@@ -23,7 +23,7 @@ from evolvent import parts
 from evolvent.analysis.system import System
 from evolvent.assembly import needs
 from evolvent.base.errors import InputError
-from evolvent.compiled import codecache, jit, laws
+from evolvent.compiled import codecache, jit, laws, lookups
 from evolvent.compiled.codecache import folder as cachefolder
 from evolvent.flow.impulse import prepare
 from evolvent.solvers import solve
@@ -212,7 +212,7 @@ def reeled(law, *parameters):
 @compiled_only
 @pytest.mark.parametrize(("law", "kind"), [(hardening, "spring"), (gust, "force"), (crossing, "event")])
 def test_a_law_is_compiled_to_its_one_signature(law, kind):
-    assert [s.args for s in law.nopython_signatures] == [jit.LAWS[kind].args]
+    assert [s.args for s in law.nopython_signatures] == [lookups.LAWS[kind].args]
     assert laws.law_address(law, kind) != 0
 
 

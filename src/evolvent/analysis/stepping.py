@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent import cases
+from evolvent.analysis.step_results import ResultAddress as ResultAddress, StepResults
 from evolvent.analysis.system import System
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
@@ -18,7 +19,6 @@ from evolvent.kernels import rigid
 from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
 from evolvent.results.motion import quaternions
-from evolvent.results.observe import Observed, View, observe_part
 from evolvent.solvers import balance as eb, explicit_plan, implicit
 from evolvent.solvers.explicit_plan import METHODS, STEP_ALLOWED
 from evolvent.solvers.laws import law_failure, refusing_laws
@@ -27,8 +27,6 @@ from evolvent.solvers.sampled import Sampled, bristles
 from evolvent.solvers.solution import Solution
 
 IMPLICIT = implicit.NAME
-#: Families whose angle, and variables that, add up over all samples of a run; a stepper keeps the first and the last.
-_COUNTS_TURNS, _ADDS_UP = "joints", ("work",)
 
 
 class BodyState(NamedTuple):
@@ -45,20 +43,6 @@ class BodyState(NamedTuple):
     velocity: np.ndarray
     quaternion: np.ndarray
     rate: np.ndarray
-
-
-class ResultAddress(NamedTuple):
-    """Where a result is found.
-
-    Attributes
-    ----------
-    part, variable : str
-    at : int, or array of them, the numbers of its entries in the variable at one time
-    """
-
-    part: str
-    variable: str
-    at: int | np.ndarray
 
 
 class Stepper:
@@ -122,9 +106,6 @@ class Stepper:
         self._held: dict[str, np.ndarray] = {}
         self._failed = ""
         self._keys: Mapping[str, str] = {}
-        self._observed: dict[str, Observed] = {}
-        self._found: dict[str, ResultAddress] = {}
-        self._now: View | None = None
         self._events: list[tuple[np.ndarray, np.ndarray]] = []
         assembly, times = _with_inputs(system, self.inputs), np.array([start, until])
         if method == IMPLICIT:
@@ -141,6 +122,7 @@ class Stepper:
             )
             self.assembly = self._plan.assembly
             self._y, self._s = assembly.y.copy(), assembly.s.copy()
+        self._results = StepResults(self.assembly, self._solution)
         self._first = self._sample()
         with refusing_laws(self.assembly):
             self._look()
@@ -237,30 +219,15 @@ class Stepper:
 
     def value(self, address: ResultAddress) -> float | np.ndarray:
         """A result now, by the address that `address` has found for its name."""
-        variable = self._part(address.part).variables[address.variable]
-        now = variable.values[-1] if variable.dims[:1] == ("time",) else variable.values
-        found = np.asarray(now).reshape(-1)[address.at]
-        return float(found) if np.ndim(address.at) == 0 else found
+        return self._results.value(address)
 
     def results(self) -> dict[str, tuple[tuple[str, ...], str]]:
         """Names of all that `result` gives, without components and entries: name -> (dimensions, unit)."""
-        return {
-            f"{part}.{name}": (tuple(d for d in v.dims if d != "time"), v.units)
-            for part in self.assembly.parts
-            for name, v in self._part(part).variables.items()
-            if not self._adds_up(part, name)
-        }
+        return self._results.names()
 
     def describe(self, name: str) -> tuple[str, str]:
         """Unit and meaning of a result."""
-        address = self.address(name)
-        variable = self._part(address.part).variables[address.variable]
-        return variable.units, variable.long_name
-
-    def _adds_up(self, part: str, variable: str) -> bool:
-        """Whether a variable of a run follows from all of its samples, not from the first and the last."""
-        turns = variable == "angle" and self.assembly.names[part][0] == _COUNTS_TURNS
-        return variable in _ADDS_UP or turns
+        return self._results.describe(name)
 
     def address(self, name: Any) -> ResultAddress:
         """Where a result is found; of the same system it stays the same.
@@ -270,43 +237,7 @@ class Stepper:
         InputError
             As of `result`.
         """
-        if name not in self._found:
-            self._found[name] = self._address_of_name(name)
-        return self._found[name]
-
-    def _address_of_name(self, name: Any) -> ResultAddress:
-        from evolvent.results import variables  # whose xarray takes long to load
-
-        part = variables.owner(name) if isinstance(name, str) else ""
-        if part not in self.assembly.parts or self.assembly.names[part][0] == "events":
-            raise InputError(f"no result is called {name!r}; {nearest(str(name), self.results())}")
-        if name == part:
-            own = ", ".join(key for key in self._part(part).variables if not self._adds_up(part, key))
-            raise InputError(f"{name!r} is a part; give one of its results: {own}")
-        numbered = {
-            f"{part}.{key}": (tuple(d if d in variables.SHARED else f"{part}.{d}" for d in v.dims), v)
-            for key, v in self._part(part).variables.items()
-        }
-        dataset = variables.numbered(
-            {key: (dims, v.values.shape) for key, (dims, v) in numbered.items()},
-            {f"{part}.{key}": c.long_name for key, c in self._part(part).coordinates.items()},
-        )
-        found = variables.get(dataset, name)
-        own = str(found.name).partition(".")[2]
-        if self._adds_up(part, own):
-            raise InputError(
-                f"{name!r} adds up over all samples of a run, of which a stepper keeps the first and the last"
-            )
-        at = found.values[0] if "time" in found.dims else found.values
-        return ResultAddress(part, own, int(at) if np.ndim(at) == 0 else np.asarray(at))
-
-    def _part(self, part: str) -> Observed:
-        """Results of a part at the start and now."""
-        if self._now is None:
-            self._now = View.of(self._solution())
-        if part not in self._observed:
-            self._observed[part] = observe_part(self._now, part)
-        return self._observed[part]
+        return self._results.address(name)
 
     def _sample(self) -> _Sample:
         """State and what the method has kept of it, at the last sample."""
@@ -468,7 +399,7 @@ class Stepper:
     def _look(self) -> None:
         """Fill the bodies' records with the state now, as generalized-alpha leaves them after every step."""
         self._held = {body: self._input(body) for body in self.inputs}
-        self._now, self._observed = None, {}
+        self._results.forget()
         if self.method != IMPLICIT:
             model, dy = self.assembly.model, np.zeros_like(self._y)
             needs.load(model, rhs)

@@ -12,7 +12,7 @@ import numpy as np
 from numba import config
 
 from evolvent.assembly import families
-from evolvent.compiled import jit
+from evolvent.compiled import jit, lookups
 from evolvent.compiled.codecache import Linked, names_in
 from evolvent.kernels import ancf_beams, axial, constraint_rows, drive, joint, passing, thread
 from evolvent.model import Model
@@ -162,7 +162,7 @@ def needed(model: Model, roots: tuple[Any, ...], without: frozenset[str]) -> lis
     """Functions that `roots` call on a model that lacks what `absent` names, `roots` among them."""
     found = _reached(roots, without)
     by_record = [field for caller, field in _BY_RECORD.items() if caller in found]
-    return [*found, *(one for field in by_record for one in jit.at_slots(model.elements[field]))]
+    return [*found, *(one for field in by_record for one in lookups.at_slots(model.elements[field]))]
 
 
 #: What a model does not have, and what was loaded for it.

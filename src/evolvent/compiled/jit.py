@@ -26,7 +26,6 @@ from numba.core import cgutils
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.errors import NumbaExperimentalFeatureWarning, TypingError
 from numba.core.typing.templates import infer, make_intrinsic_template
-from numba.extending import intrinsic
 
 from evolvent.base import progress
 from evolvent.compiled.codecache import (
@@ -241,7 +240,7 @@ def _load_late(context: Any, builder: Any, table: Any, slot: Any) -> Any:
     return loaded
 
 
-def _address(context: Any, builder: Any, kind: Any, holder: Any, slot: Any) -> Any:
+def address_in_table(context: Any, builder: Any, kind: Any, holder: Any, slot: Any) -> Any:
     """Code for the address of a function from the table of a struct; a function that is not loaded is, first."""
     table = load_attribute(context, builder, kind, holder, "addresses").data
     known, unknown = (builder.load(builder.gep(table, [at])) for at in (slot, cgutils.intp_t(1)))
@@ -253,6 +252,12 @@ def _address(context: Any, builder: Any, kind: Any, holder: Any, slot: Any) -> A
     found.add_incoming(known, before)
     found.add_incoming(loaded, after)
     return found
+
+
+def pointer_of(compiled: Any, signature: Any) -> int:
+    """Address of a function that is compiled for a signature."""
+    result = compiled.get_compile_result(signature)
+    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
 
 
 class Indirect(Linked):
@@ -357,67 +362,6 @@ class Indirect(Linked):
         return _call(self.dispatcher, arguments)
 
 
-def _matrix_view(values: Any, at: int, rows: int, columns: int) -> Any:
-    return values[at : at + rows * columns].reshape(rows, columns)
-
-
-@intrinsic
-def _compiled_view(typingctx, values, at, rows, columns):  # type: ignore[no-untyped-def]
-    kind = types.Array(values.dtype, 2, "C")
-
-    def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
-        source = context.make_array(signature.args[0])(context, builder, args[0])
-        shape = [context.cast(builder, args[k], signature.args[k], types.intp) for k in (2, 3)]
-        offset = context.cast(builder, args[1], signature.args[1], types.intp)
-        view = context.make_array(kind)(context, builder)
-        view.data = builder.gep(source.data, [offset])
-        view.shape = cgutils.pack_array(builder, shape)
-        view.strides = cgutils.pack_array(builder, [builder.mul(shape[1], source.itemsize), source.itemsize])
-        view.nitems, view.itemsize = builder.mul(*shape), source.itemsize
-        view.meminfo = context.get_constant_null(types.MemInfoPointer(values.dtype))
-        view.parent = context.get_constant_null(types.pyobject)
-        return view._getvalue()
-
-    return kind(values, at, rows, columns), codegen
-
-
-#: ``matrix_view(values, at, rows, columns)``: consecutive entries of a vector, from index `at`, as a matrix; the bounds
-#: are not checked. A slice and a reshape would cost more than the arithmetic of a block of six.
-matrix_view = _matrix_view if config.DISABLE_JIT else _compiled_view
-
-
-#: Size of a `local_vector`.
-LOCAL = 40
-
-
-def _plain_vector() -> np.ndarray:
-    return np.empty(LOCAL)
-
-
-@intrinsic
-def _local_vector(typingctx):  # type: ignore[no-untyped-def]
-    kind = types.Array(f8, 1, "C")
-
-    def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
-        number = context.get_value_type(f8)
-        size = context.get_constant(types.intp, LOCAL)
-        data = cgutils.alloca_once(builder, number, size=LOCAL)
-        view = context.make_array(kind)(context, builder)
-        item = context.get_constant(types.intp, 8)
-        view.data, view.itemsize, view.nitems = data, item, size
-        view.shape = cgutils.pack_array(builder, [size])
-        view.strides = cgutils.pack_array(builder, [item])
-        view.meminfo = context.get_constant_null(types.MemInfoPointer(f8))
-        view.parent = context.get_constant_null(types.pyobject)
-        return view._getvalue()
-
-    return kind(), codegen
-
-
-#: ``local_vector()``: (LOCAL,) float, scratch memory of the function that asks for it, for as long as that runs.
-local_vector = _plain_vector if config.DISABLE_JIT else _local_vector
-
-
 def unload() -> None:
     """Take every address out of the table, as at the start of a process."""
     ADDRESSES[2:] = ADDRESSES[1]
@@ -489,6 +433,11 @@ def _compile_aside(functions: list[Any]) -> subprocess.Popen | None:
         return None
 
 
+def at_slot(slot: int) -> Any:
+    """Function made by `indirect` at an index of `ADDRESSES`."""
+    return _BY_SLOT[slot]
+
+
 def functions() -> list[Any]:
     """All functions made by `indirect` or declared by `entry` in the modules that are loaded."""
     return [*_ENTRIES, *_BY_SLOT.values()]
@@ -501,136 +450,3 @@ def compile_named(names: list[tuple[str, str]]) -> None:
         if not _is_kept(function):
             with compiling:
                 function.dispatcher.compile(function.signature)
-
-
-# ------------------------------------------------------------------------------------------------ user laws
-
-_VECTOR = types.UniTuple(f8, 3)
-#: Signatures of the laws that a user may write, by kind.
-LAWS = {
-    "force": _VECTOR(f8[::1], f8[::1], f8, f8[::1]),
-    "spring": f8(f8, f8, f8, f8[::1]),
-    "drive": _VECTOR(f8, f8[::1]),
-    "event": f8(f8, f8[::1], f8[::1]),
-    "element": types.UniTuple(f8, 2)(f8, f8[::1], f8[::1], f8[::1], f8[::1]),
-    "motor": f8(f8, f8, f8, f8[::1]),
-}
-#: Signatures of their derivatives along a direction, which `compiled.laws` makes of them by dual numbers. Of a scalar
-#: law: (x, dx, v, dv, t, parameters). Positions, velocities and forces in vectors are then value and derivative, one
-#: after the other.
-SLOPES = {
-    "force": LAWS["force"],
-    "spring": f8(f8, f8, f8, f8, f8, f8[::1]),
-    "motor": f8(f8, f8, f8, f8, f8, f8[::1]),
-    "element": f8(f8, f8[::1], f8[::1], f8[::1], f8[::1]),
-}
-#: Only used without compilation: addresses are then indices in this list; 0 stands for no law.
-PLAIN: list[Any] = [None]
-
-
-def pointer_of(compiled: Any, signature: Any) -> int:
-    """Address of a function that is compiled for a signature."""
-    result = compiled.get_compile_result(signature)
-    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
-
-
-def _word(context: Any, builder: Any, address: Any, at: int) -> Any:
-    """Code for a word of the pair of addresses, of a law and of its derivative, that a model refers to."""
-    pair = builder.inttoptr(address, ir.IntType(64).as_pointer())
-    return builder.load(builder.gep(pair, [cgutils.intp_t(at)]))
-
-
-def _has_slope(address: int) -> bool:
-    return False
-
-
-@intrinsic
-def _compiled_has_slope(typing_context, address):  # type: ignore[no-untyped-def]
-    def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        found = _word(context, builder, args[0], 1)
-        return builder.icmp_unsigned("!=", found, found.type(0))
-
-    return types.boolean(types.int64), codegen
-
-
-#: ``has_slope(address)``: whether the law at an address has a derivative by dual numbers.
-has_slope = _has_slope if config.DISABLE_JIT else _compiled_has_slope
-
-
-def _make_lookup(signature: Any, at: int = 0) -> Any:
-    """A compiled function int64, the address of a pair of addresses -> callable of `signature`."""
-    if config.DISABLE_JIT:
-        return PLAIN.__getitem__
-
-    @intrinsic
-    def law_at(typing_context, address):  # type: ignore[no-untyped-def]
-        function_type = types.FunctionType(signature)
-
-        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
-            struct = cgutils.create_struct_proxy(function_type)(context, builder)
-            pointer = builder.inttoptr(_word(context, builder, args[0], at), context.get_value_type(types.voidptr))
-            struct.c_addr = pointer
-            struct.jit_addr = pointer
-            return struct._getvalue()
-
-        return function_type(types.int64), codegen
-
-    return law_at
-
-
-def _make_lookup_by_slot(signature: Any) -> Any:
-    """A compiled function (struct with the table `addresses`, index in it) -> callable of `signature`."""
-    if config.DISABLE_JIT:
-        return lambda _, slot: PLAIN[slot]
-
-    @intrinsic
-    def function_at(typing_context, holder, slot):  # type: ignore[no-untyped-def]
-        function_type = types.FunctionType(signature)
-
-        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
-            struct = cgutils.create_struct_proxy(function_type)(context, builder)
-            address = _address(context, builder, sig.args[0], args[0], args[1])
-            struct.c_addr = struct.jit_addr = builder.inttoptr(address, context.get_value_type(types.voidptr))
-            return struct._getvalue()
-
-        return function_type(holder, types.int64), codegen
-
-    return function_at
-
-
-_A, _M, _INTERVAL = f8[::1], f8[:, ::1], types.UniTuple(f8, 4)
-#: Signatures of the package's own functions that a model calls by address, so that only those in use are compiled.
-FUNCTIONS = {
-    "element_force": f8(_A, _A, _INTERVAL, f8, _M, _A, _M, _A, _A, _A),
-    "element_tangent": types.void(_A, _A, _INTERVAL, f8, f8, _M, _A, _M, _A, _A, _M),
-    "element_energy": f8(_A, _M, _A, f8, _A),
-}
-
-
-def slot(function: Any) -> int:
-    """Index in `ADDRESSES` of a function made by `indirect`, which is entered there once it is loaded."""
-    if config.DISABLE_JIT:
-        if function not in PLAIN:
-            PLAIN.append(function)
-        return PLAIN.index(function)
-    return int(function.slot)
-
-
-def at_slots(slots: np.ndarray) -> list[Any]:
-    """Functions made by `indirect` at indices that `slot` gave."""
-    return [] if config.DISABLE_JIT else [_BY_SLOT[int(k)] for k in np.unique(slots)]
-
-
-element_force_at = _make_lookup_by_slot(FUNCTIONS["element_force"])
-element_tangent_at = _make_lookup_by_slot(FUNCTIONS["element_tangent"])
-element_energy_at = _make_lookup_by_slot(FUNCTIONS["element_energy"])
-force_law_at = _make_lookup(LAWS["force"])
-spring_law_at = _make_lookup(LAWS["spring"])
-drive_law_at = _make_lookup(LAWS["drive"])
-event_law_at = _make_lookup(LAWS["event"])
-element_law_at = _make_lookup(LAWS["element"])
-motor_law_at = _make_lookup(LAWS["motor"])
-force_slope_at = _make_lookup(SLOPES["force"], 1)
-spring_slope_at = _make_lookup(SLOPES["spring"], 1)
-element_slope_at = _make_lookup(SLOPES["element"], 1)
-motor_slope_at = _make_lookup(SLOPES["motor"], 1)

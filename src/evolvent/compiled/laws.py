@@ -16,7 +16,8 @@ from numba.core.typeinfer import register_dispatcher
 
 from evolvent.base.errors import InputError, counted
 from evolvent.compiled.codecache import LawCache, snapshot
-from evolvent.compiled.jit import LAWS, PLAIN, SLOPES, Kernel, pointer_of
+from evolvent.compiled.jit import Kernel, pointer_of
+from evolvent.compiled.lookups import LAWS, PLAIN, SLOPES
 
 #: How a law of each kind is called, and what it returns.
 FORMS = {

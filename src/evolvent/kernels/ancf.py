@@ -28,7 +28,8 @@ With g the products, i <= j, row by row (28, or 6), and J = dg/dv:
 
 from numba import types
 
-from evolvent.compiled.jit import REAL, VECTOR, entry, inlined, kernel, matrix_view
+from evolvent.compiled.jit import REAL, VECTOR, entry, inlined, kernel
+from evolvent.compiled.views import matrix_view
 
 #: Vectors and products of the beam.
 N, PRODUCTS = 7, 28

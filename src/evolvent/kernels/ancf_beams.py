@@ -8,15 +8,8 @@ import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import (
-    REAL,
-    VECTOR,
-    element_energy_at,
-    element_force_at,
-    element_tangent_at,
-    indirect,
-    inlined,
-)
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
+from evolvent.compiled.lookups import element_energy_at, element_force_at, element_tangent_at
 from evolvent.kernels import ancf
 from evolvent.kernels.ancf import INTERVAL
 from evolvent.kernels.linalg import banded_solve_vectors

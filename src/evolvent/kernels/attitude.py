@@ -23,7 +23,8 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, spring_law_at
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
+from evolvent.compiled.lookups import spring_law_at
 from evolvent.kernels.drive import drive
 from evolvent.kernels.fields import ORBIT
 from evolvent.kernels.profile import profile

@@ -9,7 +9,8 @@ import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel, matrix_view
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.compiled.views import matrix_view
 from evolvent.kernels import body_contact, contact_laws, rigid, surfaces
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.rotations import cross, turn, turn_back

@@ -11,7 +11,8 @@ import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined, motor_law_at
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.compiled.lookups import motor_law_at
 from evolvent.kernels.drive import drive
 from evolvent.kernels.law_slopes import motor_law_slope
 from evolvent.kernels.profile import profile

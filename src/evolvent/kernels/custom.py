@@ -7,7 +7,9 @@ derivatives of the forces, (m, m).
 
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, element_law_at, indirect, inlined, kernel, matrix_view
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.compiled.lookups import element_law_at
+from evolvent.compiled.views import matrix_view
 from evolvent.kernels.law_slopes import add_element_law_gradient
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sides import add_product, add_turning

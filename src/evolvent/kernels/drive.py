@@ -2,7 +2,8 @@
 
 from numba import types
 
-from evolvent.compiled.jit import REAL, VECTOR, drive_law_at, entry, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, entry, inlined, kernel
+from evolvent.compiled.lookups import drive_law_at
 
 RAMPS, TABLE, LAW, FREE = 0, 1, 2, 3
 

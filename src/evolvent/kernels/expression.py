@@ -7,7 +7,8 @@ import math
 
 from numba import config
 
-from evolvent.compiled.jit import REAL, VECTOR, entry, inlined, kernel, local_vector
+from evolvent.compiled.jit import REAL, VECTOR, entry, inlined, kernel
+from evolvent.compiled.views import local_vector
 
 # instructions; CONSTANT, VARIABLE and INTEGER_POWER are followed by their operand
 CONSTANT, VARIABLE, INTEGER_POWER, WHERE = 0, 1, 2, 3

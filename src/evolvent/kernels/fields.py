@@ -8,7 +8,8 @@ Coriolis force does no work.
 
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, force_law_at, indirect, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.compiled.lookups import force_law_at
 from evolvent.kernels.ancf_beams import CABLE
 from evolvent.kernels.law_slopes import add_force_law_gradient
 from evolvent.kernels.rigid import add_wrench

@@ -3,20 +3,19 @@
 A law for which there is none, because it calls what dual numbers cannot pass, is differentiated by central differences.
 """
 
-from evolvent.compiled.jit import (
+from evolvent.compiled.jit import inlined, kernel
+from evolvent.compiled.lookups import (
     element_law_at,
     element_slope_at,
     force_law_at,
     force_slope_at,
     has_slope,
-    inlined,
-    kernel,
-    local_vector,
     motor_law_at,
     motor_slope_at,
     spring_law_at,
     spring_slope_at,
 )
+from evolvent.compiled.views import local_vector
 
 #: Steps of central differences, in parts of a quantity or of its size.
 STEP, ELEMENT_STEP = 1e-6, 1e-5

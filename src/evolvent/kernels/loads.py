@@ -4,7 +4,8 @@ import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, force_law_at, indirect, inlined
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
+from evolvent.compiled.lookups import force_law_at
 from evolvent.kernels.law_slopes import force_law_gradient, torque_law_turns
 from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rigid import DRIVEN, FREE

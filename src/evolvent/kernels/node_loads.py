@@ -10,7 +10,8 @@ import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, force_law_at, indirect, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.compiled.lookups import force_law_at
 from evolvent.kernels.ancf_beams import CABLE
 from evolvent.kernels.law_slopes import force_law_gradient
 from evolvent.kernels.rotations import cross

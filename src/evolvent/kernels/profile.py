@@ -7,7 +7,8 @@ import math
 
 from numba import types
 
-from evolvent.compiled.jit import REAL, indirect, inlined, local_vector
+from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.compiled.views import local_vector
 from evolvent.kernels.expression import evaluate
 from evolvent.model import MODEL
 

@@ -17,7 +17,8 @@ Literature: Simo 1985; MacNeal 1978 (residual bending flexibility). Tangents: `k
 
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, matrix_view
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
+from evolvent.compiled.views import matrix_view
 from evolvent.kernels.rod_strains import (
     _A,
     _B,

@@ -21,7 +21,8 @@ import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import indirect, inlined, kernel, matrix_view
+from evolvent.compiled.jit import indirect, inlined, kernel
+from evolvent.compiled.views import matrix_view
 from evolvent.kernels.rotations import cross, rotation_from_quaternion, turn, turn_back
 from evolvent.model import MODEL
 

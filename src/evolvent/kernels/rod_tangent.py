@@ -6,7 +6,8 @@ forces is J0^T (D0^T C D1 + S . d2E) J1, and p . (second derivatives of s, c and
 
 from numba import void
 
-from evolvent.compiled.jit import REAL, indirect, inlined, kernel, matrix_view
+from evolvent.compiled.jit import REAL, indirect, inlined, kernel
+from evolvent.compiled.views import matrix_view
 from evolvent.kernels.rod import _conjugate_director, evaluate_element
 from evolvent.kernels.rod_strains import (
     _A,

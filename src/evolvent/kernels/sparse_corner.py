@@ -4,7 +4,8 @@ import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import VECTOR, indirect, inlined, matrix_view
+from evolvent.compiled.jit import VECTOR, indirect, inlined
+from evolvent.compiled.views import matrix_view
 from evolvent.kernels.sparse import (
     AT,
     BLOCK,

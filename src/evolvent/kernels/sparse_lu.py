@@ -2,7 +2,8 @@
 
 from numba import types, void
 
-from evolvent.compiled.jit import VECTOR, indirect, inlined, kernel, matrix_view
+from evolvent.compiled.jit import VECTOR, indirect, inlined, kernel
+from evolvent.compiled.views import matrix_view
 from evolvent.kernels.sparse import (
     AT,
     BLOCK,

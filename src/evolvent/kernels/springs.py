@@ -11,7 +11,8 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined, spring_law_at
+from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined
+from evolvent.compiled.lookups import spring_law_at
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import DRIVEN, add_wrench, point_kinematics
 from evolvent.kernels.sides import ON_COORDINATES, add_product, add_turning, side_columns

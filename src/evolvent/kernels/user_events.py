@@ -7,7 +7,8 @@ the rest, and what a step leaves of the constraints' rates would be large accele
 
 import math
 
-from evolvent.compiled.jit import event_law_at, inlined
+from evolvent.compiled.jit import inlined
+from evolvent.compiled.lookups import event_law_at
 
 #: Part of a step by which the end of the last one may lie behind an event, and that which must be left before one.
 SURE, CLOSE = 1e-6, 1e-3

@@ -12,7 +12,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location
 from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.compiled import jit
+from evolvent.compiled import lookups
 from evolvent.elements.dense import dot, inverse, norm, product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, CrossSection, MaterialOrName
@@ -258,9 +258,9 @@ class Beam(Part):
                 form=form,
                 bending=bending,
                 mass=mass,
-                force=jit.slot(functions.force),
-                tangent=jit.slot(functions.tangent),
-                energy=jit.slot(functions.energy),
+                force=lookups.slot(functions.force),
+                tangent=lookups.slot(functions.tangent),
+                energy=lookups.slot(functions.energy),
                 stretch=int(self.formulation == "cable_stretch"),
                 section=constants,
                 length=float(lengths[i]),

@@ -16,14 +16,14 @@ import pathlib
 import re
 import secrets
 import stat
-import threading
 from collections.abc import Iterator, Mapping
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 
 from evolvent import cases
 from evolvent.base.errors import InputError, reason_of
 from evolvent.design.studies import store
 from evolvent.studio import reading
+from evolvent.studio.listing import Listing, Written
 from evolvent.studio.places import CREATE, HAS_DIR_FD, NO_LINK, READ, Place, is_junction, is_link
 
 #: Folder inside the working folder that holds the queue, its runs, and what was dropped on the page.
@@ -41,25 +41,8 @@ _FILES = re.compile(rf"\.(ya?ml|{'|'.join(ending[1:] for ending in SIGNALS)})$",
 _PATH = re.compile(r"(/|~[\w.-]*/|\.\.?[/\\]|[A-Za-z]:[/\\]|\\\\)\S*|\S*/\.\./\S*")
 #: Keys of a case that hold a text.
 _TEXTS = ("title", "remarks")
-#: Time that a list of the files waits for those that are read, s; at first, until the process is there that reads.
-_WAIT, _FIRST = 1.0, 30.0
 #: Uploads of one name, at most.
 _MOST_SAME = 1000
-
-
-class Written(NamedTuple):
-    """What is known of a YAML file.
-
-    Attributes
-    ----------
-    keys : names of the first level, none where it is no mapping or not read
-    is_stand : bool, whether it describes a stand
-    reason : str, "cannot be read" or "is being read" of a file without keys
-    """
-
-    keys: frozenset[str]
-    is_stand: bool
-    reason: str
 
 
 class Folder:
@@ -74,10 +57,7 @@ class Folder:
         self.root = pathlib.Path(path).resolve()
         if not self.root.is_dir():
             raise InputError(f"{os.fspath(path)!r} is not a folder")
-        self._read: dict[str, tuple[tuple[int, int], Written]] = {}  # name -> (its date and size, what it holds)
-        self._wanted: dict[str, tuple[int, int]] = {}  # files that are still to be read
-        self._listing = threading.Condition()
-        self._busy = self._is_ready = False
+        self._listing = Listing(self.root, lambda: self.files(".yaml", ".yml"), self.text)
 
     @property
     def own(self) -> pathlib.Path:
@@ -340,53 +320,11 @@ class Folder:
 
     def yaml(self) -> dict[str, Written]:
         """YAML files that hold a mapping, name -> what is known of it."""
-        return {name: found for name, found in self._yaml().items() if found.keys}
+        return {name: found for name, found in self._listing.known().items() if found.keys}
 
     def unreadable(self) -> dict[str, str]:
         """YAML files that cannot be read, hold no mapping, or are being read, and which of these; `text` says why."""
-        return {name: found.reason for name, found in self._yaml().items() if not found.keys}
-
-    def _yaml(self) -> dict[str, Written]:
-        """What is known of the YAML files; each is read again only when it changed.
-
-        They are read by `evolvent.studio.reading`, one after the other. This waits for them for `_WAIT` seconds; others
-        follow while the studio goes on.
-        """
-        stamps: dict[str, tuple[int, int]] = {}
-        for name in self.files(".yaml", ".yml"):
-            with contextlib.suppress(OSError):
-                status = (self.root / name).stat()
-                stamps[name] = status.st_mtime_ns, status.st_size
-        with self._listing:
-            self._read = {name: kept for name, kept in self._read.items() if stamps.get(name) == kept[0]}
-            self._wanted = {name: stamp for name, stamp in stamps.items() if name not in self._read}
-            if self._wanted and not self._busy:
-                self._busy = True
-                threading.Thread(target=self._look, daemon=True).start()
-            self._listing.wait_for(lambda: self._is_ready or not self._wanted, _FIRST)
-            self._listing.wait_for(lambda: not self._wanted, _WAIT)
-            pending = {name: Written(frozenset(), False, "is being read") for name in self._wanted}
-            return {name: found for name, (_, found) in self._read.items()} | pending
-
-    def _look(self) -> None:
-        """Read the files that are wanted."""
-        while True:
-            with self._listing:
-                if not self._wanted:
-                    self._busy = False
-                    return
-                name, stamp = next(iter(self._wanted.items()))
-            found = Written(frozenset(), False, "cannot be read")
-            with contextlib.suppress(InputError, OSError):
-                facts = reading.reader("texts").ask("facts", reading.TEXT, source=self.text(name), name=name)
-                if facts is not None:
-                    found = Written(frozenset(facts["keys"]), facts["is_stand"], "")
-            with self._listing:
-                self._is_ready = True
-                if self._wanted.get(name) == stamp:
-                    del self._wanted[name]
-                    self._read[name] = stamp, found
-                self._listing.notify_all()
+        return {name: found.reason for name, found in self._listing.known().items() if not found.keys}
 
     def content(self, name: str) -> Any:
         """What a YAML file holds, for a form.

@@ -10,7 +10,8 @@ r0 phi - c phi^2/2: an Archimedean spiral. What is wound is then an annulus from
 
 import math
 
-from evolvent.compiled.jit import inlined, spring_law_at
+from evolvent.compiled.jit import inlined
+from evolvent.compiled.lookups import spring_law_at
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.profile import profile
 from evolvent.kernels.rotations import turn
