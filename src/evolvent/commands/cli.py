@@ -26,6 +26,7 @@ from evolvent.commands.export import export, report
 from evolvent.commands.figure import figure
 from evolvent.commands.fmu import fmu
 from evolvent.commands.massprops import identify
+from evolvent.commands.plan import plan
 from evolvent.commands.run import beside, draw, list_names, print_rows, run, table
 from evolvent.commands.studio import studio
 from evolvent.commands.sweep import sweep
@@ -290,6 +291,7 @@ commands.add_command(figure)
 commands.add_command(claims)
 commands.add_command(calibrate)
 commands.add_command(identify)
+commands.add_command(plan)
 commands.add_command(export)
 commands.add_command(report)
 commands.add_command(fmu)

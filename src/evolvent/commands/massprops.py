@@ -107,7 +107,7 @@ def _not_an_input(output: str, inputs: Mapping[str, str]) -> None:
             raise InputError(f"-o {output!r} is {what}; name another, such as 'certificate.html'")
 
 
-def _made(title: str, *columns: str) -> Any:
+def made_table(title: str, *columns: str) -> Any:
     """An empty table; the first column is at the left."""
     from rich.table import Table
 
@@ -128,7 +128,7 @@ def _vibration(found: Modal) -> None:
 
     console, m, reading = Console(highlight=False), found.modes, found.reading
     unit = "" if reading.unit == "dimensionless" else f" {reading.unit}"
-    table = _made(
+    table = made_table(
         f"modes of {visible(os.path.basename(reading.source.path))}",
         "",
         "frequency Hz",
@@ -159,7 +159,7 @@ def _table(found: MassProperties) -> None:
     console = Console(highlight=False)
 
     several = len(found.evaluations) > 1
-    modes = _made("modes" if not several else "recordings", "", "frequency rad/s", "decay rate 1/s", "")
+    modes = made_table("modes" if not several else "recordings", "", "frequency rad/s", "decay rate 1/s", "")
     for e in found.evaluations:
         m, name = e.modal.modes, visible(os.path.basename(e.modal.reading.source.path))
         for k in e.used if several else range(m.order):
@@ -172,7 +172,7 @@ def _table(found: MassProperties) -> None:
                 last or ("" if k in e.used else "left out"),
             )
     console.print(modes)
-    results = _made("result", "", "value", "u", "k", "U", "unit")
+    results = made_table("result", "", "value", "u", "k", "U", "unit")
     for k, output in enumerate(found.outputs):
         u, U = found.std[k], found.expanded[k]
         known = found.has_uncertainties and u > 0.0
@@ -189,7 +189,7 @@ def _table(found: MassProperties) -> None:
     if found.shares:
         part = np.array([s.contribution**2 for s in found.shares])
         part = 100.0 * part / np.maximum(part.sum(axis=0), 1e-300)
-        budget = _made("largest shares of the variance", "", *(o.key for o in found.outputs))
+        budget = made_table("largest shares of the variance", "", *(o.key for o in found.outputs))
         for k in np.argsort(-part.max(axis=1))[:_MOST_ROWS]:
             budget.add_row(found.shares[k].label, *(f"{x:.1f} %" for x in part[k]))
         console.print()

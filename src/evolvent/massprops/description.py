@@ -262,6 +262,17 @@ Recordings = dict[str, dict[str, Any]]
 _RECORDINGS: Any = Field({}, description="what differs from file to file: file name -> {key.path: value}")
 
 
+class Planned(Section):
+    """How the body is set swinging and recorded, for `evolvent plan`; signals need no file for it."""
+
+    force: units.Force = Field(description="of the pull at a spring, straight down, that is released at once")
+    noise: Annotated[float, units.Quantity(what="a length", unit="m", example="0.1 mm", above=0.0)] | None = Field(
+        None, description="standard deviation of the noise of sensors that state none"
+    )
+    rate: units.Frequency | None = Field(None, description="of sampling; several are compared unless given")
+    duration: units.Duration = Field(60.0, description="of the longest record")
+
+
 class Signalling(Section):
     """How signals are read, and modes found in them."""
 
@@ -283,6 +294,7 @@ class OnSprings(_Description):
 
     stand: Springs
     body: SpringBody
+    plan: Planned | None = Field(None, description="for `evolvent plan`")
 
     @model_validator(mode="after")
     def _check(self) -> OnSprings:

@@ -174,15 +174,20 @@ def _solve(task: Task) -> tuple[Inertia, Body, list[Input]]:
     """The solution, where the search began, and inputs for moments that were not stated."""
     frequency = task.modal.frequency[list(task.used)]
     body, assumed = first_body(task.given, task.stand, frequency)
-    inertia = _fit(task, body)
+    inertia = fit_from(task, body)
     if assumed:  # Iyy follows the moments found
         body, assumed = first_body(task.given, task.stand, frequency, inertia.values)
-        inertia = _fit(task, body)
+        inertia = fit_from(task, body)
     return inertia, body, assumed
 
 
-def _fit(task: Task, body: Body) -> Inertia:
+def fit_from(task: Task, body: Body) -> Inertia:
     """The solution of least squares from a given start."""
+    return fit(task.stand, body, **data_of(task))
+
+
+def data_of(task: Task) -> dict[str, Any]:
+    """Unknowns and data of a task, as parameters of `evolvent.massprops.inertia.fit`."""
     given, modal, keys = task.given, task.modal, task.keys
     rows = list(task.used)
     unknown = [PROPERTIES.get(k, "stiffness") for k in keys]
@@ -197,16 +202,15 @@ def _fit(task: Task, body: Body) -> Inertia:
         shapes = {"shapes": modal.shapes[rows], "points": task.sensors, "directions": task.directions}
         if modal.has_uncertainties:
             shapes["shape_covariance"] = modal.shape_covariance[rows]
-    return fit(
-        task.stand,
-        body,
-        unknown,
-        modal.frequency[rows],
-        frequency_covariance=modal.frequency_covariance[np.ix_(rows, rows)] if modal.has_uncertainties else None,
-        model=given.identification.model,
-        prior=prior,
+    known = modal.has_uncertainties
+    return {
+        "unknown": unknown,
+        "frequency": modal.frequency[rows],
+        "frequency_covariance": modal.frequency_covariance[np.ix_(rows, rows)] if known else None,
+        "model": given.identification.model,
+        "prior": prior,
         **shapes,
-    )
+    }
 
 
 def _compare(

@@ -1,0 +1,121 @@
+"""The paper's rules for sampling beside the Cramér-Rao bound of a planned measurement."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from evolvent.base.errors import InputError
+from evolvent.massprops.identification import cramer_rao
+from evolvent.massprops.planning.expected import Task, amplitude, modal_of, seen_modes
+
+if TYPE_CHECKING:
+    from evolvent.massprops.planning.search import Option
+
+#: Deviations within this share of one another make no difference.
+SAME = 0.05
+
+
+class Rule(NamedTuple):
+    """A rule of the paper beside the bound.
+
+    Attributes
+    ----------
+    name : str, its number
+    asks : str, what it asks here
+    finds : str, what the bound gives here
+    verdict : str, "yes" where it holds here, "no", or "makes no difference"
+    """
+
+    name: str
+    asks: str
+    finds: str
+    verdict: str
+
+
+def rules(task: Task, best: Option) -> tuple[Rule, ...]:
+    """The paper's rules (2.5) to (2.7) for the recommended recording, beside the Cramér-Rao bound.
+
+    Notes
+    -----
+    Belyakov (2002), as this package reads it: (2.5) the samples in a period of the fastest mode lie between 2 and about
+    10, and the frequencies become more accurate towards 2; (2.6) for the amplitude of a mode a period of it has as many
+    samples as the record has periods, T = 2 pi/(w sqrt N); (2.7) where that leaves (2.5), only every m-th sample is
+    used for the frequencies. They were made for Prony's method, whose bias the bound does not have.
+    """
+    rows = [k - 1 for k in best.sensors]
+    seen = seen_modes(task, best.spring - 1, rows)
+    w, decay = task.modes.frequency[seen], task.modes.decay_rate[seen]
+    a = amplitude(task, best.spring - 1)[seen][:, rows]
+    fastest, N = float(w.max()), best.samples
+
+    def deviation(rate: float, samples: int) -> float:
+        """Largest relative deviation of a frequency."""
+        C = cramer_rao(
+            w, decay, np.abs(a), phase=np.angle(a), rate=rate, length=samples, noise=task.noise[rows],
+            detrend=task.given.identification.detrend,
+        )  # fmt: skip
+        return float(np.max(np.sqrt(np.diag(C)[: w.size]) / w))
+
+    per_period = 2.0 * math.pi * best.rate / fastest
+    near, far = (fastest * n / (2.0 * math.pi) for n in (2.5, 10.0))
+    same_time = deviation(near, max(round(best.duration * near) + 1, 6 * w.size)) / deviation(
+        far, max(round(best.duration * far) + 1, 6 * w.size)
+    )
+    same_count = deviation(near, N) / deviation(far, N)
+    found = [
+        Rule(
+            "(2.5)",
+            f"2 to 10 samples in a period of the fastest mode, better towards 2 (the plan has {per_period:.3g})",
+            f"2.5 instead of 10 samples a period: deviations of the frequencies times {same_count:.2g} for as many "
+            f"samples, times {same_time:.2g} for a record as long",
+            "yes" if same_count < 1.0 else "no",
+        )
+    ]
+    by_rule = [float(x) * math.sqrt(N) / (2.0 * math.pi) for x in w]
+    ratios = [_amplitude_ratio(task, best, k, r, near) for k, r in enumerate(by_rule)]
+    texts = ", ".join("-" if math.isnan(ratio) else f"{ratio:.2g}" for ratio in ratios)
+    found.append(
+        Rule(
+            "(2.6)",
+            f"for amplitudes, with {N} samples: {', '.join(f'{r:.3g}' for r in by_rule)} Hz for the modes by rising "
+            "frequency",
+            f"deviations of the amplitudes times {texts} against 2.5 samples a period of the fastest mode and as many "
+            "samples (-: below two samples a period)",
+            _verdict(np.array(ratios)),
+        )
+    )
+    skip = max(1, math.ceil(per_period / 2.0) - 1)
+    loss = deviation(best.rate / skip, (N - 1) // skip + 1) / deviation(best.rate, N) if skip > 1 else 1.0
+    found.append(
+        Rule(
+            "(2.7)",
+            f"one of {skip} samples for the frequencies" if skip > 1 else "all samples for the frequencies",
+            f"leaving samples out widens the deviations {loss:.2g} times" if skip > 1 else "nothing is left out",
+            "makes no difference" if skip == 1 else _verdict(np.array([loss])),
+        )
+    )
+    return tuple(found)
+
+
+def _amplitude_ratio(task: Task, best: Option, mode: int, rate: float, other: float) -> float:
+    """Deviation of a mode's largest amplitude at one rate over that at another, for as many samples; NaN for none."""
+    rows = [k - 1 for k in best.sensors]
+
+    def deviation(at: float) -> float:
+        modes = modal_of(task, best.spring - 1, at, best.samples, rows).modes
+        return float(modes.amplitude_std[mode, int(np.argmax(modes.amplitude[mode]))])
+
+    try:
+        return deviation(rate) / deviation(other)
+    except InputError:
+        return math.nan
+
+
+def _verdict(ratios: np.ndarray) -> str:
+    """Of deviations with a rule over those without it."""
+    if np.all(np.abs(ratios - 1.0) <= SAME):
+        return "makes no difference"
+    return "yes" if np.all(ratios <= 1.0 + SAME) else "no"
