@@ -265,7 +265,9 @@ _RECORDINGS: Any = Field({}, description="what differs from file to file: file n
 class Planned(Section):
     """How the body is set swinging and recorded, for `evolvent plan`; signals need no file for it."""
 
-    force: units.Force = Field(description="of the pull at a spring, straight down, that is released at once")
+    force: Annotated[float, units.Quantity(what="a force", unit="N", example="1000 N", above=0.0)] = Field(
+        description="of the pull at a spring, straight down, that is released at once"
+    )
     noise: Annotated[float, units.Quantity(what="a length", unit="m", example="0.1 mm", above=0.0)] | None = Field(
         None, description="standard deviation of the noise of sensors that state none"
     )

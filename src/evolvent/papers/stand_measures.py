@@ -445,3 +445,29 @@ def product() -> Values:
     shapes = modes.at(springs)[3:]
     found = from_three_frequencies(over.stand, level, modes.natural_frequency[3:], shapes=shapes, points=springs)
     return {"Izz": 100.0 * float(found["Izz"] / turned.inertia[2, 2] - 1.0)}
+
+
+def plan() -> Values:
+    """A planned measurement of the paper's body with the centre of mass aside: length, s, and what limits it, %."""
+    from evolvent.massprops import planning
+
+    description = {
+        "signals": {"sensors": [{"column": f"sensor {k}", "point": k} for k in (1, 2, 3, 4)]},
+        "stand": {
+            "kind": "springs", "half_length": "2 m +- 0.3 mm", "half_width": "0.8696 m +- 0.3 mm",
+            "stiffness": "740250 N/m +- 0.1 %", "natural_length": "0.5 m +- 1 mm",
+        },
+        "body": {
+            "mass": "15190 +- 3 kg", "offset_x": "0.3 m +- 0.5 mm", "offset_z": "0.1 m +- 0.5 mm",
+            "height": "0 +- 5 mm", "Ixx": "unknown near 3703 kg m^2", "Iyy": "43920 kg m^2 +- 5 %",
+            "Izz": "unknown near 43920 kg m^2", "Ixz": "0 +- 20 kg m^2",
+        },
+        "plan": {"force": "9806.65 N", "noise": "0.1 mm", "rate": "32 Hz"},
+    }  # fmt: skip
+    found, small = planning.plan(description, 2e-3), planning.plan(description, 1e-3)
+    return {
+        "length": found.best.duration,
+        "reached": float(found.best.reached),
+        "floor": 100.0 * small.best.worst,
+        "noise": 100.0 * float(np.nanmax(small.best.noise)),
+    }

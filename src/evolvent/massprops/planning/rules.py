@@ -88,7 +88,9 @@ def rules(task: Task, best: Option) -> tuple[Rule, ...]:
         )
     )
     skip = max(1, math.ceil(per_period / 2.0) - 1)
-    loss = deviation(best.rate / skip, (N - 1) // skip + 1) / deviation(best.rate, N) if skip > 1 else 1.0
+    loss = (
+        deviation(best.rate / skip, max((N - 1) // skip + 1, 6 * w.size)) / deviation(best.rate, N) if skip > 1 else 1.0
+    )
     found.append(
         Rule(
             "(2.7)",

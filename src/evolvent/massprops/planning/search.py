@@ -222,7 +222,7 @@ def check(
     random, rows = np.random.default_rng(seed), [k - 1 for k in option.sensors]
     given = with_sensors(task, rows, order_of(task, option.spring - 1, rows))
     exact = reading_of(task, option.spring - 1, option.rate, option.samples, rows)
-    truth = _promise(task, option.spring - 1, option.rate, option.samples, rows)
+    truth = promised(task, option.spring - 1, option.rate, option.samples, rows)
     errors = []
     for _ in progress.track(range(runs), "simulating recordings"):
         seen = modal.find(with_noise(task, exact, random, rows), given)
@@ -231,7 +231,7 @@ def check(
     return np.asarray(np.sqrt(np.mean(np.square(errors), axis=0)) / truth.noise)
 
 
-class _Promise(NamedTuple):
+class Promise(NamedTuple):
     """Values of what is asked, and their deviations: with all that is known, and by the noise alone."""
 
     keys: tuple[str, ...]
@@ -241,7 +241,7 @@ class _Promise(NamedTuple):
     shares: tuple[Share, ...]
 
 
-def _promise(task: Task, spring: int, rate: float, samples: int, rows: Sequence[int]) -> _Promise:
+def promised(task: Task, spring: int, rate: float, samples: int, rows: Sequence[int]) -> Promise:
     """What a recording will give: the budget at the expected body, with the bound of the modes.
 
     Raises
@@ -260,7 +260,7 @@ def _promise(task: Task, spring: int, rate: float, samples: int, rows: Sequence[
     _, assumed = first_body(given, task.stand, seen.frequency)
     budget = budget_of(of, p, values, [*inputs_of(given, seen), *assumed], ())
     parts = [share.contribution for share in budget.shares if share.label.startswith("noise:")]
-    return _Promise(
+    return Promise(
         of.keys, values, np.sqrt(np.diag(budget.covariance)), np.sqrt(np.sum(np.square(parts), axis=0)), budget.shares
     )
 
@@ -274,7 +274,7 @@ def _relative(task: Task, keys: Sequence[str], values: Array, std: Array) -> Arr
 def _at(task: Task, wanted: float, spring: int, rate: float, samples: int, rows: Sequence[int]) -> Option:
     """One recording of a given length."""
     try:
-        found = _promise(task, spring, rate, samples, rows)
+        found = promised(task, spring, rate, samples, rows)
     except (InputError, np.linalg.LinAlgError) as error:
         return _without_result(spring, rate, (samples - 1) / rate, rows, str(error))
     relative = _relative(task, found.keys, found.values, found.std)

@@ -1,0 +1,118 @@
+"""Plans of measurements: the promised uncertainty is met by simulated recordings, and agrees with closed forms."""
+
+from __future__ import annotations
+
+import math
+import pathlib
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from book import Book
+from evolvent.base.errors import InputError
+from evolvent.commands.cli import commands
+from evolvent.massprops import planning
+from evolvent.massprops.planning import search
+from evolvent.massprops.planning.expected import task_of
+from massprops import rig
+
+EXAMPLE = rig.EXAMPLES / "plan.yaml"
+#: A stand that is known exactly: the noise alone counts.
+EXACT: dict[str, Any] = {
+    "stand.half_length": "2 m", "stand.half_width": "0.8696 m", "stand.stiffness": "740250 N/m",
+    "stand.natural_length": "0.5 m", "body.mass": "15190 kg", "body.height": "0 m", "body.offset_x": "0.3 m",
+    "body.offset_z": "0.1 m", "body.Iyy": "43920 kg m^2", "body.Ixz": "0 kg m^2",
+}  # fmt: skip
+
+
+def test_the_promise_is_met_by_simulated_recordings(book: Book) -> None:
+    """Recordings with noise, identified and evaluated, scatter as the plan promises.
+
+    The deviation of so few has one of 1/sqrt(2 runs), 9 %; 300 of them give 0.99 for both moments.
+    """
+    exact, runs = EXACT | {"plan.rate": "11 Hz"}, 60
+    option = planning.plan(EXAMPLE, 1e-4, exact).best
+    assert option.reached
+    ratio = planning.check(EXAMPLE, option, exact, runs=runs)
+    book(
+        "Inertia stand and identification", "Planned uncertainty of Ixx and Izz by noise: 0.01 %, k = 2",
+        reference="deviation of the results", source=f"{runs} simulated recordings with noise", error=float(np.max(np.abs(ratio - 1.0))), allowed=0.3,
+    )  # fmt: skip
+
+
+def test_the_uncertainty_of_one_oscillator_is_the_closed_form(book: Book) -> None:
+    """Guided on soft springs with its moments apart, roll's frequency has 24 s^2/(A^2 T^2 N (N^2 - 1)).
+
+    u(Ixx)/Ixx is then 2 u(w)/w by roll, with that of heave, which gives the stiffness, beside it.
+    """
+    exact = EXACT | {"body.offset_x": "0 m", "body.offset_z": "0 m", "stand.support": "guided", "plan.rate": "40 Hz"}
+    N, T = 1601, 1.0 / 40.0
+    promise = search.promised(task_of(EXAMPLE, 1.0, exact), 0, 1.0 / T, N, range(4))
+    force, k, M, b = 9806.65, 740250.0, 15190.0, 0.8696
+    amplitude = force / (4.0 * k)  # at every spring, of each of the three modes
+    std = math.sqrt(24.0 * 1e-8 / (4.0 * amplitude**2 * T**2 * N * (N**2 - 1.0)))  # four sensors
+    roll, heave = math.sqrt(4.0 * k * b * b / 3703.0), math.sqrt(4.0 * k / M)
+    wanted = 2.0 * math.hypot(std / roll, std / heave)
+    at = promise.keys.index("Ixx")
+    error = abs(promise.noise[at] / promise.values[at] / wanted - 1.0)
+    book(
+        "Inertia stand and identification", "Planned uncertainty of Ixx of a guided body by noise",
+        reference="2 u(w)/w of roll and heave", source="closed form (Rife and Boorstyn 1974)", error=error, allowed=0.02,
+    )  # fmt: skip
+
+
+def test_what_a_longer_record_does_not_improve() -> None:
+    """Inputs set a floor, which is named; a wanted uncertainty below it is not reached."""
+    found = planning.plan(EXAMPLE, 1e-3)
+    assert not found.best.reached
+    assert found.best.duration == pytest.approx(60.0, abs=0.1)
+    assert found.floor[0][0] == "stand.half_width"
+    assert np.nanmax(found.best.noise) < 0.1 * found.best.worst
+    better = planning.plan(EXAMPLE, 2e-3)
+    assert better.best.reached
+    assert better.best.worst <= 2e-3
+    lengths = [o.duration for o in better.sensors if o.reached]
+    assert lengths == sorted(lengths)  # fewer sensors need longer records
+    assert {o.spring for o in better.springs} == {1, 2, 3, 4}
+    assert [rule.name for rule in better.rules] == ["(2.5)", "(2.6)", "(2.7)"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"body.Ixx": "unknown"}, "body.Ixx is unknown; a plan needs the value that is expected"),
+        ({"plan": None}, "plan is missing; give plan.force"),
+        ({"plan.noise": None}, "signals.sensors.0.noise is missing; give it, or plan.noise"),
+        ({"plan.force": "0 N"}, "plan.force is '0 N'"),
+        ({"plan.duration": "0.1 s"}, "the slowest mode needs"),
+        ({"plan.rate": "5 Hz"}, "5 samples a second show nothing above"),
+    ],
+)
+def test_refusals(changes: dict[str, Any], message: str) -> None:
+    """Each is one sentence that names the key."""
+    with pytest.raises(InputError, match=message.replace(".", r"\.")):
+        planning.plan(EXAMPLE, 2e-3, changes)
+
+
+@pytest.mark.parametrize("text", ["0", "120%", "-1%", "much", "nan"])
+def test_a_wanted_uncertainty_is_a_share(text: str) -> None:
+    """Anything else is refused by name."""
+    found = CliRunner().invoke(commands, ["plan", str(EXAMPLE), "--uncertainty", text], standalone_mode=False)
+    assert isinstance(found.exception, InputError)
+    assert f"--uncertainty is {text!r}" in str(found.exception)
+
+
+def test_the_command(tmp_path: pathlib.Path) -> None:
+    """It prints the recommendation and what was compared, and draws the figure."""
+    figure = tmp_path / "plan.png"
+    found = CliRunner().invoke(
+        commands,
+        ["plan", str(EXAMPLE), "--uncertainty", "0.2%", "-o", str(figure), "--set", "plan.rate=32 Hz"],
+        standalone_mode=False,
+    )
+    assert found.exception is None, found.exception
+    assert "release the pull at spring" in found.output
+    assert "what a longer record does" in found.output
+    assert figure.stat().st_size > 10_000
