@@ -16,7 +16,7 @@ from families.plain import CASES
 def test_every_coordinate_is_in_one_block(name: str) -> None:
     model = CASES[name]().system().assemble().model
     blocks, n_q = model.blocks, int(model.info.nq)
-    own = np.arange(4) < blocks["size"][:, None]
+    own = np.arange(4) < blocks["count"][:, None]
     assert sorted(indices(blocks, "iv", 4)[own]) == list(range(n_q, n_q + int(model.info.nv)))
     own[blocks["kind"] == ROTATION] = True
     own[blocks["kind"] == RATE] = False
@@ -43,7 +43,7 @@ def test_both_maps_of_rotations_are_one_turn(name: str) -> None:
     dq = 0.3 * rng.standard_normal(int(model.info.nv))
     tangents = dq.copy()
     for block in model.blocks[np.isin(model.blocks["kind"], (ROTATION, ANGLE))]:
-        own = slice(int(block["iv"]) - n_q, int(block["iv"]) - n_q + int(block["size"]))
+        own = slice(int(block["iv"]) - n_q, int(block["iv"]) - n_q + int(block["count"]))
         angle = np.linalg.norm(dq[own])
         tangents[own] *= 2.0 * np.tan(0.5 * angle) / angle
     displace(assembly.y, dq, False, model, by_angle)
@@ -51,3 +51,9 @@ def test_both_maps_of_rotations_are_one_turn(name: str) -> None:
     assert by_tangent == pytest.approx(by_angle, abs=1e-15)
     for block in model.blocks[model.blocks["kind"] == ROTATION]:
         assert np.linalg.norm(by_angle[block["iq"] : block["iq"] + 4]) == pytest.approx(1.0, abs=1e-15)
+
+
+def test_fields_of_records_are_no_attributes_of_numpy_records() -> None:
+    """Without compilation a field is read as an attribute, which NumPy's own attributes would hide."""
+    hidden = {name: [f for f in kind.names or () if hasattr(np.record, f)] for name, kind in mdl.RECORDS.items()}
+    assert not {name: fields for name, fields in hidden.items() if fields}

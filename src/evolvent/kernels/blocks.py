@@ -43,7 +43,7 @@ def displace(y0, dq, tangents, model, y):
         elif kind == ANGLE and tangents:
             y[q] = y0[q] + 2.0 * math.atan(0.5 * dq[at])
         elif kind != RATE:
-            for i in range(blocks[k].size):
+            for i in range(blocks[k].count):
                 y[q + i] = y0[q + i] + dq[at + i]
 
 
@@ -74,7 +74,7 @@ def largest_turn(dq, angles, n_q, blocks):
     for k in range(blocks.size):
         if blocks[k].kind == ROTATION or (angles and blocks[k].kind == ANGLE):
             at, square = blocks[k].iv - n_q, 0.0
-            for i in range(blocks[k].size):
+            for i in range(blocks[k].count):
                 square += dq[at + i] * dq[at + i]
             largest = max(largest, square)
     return math.sqrt(largest)
@@ -106,7 +106,7 @@ def of_part(model, family, owners):
 def block_at(model, velocity):
     """Block of a velocity, counted from the first one; not compiled."""
     first = model.blocks["iv"] - model.info.nq
-    return model.blocks[(first <= velocity) & (velocity < first + model.blocks["size"])][0]
+    return model.blocks[(first <= velocity) & (velocity < first + model.blocks["count"])][0]
 
 
 def indices(blocks, field, size=3):

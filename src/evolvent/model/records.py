@@ -43,9 +43,9 @@ RECORDS: dict[str, np.dtype] = {
         "step compliance",
         gravity=_3,
     ),
-    # coordinates by kind (`kernels.blocks`), in the order of their owners; size: number of velocities; family, owner:
+    # coordinates by kind (`kernels.blocks`), in the order of their owners; count: number of velocities; family, owner:
     # whose; node: number of a beam's, thread's or rod's node; inertia: of the velocities, diagonal of the mass matrix
-    "blocks": _record("kind iq iv size family owner node", "inertia", inertia=_3),
+    "blocks": _record("kind iq iv count family owner node", "inertia", inertia=_3),
     # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
     # acceleration, m/s2; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own
     # (inertia), and spin0, spin1, momentum by turning on spools at both ends of a step, body axes

@@ -33,7 +33,7 @@ def interpolate(theta, h, y0, y1, model, y):
         if kind == ROTATION:
             _attitude(theta, h, y0, y1, q, v, y)
         elif kind != RATE:
-            for i in range(blocks[k].size):
+            for i in range(blocks[k].count):
                 y[q + i], y[v + i] = cubic(theta, h, y0[q + i], y1[q + i], y0[v + i], y1[v + i])
             if kind == SLOPE:
                 scale = _scale(theta, _at(y0, q), _at(y1, q), _at(y, q))

@@ -95,7 +95,7 @@ def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.
     place = np.full(n_v, -1)
     turning = []
     for block in model.blocks:
-        iq, iv, size = int(block["iq"]), int(block["iv"]) - n_q, int(block["size"])
+        iq, iv, size = int(block["iq"]), int(block["iv"]) - n_q, int(block["count"])
         if block["kind"] == ROTATION:
             turning.append((iq, iv))
         elif block["kind"] in (POSITION, SLOPE, ANGLE):

@@ -84,7 +84,7 @@ def _add_coordinates(graph: _Graph) -> None:
         model.blocks, key=lambda b: (b["family"], b["owner"], b["node"])
     ):
         own = list(rows)
-        at = graph.add(int(own[0]["iv"]), sum(int(row["size"]) for row in own))
+        at = graph.add(int(own[0]["iv"]), sum(int(row["count"]) for row in own))
         if node > 0:
             graph.couple(at - 1, at)
         if family == BODY:

@@ -83,7 +83,7 @@ def shares(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
 
     The rates beside `weight` are averaged by their inertias, the diagonal of the mass matrix, as in the kinetic energy.
     """
-    inertia, own = np.zeros(weight.size), np.arange(3) < model.blocks["size"][:, None]
+    inertia, own = np.zeros(weight.size), np.arange(3) < model.blocks["count"][:, None]
     inertia[indices(model.blocks, "iv")[own] - int(model.info.nq)] = model.blocks["inertia"][own]
     total = float(inertia @ weight**2)
     return inertia / total if total > 0.0 else inertia

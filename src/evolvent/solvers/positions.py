@@ -160,7 +160,7 @@ def rigid_motions(assembly: Assembly, y: Array, point: Array) -> Array:
     model = assembly.model
     found, R = np.zeros((int(model.info.nv), 6)), np.empty((3, 3))
     for block in model.blocks[~idle(model, assembly.s)]:
-        q, at, size, body = int(block["iq"]), int(block["iv"]) - int(model.info.nq), int(block["size"]), block["owner"]
+        q, at, size, body = int(block["iq"]), int(block["iv"]) - int(model.info.nq), int(block["count"]), block["owner"]
         own = found[at : at + size]
         if block["kind"] == POSITION:
             own[:, :3], own[:, 3:] = np.eye(3), np.cross(np.eye(3), y[q : q + 3] - point).T

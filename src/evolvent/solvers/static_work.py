@@ -368,7 +368,7 @@ def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:
     else:
         return None
     n_q = int(model.info.nq)
-    return slice(int(own["iv"][0]) - n_q, int(own["iv"][-1] + own["size"][-1]) - n_q) if own.size else None
+    return slice(int(own["iv"][0]) - n_q, int(own["iv"][-1] + own["count"][-1]) - n_q) if own.size else None
 
 
 def spare_of(model: mdl.Model) -> int:
