@@ -114,7 +114,7 @@ def test_driven_oscillator(method: str) -> None:
 @pytest.mark.parametrize("kind", PROFILES)
 def test_window_and_ramp_scale_a_profile(kind: str) -> None:
     """A load acts from its start to its end only, and grows over its ramp as s^2 (3 - 2 s)."""
-    system = hub(PROFILES[kind], start=0.2, end=0.9, ramp=0.3)
+    system = hub(PROFILES[kind], start=0.2, until=0.9, ramp=0.3)
     from unit.test_profiles import values
 
     def product(t: float) -> float:

@@ -54,7 +54,7 @@ def friction() -> Case:
 
     return Case(
         part="spring 0",
-        system=lambda: on_axes(load / M * AXES[0], v * AXES[0], friction=F, bristle_stiffness=stick),
+        system=lambda: on_axes(load / M * AXES[0], v * AXES[0], friction_force=F, bristle_stiffness=stick),
         seen=lambda assembly, y: (coordinates(assembly, y, "mass") @ AXES[0])[..., None],
         end=0.25,  # before it stops, at 0.31 s
         step=1e-3, theory=5e-4, kink=1e-4,

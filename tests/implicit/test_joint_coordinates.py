@@ -128,7 +128,7 @@ def sledge(
     """A mass of 2 kg in a slot along x."""
     system = System(gravity=(gravity, 0.0, 0.0))
     system.add(parts.Point(mass=2.0, position=(x0, 0.0, 0.0), velocity=(v, 0.0, 0.0)), "mass")
-    spring = {"stiffness": stiffness, "travel": x0, "friction": friction}
+    spring = {"stiffness": stiffness, "travel": x0, "friction_force": friction}
     system.add(parts.TranslationalSpring(a="ground", b="mass", **spring, **more), "slot")
     return system
 
@@ -304,7 +304,7 @@ def test_panel_latches_with_its_energy_balance(book: Book, method: str) -> None:
     peak is at the angle d where J w^2/2 + (k rest) d - F d = (kl + k) d^2/2, on the way that the panel moves on.
     """
     J, k, F, x0, rest, kl = 0.4, 0.5, 0.1, math.pi, -0.3, 60.0
-    hinge = {"stiffness": k, "rest": rest, "friction": F, "angle": x0, "latch": 0.0, "latch_stiffness": kl}
+    hinge = {"stiffness": k, "rest": rest, "friction_torque": F, "angle": x0, "latch": 0.0, "latch_stiffness": kl}
     times = np.linspace(0.0, 8.0, 81)
     found = run(wheel(J, **hinge), times, method)
     energy = 0.5 * k * ((x0 - rest) ** 2 - rest**2) - F * x0

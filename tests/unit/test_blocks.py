@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from evolvent import model as mdl
 from evolvent.assembly.families import FAMILIES
 from evolvent.kernels.blocks import ANGLE, RATE, ROTATION, displace, indices
 from evolvent.solvers.implicit_setup import shares, sizes

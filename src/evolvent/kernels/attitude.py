@@ -20,7 +20,6 @@ six torques along +- the body's axes by forces found beforehand (`evolvent.parts
 
 import math
 
-import numpy as np
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
@@ -482,29 +481,3 @@ def add_wheel_momenta(y, model, H):
         H[0] += h * nx
         H[1] += h * ny
         H[2] += h * nz
-
-
-def add_actuator_bound(model, body):
-    """Add the gains of controllers, and friction of wheels, to what bodies feel. Not compiled.
-
-    Parameters
-    ----------
-    body : (2, nb, 6, 6) float, stiffness and damping felt by bodies
-    """
-    for row in model.controllers:
-        b = int(row["body"])
-        R = np.array(model.bodies["R"][b])
-        for what, gains in enumerate((row["proportional"], row["derivative"])):
-            body[what, b, 3:, 3:] += R @ np.diag(gains) @ R.T
-
-
-def wheel_bounds(model):
-    """(0, damping rate in 1/s) of every wheel; a rotor on a light body counts with the body's share. Not compiled."""
-    found = []
-    for row in model.wheels:
-        slope = row["viscous"] + (row["friction"] / row["slip"] if row["friction"] > 0.0 else 0.0)
-        n, b = np.array(row["axis"]), int(row["body"])
-        J = np.array(model.bodies["inertia"][b])
-        left = 1.0 / float(n @ np.linalg.solve(J, n)) - row["inertia"] if np.linalg.det(J) > 0.0 else row["inertia"]
-        found.append((0.0, float(slope * (1.0 / row["inertia"] + 1.0 / left))))
-    return found

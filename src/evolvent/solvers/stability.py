@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import attitude, body_contact, points, rigid, springs, thread
+from evolvent.kernels import body_contact, points, rigid, springs, thread
 from evolvent.solvers.explicit_methods import Method
 
 
@@ -46,8 +47,8 @@ def fastest_mode(assembly: Assembly) -> Mode:
     best = [(0.0, 0.0, "nothing")]
     for p in range(model.threads.size):
         best += [(*bound, names["threads", p]) for bound in thread.add_thread_bound(model, p, body, point)]
-    attitude.add_actuator_bound(model, body)
-    best += [(*bound, names["wheels", i]) for i, bound in enumerate(attitude.wheel_bounds(model))]
+    _add_actuator_bound(model, body)
+    best += [(*bound, names["wheels", i]) for i, bound in enumerate(_wheel_bounds(model))]
     for i in (int(k) for k in np.flatnonzero(model.points["mass"] > 0.0)):
         best.append(_largest(points.point_bound(model.points, i, point[:, i]), names["points", i]))
     for i in (int(k) for k in np.flatnonzero(model.bodies["motion"] != rigid.DRIVEN)):
@@ -118,3 +119,29 @@ def stability_limit(method: Method, mode: Mode, duration: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if stable(middle) else (low, middle)
     return low
+
+
+def _add_actuator_bound(model: mdl.Model, body: np.ndarray) -> None:
+    """Add the gains of controllers, and friction of wheels, to what bodies feel.
+
+    Parameters
+    ----------
+    body : (2, nb, 6, 6) float, stiffness and damping felt by bodies
+    """
+    for row in model.controllers:
+        b = int(row["body"])
+        R = np.array(model.bodies["R"][b])
+        for what, gains in enumerate((row["proportional"], row["derivative"])):
+            body[what, b, 3:, 3:] += R @ np.diag(gains) @ R.T
+
+
+def _wheel_bounds(model: mdl.Model) -> list[tuple[float, float]]:
+    """(0, damping rate in 1/s) of every wheel; a rotor on a light body counts with the body's share."""
+    found: list[tuple[float, float]] = []
+    for row in model.wheels:
+        slope = row["viscous"] + (row["friction"] / row["slip"] if row["friction"] > 0.0 else 0.0)
+        n, b = np.array(row["axis"]), int(row["body"])
+        J = np.array(model.bodies["inertia"][b])
+        left = 1.0 / float(n @ np.linalg.solve(J, n)) - row["inertia"] if np.linalg.det(J) > 0.0 else row["inertia"]
+        found.append((0.0, float(slope * (1.0 / row["inertia"] + 1.0 / left))))
+    return found

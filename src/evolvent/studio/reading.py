@@ -32,7 +32,7 @@ MOST_VALUES, MOST_ELEMENTS = 20_000, 20_000
 #: Longest time until the process is there, s.
 _STARTING = 120.0
 #: Keys of a case that count elements, and one that multiplies them.
-_COUNTS, _TIMES = ("elements", "nodes"), ("copies", "blades")
+_COUNTS, _TIMES = ("elements", "nodes"), ("multiplicity", "blades")
 
 
 class Reader:
