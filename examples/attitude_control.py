@@ -34,7 +34,7 @@ joint = system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b="rib.root", type="c
 
 goal, proportional, derivative, every = np.radians(30.0), 0.4, 3.0, 0.1
 stepper = Stepper(system, inputs=["hub"], until=60.0, step=0.01)
-first = int(stepper.assembly.model.flexible.beams["iq"][0])
+first = int(stepper.assembly.model.beams["iq"][0])
 time, angle, tip = [0.0], [0.0], [0.0]
 while stepper.time < 60.0 - 1e-9:
     hub = stepper.body("hub")

@@ -45,7 +45,7 @@ for rate in rates:
     assembly = turning(rate)
     held = solve_static(assembly, rotating="hub")
     found.append(modes(assembly, equilibrium=held, count=6))
-    first = assembly.model.flexible.beams["iq"][0]
+    first = assembly.model.beams["iq"][0]
     place = held.y[-1, first : first + 6 * (COUNT + 1)].reshape(-1, 6)[:, :3]
     tip = place[-1]
     along, across = -held.la[-1, 0], np.hypot(*held.la[-1, 1:3])

@@ -50,7 +50,7 @@ def test_a_force_that_grows_from_zero_presses_on_a_sphere(kind: type[Any]) -> No
 @pytest.mark.parametrize(
     "load",
     [
-        {"force": (3.0, 0.0, 0.0), "start": 0.0123, "end": 0.0757},
+        {"force": (3.0, 0.0, 0.0), "start": 0.0123, "until": 0.0757},
         {"direction": (1.0, 0.0, 0.0), "profile": {"table": [[0.0, 0.0], [0.0333, 0.0], [0.0334, 5.0], [0.1, 5.0]]}},
     ],
 )

@@ -79,7 +79,7 @@ def test_the_start_of_a_case_is_drawn_by_another_process() -> None:
 
 def test_large_cases_are_not_assembled_before_they_run() -> None:
     boom = {"kind": "beam", "elements": 100_000}
-    case = {"parts": {f"boom {k}": boom for k in range(10)} | {"tape": {"nodes": 50, "copies": 4}}}
+    case = {"parts": {f"boom {k}": boom for k in range(10)} | {"tape": {"nodes": 50, "multiplicity": 4}}}
     with pytest.raises(InputError, match=r"the case has 1000200 elements and nodes; the start of at most 20000"):
         reading.check_size(case)
     reading.check_size(json.loads(json.dumps(cases.content_of("two-booms"))))

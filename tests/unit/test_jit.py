@@ -95,9 +95,9 @@ def test_kernels_are_refused_where_the_cache_folder_does_not_follow_them():
 FIRST = """
 import json
 from evolvent.compiled import jit
-from evolvent.kernels import flexible
-jit.load([flexible.add_gravity])
-print(json.dumps({"loaded": flexible.add_gravity.is_loaded}))
+from evolvent.kernels import ancf_beams
+jit.load([ancf_beams.add_gravity])
+print(json.dumps({"loaded": ancf_beams.add_gravity.is_loaded}))
 """
 
 

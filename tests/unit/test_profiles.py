@@ -151,7 +151,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "constant": ({"expression": "t", "constants": {"a": "1 N"}}, "Torque.profile.constants is .* plain numbers"),
     "rise": ({"pulse": {"value": 1, "duration": 1, "rise": 0.6}}, r"slew\.profile\.pulse\.rise is 0\.6 s; .* half"),
     "end": (
-        {"sine": {"amplitude": 1, "frequency": 1, "start": 2, "end": 1}},
+        {"sine": {"amplitude": 1, "frequency": 1, "start": 2, "until": 1}},
         r"slew\.profile\.sine\.until is 1\.0 s; it must be after slew\.profile\.sine\.start, 2\.0 s",
     ),
     "frequency": ({"sine": {"amplitude": 1, "frequency": 0}}, "Torque.profile.sine.frequency is 0; .* above 0"),

@@ -4,11 +4,11 @@ One row a family. A solver asks the table by `check`: it runs a model only where
 that it supports, so that a family which the table does not name is refused, never left out in silence.
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`, or
-in a few: `rigid`, `points`, `springs`, `joint` (with `joint_tangent`, and `constraint_rows` of explicit methods),
-`gear`, `hinge` (with `axial`, `coordinate` and `hinge_tangent`), `custom` (user-defined laws between points),
-`flexible` (beams), `rod`, `beam_loads`, `thermal`, `contact` (with `contact_laws` and `surfaces`), `body_contact`,
-`loads`, `fields`, `attitude` (wheels, thrusters, controllers; with `attitude_tangent`), and for threads the package
-`thread`. The functions of `evolvent.flow` call them, family by family.
+in a few: `rigid`, `points`, `springs`, `joint` (with `gaps`, `joint_tangent`, and `constraint_rows` of explicit
+methods), `gear`, `coordinate` (with `axial`, `coordinate_laws`, `coordinate_tangent`), `custom` (user-defined laws
+between points), `ancf_beams` (with `beam_strains`), `rod`, `beam_loads`, `thermal`, `contact` (with `contact_laws` and
+`surfaces`), `body_contact`, `loads`, `fields`, `attitude` (wheels, thrusters, controllers; with `attitude_tangent`),
+and for threads the package `thread`. The functions of `evolvent.flow` call them, family by family.
 """
 
 from __future__ import annotations

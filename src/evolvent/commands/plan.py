@@ -20,7 +20,12 @@ _MOST_ROWS = 6
 
 @click.command()
 @click.argument("stand", metavar="STAND.YAML")
-@click.option("--uncertainty", required=True, metavar="0.1%", help="Relative expanded uncertainty that is wanted.")
+@click.option(
+    "--uncertainty",
+    required=True,
+    metavar="0.1%",
+    help="Wanted: U over the value, of every mass and moment that is asked.",
+)
 @click.option("--check", "runs", type=click.IntRange(10, 100_000), metavar="RUNS", help="Simulate so many recordings.")
 @click.option(
     "-o", "--output", multiple=True, callback=once, metavar="FIGURE.PNG", help="Draw uncertainty over record length."
@@ -38,10 +43,12 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
     """  # noqa: D301
     from evolvent import cases
     from evolvent.massprops import planning
+    from evolvent.view import plots
 
     overrides = cases.parse_assignments(assignments)
     wanted = _share(uncertainty)
     if output is not None:
+        plots.format_of(output)
         files.check_writable(output)
     with showing_progress(quiet=False):
         found = planning.plan(stand, wanted, overrides)
@@ -49,14 +56,16 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
         drawn = None if output is None else planning.curves(stand, found, overrides)
     _print(found)
     if ratios is not None and runs is not None:
-        texts = ", ".join(f"{key} {ratio:.2f}" for key, ratio in zip(found.best.keys, ratios, strict=True))
+        texts = ", ".join(
+            f"{key} {'-' if np.isnan(ratio) else format(ratio, '.2f')}"
+            for key, ratio in zip(found.best.keys, ratios, strict=True)
+        )
         echo(
             f"{runs} simulated recordings: deviation by noise over the promised one: {texts} "
             f"(each to {1.0 / np.sqrt(2.0 * runs):.0%})"
         )
     if drawn is not None and output is not None:
         from evolvent.massprops.mode_figures import planned
-        from evolvent.view import plots
 
         echo(f"figure: {plots.save(planned(*drawn, found), output)}")
 
@@ -97,7 +106,7 @@ def _print(found: Plan) -> None:
             console.print()
             console.print(_options(made_table, title, options))
     if found.floor:
-        table = made_table("what a longer record does not improve", "", "of U")
+        table = made_table("what a longer record does not improve", "", "part of U, over the value")
         for label, share in found.floor[:_MOST_ROWS]:
             table.add_row(label, f"{100.0 * share:.3g} %")
         console.print()
@@ -118,7 +127,10 @@ def _options(made_table: Any, title: str, options: tuple[Option, ...]) -> Any:
         first = {"springs": f"spring {o.spring}", "rates": f"{o.samples} samples"}.get(
             title, "sensors " + " ".join(map(str, o.sensors))
         )
-        cells = [f"{100.0 * r:.3g} % ({100.0 * n:.2g} %)" for r, n in zip(o.relative, o.noise, strict=True)]
+        cells = [
+            "-" if np.isnan(r) else f"{100.0 * r:.3g} % ({100.0 * n:.2g} %)"
+            for r, n in zip(o.relative, o.noise, strict=True)
+        ]
         length = f"{o.duration:.3g}" + ("" if o.reached else " at most")
         table.add_row(first, length, f"{o.rate:.4g}", *(cells or [o.reason]))
     return table

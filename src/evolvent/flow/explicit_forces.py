@@ -1,8 +1,7 @@
 """Beams, rods, contacts, hinges, penalty joints, laws between points under explicit methods: forces, energies.
 
-Gears and joints on nodes of beams must be penalties (`stiffness` above 0): other constraints are rows of
-`evolvent.kernels.constraint_rows`. Bristles of frictions at the start of a step are among the accounts.
-`evolvent.solvers.explicit_modes` finds the fastest mode.
+Joints and gears without `stiffness` are rows of `evolvent.kernels.constraint_rows`. Bristles of frictions at the start
+of a step are among the accounts. `evolvent.solvers.explicit_modes` finds the fastest mode.
 """
 
 import math

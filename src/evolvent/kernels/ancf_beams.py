@@ -158,14 +158,14 @@ def beam_momenta(y, first, last, model, P, H):
 
 
 @inlined
-def _divide_by_mass(f, k, row, x, at):
+def _divide_by_mass(model, k, row, x, at):
     """Put M^-1 x in place of x of beam k, from index `at` on; row : of its first vector in `masses`."""
-    n = NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes
+    n = NODE_VECTORS[model.beams[k].kind] * model.beams[k].nodes
     # of a constant width the loops of the solution are unrolled
-    if f.beams[k].kind == CABLE:
-        banded_solve_vectors(f.masses, row, n, 3, x, at)
+    if model.beams[k].kind == CABLE:
+        banded_solve_vectors(model.masses, row, n, 3, x, at)
     else:
-        banded_solve_vectors(f.masses, row, n, 7, x, at)
+        banded_solve_vectors(model.masses, row, n, 7, x, at)
     return n
 
 

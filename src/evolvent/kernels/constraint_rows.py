@@ -34,7 +34,7 @@ def has_joints(model):
 
 @indirect(void(REAL, VECTOR, types.int64, MODEL))
 def _measure_joint_row(t, y, r, model):
-    """Forces J of a unit multiplier of the joint of row r on its sides; flexible.F is scratch."""
+    """Forces J of a unit multiplier of the joint of row r on its sides; `Model.F` is scratch."""
     rows, sides, bodies, k, F = model.rows, model.row_sides, model.bodies, model.rows[r].index, model.F
     joint.joint_geometry(t, y, k, model)
     for i in range(rows[r].first, rows[r].last):

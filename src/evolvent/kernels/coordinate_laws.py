@@ -1,7 +1,7 @@
 """Laws of a joint's coordinate x, an angle or a travel: Coulomb friction, motors, synchronizations; and their accounts.
 
 A torque is the generalized force of a coordinate: N m of an angle, N of a travel. Torques are those on the left of the
-equations: a positive one resists a growing coordinate. `hinge` applies them.
+equations: a positive one resists a growing coordinate. `coordinate` applies them.
 
 Friction is a spring (the bristle) in series with a slider: force = stick z, abs(force) <= friction, z the deflection
 of the bristle, which has no force at `anchor`. Within a step the anchor stays; its end moves the anchor to x - z.

@@ -98,9 +98,10 @@ class Springs(Section):
     natural_length: uncertain.Lengths
     lateral_stiffness: uncertain.Laterals = (Uncertain(0.0),)
     damping: uncertain.Dampings = Field(
-        (Uncertain(0.0),), description="of each spring; checked, but not used: the decay is measured"
+        (Uncertain(0.0),),
+        description="of each spring; used by `evolvent plan` alone: in a recording the decay is measured",
     )
-    lateral_damping: uncertain.Dampings = Field((Uncertain(0.0),), description="as damping: not used")
+    lateral_damping: uncertain.Dampings = Field((Uncertain(0.0),), description="as damping")
     gravity: uncertain.Gravity = Uncertain(9.80665)
 
     @model_validator(mode="after")

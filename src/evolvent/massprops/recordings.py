@@ -90,7 +90,7 @@ def read(source: Signals, given: schema.Signals) -> Reading:
         if filled:
             notes.append(f"{filled} rows that are missing in the file are gaps")
     time, data = _cut(time, data, given, notes)
-    converted = [_converted(s, source.units[c], given, k) for k, (s, c) in enumerate(zip(sensors, places, strict=True))]
+    converted = [converted(s, source.units[c], given, k) for k, (s, c) in enumerate(zip(sensors, places, strict=True))]
     unit = converted[0].unit
     factors = [item.factor * _ratio(item.unit, unit, names[k], names[0]) for k, item in enumerate(converted)]
     data = data * np.array(factors)
@@ -250,7 +250,8 @@ class _Converted:
     noise: float | None
 
 
-def _converted(sensor: schema.Sensor, found: str, given: schema.Signals, k: int) -> _Converted:
+def converted(sensor: schema.Sensor, found: str, given: schema.Signals, k: int) -> _Converted:
+    """How the column of a sensor becomes a quantity; `found` : its unit by the file, '' where it states none."""
     key = f"signals.sensors.{k}"
     unit = sensor.unit or found or given.unit
     if sensor.unit and found:

@@ -58,8 +58,8 @@ class Model(Struct):
     custom : (k,) float, scratch of user-defined laws between points (`kernels.custom`)
     rod : (k,) float, scratch of an element of a rod (`kernels.rod_strains`)
     F, P : (nv,) float, scratch, generalised forces and the loads among them
-    work, e, f, K : scratch of an element
-    J : (2, 3, 6) float, scratch
+    work, e, f, K24, K12 : scratch of an element, and of tangents
+    J : (3, 3, 9) float, scratch, columns of sides
     addresses : of functions that compiled code calls by address (`evolvent.compiled.jit.Indirect`)
     """
 

@@ -22,7 +22,7 @@ class Synchronization(Part):
         Two or more names, each of a `RotationalSpring` or `TranslationalSpring`, or of a revolute or prismatic `Joint`;
         all of them angles, or all travels.
     ratios : list of float, optional
-        One for each hinge, not 0: the loops keep the change of ratio times coordinate equal for all. 1 if left out.
+        One for each joint, not 0: the loops keep the change of ratio times coordinate equal for all. 1 if left out.
     stiffness, damping : float, N m/rad and N m s/rad, or N/m and N s/m
         Stiffness and damping of each loop, for the stretch ratio_2 x_2 - ratio_1 x_1.
 
@@ -43,7 +43,7 @@ class Synchronization(Part):
         """Write a row of the family `synchronizations` for each loop."""
         count = len(self.joints)
         if count < 2:
-            raise InputError(f"{name}.joints is {list(self.joints)!r}; a synchronization needs two hinges or more")
+            raise InputError(f"{name}.joints is {list(self.joints)!r}; a synchronization needs two joints or more")
         if len(set(self.joints)) < count:
             twice = next(hinge for hinge in self.joints if self.joints.count(hinge) > 1)
             raise InputError(f"{name}.joints names {twice!r} twice")

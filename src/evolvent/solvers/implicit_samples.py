@@ -13,7 +13,7 @@ from evolvent.kernels.thread import is_end, paid_out, spool
 from evolvent.model import MODEL
 from evolvent.solvers.dense import interpolate, momenta_between
 from evolvent.solvers.implicit_state import ENERGY, WORKSPACE
-from evolvent.solvers.sampled import IMPULSE, N_CYLINDER, TOUCHED, TOUCHING, write_contacts
+from evolvent.solvers.sampled import IMPULSE, N_SURFACE, TOUCHED, TOUCHING, write_contacts
 
 _I = types.int64
 
@@ -26,7 +26,7 @@ def _between(theta, a, b):
 
 @indirect(void(MODEL, WORKSPACE))
 def fill_forces(model, work):
-    """Forces of the last residual on cylinders and bodies into the workspace, as those of the step's end."""
+    """Forces of the last residual on contact surfaces and bodies into the workspace, as those of the step's end."""
     bodies = model.bodies
     if contact.any_contact(model):
         write_contacts(model, work.contact_surfaces[1], work.friction[1], work.touches[1])
@@ -58,7 +58,7 @@ def start_next(work):
 def _copy_forces(whole, work):
     """Make the forces of the step's end those of its start, with the impulses if `whole`."""
     for k in range(work.contact_surfaces.shape[1]):
-        for i in range(N_CYLINDER):
+        for i in range(N_SURFACE):
             if whole or i != IMPULSE:
                 work.contact_surfaces[0, k, i] = work.contact_surfaces[1, k, i]
     for k in range(work.friction.shape[1]):
@@ -89,7 +89,7 @@ def keep_forces(n, theta, model, work):
     for i in range(work.la.size):
         work.out_la[n, i] = _between(theta, work.la0[i], work.la[i])
     for k in range(work.contact_surfaces.shape[1]):
-        for i in range(N_CYLINDER):
+        for i in range(N_SURFACE):
             work.out_surfaces[n, k, i] = _between(theta, work.contact_surfaces[0, k, i], work.contact_surfaces[1, k, i])
         work.out_surfaces[n, k, TOUCHING] = work.contact_surfaces[1 if theta > 0.5 else 0, k, TOUCHING]
     for k in range(work.friction.shape[1]):

@@ -24,7 +24,7 @@ from evolvent.solvers import graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
 from evolvent.solvers.implicit_state import ENERGY, LOOP, Workspace
 from evolvent.solvers.releases import release_times
-from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, rubbing_points
+from evolvent.solvers.sampled import N_SURFACE, N_TOUCH, empty, rubbing_points
 
 #: Redundant rows of joints that can be named.
 MOST_REDUNDANT = 64
@@ -246,7 +246,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         touched=np.zeros(model.body_contacts.size),
         touches=np.zeros((2, model.body_contacts.size, N_TOUCH)),
         friction=np.zeros((2, rubbing_points(model), 3)),
-        contact_surfaces=np.zeros((2, n_c, N_CYLINDER)),
+        contact_surfaces=np.zeros((2, n_c, N_SURFACE)),
         bodies=np.zeros((2, n_b, 6)),
         ends=np.zeros((evaluated, 2, assembly.y.size)),
         end_times=np.zeros((evaluated, 2)),

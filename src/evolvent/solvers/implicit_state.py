@@ -71,7 +71,7 @@ class Workspace(Struct):
     energies : (3,) float, scratch; impulse : (nc,) float, N s, of the normal forces of each cylinder; touched : (nbc,)
         float, likewise of each contact between bodies
     touches, friction : (2, nbc, N_TOUCH) and (2, n, 3) float, likewise
-    cylinders, bodies : (2, nc, 10) and (2, nb, 6) float, forces (see `evolvent.solvers.sampled`), of the start first
+    contact_surfaces, bodies : (2, nc, 10) and (2, nb, 6) float, forces (see `solvers.sampled`), of the start first
     samples : (nt,) float; stops : (ns,) float, times on which the loop lands and restarts
     R0, x0, R1, x1 : (nb, 3, 3) and (nb, 3) float, rotations and positions of the bodies at both ends of a step
     ends, end_times : (nt, 2, ny) and (nt, 2) float, s, of the steps with the samples, where reactions are evaluated

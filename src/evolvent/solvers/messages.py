@@ -169,7 +169,7 @@ def _touching(assembly: Assembly) -> str:
 
 
 def _jumping(assembly: Assembly) -> str:
-    """Names of the cylinders whose force jumps at the touch."""
+    """Names of the contacts whose force jumps at the touch."""
     contact_surfaces = assembly.model.contact_surfaces
     some = (contact_surfaces["law"] == contact_laws.PAPER) & (contact_surfaces["damping"] > 0.0)
     names = [name for name, (family, k) in assembly.names.items() if family == "contact_surfaces" and some[k]]

@@ -18,8 +18,8 @@ from evolvent.kernels.rod import evaluate_rods
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray
-#: Numbers of a cylinder at a sample (see `Sampled`), and the indices of two of them.
-N_CYLINDER, IMPULSE, TOUCHING = 10, 7, 8
+#: Numbers of a contact surface at a sample (see `Sampled`), and the indices of two of them.
+N_SURFACE, IMPULSE, TOUCHING = 10, 7, 8
 #: Numbers of a contact between bodies at a sample, and the index of its impulse.
 N_TOUCH, TOUCHED = 19, 18
 
@@ -32,8 +32,8 @@ class Sampled(NamedTuple):
     acceleration : (nt, nv) float
     la : (nt, nj) float, multipliers of the joints, in the order of `names`
     balance : (nt,) records of the energy balance, J (see `evolvent.solvers.balance`)
-    cylinders : (nt, nc, 10) float, of each: force (N) and torque (N m) on its body at the body's origin, inertial axes;
-        sum of normal forces (N), its impulse (N s), points that touch, energy (J)
+    contact_surfaces : (nt, nc, 10) float, of each: force (N) and torque (N m) on its body at the body's origin,
+        inertial axes; sum of normal forces (N), its impulse (N s), points that touch, energy (J)
     wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes; torques of free
         bodies less the gyroscopic w x J w
     touches : (nt, n, 19) float, of each contact between bodies: force on a (N), moments on a and b about their origins
@@ -93,7 +93,7 @@ def empty(model: mdl.Model, size: int) -> Sampled:
         np.zeros((size, int(model.info.nv))),
         np.zeros((size, model.joints.size)),
         eb.records(size),
-        np.zeros((size, model.contact_surfaces.size, N_CYLINDER)),
+        np.zeros((size, model.contact_surfaces.size, N_SURFACE)),
         np.zeros((size, model.bodies.size, 6)),
         np.zeros((size, model.body_contacts.size, N_TOUCH)),
         np.zeros((size, rubbing_points(model), 3)),
@@ -131,9 +131,9 @@ def write_contacts(model: mdl.Model, contact_surfaces: Array, friction: Array, t
 
 
 def forces_of(model: mdl.Model) -> tuple[Array, Array, Array, Array]:
-    """Of the last forces: `cylinders`, `wrenches`, `touches` and `friction` of a sample, without impulses."""
+    """Of the last forces: `contact_surfaces`, `wrenches`, `touches` and `friction` of a sample, without impulses."""
     contact_surfaces, touches = (
-        np.zeros((model.contact_surfaces.size, N_CYLINDER)),
+        np.zeros((model.contact_surfaces.size, N_SURFACE)),
         np.zeros((model.body_contacts.size, N_TOUCH)),
     )
     friction = np.zeros((rubbing_points(model), 3))

@@ -13,7 +13,7 @@ from evolvent.kernels import loads, springs
 from evolvent.solvers import balance as eb, equilibrium as eq
 from evolvent.solvers.linear_motion import growing_motions, has_gyroscopic_forces, has_symmetric_stiffness
 from evolvent.solvers.rod_messages import bending_hint
-from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, forces_of, rubbing_points
+from evolvent.solvers.sampled import N_SURFACE, N_TOUCH, empty, forces_of, rubbing_points
 from evolvent.solvers.solution import NEWTON, Path, Solution
 from evolvent.solvers.static_work import MOST_ITERATIONS, Work, add_turn
 
@@ -99,7 +99,7 @@ class Search:
             w = self.work
             n_c, n_b = w.model.contact_surfaces.size, w.model.bodies.size
             n_t = w.model.body_contacts.size
-            shapes = (n_c, N_CYLINDER), (n_b, 6), (n_t, N_TOUCH), (rubbing_points(w.model), 3)
+            shapes = (n_c, N_SURFACE), (n_b, 6), (n_t, N_TOUCH), (rubbing_points(w.model), 3)
             rows = [np.full(shape, np.nan) for shape in shapes]
             unknown = np.full(w.n_j, np.nan), np.full(len(eb.ENERGIES), np.nan), np.full(w.n_v, np.nan)
             self.kept.append((0.0, self._start, w.assembly.s.copy(), *unknown, *rows))

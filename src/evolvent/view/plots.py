@@ -99,11 +99,22 @@ def save(figure: Figure, path: str | os.PathLike[str], *, label: str = "") -> st
     InputError
         If the file cannot be written, or its kind is not known.
     """
+    write_file(path, picture(figure, format_of(path), label=label))
+    return os.fspath(path)
+
+
+def format_of(path: str | os.PathLike[str]) -> str:
+    """Format of a figure by the suffix of its file.
+
+    Raises
+    ------
+    InputError
+        If it is none of `FORMATS`.
+    """
     kind = os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
     if kind not in FORMATS:
         raise InputError(f"cannot write {os.fspath(path)!r}: a figure's file ends with .png, .svg or .pdf")
-    write_file(path, picture(figure, kind, label=label))
-    return os.fspath(path)
+    return kind
 
 
 def sheet(figure: Figure, *, dpi: float = DPI, title: bool = True, label: str = "") -> Any:

@@ -19,17 +19,31 @@ from evolvent.massprops.identification.signals import basis, read_signal
 from evolvent.massprops.inertia import Body, Stand, linear_model
 from evolvent.massprops.inertia.vibration import NormalModes
 from evolvent.massprops.mode_selection import FAINT
-from evolvent.massprops.recordings import Reading
+from evolvent.massprops.recordings import Reading, converted
 from evolvent.massprops.signals import Signals
 from evolvent.massprops.springs_inputs import Task as SpringTask, first_body, sensors_of, stand_of
 
 Array = np.ndarray
 #: Relative difference of frequencies below which two modes are one in the signals.
 COINCIDING = 1e-6
+#: Motion of a sensor, of the largest, below which it shows nothing.
+BLIND = 1e-9
+#: What a wanted uncertainty is held against.
+COUNTED = ("mass", "Ixx", "Iyy", "Izz", "common_factor")
 
 
 class Task(NamedTuple):
-    """What is planned: description, its plan, stand, expected body and its modes, sensors and their noise (m)."""
+    """What is planned.
+
+    Attributes
+    ----------
+    given, planned : OnSprings, Planned
+    stand, body : Stand, Body, as they are expected
+    modes : NormalModes
+    points, directions : (c, 3) float, m and 1, of the sensors
+    noise : (c,) float, m, standard deviations
+    sensitivity_std : (c,) float, relative
+    """
 
     given: OnSprings
     planned: Planned
@@ -39,6 +53,29 @@ class Task(NamedTuple):
     points: Array
     directions: Array
     noise: Array
+    sensitivity_std: Array
+
+
+class Lines(NamedTuple):
+    """What some sensors show of the modes, by rising frequency; modes of one frequency are one line.
+
+    Attributes
+    ----------
+    frequency, decay_rate : (m,) float, rad/s and 1/s
+    amplitude : (m, c) complex, m
+    coinciding : (k,) float, rad/s, frequencies of several modes
+    """
+
+    frequency: Array
+    decay_rate: Array
+    amplitude: Array
+    coinciding: Array
+
+    @property
+    def least_duration(self) -> float:
+        """Length of a record in which no two lines are one, s."""
+        gap = float(np.diff(self.frequency).min(initial=math.inf))
+        return 2.0 * math.pi / gap if math.isfinite(gap) else 0.0
 
 
 def task_of(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None) -> Task:
@@ -57,60 +94,104 @@ def task_of(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None)
     planned = given.plan
     if planned is None:
         raise InputError("plan is missing; give plan.force, the pull that is released, such as '1000 N'")
+    _check(given)
     held = stand_of(given)
-    for key in given.body.unknown:
-        value = getattr(given.body, key)
-        if not math.isfinite(value.value):
-            raise InputError(
-                f"body.{key} is unknown; a plan needs the value that is expected, such as {key}: unknown near "
-                f"{_example(key)}"
-            )
     body, _ = first_body(given, held, np.ones(1))
     points, directions = sensors_of(given, held)
-    return Task(
-        given, planned, held, body, linear_model(held, body).modes(), points, directions, _noise(given, planned)
-    )
+    noise, std = _sensors(given, planned)
+    task = Task(given, planned, held, body, linear_model(held, body).modes(), points, directions, noise, std)
+    seen = np.max([np.abs(_amplitude(task, spring)).max(axis=0) for spring in range(len(held.points))], axis=0)
+    for k in np.flatnonzero(seen <= BLIND * seen.max()):
+        raise InputError(
+            f"signals.sensors.{k} shows nothing, at whatever spring the pull is released; turn it, move it or leave "
+            "it out"
+        )
+    return task
+
+
+def _check(given: OnSprings) -> None:
+    """Refuse unknowns without an expected value, and what a plan cannot take into account."""
+    asked = (*given.body.unknown, *(("common_factor",) if given.stand.common_factor.unknown else ()))
+    if not any(key in COUNTED for key in asked):
+        raise InputError(
+            f"body has the unknown {' and '.join(asked)}; a plan needs one with a relative uncertainty: "
+            f"{', '.join(COUNTED[:-1])}"
+        )
+    for key in asked:
+        factor = key == "common_factor"
+        value = given.stand.common_factor if factor else getattr(given.body, key)
+        if not math.isfinite(value.value):
+            raise InputError(
+                f"{'stand' if factor else 'body'}.{key} is unknown; a plan needs the value that is expected, such as "
+                f"{key}: unknown near {_example(key)}"
+            )
+    chosen = given.identification
+    if chosen.method != "varpro":
+        raise InputError(
+            f"identification.method is {chosen.method!r}; a plan holds for varpro, which reaches the bound"
+        )
+    if chosen.band is not None:
+        raise InputError("identification.band is given; a plan looks at all modes: leave it out")
 
 
 def _example(key: str) -> str:
-    return "15 t" if key == "mass" else "0 m" if key in ("offset_x", "offset_z", "height") else "3700 kg m^2"
+    plain = {"mass": "15 t", "offset_x": "0 m", "offset_z": "0 m", "height": "0 m", "common_factor": "1"}
+    return plain.get(key, "3700 kg m^2")
 
 
-def _noise(given: OnSprings, planned: Planned) -> Array:
-    """(c,) m, standard deviation of each sensor's noise."""
-    found = []
+def _sensors(given: OnSprings, planned: Planned) -> tuple[Array, Array]:
+    """Noise (c,), m, and relative standard uncertainty of the sensitivity (c,), of each sensor."""
+    noise, std = [], []
     for k, sensor in enumerate(given.signals.sensors):
-        key = f"signals.sensors.{k}.noise"
-        if sensor.noise is None and planned.noise is None:
-            raise InputError(f"{key} is missing; give it, or plan.noise for all sensors, such as '0.1 mm'")
-        try:
-            found.append(planned.noise if sensor.noise is None else units.parse(sensor.noise, "m"))
-        except units.UnitError as error:
-            raise InputError(f"{key} is {sensor.noise!r}; a plan takes sensors of displacement: {error}") from None
-        if not found[-1] or found[-1] <= 0.0:
-            raise InputError(f"{key} is {sensor.noise!r}; it must be above 0")
-    return np.array(found, dtype=float)
+        key, own = f"signals.sensors.{k}", None
+        if sensor.unit or given.signals.unit or sensor.sensitivity:
+            found = converted(sensor, "", given.signals, k)
+            try:
+                length = units.parse(f"1 {found.unit}", "m")
+            except units.UnitError:
+                raise InputError(f"{key} reads {found.unit}; a plan takes sensors of displacement") from None
+            own = None if found.noise is None else found.noise * abs(found.factor) * length
+            std.append(found.std)
+        else:
+            std.append(0.0)
+            if sensor.noise is not None:
+                try:
+                    own = units.parse(sensor.noise, "m")
+                except units.UnitError as error:
+                    raise InputError(
+                        f"{key}.noise is {sensor.noise!r}; a plan takes sensors of displacement: {error}"
+                    ) from None
+        if own is None and planned.noise is None:
+            raise InputError(f"{key}.noise is missing; give it, or plan.noise for all sensors, such as '0.1 mm'")
+        noise.append(planned.noise if own is None else own)
+        if not float(noise[-1] or 0.0) > 0.0:
+            raise InputError(f"{key}.noise is {sensor.noise!r}; it must be above 0")
+    return np.array(noise, dtype=float), np.array(std)
 
 
-def amplitude(task: Task, spring: int) -> Array:
+def _amplitude(task: Task, spring: int) -> Array:
     """(m, c) complex, m, of every mode of the linear model at all sensors after the pull at a spring."""
     z = task.modes.release((0.0, -task.planned.force, 0.0), task.stand.points[spring])
     return np.asarray(task.modes.amplitude(z, task.points, task.directions))
 
 
-def seen_modes(task: Task, spring: int, rows: Sequence[int] | None = None) -> Array:
-    """(m,) bool, modes of the linear model that move the sensors, one of those with the same frequency."""
-    found = np.abs(amplitude(task, spring))
-    found = found if rows is None else found[:, list(rows)]
-    speed = found.max(axis=1) * task.modes.natural_frequency
-    w = task.modes.natural_frequency
-    apart = np.diff(w, prepend=-math.inf) > COINCIDING * w
-    return np.asarray((speed > FAINT * speed.max()) & apart)
+def lines(task: Task, spring: int, rows: Sequence[int]) -> Lines:
+    """What some sensors show after the pull at a spring.
 
-
-def order_of(task: Task, spring: int, rows: Sequence[int]) -> int:
-    """Number of modes that some sensors show."""
-    return int(seen_modes(task, spring, rows).sum())
+    Raises
+    ------
+    InputError
+        If they show nothing.
+    """
+    w, decay, a = task.modes.frequency, task.modes.decay_rate, _amplitude(task, spring)[:, list(rows)]
+    first = np.flatnonzero(np.diff(w, prepend=-math.inf) > COINCIDING * w)  # of the modes with the same frequency
+    several = np.diff(np.append(first, w.size)) > 1
+    a, w, decay = np.add.reduceat(a, first, axis=0), w[first], decay[first]
+    speed = np.abs(a).max(axis=1) * w
+    if not speed.max(initial=0.0) > 0.0:
+        raise InputError(f"the pull at spring {spring + 1} moves none of the sensors")
+    seen = speed > FAINT * speed.max()
+    return Lines(w[seen], decay[seen], a[seen], w[seen & several])
 
 
 def with_sensors(task: Task, rows: Sequence[int], order: int) -> OnSprings:
@@ -122,14 +203,14 @@ def with_sensors(task: Task, rows: Sequence[int], order: int) -> OnSprings:
 
 def reading_of(task: Task, spring: int, rate: float, samples: int, rows: Sequence[int]) -> Reading:
     """What the sensors read without noise."""
-    t = np.arange(samples) / rate
+    t, at = np.arange(samples) / rate, list(rows)
     wave = np.exp((-task.modes.decay_rate + 1j * task.modes.frequency)[:, None] * t)
-    data = np.einsum("ms,mk->ks", amplitude(task, spring)[:, list(rows)], wave).real
+    data = np.einsum("ms,mk->ks", _amplitude(task, spring)[:, at], wave).real
     names = tuple(f"sensor {k + 1}" for k in rows)
     source = Signals(
         names=names, data=data, units=("m",) * len(names), rate=rate, path="plan", format="plan", sha256=""
     )
-    return Reading(source, names, t, 0.0, data, "m", task.noise[list(rows)], np.zeros(len(names)), ())
+    return Reading(source, names, t, 0.0, data, "m", task.noise[at], task.sensitivity_std[at], ())
 
 
 def with_noise(task: Task, exact: Reading, random: np.random.Generator, rows: Sequence[int]) -> Reading:
@@ -148,23 +229,24 @@ def spring_task(task: Task, given: OnSprings, seen: modal.Modal, rows: Sequence[
 
 def modal_of(task: Task, spring: int, rate: float, samples: int, rows: Sequence[int]) -> modal.Modal:
     """Modes of a recording as an identification finds them at best, with the Cramér-Rao bound as their covariance."""
-    seen, columns = seen_modes(task, spring, rows), list(rows)
-    w, decay = task.modes.frequency[seen], task.modes.decay_rate[seen]
+    w, decay, a, _ = lines(task, spring, rows)
     if np.pi * rate <= float(w.max()):
-        raise InputError(f"{rate:.6g} samples a second show nothing above {np.pi * rate:.6g} rad/s, but a mode has "
-                         f"{w.max():.6g} rad/s")  # fmt: skip
-    reading, a = reading_of(task, spring, rate, samples, rows), amplitude(task, spring)[seen][:, columns]
+        raise InputError(
+            f"plan.rate is {rate:.6g} Hz, which shows nothing above {np.pi * rate:.6g} rad/s, but a mode has "
+            f"{w.max():.6g} rad/s"
+        )
+    at, reading = list(rows), reading_of(task, spring, rate, samples, rows)
     signal = read_signal(
         reading.data, time=reading.time, names=reading.names, noise=reading.noise,
         detrend=task.given.identification.detrend,
     )  # fmt: skip
     R = np.linalg.qr(basis(-decay + 1j * w, signal, slopes=True), mode="r")
-    C = covariance([Factor(np.asarray(R), np.arange(len(columns)))], a, task.noise[columns])
+    C = covariance([Factor(np.asarray(R), np.arange(len(at)))], a, task.noise[at])
     if not np.all(np.isfinite(C)):
-        raise InputError("the record is too short to distinguish the modes")
-    zero = np.zeros(len(columns))
+        raise InputError(f"a record of {(samples - 1) / rate:.3g} s is too short to distinguish the modes")
+    zero = np.zeros(len(at))
     modes = Modes(
-        "bound", w.size, reading.names, w, decay, np.abs(a), np.angle(a), zero, zero, C, task.noise[columns],
+        "bound", w.size, reading.names, w, decay, np.abs(a), np.angle(a), zero, zero, C, task.noise[at],
         reading.time, reading.data, reading.data, np.zeros_like(reading.data),
     )  # fmt: skip
     found, own = modes.mode_shapes(), np.ones(w.size)

@@ -9,7 +9,8 @@ import numpy as np
 
 from evolvent.base.errors import InputError
 from evolvent.massprops.identification import cramer_rao
-from evolvent.massprops.planning.expected import Task, amplitude, modal_of, seen_modes
+from evolvent.massprops.identification.signals import DETREND
+from evolvent.massprops.planning.expected import Task, lines, modal_of
 
 if TYPE_CHECKING:
     from evolvent.massprops.planning.search import Option
@@ -26,7 +27,7 @@ class Rule(NamedTuple):
     name : str, its number
     asks : str, what it asks here
     finds : str, what the bound gives here
-    verdict : str, "yes" where it holds here, "no", or "makes no difference"
+    verdict : str, "yes" where it holds here, "no", "makes no difference" or "cannot be sampled"
     """
 
     name: str
@@ -46,9 +47,8 @@ def rules(task: Task, best: Option) -> tuple[Rule, ...]:
     used for the frequencies. They were made for Prony's method, whose bias the bound does not have.
     """
     rows = [k - 1 for k in best.sensors]
-    seen = seen_modes(task, best.spring - 1, rows)
-    w, decay = task.modes.frequency[seen], task.modes.decay_rate[seen]
-    a = amplitude(task, best.spring - 1)[seen][:, rows]
+    w, decay, a, _ = lines(task, best.spring - 1, rows)
+    least = 4 * w.size + 2 + DETREND[task.given.identification.detrend]
     fastest, N = float(w.max()), best.samples
 
     def deviation(rate: float, samples: int) -> float:
@@ -61,8 +61,8 @@ def rules(task: Task, best: Option) -> tuple[Rule, ...]:
 
     per_period = 2.0 * math.pi * best.rate / fastest
     near, far = (fastest * n / (2.0 * math.pi) for n in (2.5, 10.0))
-    same_time = deviation(near, max(round(best.duration * near) + 1, 6 * w.size)) / deviation(
-        far, max(round(best.duration * far) + 1, 6 * w.size)
+    same_time = deviation(near, max(round(best.duration * near) + 1, least)) / deviation(
+        far, max(round(best.duration * far) + 1, least)
     )
     same_count = deviation(near, N) / deviation(far, N)
     found = [
@@ -88,9 +88,7 @@ def rules(task: Task, best: Option) -> tuple[Rule, ...]:
         )
     )
     skip = max(1, math.ceil(per_period / 2.0) - 1)
-    loss = (
-        deviation(best.rate / skip, max((N - 1) // skip + 1, 6 * w.size)) / deviation(best.rate, N) if skip > 1 else 1.0
-    )
+    loss = deviation(best.rate / skip, max((N - 1) // skip + 1, least)) / deviation(best.rate, N) if skip > 1 else 1.0
     found.append(
         Rule(
             "(2.7)",
@@ -118,6 +116,9 @@ def _amplitude_ratio(task: Task, best: Option, mode: int, rate: float, other: fl
 
 def _verdict(ratios: np.ndarray) -> str:
     """Of deviations with a rule over those without it."""
+    ratios = ratios[np.isfinite(ratios)]
+    if not ratios.size:
+        return "cannot be sampled"
     if np.all(np.abs(ratios - 1.0) <= SAME):
         return "makes no difference"
     return "yes" if np.all(ratios <= 1.0 + SAME) else "no"

@@ -18,13 +18,15 @@ from evolvent.base import progress
 from evolvent.base.errors import InputError
 from evolvent.massprops import modal, springs
 from evolvent.massprops.estimates import Share
+from evolvent.massprops.identification.signals import DETREND
 from evolvent.massprops.inertia.problem import problem, undetermined, value_of
 from evolvent.massprops.planning.expected import (
+    COUNTED,
+    Lines,
     Task,
+    lines,
     modal_of,
-    order_of,
     reading_of,
-    seen_modes,
     spring_task,
     task_of,
     with_noise,
@@ -43,6 +45,8 @@ USUAL = 8.0
 CLOSE = 0.01
 #: Least number of periods of the slowest mode in a record.
 LEAST_PERIODS = 3.0
+#: Samples of the longest record that is planned, and share of simulated recordings that may fail.
+MOST_SAMPLES, MOST_FAILED = 2_000_000, 0.05
 
 
 class Option(NamedTuple):
@@ -118,8 +122,8 @@ def plan(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = N
         Description of the stand, as for `evolvent identify`. Unknowns have an expected value, such as
         ``Ixx: unknown near 3700 kg m^2``, and ``plan`` states the pull and the noise.
     uncertainty : float
-        Relative expanded uncertainty of every moment (and mass) that is asked, 1e-3 for 0.1 %; its coverage factor is
-        ``uncertainty.coverage_factor``.
+        Relative expanded uncertainty of every moment, mass and common factor that is asked, 1e-3 for 0.1 %; its
+        coverage factor is ``uncertainty.coverage_factor``.
     overrides : mapping, dotted key -> value, put in place of the description's own
 
     Returns
@@ -138,25 +142,26 @@ def plan(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = N
     length of the record. The other part, from what is known of stand and body, does not.
     """
     task = task_of(stand, uncertainty, overrides)
-    planned, modes = task.planned, task.modes
-    fastest = float(modes.natural_frequency[seen_modes(task, 0)].max()) / (2.0 * math.pi)
+    planned, every, numbers = task.planned, tuple(range(len(task.points))), range(len(task.stand.points))
+    fastest = max(_fastest(task, spring, every) for spring in numbers)
     rate = USUAL * fastest if planned.rate is None else planned.rate
-    every = tuple(range(len(task.points)))
-    numbers = range(len(task.stand.points))
     by_spring = [
         _option(task, uncertainty, spring, rate, every) for spring in progress.track(numbers, "comparing springs")
     ]
     chosen = min(by_spring, key=lambda o: (not o.reached, o.duration if o.reached else o.worst))
     if chosen.reason:
         raise InputError(f"no spring gives a recording that can be evaluated: {chosen.reason}")
-    best = chosen
+    spring = chosen.spring - 1
+    fastest = _fastest(task, spring, every)
     rates = [rate] if planned.rate is not None else [n * fastest for n in PER_PERIOD]
-    spring = best.spring - 1
     by_rate = [
         chosen if r == rate else _option(task, uncertainty, spring, r, every)
         for r in progress.track(rates, "comparing rates")
     ]
-    fewer = _fewer_sensors(task, uncertainty, chosen)
+    best = chosen
+    if not chosen.reached:
+        best = min([chosen, *by_rate], key=lambda o: (not o.reached, o.rate if o.reached else o.worst))
+    fewer = _fewer_sensors(task, uncertainty, best)
     floor, warnings = _floor(task, best)
     return Plan(
         wanted=uncertainty,
@@ -169,6 +174,14 @@ def plan(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = N
         rules=rules(task, best),
         warnings=warnings,
     )
+
+
+def _fastest(task: Task, spring: int, rows: Sequence[int]) -> float:
+    """Frequency of the fastest mode that the sensors show after the pull at a spring, Hz; 0 where they show none."""
+    try:
+        return float(lines(task, spring, rows).frequency.max()) / (2.0 * math.pi)
+    except InputError:
+        return 0.0
 
 
 def curves(
@@ -216,19 +229,34 @@ def check(
     -------
     (p,) float
         Root mean square of the error over the promised standard deviation, for each quantity of `option.keys`; its own
-        deviation is about 1/sqrt(2 runs).
+        deviation is about 1/sqrt(2 runs). NaN where the noise has no influence.
+
+    Raises
+    ------
+    InputError
+        If more than `MOST_FAILED` of the recordings cannot be evaluated.
+
+    Notes
+    -----
+    The number of modes is given, and the search begins at the expected body.
     """
     task = task_of(stand, 1.0, overrides)
     random, rows = np.random.default_rng(seed), [k - 1 for k in option.sensors]
-    given = with_sensors(task, rows, order_of(task, option.spring - 1, rows))
+    given = with_sensors(task, rows, lines(task, option.spring - 1, rows).frequency.size)
     exact = reading_of(task, option.spring - 1, option.rate, option.samples, rows)
     truth = promised(task, option.spring - 1, option.rate, option.samples, rows)
-    errors = []
+    errors, failed = [], []
     for _ in progress.track(range(runs), "simulating recordings"):
-        seen = modal.find(with_noise(task, exact, random, rows), given)
-        found = springs.fit_from(spring_task(task, given, seen, rows), task.body)
+        try:
+            seen = modal.find(with_noise(task, exact, random, rows), given)
+            found = springs.fit_from(spring_task(task, given, seen, rows), task.body)
+        except InputError as error:
+            failed.append(str(error))
+            continue
         errors.append([found.values[name] for name in found.problem.unknown] - truth.values)
-    return np.asarray(np.sqrt(np.mean(np.square(errors), axis=0)) / truth.noise)
+    if len(failed) > MOST_FAILED * runs:
+        raise InputError(f"{len(failed)} of {runs} simulated recordings cannot be evaluated; the first: {failed[0]}")
+    return _over(np.sqrt(np.mean(np.square(errors), axis=0)), truth.noise)
 
 
 class Promise(NamedTuple):
@@ -256,7 +284,9 @@ def promised(task: Task, spring: int, rate: float, samples: int, rows: Sequence[
     values = np.array([value_of(p.base, name) for name in p.unknown])
     J = p.jacobian(values)
     if reasons := undetermined(J, p.unknown, p.scale):
-        raise InputError("; ".join(reasons))
+        same = ", ".join(f"{w:.6g}" for w in lines(task, spring, rows).coinciding)
+        hint = f"; several modes have the same frequency, {same} rad/s, and cannot be distinguished" if same else ""
+        raise InputError("; ".join(reasons) + hint)
     _, assumed = first_body(given, task.stand, seen.frequency)
     budget = budget_of(of, p, values, [*inputs_of(given, seen), *assumed], ())
     parts = [share.contribution for share in budget.shares if share.label.startswith("noise:")]
@@ -267,8 +297,13 @@ def promised(task: Task, spring: int, rate: float, samples: int, rows: Sequence[
 
 def _relative(task: Task, keys: Sequence[str], values: Array, std: Array) -> Array:
     """(p,) expanded, over the values; NaN of what may be zero."""
-    counts = np.array([key in ("mass", "Ixx", "Iyy", "Izz") for key in keys])
-    return np.where(counts, task.given.uncertainty.coverage_factor * std / np.abs(values), np.nan)
+    counts = np.array([key in COUNTED for key in keys])
+    return task.given.uncertainty.coverage_factor * _over(std, np.where(counts, np.abs(values), 0.0))
+
+
+def _over(numbers: Array, by: Array) -> Array:
+    """Quotients; NaN for a divisor of 0."""
+    return np.divide(numbers, by, out=np.full(len(by), np.nan), where=by > 0.0)
 
 
 def _at(task: Task, wanted: float, spring: int, rate: float, samples: int, rows: Sequence[int]) -> Option:
@@ -295,6 +330,13 @@ def _without_result(spring: int, rate: float, duration: float, rows: Sequence[in
     return Option(spring + 1, rate, duration, numbers, False, (), none, none, reason)
 
 
+def _least_samples(task: Task, shown: Lines, rate: float) -> int:
+    """Samples in which an identification can distinguish the lines."""
+    longest = max(LEAST_PERIODS * 2.0 * math.pi / float(shown.frequency.min()), shown.least_duration)
+    enough = 2 * (4 * shown.frequency.size + 1 + DETREND[task.given.identification.detrend])
+    return max(math.ceil(longest * rate) + 1, enough)
+
+
 def _option(task: Task, wanted: float, spring: int, rate: float, rows: Sequence[int]) -> Option:
     """The shortest recording that reaches the wanted uncertainty, or the longest one that is allowed.
 
@@ -303,11 +345,21 @@ def _option(task: Task, wanted: float, spring: int, rate: float, rows: Sequence[
     Of the squares of the uncertainties that of the noise falls about with the third power of the length, as long as the
     swing has not decayed. Lengths follow from that, in turns, between those that have been tried.
     """
-    slowest = float(task.modes.natural_frequency[seen_modes(task, spring, rows)].min()) / (2.0 * math.pi)
+    try:
+        shown = lines(task, spring, rows)
+    except InputError as error:
+        return _without_result(spring, rate, task.planned.duration, rows, str(error))
     most = math.floor(task.planned.duration * rate) + 1
-    least = max(math.ceil(LEAST_PERIODS / slowest * rate) + 1, 8 * order_of(task, spring, rows))
+    if most > MOST_SAMPLES:
+        raise InputError(
+            f"plan.duration is {task.planned.duration:g} s, at {rate:.6g} Hz {most:.3g} samples; at most "
+            f"{MOST_SAMPLES:.0e} are planned: give a shorter plan.duration or a lower plan.rate"
+        )
+    least = _least_samples(task, shown, rate)
     if least > most:
-        text = f"plan.duration is {task.planned.duration:g} s; the slowest mode needs {LEAST_PERIODS / slowest:.3g} s"
+        text = (
+            f"plan.duration is {task.planned.duration:g} s; to distinguish the modes takes {(least - 1) / rate:.3g} s"
+        )
         return _without_result(spring, rate, task.planned.duration, rows, text)
     longest = _at(task, wanted, spring, rate, most, rows)
     if not longest.reached:
@@ -357,14 +409,17 @@ def _floor(task: Task, best: Option) -> tuple[tuple[tuple[str, float], ...], tup
     Of one simulated recording with noise, whose swing has the amplitude of the pull.
     """
     rows, spring = [k - 1 for k in best.sensors], best.spring - 1
-    given = with_sensors(task, rows, order_of(task, spring, rows))
+    given = with_sensors(task, rows, lines(task, spring, rows).frequency.size)
     example = with_noise(task, reading_of(task, spring, best.rate, best.samples, rows), np.random.default_rng(1), rows)
-    found = springs.evaluate(given, modal.find(example, given))
+    try:
+        found = springs.evaluate(given, modal.find(example, given))
+    except InputError as error:
+        return (), (f"a simulated recording could not be evaluated: {error}",)
     i = int(np.nanargmax(best.relative))
     k, value = task.given.uncertainty.coverage_factor, abs(float(found.values[i]))
     shares = [
         (share.label, k * abs(float(share.contribution[i])) / value)
         for share in found.shares
-        if not share.label.startswith("noise:") and share.contribution[i] != 0.0
+        if not share.label.startswith(("noise:", "other measurements")) and share.contribution[i] != 0.0
     ]
     return tuple(sorted(shares, key=lambda one: -one[1])), tuple(found.warnings)

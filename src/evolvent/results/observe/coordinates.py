@@ -104,7 +104,7 @@ def observe_motor(view: View, name: str) -> Observed:
     index, found = view.index(name), Observed()
     motor = view.model.motors[index]
     row = view.model.coordinates[int(motor["coordinate"])]
-    _add(view, found, "motors", index, row, "coordinate rate torque power")
+    _add(view, found, "motors", index, row, "angle rate torque power")
     if math.isfinite(motor["latest"]) or motor["event"] != -1:
         _add(view, found, "motors", index, row, "on")
     found.scalar("work", _since(view, int(motor["account"])), "J", "work of the motor since the start")
