@@ -570,7 +570,7 @@ def craft() -> System:
             "held.axis_b is .*, which is not perpendicular to held.axis",
         ),
         ({"a": "hub", "b": "boom.root", "axis_b": (1, 0, 0)}, "held.axis_b is given, but held.type is 'spherical'"),
-        ({"a": "hub", "b": "boom.tip", "type": "screw"}, "type is 'screw'"),
+        ({"a": "hub", "b": "boom.tip", "type": "helical"}, "type is 'helical'"),
         (
             {"a": ("hub", ORIGIN), "b": "boom.tip", "type": "cylindrical"},
             "held: b is 1 m off the line at the start; it must be on it",

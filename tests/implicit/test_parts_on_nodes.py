@@ -232,13 +232,6 @@ def test_refusals() -> None:
     system.add(parts.Joint(a=(1.0, 0.0, 0.0), b="boom.tip", type="spherical", hold="all"), "held")
     with pytest.raises(InputError, match=r"held\.hold is 'all'; it needs a joint of type 'clamp' between a body and"):
         system.assemble()
-    system = System()
-    system.add(parts.Beam(length=1.0, section=STRIP, material=STEEL, elements=2), "boom")
-    system.add(parts.RigidBody(mass=1.0, inertia=1.0, at="boom[1]"), "head")
-    with pytest.raises(
-        InputError, match=r"'head' .*, which rk4, .* do not support; use energy-momentum or generalized-alpha$"
-    ):
-        system.simulate(until=0.1, every=0.1, method="rk4")
 
 
 def test_a_law_on_a_node_vibrates_as_the_spring_that_it_is() -> None:

@@ -153,7 +153,7 @@ def test_a_function_that_cannot_be_loaded_ends_the_run(error, monkeypatch):
 
 @compiled_only
 def test_what_was_loaded_without_a_function_is_loaded_with_it(monkeypatch):
-    model, loaded = evolvent.load("hanging-chain").assemble().model, []
+    model, loaded = evolvent.load("hanging-chain").assemble().model.copy(), []  # nothing is loaded for it yet
     inner = next(one for one in needs.needed(model, (prepare,), needs.absent(model)) if one is not prepare)
     name = f"{inner.py_func.__module__}.{inner.py_func.__name__}".removeprefix("evolvent.").removeprefix("kernels.")
     monkeypatch.setattr(jit, "load", loaded.append)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import click
-import numpy as np
 
 from evolvent.base import files
 from evolvent.base.console import echo, once, showing_progress
@@ -57,12 +57,12 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
     _print(found)
     if ratios is not None and runs is not None:
         texts = ", ".join(
-            f"{key} {'-' if np.isnan(ratio) else format(ratio, '.2f')}"
+            f"{key} {'-' if math.isnan(ratio) else format(ratio, '.2f')}"
             for key, ratio in zip(found.best.keys, ratios, strict=True)
         )
         echo(
             f"{runs} simulated recordings: deviation by noise over the promised one: {texts} "
-            f"(each to {1.0 / np.sqrt(2.0 * runs):.0%})"
+            f"(each to {1.0 / math.sqrt(2.0 * runs):.0%})"
         )
     if drawn is not None and output is not None:
         from evolvent.massprops.mode_figures import planned
@@ -128,7 +128,7 @@ def _options(made_table: Any, title: str, options: tuple[Option, ...]) -> Any:
             title, "sensors " + " ".join(map(str, o.sensors))
         )
         cells = [
-            "-" if np.isnan(r) else f"{100.0 * r:.3g} % ({100.0 * n:.2g} %)"
+            "-" if math.isnan(r) else f"{100.0 * r:.3g} % ({100.0 * n:.2g} %)"
             for r, n in zip(o.relative, o.noise, strict=True)
         ]
         length = f"{o.duration:.3g}" + ("" if o.reached else " at most")
