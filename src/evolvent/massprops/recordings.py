@@ -90,11 +90,11 @@ def read(source: Signals, given: schema.Signals) -> Reading:
         if filled:
             notes.append(f"{filled} rows that are missing in the file are gaps")
     time, data = _cut(time, data, given, notes)
-    converted = [converted(s, source.units[c], given, k) for k, (s, c) in enumerate(zip(sensors, places, strict=True))]
-    unit = converted[0].unit
-    factors = [item.factor * _ratio(item.unit, unit, names[k], names[0]) for k, item in enumerate(converted)]
+    found = [converted(s, source.units[c], given, k) for k, (s, c) in enumerate(zip(sensors, places, strict=True))]
+    unit = found[0].unit
+    factors = [item.factor * _ratio(item.unit, unit, names[k], names[0]) for k, item in enumerate(found)]
     data = data * np.array(factors)
-    noise = _noise(converted, factors, names)
+    noise = _noise(found, factors, names)
     _gaps(data, names, given, notes)
     start = float(time[0])
     time = (time - start) * given.clock.value
@@ -107,7 +107,7 @@ def read(source: Signals, given: schema.Signals) -> Reading:
         data=data,
         unit=unit,
         noise=noise,
-        sensitivity_std=np.array([item.std for item in converted]),
+        sensitivity_std=np.array([item.std for item in found]),
         notes=tuple(notes),
     )
 
