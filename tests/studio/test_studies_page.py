@@ -186,7 +186,7 @@ def test_categories_have_a_discrete_legend(page, shots):
     scale = "e => e.chart.getOption().visualMap[0].type"
     assert chart.evaluate(scale) == "continuous"
     choose(page, "output", re.compile("best spring"))
-    # the chart is made anew, some time after the choice
+    # the chart is drawn again some time after the choice
     page.wait_for_function(f"{shown}?.chart?.getOption()?.visualMap?.[0]?.type === 'piecewise'")
     page.screenshot(path=shots / "study-categories.png")
 

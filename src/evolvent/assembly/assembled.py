@@ -53,5 +53,5 @@ class Assembly:
             raise InputError(f"no part is called {name!r}; {nearest(name, self.names)}")
         found, index = self.names[name]
         if family is not None and found != family:
-            raise InputError(f"{name!r} is one of the {found}, not of the {family}".replace("_", " "))
+            raise InputError(f"{name!r} is one of the {found.replace('_', ' ')}, not of the {family.replace('_', ' ')}")
         return index

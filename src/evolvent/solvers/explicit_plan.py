@@ -179,9 +179,8 @@ def plan(
             step, limit, mode = choose_step(own, method, step, duration)
     else:
         step, rtol, atol = None, positive("rtol", rtol), positive("atol", atol)
-        if not needs.has_explicit_forces(
-            own.model
-        ):  # of beams the fastest mode takes longer to find than a run may take
+        # of beams the fastest mode takes longer to find than a run may take
+        if not needs.has_explicit_forces(own.model):
             stable_step(own, method, duration)
     return Plan(own, times, method, step, limit, mode, rtol, atol, compile_time)
 

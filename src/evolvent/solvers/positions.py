@@ -51,7 +51,7 @@ def find_moving(assembly: Assembly, name: str) -> tuple[str, int, slice]:
     if name in known:
         return known[name]
     if isinstance(name, str) and name in assembly.names:
-        raise InputError(f"{name!r} is one of the {assembly.names[name][0]} and does not move")
+        raise InputError(f"{name!r} is one of the {assembly.names[name][0].replace('_', ' ')} and does not move")
     raise InputError(f"no part is called {name!r}; {nearest(str(name), known)}")
 
 

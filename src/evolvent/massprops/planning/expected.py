@@ -1,4 +1,4 @@
-"""What a planned recording will show: the expected body on its stand, the pull, and the sensors' signals."""
+"""What a planned recording is and will show: the expected body on its stand, the pull, and the sensors' signals."""
 
 from __future__ import annotations
 
@@ -30,6 +30,48 @@ COINCIDING = 1e-6
 BLIND = 1e-9
 #: What a wanted uncertainty is held against.
 COUNTED = ("mass", "Ixx", "Iyy", "Izz", "common_factor")
+
+
+class Option(NamedTuple):
+    """One way to measure.
+
+    Attributes
+    ----------
+    spring : int, number of the spring at which the pull is released, from 1
+    rate : float, Hz
+    duration : float, s, of the record; the longest allowed where the wanted uncertainty is not reached
+    sensors : tuple of int, numbers of the description's sensors, from 1
+    reached : bool, whether the wanted uncertainty is reached
+    keys : tuple of str, the quantities that are asked
+    relative : (p,) float, expanded uncertainty of each over its value; NaN of offsets and products
+    noise : (p,) float, what the sensors' noise alone gives
+    reason : str, why it cannot be evaluated, '' where it can
+    """
+
+    spring: int
+    rate: float
+    duration: float
+    sensors: tuple[int, ...]
+    reached: bool
+    keys: tuple[str, ...]
+    relative: Array
+    noise: Array
+    reason: str = ""
+
+    @property
+    def worst(self) -> float:
+        """Largest relative expanded uncertainty; infinite where there is none."""
+        return float(np.nanmax(self.relative)) if self.relative.size and not self.reason else math.inf
+
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """The less, the better: the shorter record that reaches what is wanted, else the smaller uncertainty."""
+        return not self.reached, self.duration if self.reached else self.worst
+
+    @property
+    def samples(self) -> int:
+        """Samples of the record, the first among them."""
+        return round(self.duration * self.rate) + 1
 
 
 class Task(NamedTuple):

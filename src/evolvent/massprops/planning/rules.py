@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
-from evolvent.massprops.identification import cramer_rao
+from evolvent.massprops.identification import Modes
 from evolvent.massprops.identification.signals import DETREND
-from evolvent.massprops.planning.expected import Task, lines, modal_of
-
-if TYPE_CHECKING:
-    from evolvent.massprops.planning.search import Option
+from evolvent.massprops.planning.expected import Option, Task, lines, modal_of
 
 #: Deviations within this share of one another make no difference.
 SAME = 0.05
@@ -47,17 +43,16 @@ def rules(task: Task, best: Option) -> tuple[Rule, ...]:
     used for the frequencies. They were made for Prony's method, whose bias the bound does not have.
     """
     rows = [k - 1 for k in best.sensors]
-    w, decay, a, _ = lines(task, best.spring - 1, rows)
+    w = lines(task, best.spring - 1, rows).frequency
     least = 4 * w.size + 2 + DETREND[task.given.identification.detrend]
     fastest, N = float(w.max()), best.samples
 
+    def modes(rate: float, samples: int) -> Modes:
+        return modal_of(task, best.spring - 1, rate, samples, rows).modes
+
     def deviation(rate: float, samples: int) -> float:
         """Largest relative deviation of a frequency."""
-        C = cramer_rao(
-            w, decay, np.abs(a), phase=np.angle(a), rate=rate, length=samples, noise=task.noise[rows],
-            detrend=task.given.identification.detrend,
-        )  # fmt: skip
-        return float(np.max(np.sqrt(np.diag(C)[: w.size]) / w))
+        return float(np.max(modes(rate, samples).frequency_std / w))
 
     per_period = 2.0 * math.pi * best.rate / fastest
     near, far = (fastest * n / (2.0 * math.pi) for n in (2.5, 10.0))
@@ -75,7 +70,10 @@ def rules(task: Task, best: Option) -> tuple[Rule, ...]:
         )
     ]
     by_rule = [float(x) * math.sqrt(N) / (2.0 * math.pi) for x in w]
-    ratios = [_amplitude_ratio(task, best, k, r, near) for k, r in enumerate(by_rule)]
+    usual, ratios = _of_amplitudes(modes(near, N)), []
+    for k, rate in enumerate(by_rule):
+        sampled = math.pi * rate > fastest
+        ratios.append(_of_amplitudes(modes(rate, N))[k] / usual[k] if sampled else math.nan)
     texts = ", ".join("-" if math.isnan(ratio) else f"{ratio:.2g}" for ratio in ratios)
     found.append(
         Rule(
@@ -100,18 +98,10 @@ def rules(task: Task, best: Option) -> tuple[Rule, ...]:
     return tuple(found)
 
 
-def _amplitude_ratio(task: Task, best: Option, mode: int, rate: float, other: float) -> float:
-    """Deviation of a mode's largest amplitude at one rate over that at another, for as many samples; NaN for none."""
-    rows = [k - 1 for k in best.sensors]
-
-    def deviation(at: float) -> float:
-        modes = modal_of(task, best.spring - 1, at, best.samples, rows).modes
-        return float(modes.amplitude_std[mode, int(np.argmax(modes.amplitude[mode]))])
-
-    try:
-        return deviation(rate) / deviation(other)
-    except InputError:
-        return math.nan
+def _of_amplitudes(modes: Modes) -> np.ndarray:
+    """(m,) deviation of the largest amplitude of each mode."""
+    largest = modes.amplitude.argmax(axis=1)
+    return modes.amplitude_std[np.arange(modes.order), largest]
 
 
 def _verdict(ratios: np.ndarray) -> str:

@@ -17,12 +17,12 @@ import numpy as np
 from evolvent.base import progress
 from evolvent.base.errors import InputError
 from evolvent.massprops import modal, springs
-from evolvent.massprops.estimates import Share
 from evolvent.massprops.identification.signals import DETREND
 from evolvent.massprops.inertia.problem import problem, undetermined, value_of
 from evolvent.massprops.planning.expected import (
     COUNTED,
     Lines,
+    Option,
     Task,
     lines,
     modal_of,
@@ -47,43 +47,6 @@ CLOSE = 0.01
 LEAST_PERIODS = 3.0
 #: Samples of the longest record that is planned, and share of simulated recordings that may fail.
 MOST_SAMPLES, MOST_FAILED = 2_000_000, 0.05
-
-
-class Option(NamedTuple):
-    """One way to measure.
-
-    Attributes
-    ----------
-    spring : int, number of the spring at which the pull is released, from 1
-    rate : float, Hz
-    duration : float, s, of the record; the longest allowed where the wanted uncertainty is not reached
-    sensors : tuple of int, numbers of the description's sensors, from 1
-    reached : bool, whether the wanted uncertainty is reached
-    keys : tuple of str, the quantities that are asked
-    relative : (p,) float, expanded uncertainty of each over its value; NaN of offsets and products
-    noise : (p,) float, what the sensors' noise alone gives
-    reason : str, why it cannot be evaluated, '' where it can
-    """
-
-    spring: int
-    rate: float
-    duration: float
-    sensors: tuple[int, ...]
-    reached: bool
-    keys: tuple[str, ...]
-    relative: Array
-    noise: Array
-    reason: str = ""
-
-    @property
-    def worst(self) -> float:
-        """Largest relative expanded uncertainty; infinite where there is none."""
-        return float(np.nanmax(self.relative)) if self.relative.size and not self.reason else math.inf
-
-    @property
-    def samples(self) -> int:
-        """Samples of the record, the first among them."""
-        return round(self.duration * self.rate) + 1
 
 
 class Plan(NamedTuple):
@@ -148,7 +111,7 @@ def plan(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = N
     by_spring = [
         _option(task, uncertainty, spring, rate, every) for spring in progress.track(numbers, "comparing springs")
     ]
-    chosen = min(by_spring, key=lambda o: (not o.reached, o.duration if o.reached else o.worst))
+    chosen = min(by_spring, key=lambda one: one.rank)
     if chosen.reason:
         raise InputError(f"no spring gives a recording that can be evaluated: {chosen.reason}")
     spring = chosen.spring - 1
@@ -266,7 +229,6 @@ class Promise(NamedTuple):
     values: Array
     std: Array
     noise: Array
-    shares: tuple[Share, ...]
 
 
 def promised(task: Task, spring: int, rate: float, samples: int, rows: Sequence[int]) -> Promise:
@@ -290,9 +252,7 @@ def promised(task: Task, spring: int, rate: float, samples: int, rows: Sequence[
     _, assumed = first_body(given, task.stand, seen.frequency)
     budget = budget_of(of, p, values, [*inputs_of(given, seen), *assumed], ())
     parts = [share.contribution for share in budget.shares if share.label.startswith("noise:")]
-    return Promise(
-        of.keys, values, np.sqrt(np.diag(budget.covariance)), np.sqrt(np.sum(np.square(parts), axis=0)), budget.shares
-    )
+    return Promise(of.keys, values, np.sqrt(np.diag(budget.covariance)), np.sqrt(np.sum(np.square(parts), axis=0)))
 
 
 def _relative(task: Task, keys: Sequence[str], values: Array, std: Array) -> Array:
@@ -395,7 +355,7 @@ def _fewer_sensors(task: Task, wanted: float, full: Option) -> list[Option]:
             _option(task, wanted, full.spring - 1, full.rate, tuple(k for k in rows if k != out))
             for out in progress.track(rows, f"comparing sets of {len(rows) - 1} sensors")
         ]
-        best = min(tried, key=lambda o: (bool(o.reason), not o.reached, o.duration if o.reached else o.worst))
+        best = min(tried, key=lambda one: one.rank)
         found.append(best)
         if best.reason:
             break
