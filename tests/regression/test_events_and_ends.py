@@ -121,10 +121,10 @@ def test_breaks_a_rounding_apart_are_one() -> None:
 def test_copies_refuse_what_they_do_not_share() -> None:
     """Gravity along the spin axis is the same for all copies; across it, or a law, is not."""
     drive = parts.ConstantDrive(rate=3.5, angle=30.0)
-    hub(drive, copies=2, gravity=(0.0, 0.0, -1.0)).assemble()
+    hub(drive, multiplicity=2, gravity=(0.0, 0.0, -1.0)).assemble()
     with pytest.raises(InputError, match="'blade' stands for 2 copies, but 'gravity'"):
-        hub(drive, copies=2, gravity=(0.5, 0.0, 0.0)).assemble()
-    system = hub(drive, copies=2)
+        hub(drive, multiplicity=2, gravity=(0.5, 0.0, 0.0)).assemble()
+    system = hub(drive, multiplicity=2)
     system.add(parts.RadiationPressure(thread="blade", pressure=1e-6, width=0.1, direction=(1.0, 0.0, 1.0)), "light")
     with pytest.raises(InputError, match="'light' is not the same"):
         system.assemble()

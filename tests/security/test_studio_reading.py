@@ -10,7 +10,7 @@ import pytest
 
 from evolvent import cases
 from evolvent.base.errors import InputError
-from evolvent.studio import folder as folders, preview, reading
+from evolvent.studio import listing, preview, reading
 from evolvent.studio.folder import Folder
 
 pytestmark = pytest.mark.slow
@@ -22,13 +22,13 @@ def test_a_list_of_files_does_not_wait_for_slow_ones(tmp_path: pathlib.Path, mon
     (tmp_path / "stand.yml").write_text("stand: {kind: springs}\n")
     for k in range(4):
         (tmp_path / f"slow-{k}.yaml").write_text(f"a: [{'1,' * 150_000}]")
-    monkeypatch.setattr(folders, "_WAIT", 0.05)
+    monkeypatch.setattr(listing, "_WAIT", 0.05)
     folder = Folder(tmp_path)
     folder.yaml()  # waits for the process
     began = time.perf_counter()
     assert len(folder.yaml()) + len(folder.unreadable()) == 6
     assert time.perf_counter() - began < 2.0
-    monkeypatch.setattr(folders, "_WAIT", 60.0)
+    monkeypatch.setattr(listing, "_WAIT", 60.0)
     found = folder.yaml()
     assert found["0.yaml"].keys == {"system"}
     assert found["stand.yml"].is_stand
