@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ from evolvent.analysis.closure import check_energy_gain, warning_of
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base import units
-from evolvent.base.errors import InputError, nearest
+from evolvent.base.errors import InputError, RunFailed, nearest
 from evolvent.kernels import axial, joint, rigid, sides, thread
 from evolvent.results.fine_samples import Times
 from evolvent.solvers import energy_momentum, explicit_plan, implicit, payout
@@ -302,17 +303,18 @@ def tree(
     from evolvent.analysis import accessor  # noqa: F401  (it registers run.ev)
     from evolvent.results.tree import tree_of
 
-    attrs = _attributes(solution, case=case, system=system)
-    attrs["method_reason"] = why
-    if title:
-        attrs["title"] = title
-    warning = warning_of(solution) if warning is None else warning
-    if warning:
-        attrs["warning"] = warning
-    latches = latches_of(solution)
-    if latches:
-        attrs["latches"] = latches
-    return tree_of(solution, attrs, root)
+    solution, now = check_energy_gain(solution), datetime.datetime.now(datetime.UTC)
+
+    def attributes() -> dict[str, Any]:
+        found = _attributes(solution, case=case, system=system, date=now) | {"method_reason": why}
+        optional = {
+            "title": title,
+            "warning": warning_of(solution) if warning is None else warning,
+            "latches": latches_of(solution),
+        }
+        return found | {name: text for name, text in optional.items() if text}
+
+    return tree_of(solution, attributes, root)
 
 
 def latches_of(solution: Solution) -> str:
@@ -328,10 +330,9 @@ def latches_of(solution: Solution) -> str:
     return "; ".join(found)
 
 
-def _attributes(solution: Solution, *, case: str, system: str) -> dict[str, Any]:
+def _attributes(solution: Solution, *, case: str, system: str, date: datetime.datetime) -> dict[str, Any]:
     from evolvent import results
 
-    solution = check_energy_gain(solution)
     laws = {str(k): getattr(law, "__name__", str(k)) for k, law in solution.assembly.laws.items()}
     return results.attributes(
         system=system,
@@ -339,6 +340,7 @@ def _attributes(solution: Solution, *, case: str, system: str) -> dict[str, Any]
         method=solution.method,
         solution=solution,
         laws=dict.fromkeys(sorted(set(laws.values())), ""),
+        date=date,
     )
 
 
@@ -383,7 +385,8 @@ def observed(
         found = xr.Dataset(data, times | ({"axis": list(AXES)} if any("axis" in v.dims for v in data.values()) else {}))
     else:
         found = root_of(solution, root or {}).assign(data)
-    found.attrs = _attributes(solution, case="", system=system)
+    now = datetime.datetime.now(datetime.UTC)
+    found.attrs = _attributes(check_energy_gain(solution), case="", system=system, date=now)
     return found
 
 
@@ -398,7 +401,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     **settings: Any,
 ) -> xr.DataTree:
-    """Run an assembled system; returns the tree, whatever its status.
+    """Run an assembled system.
 
     Parameters
     ----------
@@ -407,10 +410,19 @@ def simulate(
     fine : bool, whether finer samples are kept where the motion is fast
     title : str, as of `tree`
     settings : method and options of `plan`
+
+    Raises
+    ------
+    RunFailed
+        If the run did not reach its end; ``.run`` holds what was computed.
     """
     samples = sample_times(until, every, values=assembly.y.size)
     check_run(assembly, samples, settings.get("step"))
     times = Times.of(samples, fine=fine, values=assembly.y.size)
     prepared, why = plan(assembly, times.all, **settings)
     solution, _ = times.chosen(prepared.run(progress).or_start(float(samples[0])))
-    return tree(solution, case=case, why=why, title=title, root=times.mark(solution.t))
+    solution = check_energy_gain(solution)
+    found = tree(solution, case=case, why=why, title=title, root=times.mark(solution.t))
+    if solution.status == "failed":
+        raise RunFailed(solution.message, found)
+    return found

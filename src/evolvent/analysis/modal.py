@@ -59,7 +59,7 @@ class ModalResults(Modes):
             event_times=np.zeros(0), event_kinds=np.zeros(0, dtype=np.int64), wall_time=0.0, compile_time=0.0,
             kept=kept,
         )  # fmt: skip
-        tree = tree_of(solution, {"status": "success", "message": ""}, balances=False)
+        tree = tree_of(solution, lambda: {"status": "success", "message": ""}, balances=False)
         title = f"Mode {k}: {self.frequency_hz[k]:.4g} Hz"
         if self.damping_ratio[k] != 0.0:
             title += f", damping ratio {self.damping_ratio[k]:.3g}"

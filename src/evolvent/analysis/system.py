@@ -171,12 +171,9 @@ class System:
                 settings[name] = analysis.seconds(name, settings[name])
         if progress is None:
             progress = on_stderr(settings["until"])
-        run = analysis.simulate(
+        return analysis.simulate(
             self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
         )
-        if run.attrs["status"] == "failed":
-            raise RunFailed(run.attrs["message"], run)
-        return run
 
     def equilibrium(
         self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,

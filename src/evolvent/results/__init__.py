@@ -92,7 +92,9 @@ def regular(run: Any) -> Any:
     )
 
 
-def attributes(*, system: str, case: str, method: str, solution: Any, laws: Mapping[str, str]) -> dict[str, Any]:
+def attributes(
+    *, system: str, case: str, method: str, solution: Any, laws: Mapping[str, str], date: datetime.datetime
+) -> dict[str, Any]:
     """Where a run comes from and how it ended: the attributes of its results.
 
     Parameters
@@ -100,6 +102,7 @@ def attributes(*, system: str, case: str, method: str, solution: Any, laws: Mapp
     case : str, the whole case as YAML; '' where laws in Python keep it from being written
     solution : evolvent.solvers.Solution
     laws : mapping, name -> name of the user's law that replaced it (a case cannot hold those)
+    date : datetime.datetime, end of the run
     """
     return {
         "title": f"evolvent run of {system}",
@@ -113,7 +116,7 @@ def attributes(*, system: str, case: str, method: str, solution: Any, laws: Mapp
         "wall_time_s": float(solution.wall_time),
         "compile_time_s": float(solution.compile_time),
         "laws": json.dumps(dict(laws)),
-        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "date": date.isoformat(timespec="seconds"),
         "made_with": made_with(),
     }
 

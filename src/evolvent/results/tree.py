@@ -3,8 +3,8 @@
 A group's attributes say how the part is drawn and plotted (``drawn``, ``plots`` and ``plots_along``, JSON), so that a
 file needs nothing beside itself to be shown. ``variables`` lists what was written: a damaged file is recognised.
 
-A group is made when one of its variables or attributes is first asked for: observing the parts of a small structure
-takes more time than its run.
+The root and a group are made when one of their variables or attributes is first asked for: observing the parts of a
+small structure takes more time than its run.
 """
 
 from __future__ import annotations
@@ -36,21 +36,30 @@ CAUSES = ("mass damping", "stiffness damping", "contact", "friction", "joints", 
 
 
 def tree_of(
-    solution: Solution, attrs: dict[str, Any], root: dict[str, Any] | None = None, *, balances: bool = True
+    solution: Solution,
+    attrs: Callable[[], dict[str, Any]],
+    root: dict[str, Any] | None = None,
+    *,
+    balances: bool = True,
 ) -> xr.DataTree:
     """A run as a tree of its parts.
 
     Parameters
     ----------
     solution : Solution
-    attrs : attributes of the root (`evolvent.results.attributes`)
+    attrs : returns the attributes of the root (`evolvent.results.attributes`)
     root : dict, optional, name -> (dims, values, units, long name), more variables of the root
     balances : bool, whether the root has energies and momenta
     """
-    tree = xr.DataTree(root_of(solution, root or {}, balances=balances))
     names = [name for name in solution.assembly.names if has_results(solution, name)]
+
+    def make_root() -> xr.Dataset:
+        found = root_of(solution, root or {}, balances=balances)
+        found.attrs = attrs() | {"variables": results.variables_of(found), "parts": json.dumps(names)}
+        return found
+
+    tree = _Later.of(make_root)
     _attach(tree, {name: _Later.of(functools.partial(_group, solution, name)) for name in names})
-    tree.attrs = attrs | {"variables": results.variables_of(tree), "parts": json.dumps(names)}
     return tree
 
 

@@ -39,7 +39,7 @@ def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda te
             assembly = cases.system(case.system).build(case).assemble()
             # the method says nothing about the start, and is not chosen: that may fail while a case is being written
             solution = analysis.at_start(assembly, "auto")
-            motion = motion_of(tree_of(solution, {"status": "success", "message": ""}, balances=False))
+            motion = motion_of(tree_of(solution, lambda: {"status": "success", "message": ""}, balances=False))
     except EvolventError:
         raise
     except Exception as error:  # a part of another package may raise anything
