@@ -57,9 +57,7 @@ class Mounting(Section):
     rotation: Annotated[Any, TurnsKey()] = Field(
         (), description="of the body from where its axes are the stand's, about the stand's axes"
     )
-    position: tuple[
-        uncertain.PositionOrUnknown, uncertain.PositionOrUnknown, uncertain.PositionOrUnknown
-    ] = Field(
+    position: tuple[uncertain.PositionOrUnknown, uncertain.PositionOrUnknown, uncertain.PositionOrUnknown] = Field(
         (Uncertain(0.0), Uncertain(0.0), Uncertain(0.0)),
         description="of the point from which body.offset_x, height and offset_z count, from the stiffness centre, "
         "stand's axes",

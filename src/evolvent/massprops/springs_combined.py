@@ -71,10 +71,10 @@ def evaluate(recordings: Sequence[Recording]) -> Joint:
         No recording with the body on the stand, unknowns that the mountings do not determine, shapes that no motion of
         a body has, an inertia that no body has.
     """
-    if all(r.given.mounting is not None and not r.given.mounting.body for r in recordings):
+    if not any(_occupied(r.given) for r in recordings):
         raise InputError("mounting.body is false for all recordings; at least one must have the body on the stand")
     groups = _mountings(recordings)
-    first = next(k for k, r in enumerate(recordings) if r.given.mounting is None or r.given.mounting.body)
+    first = next(k for k, r in enumerate(recordings) if _occupied(r.given))
     unknown = _unknown(recordings, groups)
     keys = tuple(unknown)
     tasks, why, warnings = [], [], []
@@ -87,6 +87,7 @@ def evaluate(recordings: Sequence[Recording]) -> Joint:
     inputs = _inputs(recordings, tasks, groups)
     inertia = _solve(p, recordings, tasks, first)
     values = np.array([inertia.values[name] for name in p.unknown])
+    _refuse_undetermined(p, values, recordings)
     _refuse_tare(p, values)
     compared = [
         compare(task, part, values[places], warned)
@@ -196,7 +197,9 @@ def _combined(
             if not mounting.occupied and not key.startswith(("tare", "common")):
                 continue
             names.append((name, f"{name}@{groups[k] + 1}" if key.startswith("mounting.") else name))
-        of_one = problem(task.stand, body, [name for name, _ in names] or ["mass"], mounting=mounting, **measured_of(task))
+        of_one = problem(
+            task.stand, body, [name for name, _ in names] or ["mass"], mounting=mounting, **measured_of(task)
+        )
         known = {n: v for n, v in starts.items() if n in of_one.unknown}
         if known:
             place = [of_one.unknown.index(n) for n in known]
@@ -213,7 +216,7 @@ def _combined(
 
 def _tare_starts(recordings: Sequence[Recording], tasks: Sequence[Task]) -> dict[str, float]:
     """Starts of the tares' unknowns that have none: from the mean frequency of a recording without the body, or all."""
-    empty = [t for r, t in zip(recordings, tasks, strict=True) if r.given.mounting and not r.given.mounting.body]
+    empty = [t for r, t in zip(recordings, tasks, strict=True) if not _occupied(r.given)]
     found = {}
     for key, name, stated in asked(recordings[0].given):
         if not (key.startswith("tare.") and np.isnan(stated.value)):
@@ -260,15 +263,34 @@ def _solve(p: Combined, recordings: Sequence[Recording], tasks: Sequence[Task], 
             break
     if best is None:
         assert failure is not None
-        hint = ""
-        if str(failure).startswith("the data do not determine"):
-            count = len(set(_mountings(recordings)))
-            hint = (
-                f"; {count} mounting{'s' if count > 1 else ''} of the body {'are' if count > 1 else 'is'} recorded: "
-                "turn it about another axis, or state what is known"
-            )
+        hint = _hint(recordings) if str(failure).startswith("the data do not determine") else ""
         raise InputError(f"{failure}{hint}") from None
     return best
+
+
+def _refuse_undetermined(p: Combined, values: np.ndarray, recordings: Sequence[Recording]) -> None:
+    """Refuse products of inertia that act on the data through themselves alone.
+
+    Of such a one, which may be 0, a far value can fit as well; so the other unknowns are held and products are small.
+    """
+    near = values.copy()
+    for k, name in enumerate(p.unknown):
+        if _nudge(name) == PRODUCT_SHARE:
+            near[k] = PRODUCT_SHARE * p.scale[k]
+    if reasons := undetermined(p.jacobian(near), p.unknown, p.scale):
+        raise InputError(f"the data do not determine the unknowns: {'; '.join(reasons)}{_hint(recordings)}")
+
+
+def _hint(recordings: Sequence[Recording]) -> str:
+    """What may be done where unknowns are not determined."""
+    mounted = {g for g, r in zip(_mountings(recordings), recordings, strict=True) if _occupied(r.given)}
+    text = "1 mounting of the body is" if len(mounted) == 1 else f"{len(mounted)} mountings of the body are"
+    return f"; {text} recorded: turn it about another axis, or state what is known"
+
+
+def _occupied(given: OnSprings) -> bool:
+    """Whether the body is on the stand."""
+    return given.mounting is None or given.mounting.body
 
 
 def _nudge(name: str) -> float:
@@ -281,14 +303,19 @@ def _nudge(name: str) -> float:
 
 def _cheapest(p: Combined, begins: list[np.ndarray]) -> list[np.ndarray]:
     """The starts of least misfit, at most `SEARCHES`."""
-    cost = []
-    for start in begins:
-        try:
-            r = p.residual(start)
-            cost.append(float(np.sum(np.where(np.isfinite(r), r, 1e9) ** 2)))
-        except (InputError, np.linalg.LinAlgError):
-            cost.append(np.inf)
+    cost = _costs(p, np.array(begins))
+    if np.any(np.isinf(cost)):  # one that cannot be evaluated stops all: one by one
+        cost = np.concatenate([_costs(p, start[None]) for start in begins])
     return [begins[k] for k in np.argsort(cost, kind="stable")[:SEARCHES]]
+
+
+def _costs(p: Combined, values: np.ndarray) -> np.ndarray:
+    """(n,) sum of squares of the residual; infinite where it cannot be evaluated."""
+    try:
+        r = p.residual(values)
+    except (InputError, np.linalg.LinAlgError):
+        return np.full(len(values), np.inf)
+    return np.asarray(np.sum(np.where(np.isfinite(r), r, 1e9) ** 2, axis=-1))
 
 
 def _refuse_tare(p: Combined, values: np.ndarray) -> None:
@@ -305,7 +332,7 @@ def _inputs(recordings: Sequence[Recording], tasks: Sequence[Task], groups: Sequ
     found: dict[tuple[str, str], Input] = {}
     for k, (r, task) in enumerate(zip(recordings, tasks, strict=True)):
         _, assumed = first_body(r.given, task.stand, task.modal.frequency[list(task.used)])
-        occupied = r.given.mounting is None or r.given.mounting.body
+        occupied = _occupied(r.given)
         for item in [*inputs_of(r.given, r.modal), *assumed]:
             if not occupied and item.key.startswith(("body.", "mounting.")):
                 continue
@@ -345,10 +372,12 @@ def _consistency_warnings(recordings: Sequence[Recording], budget: Budget) -> li
 
 def _statement(recordings: Sequence[Recording], budget: Budget) -> str:
     """How the unknowns were found, for the certificate."""
-    n, count = len(recordings), len(set(_mountings(recordings)))
+    n, occupied = len(recordings), [_occupied(r.given) for r in recordings]
+    count = len({g for g, on in zip(_mountings(recordings), occupied, strict=True) if on})
+    empty = "" if all(occupied) else f" and {occupied.count(False)} without the body"
     text = (
         f"One least squares of frequencies and mode shapes over {n} recording{'s' if n > 1 else ''} in {count} "
-        f"mounting{'s' if count > 1 else ''}, weighted by their covariances"
+        f"mounting{'s' if count > 1 else ''}{empty}, weighted by their covariances"
     )
     if not np.isfinite(budget.consistency):
         return f"{text}."

@@ -54,7 +54,9 @@ def asked(given: OnSprings) -> list[Asked]:
     """Unknowns of body, tare, mounting and springs."""
     found = [Asked(key, PROPERTIES[key], getattr(given.body, key)) for key in given.body.unknown]
     for k, keys in enumerate(given.unknown_of_tare):
-        found += [Asked(f"tare.{k}.{key}", f"tare{k + 1}_{PROPERTIES[key]}", getattr(given.tare[k], key)) for key in keys]
+        found += [
+            Asked(f"tare.{k}.{key}", f"tare{k + 1}_{PROPERTIES[key]}", getattr(given.tare[k], key)) for key in keys
+        ]
     if given.mounting is not None and given.mounting.body:
         for axis, value in zip("xyz", given.mounting.position, strict=True):
             if value.unknown:
@@ -92,10 +94,7 @@ def mounting_of(given: OnSprings) -> Mounting:
             -1, 3
         ),
         tare_inertia=np.array(
-            [
-                [[number(getattr(t, "I" + "".join(sorted(a + b)))) for b in "xyz"] for a in "xyz"]
-                for t in given.tare
-            ]
+            [[[number(getattr(t, "I" + "".join(sorted(a + b)))) for b in "xyz"] for a in "xyz"] for t in given.tare]
         ).reshape(-1, 3, 3),
         air_mass=np.array([mass for mass, _ in added]).reshape(-1, 3, 3),
         air_inertia=np.array([moments for _, moments in added]).reshape(-1, 3, 3),

@@ -95,7 +95,9 @@ def _residual(
     return p.joined(rows, values) if isinstance(p, Combined) else rows[0]
 
 
-def _ends(p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], share: float) -> tuple[np.ndarray, np.ndarray]:
+def _ends(
+    p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], share: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Shifts (2 q, q) of each input up and down by a share of its deviation, and the residuals there.
 
     Raises
@@ -129,7 +131,9 @@ def _ends(p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], sh
     raise InputError("the uncertainties lead to what cannot be evaluated; state smaller ones")
 
 
-def _second_order_terms(p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], P: np.ndarray) -> np.ndarray:
+def _second_order_terms(
+    p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], P: np.ndarray
+) -> np.ndarray:
     """(q, p) f'' u^2 / sqrt(2) of each output f for each input, from evaluations one deviation up and down.
 
     Notes
@@ -153,14 +157,19 @@ def _second_order_terms(p: Problem | Combined, values: np.ndarray, inputs: Seque
 
 
 def _misfit_of_each(p: Combined, r: np.ndarray, D: np.ndarray, U: np.ndarray) -> np.ndarray:
-    """(n,) misfit of each recording, scaled so that 1 is expected; U (r, p) holds the columns of J."""
-    left, whitened = np.eye(len(r)) - U @ U.T, np.eye(len(r)) + D @ D.T
-    C = left @ whitened @ left
-    first, found = p.first_rows, []
+    """(n,) root mean square of each recording's residual, of the covariance that data and inputs let expect of it.
+
+    U (r, p) holds the columns of J.
+    """
+    left, first, found = np.eye(len(r)) - U @ U.T, p.first_rows, []
+    C = left @ (np.eye(len(r)) + D @ D.T) @ left
     for k, (part, _) in enumerate(p.parts):
         rows = slice(first[k], first[k + 1])
-        expected = float(np.trace(C[rows, rows])) - part.free_scales
-        found.append(float(np.sqrt(r[rows] @ r[rows] / expected)) if expected > 0.5 else np.nan)
+        variance, V = np.linalg.eigh(C[rows, rows])
+        kept = variance > 1e-9 * variance[-1]
+        free = int(np.count_nonzero(kept)) - part.free_scales
+        z = V[:, kept].T @ r[rows]
+        found.append(float(np.sqrt(np.sum(z**2 / variance[kept]) / free)) if free > 0 else np.nan)
     return np.array(found)
 
 
@@ -268,9 +277,7 @@ def amplitude_share(
             continue
         known, largest = True, max(largest, found.largest)
         if np.all(np.isfinite(found.frequency)):
-            step += P[:, rows] @ (
-                part.residual(own, frequency=part.frequency - found.frequency) - part.residual(own)
-            )
+            step += P[:, rows] @ (part.residual(own, frequency=part.frequency - found.frequency) - part.residual(own))
         else:
             lost = True
     if not known:

@@ -44,9 +44,7 @@ def assign(m: Mounting, values: Mapping[str, np.ndarray], batch: tuple[int, ...]
         if field not in fresh:
             old = np.asarray(getattr(m, field))
             n = old.ndim - trailing.get(field, 1)
-            fresh[field] = np.broadcast_to(
-                old, (*np.broadcast_shapes(batch, old.shape[:n]), *old.shape[n:])
-            ).copy()
+            fresh[field] = np.broadcast_to(old, (*np.broadcast_shapes(batch, old.shape[:n]), *old.shape[n:])).copy()
         fresh[field][(..., *place)] = sign * value
         if field == "tare_inertia":
             fresh[field][(..., place[0], *place[:0:-1])] = value
