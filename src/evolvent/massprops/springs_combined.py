@@ -87,7 +87,8 @@ def evaluate(recordings: Sequence[Recording]) -> Joint:
     inputs = _inputs(recordings, tasks, groups)
     inertia = _solve(p, recordings, tasks, first)
     values = np.array([inertia.values[name] for name in p.unknown])
-    _refuse_undetermined(p, values, recordings)
+    if reasons := _undetermined_near(p, values):
+        raise InputError(f"the data do not determine the unknowns: {'; '.join(reasons)}{_hint(recordings)}")
     _refuse_tare(p, values)
     compared = [
         compare(task, part, values[places], warned)
@@ -249,6 +250,9 @@ def _solve(p: Combined, recordings: Sequence[Recording], tasks: Sequence[Task], 
         start[free[: len(factors)]] = base[free[: len(factors)]] * factors
         begins.append(start)
     begins = _cheapest(p, begins)
+    open_at = [_undetermined_near(p, start) for start in begins[:2]]
+    if all(open_at):  # no search would converge
+        raise InputError(f"the data do not determine the unknowns: {'; '.join(open_at[0])}{_hint(recordings)}")
     best: Inertia | None = None
     failure: InputError | None = None
     for start in begins:
@@ -268,17 +272,19 @@ def _solve(p: Combined, recordings: Sequence[Recording], tasks: Sequence[Task], 
     return best
 
 
-def _refuse_undetermined(p: Combined, values: np.ndarray, recordings: Sequence[Recording]) -> None:
-    """Refuse products of inertia that act on the data through themselves alone.
+def _undetermined_near(p: Combined, values: np.ndarray) -> list[str]:
+    """Sentences naming the unknowns that the data do not determine where products of inertia are small.
 
-    Of such a one, which may be 0, a far value can fit as well; so the other unknowns are held and products are small.
+    A product that acts on the data through itself alone may have a far value that fits as well.
     """
     near = values.copy()
     for k, name in enumerate(p.unknown):
         if _nudge(name) == PRODUCT_SHARE:
             near[k] = PRODUCT_SHARE * p.scale[k]
-    if reasons := undetermined(p.jacobian(near), p.unknown, p.scale):
-        raise InputError(f"the data do not determine the unknowns: {'; '.join(reasons)}{_hint(recordings)}")
+    try:
+        return undetermined(p.jacobian(near), p.unknown, p.scale)
+    except (InputError, np.linalg.LinAlgError):
+        return []
 
 
 def _hint(recordings: Sequence[Recording]) -> str:
