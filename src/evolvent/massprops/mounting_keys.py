@@ -172,9 +172,8 @@ class AirPlate(_Shape):
         return air.plate(self.length, self.width, np.array(self.axis), np.array(self.along))
 
 
-_VOLUME = units.Quantity(what="a volume", unit="m^3", example="0.5 m^3", least=0.0)
-_FIFTH = units.Quantity(what="a fifth power of a length", unit="m^5", example="0.1 m^5", least=0.0)
-_Volume, _Fifth = Annotated[float, _VOLUME], Annotated[float, _FIFTH]
+_Volume = Annotated[float, units.Quantity(what="a volume", unit="m^3", example="0.5 m^3", least=0.0)]
+_Fifth = Annotated[float, units.Quantity(what="a fifth power of a length", unit="m^5", example="0.1 m^5", least=0.0)]
 
 
 class AirGiven(_Shape):

@@ -73,7 +73,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
     task = Task(given, modal, used, stand, sensors, directions, keys, mean)
     try:
         inertia, body, start_assumed = _solve(task)
-        p = inertia.problem
+        p = problem_of(inertia)
         values = np.array([inertia.values[name] for name in p.unknown])
         badly: list[str] = []
         model_frequency, agreement, model_shapes = compare(task, p, values, badly)
@@ -181,6 +181,12 @@ def _solve(task: Task) -> tuple[Inertia, Body, list[Input]]:
     return inertia, body, assumed
 
 
+def problem_of(inertia: Inertia) -> Problem:
+    """What was solved for one recording."""
+    assert isinstance(inertia.problem, Problem)
+    return inertia.problem
+
+
 def fit_from(task: Task, body: Body) -> Inertia:
     """The solution of least squares from a given start."""
     return fit(task.stand, body, **data_of(task))
@@ -264,7 +270,7 @@ def _aliasing_warnings(task: Task, inertia: Inertia, consistency: float) -> list
         try:
             folded = task._replace(modal=other)
             found, _, extra = _solve(folded)
-            p = found.problem
+            p = problem_of(found)
             values = np.array([found.values[name] for name in p.unknown])
             compare(folded, p, values, [])
             agreement = budget_of(folded, p, values, [*inputs_of(given, modal), *extra], ()).consistency

@@ -245,18 +245,18 @@ def inputs_of(given: OnSprings, modal: Modal) -> list[Input]:
     for c, std in enumerate(modal.reading.sensitivity_std):
         add(("sensitivity", c), f"signals.sensors.{c}.sensitivity, relative", Uncertain(1.0, float(std)), "1")
     add(("clock",), "signals.clock", given.signals.clock, "1")
-    for k, tare in enumerate(given.tare):
+    for number, tare in enumerate(given.tare):
         for key, name in PROPERTIES.items():
-            add((f"tare{k + 1}_{name}",), f"tare.{k}.{key}", getattr(tare, key), LABELS[key][1])
+            add((f"tare{number + 1}_{name}",), f"tare.{number}.{key}", getattr(tare, key), LABELS[key][1])
     if given.mounting is not None and given.mounting.body:
-        for axis, value in zip("xyz", given.mounting.position, strict=True):
-            add((f"position_{axis}",), f"mounting.position.{axis}", value, "m")
+        for along, place in zip("xyz", given.mounting.position, strict=True):
+            add((f"position_{along}",), f"mounting.position.{along}", place, "m")
             std = given.mounting.alignment.value
-            add((f"turn_{axis}",), f"mounting.alignment about {axis}", Uncertain(0.0, std), "rad")
+            add((f"turn_{along}",), f"mounting.alignment about {along}", Uncertain(0.0, std), "rad")
     if given.air is not None:
         add(("air_density",), "air.density", given.air.density, "kg/m³")
-        for k, shape in enumerate(given.air.shapes):
-            add((f"air_factor{k + 1}",), f"air.shapes.{k}.factor", shape.factor, "1")
+        for number, shape in enumerate(given.air.shapes):
+            add((f"air_factor{number + 1}",), f"air.shapes.{number}.factor", shape.factor, "1")
     return found
 
 

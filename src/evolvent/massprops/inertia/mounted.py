@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -32,12 +33,13 @@ def is_name(name: str) -> bool:
 def value_of(m: Mounting, name: str) -> np.ndarray:
     """The number behind a name."""
     field, place, sign = _place(name)
-    return sign * np.asarray(getattr(m, field))[(..., *place)]
+    at: Any = (..., *place)
+    return sign * np.asarray(getattr(m, field))[at]
 
 
 def assign(m: Mounting, values: Mapping[str, np.ndarray], batch: tuple[int, ...]) -> Mounting:
     """`m` with named numbers replaced, each of the leading axes `batch`."""
-    fresh: dict[str, np.ndarray] = {}
+    fresh: dict[str, Any] = {}
     trailing = {"tare_mass": 1, "tare_centre": 2, "tare_inertia": 3, "air_density": 0}
     for name, value in values.items():
         field, place, sign = _place(name)
@@ -45,9 +47,11 @@ def assign(m: Mounting, values: Mapping[str, np.ndarray], batch: tuple[int, ...]
             old = np.asarray(getattr(m, field))
             n = old.ndim - trailing.get(field, 1)
             fresh[field] = np.broadcast_to(old, (*np.broadcast_shapes(batch, old.shape[:n]), *old.shape[n:])).copy()
-        fresh[field][(..., *place)] = sign * value
+        at: Any = (..., *place)
+        fresh[field][at] = sign * value
         if field == "tare_inertia":
-            fresh[field][(..., place[0], *place[:0:-1])] = value
+            mirrored: Any = (..., place[0], *place[:0:-1])
+            fresh[field][mirrored] = value
     return m._replace(**fresh)
 
 

@@ -217,10 +217,8 @@ class Setup(NamedTuple):
     @property
     def batch(self) -> tuple[int, ...]:
         """Leading axes of all fields together; those of a mounting are not counted."""
-        trailing = (2, 2, 1, 1, 1, 1, 1, 0, 0, 0, 1, 2)
-        fields = [np.asarray(f) for f in self[:12]]
-        if self.added is not None:
-            trailing, fields = (*trailing, 2), [*fields, np.asarray(self.added)]
+        trailing = [2, 2, 1, 1, 1, 1, 1, 0, 0, 0, 1, 2, *([] if self.added is None else [2])]
+        fields = [np.asarray(f) for f in (*self[:12], *(() if self.added is None else (self.added,)))]
         return np.broadcast_shapes(*(f.shape[: f.ndim - n] for f, n in zip(fields, trailing, strict=True)))
 
 

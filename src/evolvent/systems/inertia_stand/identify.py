@@ -87,7 +87,8 @@ def identified(
 def inertia_of(case: Case, modes: Modes) -> Inertia:
     """Mass properties by the way that the case asks for."""
     sensors = {"points": case.sensor_points, "directions": case.sensor_directions}
-    return from_modes(*known_of(case), modes, way=case.identification.way, **sensors)
+    stand, body = known_of(case)
+    return from_modes(stand, body, modes, way=case.identification.way, **sensors)
 
 
 def distinct(frequency: np.ndarray) -> np.ndarray:
