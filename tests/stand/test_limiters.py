@@ -82,6 +82,25 @@ def test_a_gap_shortens_the_period_of_sway(book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
+def test_pressed_pads_are_springs_of_negative_stiffness(book: Book) -> None:
+    """Four pads of N at the lever b take 4 N b of the rotational stiffness."""
+    pads = {"clearance": "-0.1 mm", "friction": 0.0, "stiffness": "1e6 N/m"}
+    pulled = case(
+        solver={"method": "dopri5"}, excitation={"force": ["0 N", "-40 N", "0 N"]},
+        identification={"way": "none", "order": 3},
+    )  # fmt: skip
+    found = evolvent.run(pulled, {"stand.limiters": pads, "sensors.rate": "60 Hz"})
+    low = found.mode_frequency.values / np.sort(found.linear_frequency.values) - 1.0
+    closed = np.array([0.0, -4.0 * 100.0 * 0.4 / (2.0 * 12800.0), -4.0 * 100.0 * 0.6 / (2.0 * 28800.0)])
+    np.testing.assert_allclose(low, closed, atol=2e-5)
+    book(
+        CHAPTER, "Pressed limiters: roll and pitch are low", reference="sum N b/2 K", source="closed form",
+        error=float(np.abs(low - closed).max()), allowed=2e-5,
+    )  # fmt: skip
+
+
+@pytest.mark.slow
 def test_air_slows_the_simulated_body(book: Book) -> None:
     """A light board of 2 kg: heave falls to sqrt(K/(M + m_a)), and the moments found hold the air's."""
     rho, r = 1.204, 0.6
