@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Rows of the budget that are shown.
 _MOST_ROWS = 6
+#: Results beside one another in a table of the budget.
+_MOST_COLUMNS = 6
 #: Warnings that are shown.
 _MOST_WARNINGS = 8
 
@@ -44,7 +46,7 @@ def identify(
     """Find modes in recorded SIGNALS of free vibration, and with a stand the mass properties of the body on it.
 
     SIGNALS are CSV, TSV, TDMS, UFF 58, MAT, HDF5 or WAV files, or runs of evolvent. With a stand several recordings are
-    averaged.
+    averaged; of a body in several mountings, or with tare, they go into one estimate.
 
     \b
     evolvent identify slew.nc --variables boom.tip_deflection.y --set signals.start='2 s' --figures modes
@@ -165,6 +167,8 @@ def _table(found: MassProperties) -> None:
         for k in e.used if several else range(m.order):
             wide = e.modal.widening[k]
             last = " ".join(shown(v, s) for v, s in zip(e.values, e.std, strict=True)) if several else ""
+            if found.combined:
+                last = f"misfit {e.consistency:.2f}" if several and k == e.used[0] else ""
             modes.add_row(
                 name if several else f"mode {k + 1}",
                 shown(m.frequency[k], wide * m.frequency_std[k]),
@@ -189,11 +193,17 @@ def _table(found: MassProperties) -> None:
     if found.shares:
         part = np.array([s.contribution**2 for s in found.shares])
         part = 100.0 * part / np.maximum(part.sum(axis=0), 1e-300)
-        budget = made_table("largest shares of the variance", "", *(o.key for o in found.outputs))
-        for k in np.argsort(-part.max(axis=1))[:_MOST_ROWS]:
-            budget.add_row(found.shares[k].label, *(f"{x:.1f} %" for x in part[k]))
-        console.print()
-        console.print(budget)
+        for first in range(0, len(found.outputs), _MOST_COLUMNS):
+            columns = slice(first, first + _MOST_COLUMNS)
+            budget = made_table("largest shares of the variance", "", *(o.key for o in found.outputs[columns]))
+            for k in np.argsort(-part[:, columns].max(axis=1))[:_MOST_ROWS]:
+                budget.add_row(found.shares[k].label, *(f"{x:.1f} %" for x in part[k, columns]))
+            console.print()
+            console.print(budget)
+    if found.combined:
+        console.print(found.evaluations[0].why[-1], soft_wrap=True)
+        for what, text in found.evaluations[0].cannot:
+            console.print(f"not determined: {what} ({text})", soft_wrap=True)
     for what, text in found.evaluations[0].assumed:
         if what == "sampling":
             console.print(f"assumed: {text}", soft_wrap=True)

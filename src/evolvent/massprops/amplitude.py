@@ -9,6 +9,7 @@ import numpy as np
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.massprops.identification import identify
+from evolvent.massprops.inertia.mounted import turned, whole
 from evolvent.massprops.inertia.problem import mac, matching
 from evolvent.massprops.inertia.stand import Setup
 from evolvent.massprops.inertia.statics import Z, guides, rotation_matrix, spring_state
@@ -49,7 +50,7 @@ def shift(s: Setup, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, di
     order = _derivatives(modal.reading.unit)
     if order is None:
         return None
-    rows = list(used)
+    rows, s = list(used), whole(s)
     modes = linearise(s).modes(refuse_unstable=False)
     w = np.sqrt(np.maximum(modes.eigenvalue, 0.0))
     v = modes.at(sensors, directions)
@@ -150,6 +151,8 @@ def _motion(
         c = 3 if s.guided else 0
         A, b = np.zeros((2, 6 + c, 6 + c)), np.zeros((2, 6 + c))
         A[:, range(3), range(3)], A[:, 3:6, 3:6], b[:, :6] = s.mass, inertia, F
+        if s.added is not None:
+            A[:, :6, :6] += turned(s.added, R)
         if c:
             C, e = guides(s, R), R[..., :, 0]
             A[:, :6, 6:], A[:, 6:, :6] = -np.swapaxes(C, -1, -2), C

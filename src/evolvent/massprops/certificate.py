@@ -145,14 +145,24 @@ def _result(found: MassProperties) -> dict[str, Any]:
 def _comparison(found: MassProperties) -> dict[str, Any]:
     """The recordings beside one another."""
     head = ["recording", "frequency used rad/s", "decay rate 1/s"]
-    head += [f"{o.key} {o.unit}" for o in found.outputs]
+    head += ["misfit"] if found.combined else [f"{o.key} {o.unit}" for o in found.outputs]
     rows = []
     for s, e in zip(found.signals, found.evaluations, strict=True):
         m = e.modal.modes
         w = ", ".join(shown(e.modal.frequency[k], e.modal.frequency_std[k]) for k in e.used)
         d = ", ".join(shown(m.decay_rate[k], e.modal.widening[k] * m.decay_rate_std[k]) for k in e.used)
-        rows.append((os.path.basename(s.path), w, d, *(shown(v, u) for v, u in zip(e.values, e.std, strict=True))))
-    return {"head": head, "rows": rows, "picture": pictures.recordings(found)}
+        values = [shown(v, u) for v, u in zip(e.values, e.std, strict=True)]
+        rows.append((os.path.basename(s.path), w, d, *([f"{e.consistency:.2f}"] if found.combined else values)))
+    text = (
+        "All recordings are in one estimate. The misfit is the root mean square of a recording's residual over what "
+        "noise and inputs let expect of it."
+        if found.combined
+        else f"The result is the mean over {len(rows)} recordings. Each is listed with its own standard uncertainty. "
+        "That of the mean is the larger of their scatter and of what their noise and own inputs predict, combined with "
+        "the uncertainty of the inputs that they share."
+    )
+    picture = None if found.combined else pictures.recordings(found)
+    return {"head": head, "rows": rows, "text": text, "picture": picture}
 
 
 def _budget(found: MassProperties) -> dict[str, Any]:
@@ -255,7 +265,8 @@ def _steps(found: MassProperties) -> list[str]:
     if isinstance(given, OnSprings):
         steps.append(
             "Mass properties: least squares of frequencies and shapes on the rigid body's linear vibrations about its "
-            "rest on the springs, with gravity, tensions and lateral stiffness (after Belyakov 2002)."
+            "rest on the springs, with gravity, tensions and lateral stiffness (after Belyakov 2002)"
+            + ("; tare and air move along, and the body as each recording has it mounted." if found.combined else ".")
         )
     elif given.stand.kind == "torsion":
         steps.append("Moment of inertia: I = κ / ω², minus the tare; ω the undamped frequency.")

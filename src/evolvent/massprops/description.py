@@ -15,6 +15,7 @@ from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import Section
 from evolvent.massprops import uncertain
 from evolvent.massprops.keys import ColumnKey, DirectionKey, PointKey, TextKey
+from evolvent.massprops.mounting_keys import Air, Mounting, SpringTare
 from evolvent.massprops.uncertain import Uncertain
 
 #: Names of a body's mass properties: here, and in `evolvent.massprops.inertia`.
@@ -297,6 +298,9 @@ class OnSprings(_Description):
 
     stand: Springs
     body: SpringBody
+    tare: tuple[SpringTare, ...] = Field((), description="what moves along and is taken off, such as a cradle")
+    mounting: Mounting | None = Field(None, description="the body turned or moved on the stand")
+    air: Air | None = Field(None, description="that moves along; left out: none")
     plan: Planned | None = Field(None, description="for `evolvent plan`")
 
     @model_validator(mode="after")
@@ -310,7 +314,7 @@ class OnSprings(_Description):
                 raise InputError(
                     f"signals.sensors.{k}.point is {sensor.point}, but there are {self.stand.number} springs"
                 )
-        if not self.body.unknown:
+        if not self.body.unknown and not any(self.unknown_of_tare):
             raise InputError("body has no unknown; write 'unknown' for what is to be identified, such as Ixx: unknown")
         factor = self.stand.common_factor.unknown
         if factor and "mass" in self.body.unknown and not (self.body.mass.std or self.stand.common_factor.std):
@@ -318,7 +322,20 @@ class OnSprings(_Description):
                 "body.mass and stand.common_factor are both unknown; vibrations determine only their ratio: "
                 "give one of them"
             )
+        if self.mounting is not None and not self.mounting.body and not self.tare:
+            raise InputError("mounting.body is false, but tare is missing; without it nothing is on the stand")
         return self
+
+    @property
+    def unknown_of_tare(self) -> tuple[tuple[str, ...], ...]:
+        """Keys of each tare that are asked."""
+        return tuple(tuple(k for k in PROPERTIES if getattr(t, k).unknown) for t in self.tare)
+
+    @property
+    def has_mounting(self) -> bool:
+        """Whether the stand carries more than a body in its own axes, so that recordings go into one estimate."""
+        own = any(key.split(".")[0] in ("mounting", "tare", "air") for keys in self.recordings.values() for key in keys)
+        return own or bool(self.tare) or self.mounting is not None or self.air is not None
 
 
 class OnTorsion(_Description):

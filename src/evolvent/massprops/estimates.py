@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.massprops.description import Description
+from evolvent.massprops.description import Description, OnSprings
 from evolvent.massprops.inertia import Candidate
 from evolvent.massprops.modal import Modal
 from evolvent.massprops.signals import Signals
@@ -124,6 +124,11 @@ class MassProperties:
     interval: np.ndarray
     has_uncertainties: bool
     warnings: tuple[str, ...]
+
+    @property
+    def combined(self) -> bool:
+        """Whether all recordings are in one estimate; their mean is given else."""
+        return isinstance(self.description, OnSprings) and self.description.has_mounting
 
     @property
     def std(self) -> np.ndarray:

@@ -12,7 +12,7 @@ import scipy.stats
 
 from evolvent.base import progress
 from evolvent.base.errors import InputError
-from evolvent.massprops import modal, pendulum, signals as files, springs
+from evolvent.massprops import modal, pendulum, signals as files, springs, springs_combined
 from evolvent.massprops.description import (
     Description,
     OnSprings,
@@ -60,7 +60,8 @@ def mass_properties(
     several = [signals] if isinstance(signals, (str, os.PathLike, files.Signals)) else list(signals)
     if not several:
         raise InputError("no signals are given; name at least one file")
-    if len(several) > 1 and given.uncertainty.method == "monte-carlo":
+    combined = isinstance(given, OnSprings) and given.has_mounting
+    if len(several) > 1 and given.uncertainty.method == "monte-carlo" and not combined:
         raise InputError(
             f"uncertainty.method is 'monte-carlo', which takes one recording, not {len(several)}; use 'gum'"
         )
@@ -68,6 +69,8 @@ def mass_properties(
     same = [s.path for k, s in enumerate(sources) if s.sha256 in [other.sha256 for other in sources[:k]]]
     if same:
         raise InputError(f"{same[0]!r} holds the same bytes as another of the files; a recording counts once")
+    if combined:
+        return _combined(given, sources)
     evaluations = []
     for source in progress.track(sources, "evaluating recordings"):
         try:
@@ -77,6 +80,26 @@ def mass_properties(
                 raise
             raise InputError(f"{source.path}: {error}") from None
     return _together(given, sources, evaluations)
+
+
+def _combined(given: Description, sources: Sequence[files.Signals]) -> MassProperties:
+    """One estimate of recordings on springs in several mountings, with tare and air."""
+    recordings, quiets = [], []
+    for source in progress.track(sources, "evaluating recordings"):
+        try:
+            own_given, own, found, quiet = _modes(given, source)
+        except InputError as error:
+            raise InputError(f"{source.path}: {error}" if len(sources) > 1 else str(error)) from None
+        assert isinstance(own_given, OnSprings)
+        recordings.append(springs_combined.Recording(own_given, found, own, os.path.basename(source.path)))
+        quiets.append(quiet)
+    progress.report("computing mass properties from all recordings")
+    joint = springs_combined.evaluate(recordings)
+    evaluations = [
+        dataclasses.replace(e, warnings=(quiet, *e.warnings)) if quiet else e
+        for e, quiet in zip(joint.evaluations, quiets, strict=True)
+    ]
+    return _measured(given, sources, evaluations, joint.values, joint.shares, joint.covariance, joint.draws)
 
 
 def _source(item: Any, given: Signalling) -> files.Signals:
@@ -118,16 +141,24 @@ def vibration(
     return dataclasses.replace(found, warnings=(quiet, *found.warnings)) if quiet else found
 
 
-def _evaluation(given: Description, source: files.Signals) -> Evaluation:
-    own_given, own = for_recording(given, os.path.basename(source.path))
+def _modes(given: Description, source: files.Signals) -> tuple[Description, tuple[str, ...], modal.Modal, str]:
+    """The description for one recording, keys that are its own, its modes, and a warning of a late start."""
     name = os.path.basename(source.path)
+    own_given, own = for_recording(given, name)
     progress.report(f"reading {name}")
     reading = read(source, own_given.signals)
     quiet = modal.late_start_warning(reading)
     try:
         progress.report(f"identifying the modes of {name}")
-        found = modal.find(reading, own_given)
-        progress.report(f"computing mass properties from {name}")
+        return own_given, own, modal.find(reading, own_given), quiet
+    except InputError as error:
+        raise InputError(f"{error}; {quiet}" if quiet else str(error)) from None
+
+
+def _evaluation(given: Description, source: files.Signals) -> Evaluation:
+    own_given, own, found, quiet = _modes(given, source)
+    try:
+        progress.report(f"computing mass properties from {os.path.basename(source.path)}")
         if isinstance(own_given, OnSprings):
             evaluation = springs.evaluate(own_given, found, own)
         else:
@@ -147,6 +178,24 @@ def _together(given: Description, sources: Sequence[files.Signals], evaluations:
         shares, covariance = first.shares, first.covariance
     else:
         shares, covariance = _mean_shares(evaluations, values)
+    measured = _measured(given, sources, evaluations, mean, shares, covariance, first.draws if n == 1 else None)
+    if n == 1:
+        return measured
+    more = [*_scattered(evaluations, values), *_outliers(evaluations, values)]
+    return dataclasses.replace(measured, warnings=(*measured.warnings, *more))
+
+
+def _measured(
+    given: Description,
+    sources: Sequence[files.Signals],
+    evaluations: list[Evaluation],
+    values: np.ndarray,
+    shares: tuple[Share, ...],
+    covariance: np.ndarray,
+    draws: np.ndarray | None,
+) -> MassProperties:
+    """The result, with coverage intervals and the recordings' warnings."""
+    n = len(evaluations)
     asked = given.uncertainty.coverage_factor
     dof = _degrees(shares, np.diag(covariance))
     probability = 2.0 * scipy.stats.norm.cdf(asked) - 1.0
@@ -154,9 +203,9 @@ def _together(given: Description, sources: Sequence[files.Signals], evaluations:
         np.isfinite(dof), scipy.stats.t.ppf(0.5 + 0.5 * probability, np.where(np.isfinite(dof), dof, 1e9)), asked
     )
     std = np.sqrt(np.diag(covariance))
-    interval = np.array([mean - factor * std, mean + factor * std])
-    if n == 1 and first.draws is not None:
-        interval = np.quantile(first.draws, [0.5 - 0.5 * probability, 0.5 + 0.5 * probability], axis=0)
+    interval = np.array([values - factor * std, values + factor * std])
+    if draws is not None:
+        interval = np.quantile(draws, [0.5 - 0.5 * probability, 0.5 + 0.5 * probability], axis=0)
     warnings = []
     for e in evaluations:
         texts = [*e.modal.reading.notes, *e.warnings]
@@ -167,15 +216,12 @@ def _together(given: Description, sources: Sequence[files.Signals], evaluations:
             "the description states no uncertainty of any mass, length or stiffness; u includes the signals alone, "
             "not the stand's calibration"
         )
-    if n > 1:
-        warnings += _scattered(evaluations, values)
-        warnings += _outliers(evaluations, values)
     return MassProperties(
         description=given,
         signals=tuple(sources),
         evaluations=tuple(evaluations),
-        outputs=first.outputs,
-        values=mean,
+        outputs=evaluations[0].outputs,
+        values=values,
         covariance=covariance,
         shares=shares,
         dof=dof,

@@ -62,7 +62,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
     sensors, directions = sensors_of(given, stand)
     used, merged = mode_selection.separate(linear_model(stand, body).modes(), modal, used, sensors, directions)
     amplitude.refuse(stand.length, modal)
-    _rigid(modal, used, sensors, directions)
+    refuse_flexible(modal, used, sensors, directions)
     keys = (*given.body.unknown, *(("common_factor",) if given.stand.common_factor.unknown else ()))
     mean = float(np.mean(stand.stiffness))
     if not used:
@@ -73,10 +73,10 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
     task = Task(given, modal, used, stand, sensors, directions, keys, mean)
     try:
         inertia, body, start_assumed = _solve(task)
-        p = inertia.problem
+        p = problem_of(inertia)
         values = np.array([inertia.values[name] for name in p.unknown])
         badly: list[str] = []
-        model_frequency, agreement, model_shapes = _compare(task, p, values, badly)
+        model_frequency, agreement, model_shapes = compare(task, p, values, badly)
     except InputError as error:
         hints = [hint for hint in (few, amplitude.large(stand.length, modal)) if hint]
         raise InputError("; ".join([str(error), *hints])) from None
@@ -91,7 +91,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
             f"the model misses the data by {consistency:.1f} of the deviations that hold for all inputs; the data's "
             "part of the uncertainty is widened by it"
         )
-    bias = amplitude_share(task, p, values, budget.P)
+    bias = amplitude_share([task], p, values, budget.P)
     if bias is not None:
         share, warn = bias
         shares, covariance = (*shares, share), covariance + np.outer(share.contribution, share.contribution)
@@ -140,7 +140,7 @@ def _expected(given: OnSprings, stand: Stand, body: Body, modal: Modal) -> None:
         refuse_rate(float(seen.max()), modal.reading.rate, "the body's highest mode")
 
 
-def _rigid(modal: Modal, used: tuple[int, ...], sensors: np.ndarray, directions: np.ndarray) -> None:
+def refuse_flexible(modal: Modal, used: tuple[int, ...], sensors: np.ndarray, directions: np.ndarray) -> None:
     """Refuse shapes that no motion of a rigid body has, whatever its mass."""
     motions = np.concatenate([directions, np.cross(sensors, directions)], axis=1)
     U, sigma, _ = np.linalg.svd(motions, full_matrices=False)
@@ -181,6 +181,12 @@ def _solve(task: Task) -> tuple[Inertia, Body, list[Input]]:
     return inertia, body, assumed
 
 
+def problem_of(inertia: Inertia) -> Problem:
+    """What was solved for one recording."""
+    assert isinstance(inertia.problem, Problem)
+    return inertia.problem
+
+
 def fit_from(task: Task, body: Body) -> Inertia:
     """The solution of least squares from a given start."""
     return fit(task.stand, body, **data_of(task))
@@ -188,8 +194,7 @@ def fit_from(task: Task, body: Body) -> Inertia:
 
 def data_of(task: Task) -> dict[str, Any]:
     """Unknowns and data of a task, as parameters of `evolvent.massprops.inertia.fit`."""
-    given, modal, keys = task.given, task.modal, task.keys
-    rows = list(task.used)
+    given, keys = task.given, task.keys
     unknown = [PROPERTIES.get(k, "stiffness") for k in keys]
     prior = {}
     for key, name in zip(keys, unknown, strict=True):
@@ -197,6 +202,12 @@ def data_of(task: Task) -> dict[str, Any]:
         if stated.std > 0.0:
             scale = task.mean / stand_factor(given) if key == "common_factor" else 1.0
             prior[name] = (stated.value * scale, stated.std * scale)
+    return {"unknown": unknown, "prior": prior, **measured_of(task)}
+
+
+def measured_of(task: Task) -> dict[str, Any]:
+    """The data of a task and its model, as parameters of `evolvent.massprops.inertia.fit`."""
+    given, modal, rows = task.given, task.modal, list(task.used)
     shapes: dict[str, Any] = {}
     if given.identification.shapes:
         shapes = {"shapes": modal.shapes[rows], "points": task.sensors, "directions": task.directions}
@@ -204,16 +215,14 @@ def data_of(task: Task) -> dict[str, Any]:
             shapes["shape_covariance"] = modal.shape_covariance[rows]
     known = modal.has_uncertainties
     return {
-        "unknown": unknown,
         "frequency": modal.frequency[rows],
         "frequency_covariance": modal.frequency_covariance[np.ix_(rows, rows)] if known else None,
         "model": given.identification.model,
-        "prior": prior,
         **shapes,
     }
 
 
-def _compare(
+def compare(
     task: Task, p: Problem, values: np.ndarray, warnings: list[str]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Model frequencies, agreement of shapes, and model shapes scaled to the measured ones."""
@@ -261,9 +270,9 @@ def _aliasing_warnings(task: Task, inertia: Inertia, consistency: float) -> list
         try:
             folded = task._replace(modal=other)
             found, _, extra = _solve(folded)
-            p = found.problem
+            p = problem_of(found)
             values = np.array([found.values[name] for name in p.unknown])
-            _compare(folded, p, values, [])
+            compare(folded, p, values, [])
             agreement = budget_of(folded, p, values, [*inputs_of(given, modal), *extra], ()).consistency
         except InputError:
             continue

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.base.errors import InputError
 from evolvent.massprops.description import PROPERTIES, OnSprings
 from evolvent.massprops.inertia import Body, Stand
-from evolvent.massprops.inertia.stand import inertia_defect
+from evolvent.massprops.inertia.stand import Mounting, inertia_defect
 from evolvent.massprops.keys import DIRECTIONS
 from evolvent.massprops.modal import Modal
 from evolvent.massprops.rounding import shown
@@ -29,13 +29,80 @@ LABELS = {
 
 
 class Input(NamedTuple):
-    """A known number that is uncertain: what `moved` changes, its key for the user, value, std, unit."""
+    """A known number that is uncertain: what `moved` changes, its key for the user, value, std, unit.
+
+    `recordings` are the numbers of those that it acts on; None for all.
+    """
 
     target: tuple[Any, ...]
     key: str
     value: float
     std: float
     unit: str
+    recordings: tuple[int, ...] | None = None
+
+
+class Asked(NamedTuple):
+    """An unknown: its key for the user, its name in `evolvent.massprops.inertia.problem.assign`, what is stated."""
+
+    key: str
+    name: str
+    stated: Uncertain
+
+
+def asked(given: OnSprings) -> list[Asked]:
+    """Unknowns of body, tare, mounting and springs."""
+    found = [Asked(key, PROPERTIES[key], getattr(given.body, key)) for key in given.body.unknown]
+    for k, keys in enumerate(given.unknown_of_tare):
+        found += [
+            Asked(f"tare.{k}.{key}", f"tare{k + 1}_{PROPERTIES[key]}", getattr(given.tare[k], key)) for key in keys
+        ]
+    if given.mounting is not None and given.mounting.body:
+        for axis, value in zip("xyz", given.mounting.position, strict=True):
+            if value.unknown:
+                found.append(Asked(f"mounting.position.{axis}", f"position_{axis}", value))
+    if given.stand.common_factor.unknown:
+        found.append(Asked("common_factor", "stiffness", given.stand.common_factor))
+    return found
+
+
+def label_of(key: str) -> tuple[str, str]:
+    """Name and unit of a quantity that is asked."""
+    if key in LABELS:
+        return LABELS[key]
+    first, _, last = key.partition("@")[0].rpartition(".")
+    if first == "mounting.position":
+        return f"position {last} of the body on the stand", "m"
+    name, unit = LABELS[last]
+    return f"tare {int(first.split('.')[1]) + 1}: {name}", unit
+
+
+def mounting_of(given: OnSprings) -> Mounting:
+    """How the body is fixed to the stand, with tare and air; unknowns without a start at 0."""
+
+    def number(value: Uncertain) -> float:
+        return 0.0 if np.isnan(value.value) else value.value
+
+    m, shapes = given.mounting, () if given.air is None else given.air.shapes
+    found = Mounting() if m is None else Mounting(
+        rotation=m.matrix, position=np.array([number(v) for v in m.position]), occupied=m.body
+    )  # fmt: skip
+    added = [shape.added() for shape in shapes]
+    return found._replace(
+        tare_mass=np.array([number(t.mass) for t in given.tare]),
+        tare_centre=np.array([[number(t.offset_x), -number(t.height), number(t.offset_z)] for t in given.tare]).reshape(
+            -1, 3
+        ),
+        tare_inertia=np.array(
+            [[[number(getattr(t, "I" + "".join(sorted(a + b)))) for b in "xyz"] for a in "xyz"] for t in given.tare]
+        ).reshape(-1, 3, 3),
+        air_mass=np.array([mass for mass, _ in added]).reshape(-1, 3, 3),
+        air_inertia=np.array([moments for _, moments in added]).reshape(-1, 3, 3),
+        air_centre=np.array([shape.centre for shape in shapes]).reshape(-1, 3),
+        air_on_body=tuple(shape.of == "body" for shape in shapes),
+        air_factor=np.array([shape.factor.value for shape in shapes]),
+        air_density=0.0 if given.air is None else given.air.density.value,
+    )
 
 
 class Task(NamedTuple):
@@ -178,6 +245,18 @@ def inputs_of(given: OnSprings, modal: Modal) -> list[Input]:
     for c, std in enumerate(modal.reading.sensitivity_std):
         add(("sensitivity", c), f"signals.sensors.{c}.sensitivity, relative", Uncertain(1.0, float(std)), "1")
     add(("clock",), "signals.clock", given.signals.clock, "1")
+    for number, tare in enumerate(given.tare):
+        for key, name in PROPERTIES.items():
+            add((f"tare{number + 1}_{name}",), f"tare.{number}.{key}", getattr(tare, key), LABELS[key][1])
+    if given.mounting is not None and given.mounting.body:
+        for along, place in zip("xyz", given.mounting.position, strict=True):
+            add((f"position_{along}",), f"mounting.position.{along}", place, "m")
+            std = given.mounting.alignment.value
+            add((f"turn_{along}",), f"mounting.alignment about {along}", Uncertain(0.0, std), "rad")
+    if given.air is not None:
+        add(("air_density",), "air.density", given.air.density, "kg/m³")
+        for number, shape in enumerate(given.air.shapes):
+            add((f"air_factor{number + 1}",), f"air.shapes.{number}.factor", shape.factor, "1")
     return found
 
 

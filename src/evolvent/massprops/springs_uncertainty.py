@@ -12,8 +12,9 @@ from evolvent.base import progress
 from evolvent.base.errors import InputError
 from evolvent.massprops import amplitude
 from evolvent.massprops.estimates import Share
+from evolvent.massprops.inertia.combined import Combined
 from evolvent.massprops.inertia.problem import Problem, assign
-from evolvent.massprops.springs_inputs import LABELS, Input, Task
+from evolvent.massprops.springs_inputs import Input, Task, label_of
 
 #: A second-order part of the standard uncertainty above this gives a warning.
 BENT = 0.1
@@ -75,16 +76,28 @@ def moved(p: Problem, inputs: Sequence[Input], shifts: np.ndarray) -> tuple[Prob
 
 
 def _residual(
-    p: Problem, values: np.ndarray, inputs: Sequence[Input], shifts: np.ndarray, noise: tuple[Any, Any] = (0.0, 0.0)
+    p: Problem | Combined,
+    values: np.ndarray,
+    inputs: Sequence[Input],
+    shifts: np.ndarray,
+    noise: Sequence[tuple[Any, Any]] | None = None,
 ) -> np.ndarray:
-    shifted, frequency, shapes = moved(p, inputs, shifts)
-    frequency = frequency + noise[0]
-    shapes = None if shapes is None else shapes + noise[1]
+    """(n, r) residual with inputs shifted, and for each recording noise added to frequencies and shapes."""
     values = np.broadcast_to(values, (len(shifts), values.shape[-1]))
-    return shifted.residual(values, (), None, frequency, shapes)
+    rows = []
+    for k, (part, places) in enumerate(p.parts):
+        mine = [j for j, i in enumerate(inputs) if i.recordings is None or k in i.recordings]
+        shifted, frequency, shapes = moved(part, [inputs[j] for j in mine], shifts[:, mine])
+        if noise is not None:
+            frequency = frequency + noise[k][0]
+            shapes = None if shapes is None else shapes + noise[k][1]
+        rows.append(shifted.residual(values[:, places], (), None, frequency, shapes))
+    return p.joined(rows, values) if isinstance(p, Combined) else rows[0]
 
 
-def _ends(p: Problem, values: np.ndarray, inputs: Sequence[Input], share: float) -> tuple[np.ndarray, np.ndarray]:
+def _ends(
+    p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], share: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Shifts (2 q, q) of each input up and down by a share of its deviation, and the residuals there.
 
     Raises
@@ -118,7 +131,9 @@ def _ends(p: Problem, values: np.ndarray, inputs: Sequence[Input], share: float)
     raise InputError("the uncertainties lead to what cannot be evaluated; state smaller ones")
 
 
-def _second_order_terms(p: Problem, values: np.ndarray, inputs: Sequence[Input], P: np.ndarray) -> np.ndarray:
+def _second_order_terms(
+    p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], P: np.ndarray
+) -> np.ndarray:
     """(q, p) f'' u^2 / sqrt(2) of each output f for each input, from evaluations one deviation up and down.
 
     Notes
@@ -141,6 +156,23 @@ def _second_order_terms(p: Problem, values: np.ndarray, inputs: Sequence[Input],
     return np.asarray((found[:q] + found[q:-1] - 2.0 * found[-1]) / np.sqrt(2.0))
 
 
+def _misfit_of_each(p: Combined, r: np.ndarray, D: np.ndarray, U: np.ndarray) -> np.ndarray:
+    """(n,) root mean square of each recording's residual, of the covariance that data and inputs let expect of it.
+
+    U (r, p) holds the columns of J.
+    """
+    left, first, found = np.eye(len(r)) - U @ U.T, p.first_rows, []
+    C = left @ (np.eye(len(r)) + D @ D.T) @ left
+    for k, (part, _) in enumerate(p.parts):
+        rows = slice(first[k], first[k + 1])
+        variance, V = np.linalg.eigh(C[rows, rows])
+        kept = variance > 1e-9 * variance[-1]
+        free = int(np.count_nonzero(kept)) - part.free_scales
+        z = V[:, kept].T @ r[rows]
+        found.append(float(np.sqrt(np.sum(z**2 / variance[kept]) / free)) if free > 0 else np.nan)
+    return np.array(found)
+
+
 class Budget(NamedTuple):
     """Uncertainty of the unknowns before what the amplitude adds.
 
@@ -149,6 +181,8 @@ class Budget(NamedTuple):
     shares : Share of each input and group of data
     covariance : (p, p)
     consistency : float, root mean square of the misfit, of the deviations that hold for all inputs; nan if unknown
+    free : int, degrees of freedom of the misfit
+    misfit : (n,) float, root mean square of each recording's residual, of the same deviations; nan if unknown
     widened : float, factor on the deviations of the data, 1 or more
     P : (p, r), dp = -P dr of a change of the residual
     warnings : sentences on inputs that do not act in proportion
@@ -157,13 +191,19 @@ class Budget(NamedTuple):
     shares: tuple[Share, ...]
     covariance: np.ndarray
     consistency: float
+    free: int
+    misfit: np.ndarray
     widened: float
     P: np.ndarray
     warnings: list[str]
 
 
-def budget_of(task: Task, p: Problem, values: np.ndarray, inputs: Sequence[Input], own: Sequence[str]) -> Budget:
+def budget_of(
+    task: Task, p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], own: Sequence[str]
+) -> Budget:
     """Shares of inputs and data; `own` holds keys of inputs that are each recording's own.
+
+    `task` gives the unknowns' keys; of several recordings in one estimate it may be that of any.
 
     Notes
     -----
@@ -171,7 +211,7 @@ def budget_of(task: Task, p: Problem, values: np.ndarray, inputs: Sequence[Input
     should have the covariance 1 + D D^T, D = dr/dx u(x); what is left of it off the columns of J is held against that,
     and where it is larger the data's deviations are widened by the root of the mean square (Birge 1932).
     """
-    scale, certain = p.scale, task.modal.has_uncertainties
+    scale, certain = p.scale, p.weighted
     J = p.jacobian(values) * scale
     P = scale[:, None] * np.linalg.pinv(J)
     D = np.zeros((len(J), 0))
@@ -179,16 +219,17 @@ def budget_of(task: Task, p: Problem, values: np.ndarray, inputs: Sequence[Input
         plus, minus = np.split(_ends(p, values, inputs, 0.5)[1], 2)
         D = (plus - minus).T
     r = p.residual(values)
-    free = len(r) - len(values) - (0 if p.shapes is None else len(p.shapes))
-    consistency = np.nan
+    free = len(r) - len(values) - p.free_scales
+    consistency, misfit = np.nan, np.full(len(p.parts), np.nan)
     if free > 0 and certain:
         U, sigma, _ = np.linalg.svd(J)
-        N = U[:, np.count_nonzero(sigma > 1e-12 * sigma[0]) :]
+        rank = np.count_nonzero(sigma > 1e-12 * sigma[0])
+        N = U[:, rank:]
         z, E = N.T @ r, N.T @ D
         consistency = float(np.sqrt(z @ np.linalg.solve(np.eye(len(z)) + E @ E.T, z) / free))
+        if isinstance(p, Combined):
+            misfit = _misfit_of_each(p, r, D, U[:, :rank])
     widened = max(1.0, consistency) if np.isfinite(consistency) else 1.0
-    m = len(p.frequency)
-    last = len(r) - len(p.prior)
     first, second = -(P @ D).T, np.nan_to_num(_second_order_terms(p, values, inputs, P), posinf=0.0, neginf=0.0)
     sign = np.sign(np.where(np.abs(first) >= np.abs(second), first, second))
     given = sign * np.hypot(first, second)
@@ -197,10 +238,13 @@ def budget_of(task: Task, p: Problem, values: np.ndarray, inputs: Sequence[Input
         Share(i.key, i.unit, i.value, i.std, given[k], i.key in own or any(i.key.startswith(o) for o in own))
         for k, i in enumerate(inputs)
     ]
-    groups = []
+    of, groups = p.groups, []
     if certain:
-        groups = [("noise: frequencies", P[:, :m], widened), ("noise: mode shapes", P[:, m:last], widened)]
-    groups += [("other measurements of the unknowns", P[:, last:], 1.0)]
+        groups = [
+            ("noise: frequencies", P[:, of["frequencies"]], widened),
+            ("noise: mode shapes", P[:, of["shapes"]], widened),
+        ]
+    groups += [("other measurements of the unknowns", P[:, of["priors"]], 1.0)]
     covariance = given.T @ given
     for label, part, factor in groups:
         if part.shape[1]:
@@ -215,30 +259,37 @@ def budget_of(task: Task, p: Problem, values: np.ndarray, inputs: Sequence[Input
         for k, i in enumerate(inputs)
         if (acted := [n for j, n in enumerate(task.keys) if abs(second[k, j]) > BENT * std[j]])
     ]
-    return Budget(tuple(shares), covariance, consistency, widened, P, bent)
+    return Budget(tuple(shares), covariance, consistency, free, misfit, widened, P, bent)
 
 
 def amplitude_share(
-    task: Task, p: Problem, values: np.ndarray, P: np.ndarray
+    tasks: Sequence[Task], p: Problem | Combined, values: np.ndarray, P: np.ndarray
 ) -> tuple[Share, Callable[[np.ndarray], list[str]]] | None:
     """Shift by the amplitude of the swing, as a share of the budget, and its warnings for given deviations."""
-    found = amplitude.shift(assign(p.base, p.unknown, values), task.modal, task.used, task.sensors, task.directions)
-    if found is None:
+    step, largest, lost, first, known = np.zeros(len(values)), 0.0, False, 0, False
+    for task, (part, places) in zip(tasks, p.parts, strict=True):
+        own = values[places]
+        s = part.assigned(own)
+        found = amplitude.shift(s, task.modal, task.used, task.sensors, task.directions)
+        rows = slice(first, first + sum(len(group) for group in part.groups.values()))
+        first = rows.stop
+        if found is None:
+            continue
+        known, largest = True, max(largest, found.largest)
+        if np.all(np.isfinite(found.frequency)):
+            step += P[:, rows] @ (part.residual(own, frequency=part.frequency - found.frequency) - part.residual(own))
+        else:
+            lost = True
+    if not known:
         return None
-    message = f"the springs' ends move by {1e3 * found.largest:.3g} mm, so that their stiffness is not quite linear"
-    lost = not np.all(np.isfinite(found.frequency))
-    step = (
-        np.zeros(len(values))
-        if lost
-        else P @ (p.residual(values, frequency=p.frequency - found.frequency) - p.residual(values))
-    )
+    message = f"the springs' ends move by {1e3 * largest:.3g} mm, so that their stiffness is not quite linear"
 
     def warnings(std: np.ndarray) -> list[str]:
         if lost:
             return [f"{message}; what this does to the result cannot be estimated, and is not in u; let it swing less"]
         shown = [
-            f"{k} by about {x:.2g} {LABELS[k][1]}"
-            for k, x, u in zip(task.keys, step, std, strict=True)
+            f"{k} by about {x:.2g} {label_of(k)[1]}"
+            for k, x, u in zip(tasks[0].keys, step, std, strict=True)
             if abs(x) > SHIFT_WARNED * u
         ]
         return [f"{message}: this shifts {' and '.join(shown)}, which is in u; let it swing less"] if shown else []
@@ -247,22 +298,25 @@ def amplitude_share(
 
 
 def monte_carlo(
-    task: Task, p: Problem, values: np.ndarray, inputs: Sequence[Input], widened: float, P: np.ndarray
+    task: Task, p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], widened: float, P: np.ndarray
 ) -> np.ndarray:
     """(n, p) unknowns identified from drawn inputs and data (GUM Supplement 1); Gauss-Newton with a fixed P."""
     n = task.given.uncertainty.draws
     random = np.random.default_rng(task.given.uncertainty.seed)
     shifts = random.standard_normal((n, len(inputs))) * np.array([i.std for i in inputs])
-    L = widened * np.linalg.cholesky(p.frequency_covariance)
-    noise: list[Any] = [random.standard_normal((n, len(L))) @ L.T, 0.0]
-    if p.shapes is not None and p.shape_covariance is not None:
-        L = widened * np.linalg.cholesky(p.shape_covariance)
-        noise[1] = np.einsum("mij,nmj->nmi", L, random.standard_normal((n, *p.shapes.shape)))
+    noise: list[tuple[Any, Any]] = []
+    for part, _ in p.parts:
+        L = widened * np.linalg.cholesky(part.frequency_covariance)
+        of_frequency, of_shapes = random.standard_normal((n, len(L))) @ L.T, np.zeros(1)
+        if part.shapes is not None and part.shape_covariance is not None:
+            L = widened * np.linalg.cholesky(part.shape_covariance)
+            of_shapes = np.einsum("mij,nmj->nmi", L, random.standard_normal((n, *part.shapes.shape)))
+        noise.append((of_frequency, of_shapes))
     other = random.standard_normal((n, len(p.prior)))
     found = np.broadcast_to(values, (n, len(values)))
     for _ in progress.track(range(6), "Monte Carlo, iteration"):
         try:
-            r = _residual(p, found, inputs, shifts, (noise[0], noise[1]))
+            r = _residual(p, found, inputs, shifts, noise)
         except (InputError, np.linalg.LinAlgError) as error:
             widest = max(inputs, key=lambda i: i.std / abs(i.value) if i.value else 0.0)
             raise InputError(

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
+from evolvent.massprops.inertia.combined import Combined
 from evolvent.massprops.inertia.linear_equations import refuse_mass, six_mode_properties, vertical_properties
-from evolvent.massprops.inertia.problem import BODY_NAMES, MOMENTS, Problem, assign, undetermined, value_of
+from evolvent.massprops.inertia.problem import BODY_NAMES, MOMENTS, Problem, undetermined, value_of
 from evolvent.massprops.inertia.stand import Body, Stand, inertia_defect
 from evolvent.massprops.inertia.statics import Y
 from evolvent.massprops.inertia.three_frequencies import candidates
@@ -62,7 +63,7 @@ def starts(p: Problem, stand: Stand, body: Body) -> list[np.ndarray]:
 
 
 def solve(
-    p: Problem, method: str, begin: Sequence[np.ndarray], *, inputs: Mapping[str, float] | None = None
+    p: Problem | Combined, method: str, begin: Sequence[np.ndarray], *, inputs: Mapping[str, float] | None = None
 ) -> Inertia:
     """Least squares of a problem from the best of several starts."""
     import scipy.optimize
@@ -76,7 +77,7 @@ def solve(
             return np.full(rows, 1e9)
         return np.where(np.isfinite(r), r, 1e9)
 
-    rows = len(p.frequency) + (0 if p.shapes is None else p.shapes.size) + len(p.prior)
+    rows = sum(len(group) for group in p.groups.values())
     given = begin[0]
     begin = sorted(begin, key=lambda values: float(np.sum(residual(values / scale) ** 2)))
     first = begin[0]
@@ -106,7 +107,7 @@ def solve(
     try:
         return finish(p, found.x * scale, method, inputs=inputs)
     except InputError as error:
-        for start in begin[1:] if p.shapes is not None else []:  # another that fits as well, and that a body has
+        for start in begin[1:] if p.has_shapes else []:  # another that fits as well, and that a body has
             other = search(start)
             if other.status > 0 and other.cost < 2.0 * found.cost + rows:
                 with contextlib.suppress(InputError):
@@ -120,7 +121,7 @@ def _too_little(reasons: Sequence[str]) -> str:
 
 
 def finish(
-    p: Problem,
+    p: Problem | Combined,
     values: np.ndarray,
     method: str,
     *,
@@ -132,7 +133,7 @@ def finish(
     warnings = list(warnings)
     if reasons := undetermined(p.jacobian(values), p.unknown, p.scale):
         raise InputError(_too_little(reasons))
-    full = assign(p.base, p.unknown, values)
+    full = p.assigned(values)
     named = {name: float(value_of(full, name)) for name in BODY_NAMES}
     named.update(zip(p.unknown, values.tolist(), strict=True))
     refuse_mass(named["mass"])
@@ -142,8 +143,7 @@ def finish(
         if (name == "stiffness" or name[0] == "k") and not named[name] > 0.0:
             raise InputError(f"the data give {name} = {named[name]:.6g} N/m; no spring has it, check the data")
     r = p.residual(values)
-    scaled = 0 if p.shapes is None or p.release is not None else len(p.shapes)
-    free = len(p.frequency) + (0 if p.shapes is None else p.shapes.size - scaled) + len(p.prior) - len(values)
+    free = len(r) - p.free_scales - len(values)
     misfit = float(np.sqrt(r @ r / free)) if free > 0 else float("nan")
     if p.weighted and misfit > 3.0:
         warnings.append(f"the model misses the data by {misfit:.1f} of their standard deviations")

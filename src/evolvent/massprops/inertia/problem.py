@@ -11,7 +11,8 @@ import numpy as np
 
 from evolvent.base.errors import InputError, nearest
 from evolvent.massprops.identification import Modes
-from evolvent.massprops.inertia.stand import Body, Setup, Stand, array, setup
+from evolvent.massprops.inertia import mounted
+from evolvent.massprops.inertia.stand import Body, Mounting, Setup, Stand, array, setup
 from evolvent.massprops.inertia.vibration import LinearModel, NormalModes, level, linearise, spring_energies
 
 MOMENTS = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
@@ -33,7 +34,7 @@ def check_names(what: str, names: Sequence[str], springs: int) -> tuple[str, ...
     """`names` as a tuple; refused where one is unknown or is given twice."""
     known = (*BODY_NAMES, *STAND_NAMES, *(f"k{i + 1}" for i in range(springs)))
     for name in names:
-        if name not in known:
+        if name not in known and not mounted.is_name(name):
             raise InputError(f"{what} names {name!r}; {nearest(str(name), known)}")
     if len(set(names)) < len(names):
         raise InputError(f"{what} is {tuple(names)}; no name may occur twice")
@@ -42,6 +43,8 @@ def check_names(what: str, names: Sequence[str], springs: int) -> tuple[str, ...
 
 def value_of(s: Setup, name: str) -> np.ndarray:
     """The number behind a name."""
+    if s.mounting is not None and mounted.is_name(name):
+        return mounted.value_of(s.mounting, name)
     if name == "mass":
         return np.asarray(s.mass)
     if name in CENTRE:
@@ -63,8 +66,12 @@ def value_of(s: Setup, name: str) -> np.ndarray:
 def scale_of(s: Setup, name: str) -> float:
     """The size that a change of the named number is measured by."""
     size = float(np.linalg.norm(s.points - s.points.mean(axis=-2, keepdims=True), axis=-1).max())
-    if name in CENTRE:
+    if name.startswith("tare"):
+        name = name.partition("_")[2]
+    if name in CENTRE or name.startswith("position"):
         return size
+    if name.startswith("turn"):
+        return 1.0
     if name in MOMENTS:
         row, column = MOMENTS[name]
         diagonal = np.diagonal(np.reshape(s.inertia, (-1, 3, 3))[0])
@@ -83,13 +90,15 @@ def assign(s: Setup, names: Sequence[str], values: np.ndarray) -> Setup:
     names : sequence of str
         mass; ex, h, ez; Ixx, Iyy, Izz, Ixy, Ixz, Iyz; k1, k2, ... (stiffness of one spring); stiffness (mean of all,
         which keep their ratios); length (mean likewise; the unloaded springs stay unstretched); lateral_stiffness (of
-        every spring); a, b (largest x and z of the attachments, the others and the ground points move along); gravity.
+        every spring); a, b (largest x and z of the attachments, the others and the ground points move along); gravity;
+        of a setup with a mounting the names of `evolvent.massprops.inertia.mounted.is_name`.
     values : (..., p) float, SI
     """
     values = np.asarray(values)
     batch = values.shape[:-1]
     given = dict(zip(names, np.moveaxis(values, -1, 0), strict=True))
     fresh: dict[str, Any] = {}
+    on_stand: dict[str, np.ndarray] = {}
 
     def own(field: str, trailing: int) -> np.ndarray:
         if field not in fresh:
@@ -102,7 +111,9 @@ def assign(s: Setup, names: Sequence[str], values: np.ndarray) -> Setup:
 
     for name in sorted(given, key=lambda name: name in STAND_NAMES):  # one spring first, then all together
         value = given[name]
-        if name in ("mass", "gravity"):
+        if mounted.is_name(name):
+            on_stand[name] = value
+        elif name in ("mass", "gravity"):
             fresh[name] = value
         elif name in CENTRE:
             i, sign = CENTRE[name]
@@ -130,6 +141,9 @@ def assign(s: Setup, names: Sequence[str], values: np.ndarray) -> Setup:
         own("ground", 2)[...] = (fresh.get("points", s.points)) + d / np.linalg.norm(d, axis=-1)[..., None] * reach[
             ..., None
         ]
+    if on_stand:
+        assert s.mounting is not None
+        fresh["mounting"] = mounted.assign(s.mounting, on_stand, batch)
     return s._replace(**fresh)
 
 
@@ -193,6 +207,32 @@ class Problem:
     def initial_estimate(self) -> np.ndarray:
         """(p,) values of the unknowns in `base`."""
         return np.array([float(value_of(self.base, name)) for name in self.unknown])
+
+    @property
+    def parts(self) -> tuple[tuple[Problem, list[int]], ...]:
+        """Itself, with the places of all unknowns: as of `evolvent.massprops.inertia.combined.Combined`."""
+        return ((self, list(range(len(self.unknown)))),)
+
+    @property
+    def groups(self) -> dict[str, np.ndarray]:
+        """Rows of the residual: of frequencies, shapes, and priors."""
+        m, last = len(self.frequency), len(self.frequency) + (0 if self.shapes is None else self.shapes.size)
+        rows = np.split(np.arange(last + len(self.prior)), [m, last])
+        return dict(zip(("frequencies", "shapes", "priors"), rows, strict=True))
+
+    @property
+    def free_scales(self) -> int:
+        """Number of shapes whose scale is free."""
+        return 0 if self.shapes is None or self.release is not None else len(self.shapes)
+
+    @property
+    def has_shapes(self) -> bool:
+        """Whether shapes were measured."""
+        return self.shapes is not None
+
+    def assigned(self, values: np.ndarray) -> Setup:
+        """The setup with values of the unknowns."""
+        return assign(self.base, self.unknown, values)
 
     @property
     def scale(self) -> np.ndarray:
@@ -365,9 +405,10 @@ def problem(
     model: str = "full",
     release: Any = None,
     prior: dict[str, tuple[float, float]] | None = None,
+    mounting: Mounting | None = None,
 ) -> Problem:
     """A checked `Problem`; parameters as of `evolvent.massprops.inertia.fit`."""
-    s = setup(stand, body)
+    s = setup(stand, body)._replace(mounting=mounting)
     if s.batch:
         raise InputError("stand and body have leading axes; one identification takes one stand and one body")
     unknown = check_names("unknown", unknown, len(stand.points))

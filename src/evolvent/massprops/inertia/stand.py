@@ -159,8 +159,45 @@ def inertia_defect(inertia: np.ndarray) -> str:
     return ""
 
 
+class Mounting(NamedTuple):
+    """How a body is fixed to a stand, with what else and which air moves along; any leading axes.
+
+    Attributes
+    ----------
+    rotation : (..., 3, 3), body axes to the stand's
+    position : (..., 3) m, of the body's reference point from the stiffness centre, stand's axes
+    turn : (..., 3) rad, rotation vector that follows `rotation`, stand's axes: an error of the attitude
+    occupied : bool, whether the body is on the stand
+    tare_mass, tare_centre, tare_inertia : (..., t) kg, (..., t, 3) m, (..., t, 3, 3) kg m2
+        Of all else on the stand: centres of mass from the stiffness centre, tensors about them, stand's axes.
+    air_mass, air_inertia : (n, 3, 3) m3 and m5, added mass and moments of shapes for the density 1
+    air_centre : (n, 3) m, of the shapes
+    air_on_body : tuple of bool, whether a shape's axes and reference point are the body's, or the stand's
+    air_factor : (..., n), on the formula of each shape
+    air_density : (...) kg/m3
+    """
+
+    rotation: np.ndarray = np.eye(3)
+    position: np.ndarray = np.zeros(3)
+    turn: np.ndarray = np.zeros(3)
+    occupied: bool = True
+    tare_mass: np.ndarray = np.zeros(0)
+    tare_centre: np.ndarray = np.zeros((0, 3))
+    tare_inertia: np.ndarray = np.zeros((0, 3, 3))
+    air_mass: np.ndarray = np.zeros((0, 3, 3))
+    air_inertia: np.ndarray = np.zeros((0, 3, 3))
+    air_centre: np.ndarray = np.zeros((0, 3))
+    air_on_body: tuple[bool, ...] = ()
+    air_factor: np.ndarray = np.zeros(0)
+    air_density: np.ndarray | float = 0.0
+
+
 class Setup(NamedTuple):
-    """Numbers of a stand and a body, with any leading axes, unchecked."""
+    """Numbers of a stand and a body, with any leading axes, unchecked.
+
+    `added` (..., 6, 6), in translation of the centre of mass and rotation, body axes, is inertia without weight: that
+    of air. With a `mounting` mass, centre and inertia are those of the body alone, in its own axes.
+    """
 
     points: np.ndarray
     ground: np.ndarray
@@ -174,12 +211,14 @@ class Setup(NamedTuple):
     mass: np.ndarray
     centre: np.ndarray
     inertia: np.ndarray
+    added: np.ndarray | None = None
+    mounting: Mounting | None = None
 
     @property
     def batch(self) -> tuple[int, ...]:
-        """Leading axes of all fields together."""
-        trailing = (2, 2, 1, 1, 1, 1, 1, 0, 0, 0, 1, 2)
-        fields = [np.asarray(f) for f in self]
+        """Leading axes of all fields together; those of a mounting are not counted."""
+        trailing = [2, 2, 1, 1, 1, 1, 1, 0, 0, 0, 1, 2, *([] if self.added is None else [2])]
+        fields = [np.asarray(f) for f in (*self[:12], *(() if self.added is None else (self.added,)))]
         return np.broadcast_shapes(*(f.shape[: f.ndim - n] for f, n in zip(fields, trailing, strict=True)))
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
+from evolvent.massprops.inertia.combined import Combined
 from evolvent.massprops.inertia.problem import BODY_NAMES, MOMENTS, Problem, check_names, value_of
 
 
@@ -105,7 +106,7 @@ class Inertia:
     identified: tuple[str, ...]
     covariance: np.ndarray
     method: str
-    problem: Problem = dataclasses.field(repr=False)
+    problem: Problem | Combined = dataclasses.field(repr=False)
     budget: Budget | None = dataclasses.field(default=None, repr=False)
     candidates: tuple[Candidate, ...] = ()
     misfit: float = float("nan")
@@ -174,7 +175,7 @@ def inertia_variables(
     return data
 
 
-def check_inputs(p: Problem, inputs: Mapping[str, float]) -> tuple[tuple[str, ...], np.ndarray]:
+def check_inputs(p: Problem | Combined, inputs: Mapping[str, float]) -> tuple[tuple[str, ...], np.ndarray]:
     """Names and standard deviations of inputs; refused where unknown, identified or negative."""
     names = check_names("inputs", tuple(inputs), p.base.points.shape[-2])
     for name in names:
@@ -205,15 +206,9 @@ def with_budget(inertia: Inertia, inputs: Mapping[str, float]) -> Inertia:
     at = np.array([inertia.values[name] for name in p.unknown])
     scale = p.scale
     P = scale[:, None] * np.linalg.pinv(p.jacobian(at) * scale)
-    sensitivity = -(P @ p.jacobian(at, names)).T if names else np.zeros((0, len(at)))
+    sensitivity = -(P @ p.jacobian(at, names)).T if names and isinstance(p, Problem) else np.zeros((0, len(at)))
     rows = [sensitivity * std[:, None]]
-    m = len(p.frequency)
-    shape_rows = 0 if p.shapes is None else p.shapes.size
-    groups = {
-        "frequencies": P[:, :m] if p.weighted else P[:, :0],
-        "shapes": P[:, m : m + shape_rows] if p.weighted else P[:, :0],
-        "priors": P[:, m + shape_rows :],
-    }
+    groups = {label: P[:, of] for label, of in p.groups.items() if p.weighted or label == "priors"}
     covariance = rows[0].T @ rows[0]
     labels = list(names)
     for label, part in groups.items():
@@ -249,6 +244,8 @@ def monte_carlo(inertia: Inertia, inputs: Mapping[str, float], *, samples: int =
     Every sample is identified again, all at once: six Gauss-Newton steps with the Jacobian of the nominal case.
     """
     p = inertia.problem
+    if isinstance(p, Combined):
+        raise InputError("several recordings in one estimate take the Monte Carlo of `evolvent.massprops`")
     names, std = check_inputs(p, inputs)
     if samples < 2:
         raise InputError(f"samples is {samples}; a distribution takes 2 or more")

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import facing
+from evolvent.massprops.inertia.mounted import turned, whole
 from evolvent.massprops.inertia.stand import Body, Setup, Stand, array, setup
 from evolvent.massprops.inertia.statics import (
     LEVEL,
@@ -341,6 +342,7 @@ def linear_model(stand: Stand, body: Body) -> LinearModel:
 
 def linearise(s: Setup) -> LinearModel:
     """`linear_model` of a Setup."""
+    s = whole(s)
     pose = equilibrium_pose(s)
     R = pose.rotation
     batch = R.shape[:-2]
@@ -355,6 +357,8 @@ def linearise(s: Setup) -> LinearModel:
     M = np.zeros((*batch, 6, 6))
     M[..., :3, :3] = np.asarray(s.mass)[..., None, None] * np.eye(3)
     M[..., 3:, 3:] = R @ s.inertia @ np.swapaxes(R, -1, -2)
+    if s.added is not None:
+        M = M + turned(s.added, R)
     D = np.zeros((*batch, 6, 6))
     if np.any(s.damping) or np.any(s.lateral_damping):
         r, d, _, _ = spring_state(s, pose.position, R)
@@ -379,6 +383,7 @@ def vertical_model(stand: Stand, body: Body) -> LinearModel:
 
 def level(s: Setup) -> LinearModel:
     """`vertical_model` of a Setup."""
+    s = whole(s)
     batch = s.batch
     R = np.broadcast_to(np.eye(3), (*batch, 3, 3))
     position = np.broadcast_to(s.centre, (*batch, 3)).copy()
@@ -391,5 +396,7 @@ def level(s: Setup) -> LinearModel:
     M = np.zeros((*batch, 6, 6))
     M[..., :3, :3] = np.asarray(s.mass)[..., None, None] * np.eye(3)
     M[..., 3:, 3:] = s.inertia
+    if s.added is not None:
+        M = M + s.added
     basis = np.broadcast_to(VERTICAL, (*batch, 6, 3))
     return LinearModel(M, D, K, basis, Pose(position, position - s.centre, R, np.zeros((*batch, 3))), s.centre)

@@ -153,6 +153,9 @@ def task_of(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None)
 
 def _check(given: OnSprings) -> None:
     """Refuse unknowns without an expected value, and what a plan cannot take into account."""
+    for key in ("tare", "mounting", "air"):
+        if getattr(given, key):
+            raise InputError(f"{key} is given; a plan is made for a body alone on the stand, in one mounting")
     asked = (*given.body.unknown, *(("common_factor",) if given.stand.common_factor.unknown else ()))
     if not any(key in COUNTED for key in asked):
         raise InputError(

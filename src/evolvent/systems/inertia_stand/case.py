@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
+from evolvent.massprops.mounting_keys import Air
 
 
 def _each(what: str, unit: str, example: str, each: str = "one per spring", **limits: Any) -> units.OneOrMore:
@@ -58,6 +59,24 @@ class Body(Section):
         return self
 
 
+class Limiters(Section):
+    """Pads on the body that face plates on the ground across a gap, in place of ideal guides.
+
+    At every point one pad faces outwards along x and one along z, both ways where the point's coordinate is 0.
+    """
+
+    clearance: units.Coordinate = Field(
+        description="gap of each pad at equilibrium; negative: pads are pressed together by so much"
+    )
+    friction: units.NumberOrZero = Field(0.1, description="coefficient of friction")
+    stiffness: units.Stiffness = Field(1e7, description="of each pad against its plate")
+    damping: units.ContactDampingOrZero = Field(0.0, description="of the normal force")
+    bristle_stiffness: units.Stiffness = Field(1e7, description="of each pad along its plate while it sticks")
+    points: Literal["springs"] | Annotated[tuple[units.Position, ...], Field(min_length=1)] = Field(
+        "springs", description="positions of the pads; body axes"
+    )
+
+
 class Stand(Section):
     """The springs."""
 
@@ -75,6 +94,10 @@ class Stand(Section):
     lateral_stiffness: Laterals = Field(0.0, description="against horizontal displacement of a spring's end")
     lateral_damping: Dampings = 0.0
     gravity: Gravity = 9.80665
+    limiters: Limiters | None = Field(
+        None,
+        description="in place of the ideal guides of a guided body; around a hanging one",
+    )
 
     @model_validator(mode="after")
     def _check(self) -> Stand:
@@ -203,10 +226,36 @@ class Case(Section):
     sensors: Sensors = Sensors()
     solver: Solver = Solver()
     identification: Identification = Identification()
+    air: Air | None = Field(
+        None,
+        description="that moves with the body, about its centre of mass: shapes with centre 0; along x and z the body "
+        "moves as much of it as along y; the identification does not know of it",
+    )
+
+    @property
+    def added(self) -> tuple[float, np.ndarray]:
+        """Mass of the air that the body moves vertically, kg, and its moments (3, 3) kg m2."""
+        mass, moments = 0.0, np.zeros((3, 3))
+        for shape in () if self.air is None else self.air.shapes:
+            A, J = shape.added()
+            size = self.air.density.value * shape.factor.value  # type: ignore[union-attr]
+            mass, moments = mass + size * float(A[1, 1]), moments + size * J
+        return mass, moments
 
     @model_validator(mode="after")
     def _check(self) -> Case:
         n = len(self.stand.springs)
+        for k, shape in enumerate(() if self.air is None else self.air.shapes):
+            if any(shape.centre) or shape.of != "body":
+                raise InputError(
+                    f"air.shapes.{k} has centre {list(shape.centre)} of the {shape.of}; in a simulation the air moves "
+                    "about the body's centre of mass: leave centre and of out"
+                )
+        if self.stand.limiters is not None and self.solver.method != "dopri5":
+            raise InputError(
+                f"solver.method is {self.solver.method!r}, which integrates a body on springs alone; stand.limiters "
+                "takes 'dopri5'"
+            )
         if isinstance(self.excitation.at, int) and self.excitation.at > n:
             raise InputError(f"excitation.at is {self.excitation.at}, but there are {n} springs")
         places = self.stand.springs if self.sensors.points == "springs" else self.sensors.points

@@ -74,7 +74,7 @@ def _linear(case: Case, setup: Setup) -> Variables:
     at_springs = modes.amplitude(setup.start.z, setup.stand.points).real
     at_sensors = np.abs(modes.amplitude(setup.start.z, case.sensor_points, case.sensor_directions))
     energies = modes.energy(setup.start.z)
-    true = np.array([setup.body.inertia[i, j] for i, j in MOMENTS.values()])
+    true = np.array([case.body.tensor[i, j] for i, j in MOMENTS.values()])
     sensor, spring, axis = ("linear_mode", "sensor"), ("linear_mode", "spring"), ("linear_mode", "axis")
     points, directions = modes.axes()
     partial = partial_frequencies(setup.stand, setup.body)

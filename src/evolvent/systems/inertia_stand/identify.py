@@ -12,7 +12,7 @@ from evolvent.massprops.identification import Modes, frequencies_in, identify, m
 from evolvent.massprops.inertia import Inertia, from_modes, inertia_variables, mode_energies, partners
 from evolvent.solvers import batch
 from evolvent.systems.inertia_stand.case import Case
-from evolvent.systems.inertia_stand.structure import Setup
+from evolvent.systems.inertia_stand.structure import Setup, known_of
 
 if TYPE_CHECKING:
     from evolvent.analysis.definition import Variables
@@ -71,7 +71,7 @@ def identified(
         method = chosen.method.replace("-", "_")
         modes = identify(measured, rate=case.sensors.rate, method=method, order=order, names=names)
         if chosen.way != "none":
-            body = inertia_of(case, setup, modes)
+            body = inertia_of(case, modes)
     except InputError as error:
         reason = in_keys(str(error), _KEYS)
     except np.linalg.LinAlgError as error:
@@ -84,10 +84,11 @@ def identified(
     return _variables(case, setup, found, order or 3), _warnings(case, found)
 
 
-def inertia_of(case: Case, setup: Setup, modes: Modes) -> Inertia:
+def inertia_of(case: Case, modes: Modes) -> Inertia:
     """Mass properties by the way that the case asks for."""
     sensors = {"points": case.sensor_points, "directions": case.sensor_directions}
-    return from_modes(setup.stand, setup.body, modes, way=case.identification.way, **sensors)
+    stand, body = known_of(case)
+    return from_modes(stand, body, modes, way=case.identification.way, **sensors)
 
 
 def distinct(frequency: np.ndarray) -> np.ndarray:
@@ -129,7 +130,7 @@ def _with_shift(case: Case, setup: Setup, found: Found, true: np.ndarray, step: 
     if np.any(np.isnan(shift)):
         return found._replace(bias=dict.fromkeys(body.identified, np.nan))
     try:
-        small_body = inertia_of(case, setup, dataclasses.replace(modes, frequency=modes.frequency / (1.0 + shift)))
+        small_body = inertia_of(case, dataclasses.replace(modes, frequency=modes.frequency / (1.0 + shift)))
     except (InputError, np.linalg.LinAlgError):
         return found
     return found._replace(bias={name: body[name] - small_body[name] for name in body.identified})
