@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from evolvent.base.errors import InputError
 from evolvent.systems.heliogyro.case import Case
 from evolvent.systems.heliogyro.straight import straight_inertia
 
@@ -105,6 +106,63 @@ def steady_lags(case: Case, lengths: Array, speeds: Array) -> Array:
     return np.asarray(np.arcsin(np.clip(sine, -1.0, 1.0)))
 
 
+def thread_nutation(case: Case, lengths: Array, lags: Array | float = 0.0) -> Array:
+    r"""Angle between Z and the axis about which body and straight threads turn steadily, rad: (nt,).
+
+    Notes
+    -----
+    A thread does not keep its angle to the body: it lies across the axis of rotation n = Z + nu, so that
+    d_z = -d . nu, and pulls with T = W^2 (m L0 cos(lag) + S) at Q = (Q_x, Q_y, r). Euler's equations of the body alone
+    (A, B, C) are then, to first order in nu, with the sums over the blades and t = T/W^2::
+
+        sum t Q_x (d_x nu_x + d_y nu_y) + (C - A) nu_x = -r sum t d_x
+        sum t Q_y (d_x nu_x + d_y nu_y) + (C - B) nu_y = -r sum t d_y
+    """
+    X, Y = directions(case)
+    A, B, C = case.body.inertia if isinstance(case.body.inertia, tuple) else (case.body.inertia,) * 3
+    lag = np.broadcast_to(lags, lengths.shape)[..., None] * (1.0 if case.body.rate >= 0.0 else -1.0)
+    d, Q = (np.cos(lag) * X - np.sin(lag) * Y)[..., :2], case.body.spool_offset * X[:, :2]
+    m, S, _ = out_moments(case, lengths)
+    pull = (m * case.body.spool_offset * np.cos(lag[..., 0]) + S)[..., None]
+    K = np.einsum("tka,tkb->tab", pull * Q, d) + np.diag([C - A, C - B])
+    load = -case.spool.radius * (pull * d).sum(axis=1)
+    nu = np.linalg.solve(K, load[..., None])[..., 0]
+    return np.asarray(np.arctan(np.linalg.norm(nu, axis=1)))
+
+
+def largest_difference(case: Case, nutation: float) -> float:
+    """Share by which the last blade may be paid out more slowly, by `thread_nutation` when the others are all out.
+
+    Parameters
+    ----------
+    nutation : float, rad, above 0
+
+    Raises
+    ------
+    InputError
+        If the case has no constant rate, or if no difference leads to that nutation.
+    """
+    rates = np.broadcast_to(np.asarray(case.spool.rate if case.spool.rate is not None else 0.0), case.body.blades)
+    fastest = float(rates.max())
+    if not fastest > 0.0 or case.spool.changes or case.body.motion != "free":
+        raise InputError("the largest difference of rates needs body.motion 'free' and a spool.rate above 0 without "
+                         "spool.changes")  # fmt: skip
+
+    def excess(share: float) -> float:
+        part = np.append(np.ones(case.body.blades - 1), 1.0 - share)
+        lengths = np.stack([np.zeros_like(part), case.blade.length * part])
+        lags = steady_lags(case, lengths, case.spool.radius * fastest * part)
+        return float(thread_nutation(case, lengths, lags)[-1]) - nutation
+
+    shares = np.linspace(0.0, 1.0, 101)
+    above = np.flatnonzero([excess(share) >= 0.0 for share in shares])
+    if not above.size or above[0] == 0:
+        raise InputError(f"nutation is {nutation!r} rad; it must be above 0, and one that a difference of rates causes")
+    from scipy.optimize import brentq  # 0.2 s that a run does not need
+
+    return float(brentq(excess, shares[above[0] - 1], shares[above[0]]))
+
+
 def variables(case: Case, view: View, blades: list[dict]) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
     """Mass centre, nutation and direction of the angular momentum, of a run of a free body.
 
@@ -131,11 +189,16 @@ def variables(case: Case, view: View, blades: list[dict]) -> dict[str, tuple[tup
     offset = np.einsum("tba,tb->ta", pose.R, centre - pose.x)
     lengths = np.stack([blade["deployed_length"].values for blade in blades], axis=1)
     speeds = case.spool.radius * view.solution.observations.spool[:, :, 1]
-    straight = rigid(case, lengths, steady_lags(case, lengths, speeds))
+    lags = steady_lags(case, lengths, speeds)
+    straight = rigid(case, lengths, lags)
     return {
         "mass_centre": (("time", "axis"), offset, "m", "common centre of mass, from that of the body, body axes"),
         "mass_centre_straight": (("time", "axis"), straight.centre, "m", "centre of mass with straight blades"),
-        "nutation_straight": (
+        "nutation_threads": (
+            ("time",), thread_nutation(case, lengths, lags), "rad",
+            "angle between the spin axis and the axis about which the body and straight threads turn steadily",
+        ),
+        "nutation_rigid": (
             ("time",), principal_tilt(straight.inertia), "rad",
             "angle between the spin axis and the principal axis of the body with rigid straight blades",
         ),

@@ -22,7 +22,8 @@ def nutation_figure(run: Any) -> Figure:
     curves = (
         ("nutation", "spin axis of the body", 0, "-"),
         ("rate_nutation", "angular velocity", 1, "-"),
-        ("nutation_straight", "spin axis, rigid straight blades", 2, "--"),
+        ("nutation_threads", "spin axis, straight threads", 2, "--"),
+        ("nutation_rigid", "spin axis, rigid blades", 3, ":"),
     )
     angles = [
         Line(x=time, y=np.degrees(run[name].values), label=label, color=color, style=style, width=1.2)
@@ -70,23 +71,29 @@ def difference_figure(dataset: xr.Dataset, key: str) -> Figure:
     order = np.argsort(np.abs(percent))
     x = np.abs(percent)[order]
     panels = []
-    for name, factor, what, bound in (
-        ("nutation", 180.0 / np.pi, "largest nutation, deg", BOUND),
-        ("mass_centre", 1e3, "largest offset of the mass centre along x, mm", None),
-    ):
-        lines = []
-        for c, (suffix, label) in enumerate((("", "run"), ("_straight", "straight blades"))):
-            found = next((k for k in dataset.data_vars if k.startswith(f"{name}{suffix}_") and k.endswith("max")
-                          and ("straight" in k) == bool(suffix)), None)  # fmt: skip
-            if found is None:
-                continue
-            y = factor * np.abs(dataset[found].values)[order]
-            lines.append(Line(x=x, y=y, label=label, color=c, marker="o", style="--" if suffix else "-"))
+    for what, factor, curves, bound in (
+        (
+            "largest nutation, deg", 180.0 / np.pi,
+            {"nutation_max": "run", "nutation_threads_max": "straight threads", "nutation_rigid_max": "rigid blades"},
+            BOUND,
+        ),
+        (
+            "largest offset of the mass centre along x, mm", 1e3,
+            {"mass_centre_x_max": "run", "mass_centre_straight_x_max": "straight blades"}, None,
+        ),
+    ):  # fmt: skip
+        lines = [
+            Line(
+                x=x, y=factor * dataset[name].values[order], label=label, color=c, marker="o", style="--" if c else "-"
+            )
+            for c, (name, label) in enumerate(curves.items())
+            if name in dataset
+        ]
         title = ""
         if bound is not None and lines:
             limit = crossing(x, lines[0].y, bound)
-            lines.append(Line(x=x[[0, -1]], y=np.full(2, bound), label=f"{bound:g} deg", color="0.5", style=":"))
             title = f"{bound:g} deg is reached at {limit:.2g} %" if np.isfinite(limit) else f"below {bound:g} deg"
+            lines.append(Line(x=x[[0, -1]], y=np.full(2, bound), label=f"{bound:g} deg", color="0.5", style=":"))
         if lines:
             panels.append(
                 Panel(x_label="difference of the pay-out rates, %", y_label=what, lines=lines, title=title, y_zero=True)
