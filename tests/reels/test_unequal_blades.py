@@ -93,6 +93,14 @@ def test_nutation_is_that_of_straight_threads() -> None:
     assert np.degrees(found.rate_nutation.values.max()) < 0.01
 
 
+def test_a_body_with_equal_moments_of_inertia_has_no_steady_axis() -> None:
+    """Nothing holds it about the line of its blades: the closed form has no value, and no difference is a limit."""
+    case = cases.load(NAME, {"body.inertia": 0.004})
+    assert np.isnan(free_body.thread_nutation(case, np.array([[2.0, 1.0]]), 0.2)).all()
+    with pytest.raises(InputError, match="one that a difference of rates causes"):
+        free_body.largest_difference(case, 0.01)
+
+
 def test_a_body_that_spins_backwards_is_the_mirror_image() -> None:
     there, back = run(3.5, 2.8), evolvent.run(NAME, HEAVY | {"spool.rate": [3.5, 2.8], "body.rate": -6.0})
     assert back.nutation.values == pytest.approx(there.nutation.values, abs=1e-7)

@@ -117,6 +117,8 @@ def thread_nutation(case: Case, lengths: Array, lags: Array | float = 0.0) -> Ar
 
         sum t Q_x (d_x nu_x + d_y nu_y) + (C - A) nu_x = -r sum t d_x
         sum t Q_y (d_x nu_x + d_y nu_y) + (C - B) nu_y = -r sum t d_y
+
+    NaN where nothing holds the body about an axis: with C = B and two blades along X.
     """
     X, Y = directions(case)
     A, B, C = case.body.inertia if isinstance(case.body.inertia, tuple) else (case.body.inertia,) * 3
@@ -126,8 +128,9 @@ def thread_nutation(case: Case, lengths: Array, lags: Array | float = 0.0) -> Ar
     pull = (m * case.body.spool_offset * np.cos(lag[..., 0]) + S)[..., None]
     K = np.einsum("tka,tkb->tab", pull * Q, d) + np.diag([C - A, C - B])
     load = -case.spool.radius * (pull * d).sum(axis=1)
-    nu = np.linalg.solve(K, load[..., None])[..., 0]
-    return np.asarray(np.arctan(np.linalg.norm(nu, axis=1)))
+    held = np.abs(np.linalg.det(K)) > 1e-12 * np.abs(K).max(axis=(1, 2)) ** 2
+    nu = np.linalg.solve(np.where(held[:, None, None], K, np.eye(2)), load[..., None])[..., 0]
+    return np.asarray(np.where(held, np.arctan(np.linalg.norm(nu, axis=1)), np.nan))
 
 
 def largest_difference(case: Case, nutation: float) -> float:
