@@ -40,6 +40,7 @@ FRAMES = {
     "hanging-chain": Frame(0.0),
     "heliogyro": Frame(0.8, _FAST_BLADES),
     "heliogyro-paper": Frame(1.0, _FAST_BLADES),
+    "heliogyro-unequal": Frame(0.8, {"spool.rate": [3.5, 2.8]}),
     "inertia-stand": Frame(0.02),
     "inertia-stand-paper": Frame(0.05),
     "orbit-tether": Frame(0.9),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent.papers.thread_variants import Data, Deployment, deploy
+from evolvent.papers.thread_variants import SHARE, Data, Deployment, deploy
 
 SOFT = Data(stiffness=1e3)
 
@@ -89,13 +89,18 @@ def test_a_thread_without_forces_leaves_straight_with_the_departure_point_only()
     assert np.nanmax(np.abs(found["spool node"].positions[:, :, 2] - film.radius)) > film.radius
 
 
-def test_stiffness_by_the_length_of_the_boundary_segment_lowers_tension_and_keeps_the_lag():
-    """Section III.3 leaves open what the constant c of the boundary segment does along the thread."""
-    constant, scaled = run(until=30.0), run(until=30.0, start="scaled")
+def test_stiffness_by_the_length_of_the_boundary_segment_keeps_lag_and_peak():
+    """Section III.3 leaves open what the constant c of the boundary segment does along the thread.
+
+    A released node starts without strain: its segment overshoots to twice the tension. Steps near the stability limit
+    damp that.
+    """
+    step = 0.125 * SHARE * SOFT.stable_step("scaled")
+    constant, scaled = run(until=30.0, step=step), run(until=30.0, start="scaled", step=step)
     late = constant.t >= 7.0
     gap = constant.lag - np.interp(constant.t, scaled.t, scaled.lag)
     assert np.abs(gap[late]).max() < 0.03
-    assert np.nanmax(scaled.pull) < 0.85 * np.nanmax(constant.pull)
+    assert np.nanmax(scaled.pull) == pytest.approx(np.nanmax(constant.pull), rel=0.02)
 
 
 def test_a_node_that_stays_on_the_spool_does_not_act():

@@ -69,15 +69,16 @@ RECORDS: dict[str, np.dtype] = {
     "links": _record("a b sense", "length drum axis zero", axis=_3, zero=_3),
     # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
     "guides": _record("kind body", "direction axis value", direction=_3, axis=_3),
-    # tip: the point mass that the first node is, or -1. Of a step: rest lengths at the spool, rates of the spool and
-    # squares of the end's speed at both ends; sums: of `kernels.thread.energy`
+    # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
+    # it does not; line_energy: J/m, W there; tip: the point mass that the first node is, or -1. Of a step: rest lengths
+    # at the spool, rates of the spool and squares of the end's speed at both ends; sums: of `kernels.thread.energy`
     "threads": _record(
         "kind iq iv n node copies body drive first last law spool_q spool_v turned carried separates end slack coupled "
         "spool_switch motor_profile motor_law motor_first motor_last tip",
         "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture "
-        "coiling core spool_friction spool_viscous",
-        "Q d X phi b spool leaving start field r loose motor friction rest0 rest1 turning0 turning1 square0 square1 "
-        "sums turning reach out hub torque hub_pull end_pull kinetic elastic linear angular",
+        "coiling core spool_friction spool_viscous shortest",
+        "Q d X phi b spool leaving start field r loose motor friction line_energy rest0 rest1 turning0 turning1 "
+        "square0 square1 sums turning reach out hub torque hub_pull end_pull kinetic elastic linear angular",
         departure=_3, payout_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
         sums=(N_INVENTORY,), hub_pull=_3, end_pull=_3, linear=_3, angular=_3,
     ),

@@ -19,6 +19,8 @@ from evolvent.parts.reel import Reel
 
 #: Of a thread whose end is fixed, at the start.
 LARGEST_STRAIN = 0.1
+#: Of a segment: the shortest length that counts for the stiffness of a boundary segment by its length.
+SHORTEST_FRACTION = 0.1
 SEGMENTS = {"springs": kernels.SPRINGS, "inextensible": kernels.INEXTENSIBLE}
 
 
@@ -65,6 +67,13 @@ class Thread(Part):
         Whether a spring segment only pulls: it is slack below its natural length, and while its damper would push
         harder than its spring pulls. Otherwise it carries compression. Under generalized-alpha let the steps follow
         from `tolerance`.
+    boundary_segment : {"constant", "by-length"}
+        Stiffness and damping of the segment between the spool and the last node off it (springs): those of a whole
+        segment, as in the paper, or those of its own length, `stiffness` l0/b of a length b.
+    shortest_fraction : float
+        Fraction of a segment, above 0 and up to 1: below this length the stiffness of the boundary segment stays that
+        at it (`boundary_segment` 'by-length'). Explicit methods need steps shorter by up to
+        sqrt((1 + 1/shortest_fraction)/2).
     direction : (3,) float, optional
         Direction of the thread deployed at the start, body axes; the pay-out axis of the reel if left out. With `end`
         the thread is straight to that point.
@@ -97,6 +106,11 @@ class Thread(Part):
     mass they are added to its mass. The thread deployed at the start is straight, and stretched uniformly where the
     point is farther away than the deployed length. Without `slack` the segments carry compression: give the end a
     velocity away from the reel, or keep the thread taut by a spin.
+
+    A boundary segment whose stiffness k follows its natural length b stores k (l - b)^2/2 at the length l: what the
+    spool pays out changes it by -T (1 + strain/2) per length. A driven spool takes up that much power, and a free one
+    is turned by that force, which is the tension T plus the strain energy per length. A released node starts on a
+    segment without strain, as under 'constant'.
     """
 
     kind: Literal["thread"] = "thread"
@@ -110,6 +124,8 @@ class Thread(Part):
     stiffness: units.StiffnessOrZero = 1e4
     damping: units.DampingOrZero = 0.0
     slack: bool = False
+    boundary_segment: Literal["constant", "by-length"] = "constant"
+    shortest_fraction: units.PositiveNumber = SHORTEST_FRACTION
     direction: units.Direction | None = None
     rotate_velocity: bool = True
     wound_mass: Literal["ignored", "carried"] = "ignored"
@@ -185,6 +201,7 @@ class Thread(Part):
             capture=self.capture_fraction,
             end=end,
             slack=int(self.slack),
+            shortest=l0 * self.shortest_fraction if self.boundary_segment == "by-length" else 0.0,
             coiling=0.5 * self.thickness / np.pi,
             core=np.sqrt(core),
             spool_friction=drive.friction,
@@ -204,6 +221,20 @@ class Thread(Part):
         """Refuse keys that do not fit the segments."""
         if kind == kernels.SPRINGS and self.stiffness == 0.0:
             raise InputError(f"{name}.stiffness is {self.stiffness!r}; segments that are springs need one above 0 N/m")
+        if self.boundary_segment != "constant" and kind != kernels.SPRINGS:
+            raise InputError(
+                f"{name}.boundary_segment is {self.boundary_segment!r}; it needs {name}.segments 'springs', not "
+                f"{self.segments!r}"
+            )
+        if self.shortest_fraction > 1.0:
+            raise InputError(
+                f"{name}.shortest_fraction is {self.shortest_fraction!r}; it must be above 0 and at most 1, of the "
+                f"length of a segment"
+            )
+        if self.boundary_segment == "constant" and self.shortest_fraction != SHORTEST_FRACTION:
+            raise InputError(
+                f"{name}.shortest_fraction is {self.shortest_fraction!r}; it needs {name}.boundary_segment 'by-length'"
+            )
         if self.slack and kind != kernels.SPRINGS:
             raise InputError(f"{name}.slack is true; it needs {name}.segments 'springs', not {self.segments!r}")
 

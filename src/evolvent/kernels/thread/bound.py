@@ -21,23 +21,26 @@ def add_thread_bound(model, p, body, point):
 
     Notes
     -----
-    Springs: omega^2 <= 4 c/m of a node between two of them, 2 c/m of the tip. Segments of fixed length move across
-    themselves only: omega^2 <= 4 T/(m l0), T the tension of the whole thread straight at the body's present rate.
+    Springs: omega^2 <= 4 c/m of a node between two of them, 2 c/m of the tip. Every node is at the spool for a while,
+    where the segment may be stiffer by the factor g = l0/S (see `boundary`): (2 + 2 g) c/m and 2 g c/m, and 2 g c of
+    what it is fixed to. Segments of fixed length move across themselves only: omega^2 <= 4 T/(m l0), T the tension of
+    the whole thread straight at the body's present rate.
     """
     row = model.threads[p]
     first, n, b = int(row["node"]), int(row["n"]), int(row["body"])
     masses = model.nodes["mass"][first : first + n]
     if row["kind"] == SPRINGS:
-        ends = np.where(np.arange(n) > 0, 4.0, 2.0)
+        stiffer = float(row["segment"] / row["shortest"]) if row["shortest"] > 0.0 else 1.0
+        ends = 2.0 * stiffer + np.where(np.arange(n) > 0, 2.0, 0.0)
         if row["end"] >= 0:
-            add_end_bound(model, row, body, point)
+            add_end_bound(model, row, 2.0 * stiffer, body, point)
             ends, masses = ends[1:], masses[1:]
         J = np.concatenate([row["X"], np.cross(row["d"], row["X"])])
         for what, value in enumerate((row["stiffness"], row["damping"])):
-            body[what, b] += 2.0 * value * row["copies"] * np.outer(J, J)
+            body[what, b] += 2.0 * stiffer * value * row["copies"] * np.outer(J, J)
         squared, damping = ends * row["stiffness"] / masses, ends * row["damping"] / masses
         if row["drive"] == FREE_SPOOL:
-            compliance = 2.0 * float(row["radius"]) ** 2 / float(row["spool_inertia"])
+            compliance = 2.0 * stiffer * float(row["radius"]) ** 2 / float(row["spool_inertia"])
             squared = np.append(squared, compliance * row["stiffness"])
             damping = np.append(damping, compliance * row["damping"])
         return [(float(k), float(d)) for k, d in zip(squared, damping, strict=True)]

@@ -53,8 +53,8 @@ def pull_end(model, p, fx, fy, fz):
     push_marker(model.markers, model.points, model.bodies, model.threads[p].end, x[0], x[1], x[2], fx, fy, fz)
 
 
-def add_end_bound(model, row, body, point):
-    """Add the outermost segment to the stiffness and damping at its point. Not compiled."""
+def add_end_bound(model, row, times, body, point):
+    """Add the outermost segment, so many times, to the stiffness and damping at its point. Not compiled."""
     marker, node = model.markers[int(row["end"])], model.nodes[int(row["node"])]
     index = int(marker["index"])
     d = np.array(node["x"]) - row["Q"][:3]
@@ -62,7 +62,7 @@ def add_end_bound(model, row, body, point):
     e = d / length if length > TINY else np.array(row["X"])
     for what, value in enumerate((row["stiffness"], row["damping"])):
         if marker["kind"] != ON_BODY:
-            point[what, index] += 2.0 * value * np.outer(e, e)
+            point[what, index] += times * value * np.outer(e, e)
         elif model.bodies["motion"][index] != DRIVEN:
             J = np.concatenate([e, np.cross(node["x"] - model.bodies["x"][index], e)])
-            body[what, index] += 2.0 * value * np.outer(J, J)
+            body[what, index] += times * value * np.outer(J, J)

@@ -11,7 +11,7 @@ from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.springs import spring_energy
 from evolvent.kernels.thread.chain import chain_points
 from evolvent.kernels.thread.spool import ring_radius, spool_direction
-from evolvent.kernels.thread.springs import spring_points
+from evolvent.kernels.thread.springs import natural_segment, spring_points
 from evolvent.kernels.thread.wound import SPRINGS, reels, spool_axis, wound_mass
 from evolvent.model import ELASTIC, H_CARRIED, H_RELEASED, H_WOUND, KINETIC, MODEL, N_INVENTORY, P_ALL
 
@@ -40,15 +40,14 @@ def thread_inventory(y, s, model, p, out):
         if threads[p].kind == SPRINGS:
             if i < j - 1:
                 dx, dy, dz = x[0] - nodes[k + 1].x[0], x[1] - nodes[k + 1].x[1], x[2] - nodes[k + 1].x[2]
-                rest = threads[p].segment
             else:
                 dx, dy, dz = x[0] - threads[p].Q[0], x[1] - threads[p].Q[1], x[2] - threads[p].Q[2]
-                rest = threads[p].b[0]
+            rest, stiffness = natural_segment(s, threads, p, i)
             extension = math.sqrt(dx * dx + dy * dy + dz * dz) - rest
             if threads[p].slack != 0:
                 extension = max(extension, 0.0)
             if i < j - 1 or s[threads.size + p] == 0:
-                elastic += spring_energy(threads[p].stiffness, extension)
+                elastic += spring_energy(stiffness, extension)
     part[ELASTIC] = elastic
     wound_inventory(s, model, p, part)
     if threads[p].drive == FREE_SPOOL:

@@ -15,8 +15,9 @@ from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import FREE, SPIN
 from evolvent.kernels.rotor import acceleration_about, add_reaction
 from evolvent.kernels.sparse import SPARSE, add_entry
+from evolvent.kernels.thread.boundary import pull_slopes
 from evolvent.kernels.thread.end import TINY
-from evolvent.kernels.thread.spool import held_tension, paid_out, spool_direction, spool_torques
+from evolvent.kernels.thread.spool import paid_out, spool_direction, spool_pull, spool_torques
 from evolvent.kernels.thread.springs import segment_columns, segment_vector
 from evolvent.model import MODEL
 
@@ -77,21 +78,26 @@ def add_spool_residual(y, a, model, r):
         k, copies = threads[p].spool_v - n_q, float(threads[p].copies)
         nx, ny, nz = spool_direction(threads, bodies, p)
         turning = a[k] + acceleration_about(bodies, threads[p].body, nx, ny, nz)
-        torque = threads[p].r * held_tension(model.switches, model, p)
+        torque = threads[p].r * spool_pull(model.switches, model, p)
         torque += threads[p].motor + threads[p].friction
         r[k] = copies * (threads[p].spool * turning - torque)
         lost -= copies * threads[p].friction * y[threads[p].spool_v]
     return lost
 
 
-@indirect(void(REAL, VECTOR, REAL, REAL, REAL, types.int64, MODEL, SPARSE))
-def add_spool_tangent(t, y, c_mass, c_rate, along, p, model, matrix):
-    """Tangent of free spool p; along : N/m, stiffness of the segment at the spool, 0 where it is slack."""
+@indirect(void(REAL, VECTOR, REAL, REAL, REAL, REAL, types.int64, MODEL, SPARSE))
+def add_spool_tangent(t, y, h, c_mass, c_rate, along, p, model, matrix):
+    """Tangent of free spool p of a state (h = 0), or twice that of a step.
+
+    Parameters
+    ----------
+    along : float, N/m, of `springs.segment_slope`, of the segment at the spool; 0 where it is slack
+    """
     threads, bodies, n_q = model.threads, model.bodies, model.info.nq
     s, k, copies = model.switches, threads[p].spool_v - n_q, float(threads[p].copies)
     phi, rate, S = y[threads[p].spool_q], y[threads[p].spool_v], threads[p].spool
     own = c_mass * S + c_rate * threads[p].spool_viscous
-    own += threads[p].coiling * held_tension(s, model, p)
+    own += threads[p].coiling * spool_pull(s, model, p)
     if threads[p].spool_switch >= 0 and s[threads[p].spool_switch] == 0:
         own += c_rate * threads[p].spool_friction / CREEP
     if threads[p].motor_law != 0:
@@ -112,14 +118,21 @@ def add_spool_tangent(t, y, c_mass, c_rate, along, p, model, matrix):
             add_entry(matrix, k, at + 3 + c, inertia)
             add_entry(matrix, at + 3 + c, k, inertia)
     if s[p] > 0 and s[threads.size + p] == 0 and along != 0.0:
-        own += along * threads[p].r * threads[p].r
-        add_boundary(y, along * threads[p].r, p, model, matrix)
+        r = threads[p].r
+        tension_by_out, pull_by_length, pull_by_out = pull_slopes(h, along, p, model)
+        own -= pull_by_out * r * r
+        add_boundary(y, tension_by_out * r, pull_by_length * r, p, model, matrix)
     add_entry(matrix, k, k, copies * own)
 
 
 @inlined
-def add_boundary(y, slope, p, model, matrix):
-    """Couple free spool p with both ends of its segment; slope : N, derivative of the tension by the angle."""
+def add_boundary(y, tension, torque, p, model, matrix):
+    """Couple free spool p with both ends of its segment.
+
+    Parameters
+    ----------
+    tension, torque : float, N, derivative of the tension by the angle, and of the torque on the spool by the length
+    """
     threads, n_q = model.threads, model.info.nq
     s, k, copies = model.switches, threads[p].spool_v - n_q, float(threads[p].copies)
     Ja, Jb = model.J[0], model.J[1]
@@ -130,13 +143,13 @@ def add_boundary(y, slope, p, model, matrix):
     if length > TINY:
         ex, ey, ez = dx / length, dy / length, dz / length
     for c in range(n):
-        value = -slope * (Ja[0, c] * ex + Ja[1, c] * ey + Ja[2, c] * ez)
-        add_entry(matrix, a + c, k, value)
-        add_entry(matrix, k, a + c, copies * value)
+        along = Ja[0, c] * ex + Ja[1, c] * ey + Ja[2, c] * ez
+        add_entry(matrix, a + c, k, tension * along)
+        add_entry(matrix, k, a + c, -copies * torque * along)
     for c in range(m):
-        value = copies * slope * (Jb[0, c] * ex + Jb[1, c] * ey + Jb[2, c] * ez)
-        add_entry(matrix, b + c, k, value)
-        add_entry(matrix, k, b + c, value)
+        along = copies * (Jb[0, c] * ex + Jb[1, c] * ey + Jb[2, c] * ez)
+        add_entry(matrix, b + c, k, -tension * along)
+        add_entry(matrix, k, b + c, torque * along)
 
 
 @inlined

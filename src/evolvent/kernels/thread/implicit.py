@@ -19,6 +19,7 @@ from evolvent.kernels.thread.free import add_spool_residual, add_spool_tangent, 
 from evolvent.kernels.thread.loads import add_node_load_tangents, node_loads
 from evolvent.kernels.thread.springs import (
     add_segment_tangent,
+    natural_segment,
     segment_count,
     segment_slope,
     segment_vector,
@@ -104,7 +105,8 @@ def _note_segments(t, y, step, model, p):
     threads, nodes, s, strands = model.threads, model.nodes, model.switches, model.strands
     before = strands[nodes.size, 0]
     for i in range(s[p]):
-        row, T, inner = strands[threads[p].node + i], nodes[threads[p].node + i].tension, i < s[p] - 1
+        row, T = strands[threads[p].node + i], nodes[threads[p].node + i].tension
+        rest, stiffness = natural_segment(s, threads, p, i)
         dx, dy, dz, _, _, _ = segment_vector(y, s, p, i, model)
         if step == 0.0:
             row[7] = T
@@ -115,10 +117,9 @@ def _note_segments(t, y, step, model, p):
             row[7] = row[8]
         else:
             along = row[3] * (dx - row[0]) + row[4] * (dy - row[1]) + row[5] * (dz - row[2])
-            row[7] = row[6] + threads[p].stiffness * along
+            row[7] = row[6] + stiffness * along
             if threads[p].slack != 0 or threads[p].drive == FREE_SPOOL:
-                rest = threads[p].segment if inner else threads[p].b[0]
-                row[7] = threads[p].stiffness * (row[3] * dx + row[4] * dy + row[5] * dz - rest)
+                row[7] = stiffness * (row[3] * dx + row[4] * dy + row[5] * dz - rest)
         if threads[p].slack != 0:
             row[7] = max(row[7], 0.0) if T != 0.0 else 0.0
         length = math.sqrt(dx * dx + dy * dy + dz * dz)
@@ -163,7 +164,7 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
     for p in range(threads.size):
         if threads[p].drive == FREE_SPOOL:
             along = segment_slope(0.0, c_rate, p, max(s[p] - 1, 0), model)
-            add_spool_tangent(model.strands[nodes.size, 0], y, c_mass, c_rate, along, p, model, matrix)
+            add_spool_tangent(model.strands[nodes.size, 0], y, 0.0, c_mass, c_rate, along, p, model, matrix)
     if model.loads.size > 0 or model.fields.size > 0:
         add_node_load_tangents(model.strands[nodes.size, 0], c_rate, model, matrix)
     for b in range(bodies.size):

@@ -134,6 +134,14 @@ def held_tension(s, model, p):
 
 
 @inlined
+def spool_pull(s, model, p):
+    """Force by which thread p turns its spool, N: its tension there, and W (see `boundary`)."""
+    if s[p] == 0 or s[model.threads.size + p] != 0:
+        return 0.0
+    return held_tension(s, model, p) + model.threads[p].line_energy
+
+
+@inlined
 def spring_spools(y, s, model, dy):
     """Rates of the free spools of threads with segments of springs, their bodies' a known."""
     threads = model.threads
@@ -142,7 +150,7 @@ def spring_spools(y, s, model, dy):
             k = threads[p].spool_v
             rate = y[k]
             dy[threads[p].spool_q] = rate
-            dy[k] = spool_acceleration(model, p, held_tension(s, model, p))
+            dy[k] = spool_acceleration(model, p, spool_pull(s, model, p))
             threads[p].b[2] = threads[p].r * dy[k] - threads[p].coiling * rate * rate
 
 
@@ -162,4 +170,4 @@ def hold_torque(s, model, p):
     threads, bodies = model.threads, model.bodies
     nx, ny, nz = spool_direction(threads, bodies, p)
     wanted = threads[p].spool * acceleration_about(bodies, threads[p].body, nx, ny, nz)
-    return wanted - threads[p].r * held_tension(s, model, p) - threads[p].motor
+    return wanted - threads[p].r * spool_pull(s, model, p) - threads[p].motor

@@ -15,6 +15,7 @@ from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_columns
+from evolvent.kernels.thread.boundary import interval_factor, length_factor, mean_square
 from evolvent.kernels.thread.end import TINY, is_end, pull_end
 from evolvent.kernels.thread.spool import pull_spool
 from evolvent.model import MODEL
@@ -38,6 +39,16 @@ def spring_points(y, s, threads, nodes, p):
 def segment_count(s, threads, p):
     """Number of segments of thread p: one a released node, but none to the spool once the whole has left it."""
     return s[p] - (1 if s[threads.size + p] != 0 else 0)
+
+
+@inlined
+def natural_segment(s, threads, p, i):
+    """Natural length and stiffness of segment i of thread p in a state."""
+    rest, stiffness = threads[p].segment, threads[p].stiffness
+    if i == s[p] - 1:
+        rest = threads[p].b[0]
+        stiffness *= length_factor(threads, p, rest)[0]
+    return rest, stiffness
 
 
 @inlined
@@ -97,10 +108,16 @@ def segment_force(y, h, s, p, i, model):
         extension, nodes[k].along = secant(e0, e1)
     else:
         nodes[k].along = 1.0
-    elastic, damped = threads[p].stiffness * extension, threads[p].damping * rate
+    nodes[k].length, stiffness, damping = length, threads[p].stiffness, threads[p].damping
+    if at_spool and threads[p].shortest != 0.0:
+        factor, slope, _, _ = interval_factor(h, threads, p)
+        squares, _ = mean_square(h, p, k, model)
+        threads[p].line_energy = -0.5 * stiffness * slope * squares
+        stiffness, damping = factor * stiffness, factor * damping
+    elastic, damped = stiffness * extension, damping * rate
     if threads[p].slack != 0:
         elastic, damped = taut(elastic, damped)
-    nodes[k].length, nodes[k].tension = length, elastic + damped
+    nodes[k].tension = elastic + damped
     return ex, ey, ez, scale, elastic + damped, damped, rate, stretch_rate
 
 
@@ -140,7 +157,8 @@ def measure_segments(end, y, s, model):
         else:
             threads[p].rest1, threads[p].turning1 = threads[p].b[0], threads[p].b[1] / threads[p].r
         for i in range(segment_count(s, threads, p)):
-            k, rest = threads[p].node + i, threads[p].b[0] if i == s[p] - 1 else threads[p].segment
+            k = threads[p].node + i
+            rest, _ = natural_segment(s, threads, p, i)
             ex, ey, ez, _, _, _ = segment_vector(y, s, p, i, model)
             length = math.sqrt(ex * ex + ey * ey + ez * ez)
             if end == 0:
@@ -162,7 +180,7 @@ def longest_step(y, s, model):
         if threads[p].slack == 0:
             continue
         for i in range(segment_count(s, threads, p)):
-            rest = threads[p].b[0] if i == s[p] - 1 else threads[p].segment
+            rest, _ = natural_segment(s, threads, p, i)
             _, _, _, _, tension, _, rate, _ = segment_force(y, 0.0, s, p, i, model)
             extension = model.nodes[threads[p].node + i].length - rest
             if extension > 1e-9 * threads[p].segment and tension <= 0.0 and rate < 0.0:
@@ -193,16 +211,16 @@ def spring_thread(y, h, s, model, p, loaded, dy):
             scale *= T
             fx, fy, fz = scale * ex, scale * ey, scale * ez
             if i == j - 1:
-                elastic, longer = T - damped, threads[p].b[1]
+                released, longer = T - damped + threads[p].line_energy, threads[p].b[1]  # -dU/db
                 if threads[p].drive == FREE_SPOOL:
                     dissipated += damped * (stretch_rate - longer)
                 else:  # what is left of the power at the spool once strain energy and dissipation are taken out
                     dissipated += damped * rate
-                    driven = copies * (-elastic * longer - damped * (stretch_rate - rate))
+                    driven = copies * (-released * longer - damped * (stretch_rate - rate))
                 d, pull = threads[p].d, copies * T
                 add_wrench(bodies[threads[p].body].F, d[0], d[1], d[2], pull * ex, pull * ey, pull * ez)
                 if threads[p].drive == FREE_SPOOL:  # which turns by `spool.spring_spools`
-                    pull_spool(model, p, T)
+                    pull_spool(model, p, T + threads[p].line_energy)
             else:
                 dissipated += damped * rate
         else:
@@ -237,9 +255,13 @@ def segment_slope(h, c_rate, p, i, model):
     threads, k = model.threads, model.threads[p].node + i
     if threads[p].slack != 0 and model.nodes[k].tension == 0.0:
         return 0.0
+    stiffness, damping = threads[p].stiffness, threads[p].damping
+    if i == model.switches[p] - 1:
+        factor, _, _, _ = interval_factor(h, threads, p)
+        stiffness, damping = factor * stiffness, factor * damping
     if h == 0.0:
-        return threads[p].stiffness + c_rate * threads[p].damping
-    return threads[p].stiffness * model.nodes[k].along + c_rate * threads[p].damping
+        return stiffness + c_rate * damping
+    return stiffness * model.nodes[k].along + c_rate * damping
 
 
 @inlined

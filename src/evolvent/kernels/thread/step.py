@@ -17,7 +17,7 @@ from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.free import add_spool_tangent, hold_spools
 from evolvent.kernels.thread.implicit import add_forces, add_node_masses, add_segment_tangents, is_loaded
 from evolvent.kernels.thread.loads import add_node_load_tangents
-from evolvent.kernels.thread.spool import held_tension, ring_radius
+from evolvent.kernels.thread.spool import ring_radius, spool_pull
 from evolvent.kernels.thread.springs import measure_segments, segment_slope
 from evolvent.kernels.thread.wound import reels, wound_mass
 from evolvent.model import MODEL
@@ -185,7 +185,7 @@ def add_thread_step(t, h, y, v0, v1, model, F):
         if threads[p].drive == FREE_SPOOL:
             k, copies = threads[p].spool_v, threads[p].copies
             threads[p].spool = turning_inertia(p, model) / copies
-            pull = threads[p].r * held_tension(s, model, p)
+            pull = threads[p].r * spool_pull(s, model, p)
             F[k - n_q] += torque - copies * (pull + threads[p].motor + threads[p].friction)
             dissipated -= copies * threads[p].friction * y[k]
         else:
@@ -216,6 +216,6 @@ def add_thread_step_tangent(t, y, h, c_mass, c_rate, model, matrix):
     for p in range(model.threads.size):
         if model.threads[p].drive == FREE_SPOOL:
             along = segment_slope(h, c_rate, p, max(model.switches[p] - 1, 0), model)
-            add_spool_tangent(t, y, c_mass, c_rate, along, p, model, matrix)
+            add_spool_tangent(t, y, h, c_mass, c_rate, along, p, model, matrix)
     if model.loads.size > 0 or model.fields.size > 0:
         add_node_load_tangents(t, c_rate, model, matrix)

@@ -46,6 +46,13 @@ class Blade(Section):
     )
     thickness: units.Length | None = Field(None, description="of the film, needed for young_modulus")
     damping: units.DampingOrZero = Field(1e-3, description="of one segment (springs)")
+    boundary_segment: Literal["constant", "by-length"] = Field(
+        "constant",
+        description="stiffness and damping of the segment at the spool: of a whole one, or of its length (springs)",
+    )
+    shortest_fraction: units.PositiveNumber = Field(
+        0.1, description="of a segment, at most 1: below this length the boundary segment gets no stiffer (by-length)"
+    )
     rotate_velocity: bool = Field(
         True, description="turn a released node's velocity along the thread, eq. 12 (springs)"
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.results.figures import Figure, Line, Panel
+from evolvent.systems.heliogyro.free_figures import difference_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,8 +18,13 @@ SINCE = 1.0
 
 
 def study_figures(dataset: xr.Dataset) -> dict[str, Figure]:
-    """Largest change of the tip's lag between values of a grid's last key; a line for each of the other."""
+    """Nutation over a blade's rate, or the largest change of the tip's lag between values of a grid's last key.
+
+    The latter has a line for each value of the other key.
+    """
     keys = [key for key in json.loads(dataset.attrs["keys"]) if dataset[key].size > 1]
+    if len(keys) == 1 and keys[0].startswith("spool.rate.") and "nutation_max" in dataset:
+        return {"rate_difference": difference_figure(dataset, keys[0])}
     if dataset.attrs["sample"] != "grid" or not 1 <= len(keys) <= 2 or "tip_lag" not in dataset:
         return {}
     *others, key = keys

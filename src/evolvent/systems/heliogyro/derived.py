@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from evolvent.systems.heliogyro import free_body
 from evolvent.systems.heliogyro.case import Case
+from evolvent.systems.heliogyro.straight import straight_inertia
 
 if TYPE_CHECKING:
     from evolvent.solvers import Solution
@@ -51,6 +53,8 @@ def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], 
             inertia = straight_inertia(case, deployed, corrected=corrected)
             formula = np.where(gone.any(axis=1), np.nan, case.body.rate * inertia[0] / inertia)
             found[name] = (time, formula, "rad s-1", what)
+    if case.body.motion == "free":
+        found |= free_body.variables(case, view, blades)
     jumps = solution.momentum.jumps_angular - solution.momentum.jumps_angular[:1]
     ignored = "" if case.carried else " (ignored by the model)"
     for name, values, what in (
@@ -68,23 +72,6 @@ def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], 
         text = "defect of the angular momentum balance, relative to its initial value"
         found["momentum_balance"] = (time, lost / scale if scale > 0.0 else lost, "1", text)
     return found
-
-
-def straight_inertia(case: Case, deployed: Array, *, corrected: bool) -> Array:
-    """Moment of inertia of body and straight radial blades about the spin axis, kg m2.
-
-    Parameters
-    ----------
-    deployed : (nt, blades) float, m
-    corrected : bool, with the spools' distance from the spin axis and, where it is carried, the wound thread;
-        without, as in (18)
-    """
-    rho, tip = case.blade.line_density, case.blade.tip_mass
-    L0 = case.body.spool_offset if corrected else 0.0
-    each = rho * ((L0 + deployed) ** 3 - L0**3) / 3.0 + tip * (L0 + deployed) ** 2
-    if corrected and case.carried:
-        each = each + rho * (case.blade.length - deployed) * L0**2
-    return np.asarray(case.body.spin_inertia + each.sum(axis=1))
 
 
 def warning(case: Case, solution: Solution) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from evolvent import cases, results
 from evolvent.results.figures import Figure, Line, Number, Panel, spline, stacked
 from evolvent.systems.heliogyro.case import Case
+from evolvent.systems.heliogyro.free_figures import nutation_figure
 from evolvent.view import show
 
 if TYPE_CHECKING:
@@ -90,6 +91,12 @@ def numbers(run: Any) -> list[Number]:
     if "position" in show.plots_of(run, "body"):
         drift = np.abs(run.momentum.values - run.momentum.values[0]).max()
         rows.append(("drift of linear momentum", f"{drift:.2g} kg m/s"))
+    if "nutation" in run:
+        angle, offset = np.degrees(run.nutation.values), np.linalg.norm(run.mass_centre.values, axis=1)
+        rows.append(("largest nutation", f"{angle.max():.4g} deg at {time[angle.argmax()]:.4g} s"))
+        rows.append(
+            ("largest offset of the mass centre", f"{1e3 * offset.max():.4g} mm at {time[offset.argmax()]:.4g} s")
+        )
     found = [Number(label=label, value=value) for label, value in rows]
     return found + show.balance_numbers(run) + results.closing_numbers(run)
 
@@ -140,6 +147,8 @@ def figures(run: Any) -> list[Figure]:
     found.append(show.balance_figure(run))
     if "position" in show.plots_of(run, "body"):
         found.append(show.figure(run, ["body.position", "body.tilt"], name="body", title="Motion of the body"))
+    if "nutation" in run:
+        found.append(nutation_figure(run))
     return found
 
 

@@ -1,0 +1,222 @@
+"""A free body with blades that differ: mass centre and nutation of a run, and closed forms of straight blades."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from evolvent.base.errors import InputError
+from evolvent.systems.heliogyro.case import Case
+from evolvent.systems.heliogyro.straight import straight_inertia
+
+if TYPE_CHECKING:
+    from evolvent.results.observe import View
+
+Array = np.ndarray
+
+
+class Rigid(NamedTuple):
+    """Body and straight blades as one rigid body, body axes.
+
+    Attributes
+    ----------
+    mass : float, kg, of all
+    centre : (nt, 3) float, m, of mass, from that of the body
+    inertia : (nt, 3, 3) float, kg m2, about the common centre of mass
+    """
+
+    mass: float
+    centre: Array
+    inertia: Array
+
+
+def directions(case: Case) -> tuple[Array, Array]:
+    """Axes X_k, outwards, and Y_k of all spools, body axes: (blades, 3) each."""
+    turn = 2.0 * np.pi * np.arange(case.body.blades) / case.body.blades
+    zero = np.zeros_like(turn)
+    return np.stack([np.cos(turn), np.sin(turn), zero], axis=1), np.stack([-np.sin(turn), np.cos(turn), zero], axis=1)
+
+
+def out_moments(case: Case, lengths: Array) -> tuple[Array, Array, Array]:
+    """Mass (kg), first (kg m) and second moment (kg m2) about its root of what is out of blades of these lengths."""
+    rho, tip = case.blade.line_density, case.blade.tip_mass
+    return (
+        rho * lengths + tip,
+        0.5 * rho * lengths**2 + tip * lengths,
+        rho * lengths**3 / 3.0 + tip * lengths**2,
+    )
+
+
+def rigid(case: Case, lengths: Array, lags: Array | float = 0.0) -> Rigid:
+    r"""Body and straight blades at right angles to the spin axis, as one rigid body.
+
+    Parameters
+    ----------
+    lengths : (nt, blades) float, m, that are out
+    lags : (nt, blades) float, rad, in the plane of the spin
+
+    Notes
+    -----
+    A blade of mass m and of the first and second moments S and I along d, from its departure point p, has
+    \int x x^T dm = m p p^T + S (p d^T + d p^T) + I d d^T. Wound thread is a ring at its spool.
+    """
+    X, Y = directions(case)
+    own = case.body.inertia if isinstance(case.body.inertia, tuple) else (case.body.inertia,) * 3
+    sense = 1.0 if case.body.rate >= 0.0 else -1.0
+    lag = sense * np.broadcast_to(lags, lengths.shape)[..., None]
+    d = np.cos(lag) * X - np.sin(lag) * Y
+    r, reel = case.spool.radius, case.body.spool_offset * X
+    p = reel + r * np.array([0.0, 0.0, 1.0])
+    m, S, second = out_moments(case, lengths)
+    wound = case.blade.line_density * (case.blade.length - lengths)
+    mass = float(case.body.mass or 0.0) + float((m + wound)[0].sum())
+    centre = (np.einsum("tk,ka->ta", m, p) + np.einsum("tk,tka->ta", S, d) + np.einsum("tk,ka->ta", wound, reel)) / mass
+    pd = np.einsum("tk,ka,tkb->tab", S, p, d)
+    square = np.einsum("tk,ka,kb->tab", m, p, p) + pd + pd.swapaxes(1, 2) + np.einsum("tk,tka,tkb->tab", second, d, d)
+    square += np.einsum("tk,ka,kb->tab", wound, reel, reel) - mass * np.einsum("ta,tb->tab", centre, centre)
+    inertia = np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(3) - square + np.diag(own)
+    ring = 0.5 * r * r * np.einsum("tk,kab->tab", wound, np.eye(3) + np.einsum("ka,kb->kab", Y, Y))
+    return Rigid(mass, centre, inertia + ring)
+
+
+def principal_tilt(inertia: Array) -> Array:
+    """Angle between Z and the principal axis nearest to it, rad: (nt,) of inertias (nt, 3, 3)."""
+    _, axes = np.linalg.eigh(inertia)
+    height = np.abs(axes[:, 2, :]).max(axis=1)
+    return np.asarray(np.arccos(np.minimum(height, 1.0)))
+
+
+def steady_lags(case: Case, lengths: Array, speeds: Array) -> Array:
+    r"""Lag of straight blades in quasi-steady pay-out, rad: (nt, blades) of lengths (m) and speeds (m/s).
+
+    Notes
+    -----
+    Moments about the departure point, with S and I of what is out and W' of the straight blades' moment of inertia:
+    L0 S W^2 sin(lag) = 2 v W S + (I + L0 S) W'. At constant W, sin(lag) = 2 v/(L0 W).
+    """
+    rho, tip, L0 = case.blade.line_density, case.blade.tip_mass, case.body.spool_offset
+    inertia = straight_inertia(case, lengths, corrected=True)
+    rate = abs(case.body.rate) * inertia[0] / inertia
+    grows = speeds * (rho * ((L0 + lengths) ** 2 - L0**2) + 2.0 * tip * (L0 + lengths))
+    slows = (-rate * grows.sum(axis=1) / inertia)[:, None]
+    _, S, second = out_moments(case, lengths)
+    ratio = np.divide(second, S, out=np.zeros_like(S), where=S > 0.0)
+    sine = (2.0 * speeds * rate[:, None] + (ratio + L0) * slows) / (L0 * rate[:, None] ** 2)
+    return np.asarray(np.arcsin(np.clip(sine, -1.0, 1.0)))
+
+
+def thread_nutation(case: Case, lengths: Array, lags: Array | float = 0.0) -> Array:
+    r"""Angle between Z and the axis about which body and straight threads turn steadily, rad: (nt,).
+
+    Notes
+    -----
+    A thread does not keep its angle to the body: it lies across the axis of rotation n = Z + nu, so that
+    d_z = -d . nu, and pulls with T = W^2 (m L0 cos(lag) + S) at Q = (Q_x, Q_y, r). Euler's equations of the body alone
+    (A, B, C) are then, to first order in nu, with the sums over the blades and t = T/W^2::
+
+        sum t Q_x (d_x nu_x + d_y nu_y) + (C - A) nu_x = -r sum t d_x
+        sum t Q_y (d_x nu_x + d_y nu_y) + (C - B) nu_y = -r sum t d_y
+
+    NaN where nothing holds the body about an axis: with C = B and two blades along X.
+    """
+    X, Y = directions(case)
+    A, B, C = case.body.inertia if isinstance(case.body.inertia, tuple) else (case.body.inertia,) * 3
+    lag = np.broadcast_to(lags, lengths.shape)[..., None] * (1.0 if case.body.rate >= 0.0 else -1.0)
+    d, Q = (np.cos(lag) * X - np.sin(lag) * Y)[..., :2], case.body.spool_offset * X[:, :2]
+    m, S, _ = out_moments(case, lengths)
+    pull = (m * case.body.spool_offset * np.cos(lag[..., 0]) + S)[..., None]
+    K = np.einsum("tka,tkb->tab", pull * Q, d) + np.diag([C - A, C - B])
+    load = -case.spool.radius * (pull * d).sum(axis=1)
+    held = np.abs(np.linalg.det(K)) > 1e-12 * np.abs(K).max(axis=(1, 2)) ** 2
+    nu = np.linalg.solve(np.where(held[:, None, None], K, np.eye(2)), load[..., None])[..., 0]
+    return np.asarray(np.where(held, np.arctan(np.linalg.norm(nu, axis=1)), np.nan))
+
+
+def largest_difference(case: Case, nutation: float) -> float:
+    """Share by which the last blade may be paid out more slowly, by `thread_nutation` when the others are all out.
+
+    Parameters
+    ----------
+    nutation : float, rad, above 0
+
+    Raises
+    ------
+    InputError
+        If the case has no constant rate, or if no difference leads to that nutation.
+    """
+    rates = np.broadcast_to(np.asarray(case.spool.rate if case.spool.rate is not None else 0.0), case.body.blades)
+    fastest = float(rates.max())
+    if not fastest > 0.0 or case.spool.changes or case.body.motion != "free":
+        raise InputError("the largest difference of rates needs body.motion 'free' and a spool.rate above 0 without "
+                         "spool.changes")  # fmt: skip
+
+    def excess(share: float) -> float:
+        part = np.append(np.ones(case.body.blades - 1), 1.0 - share)
+        lengths = np.stack([np.zeros_like(part), case.blade.length * part])
+        lags = steady_lags(case, lengths, case.spool.radius * fastest * part)
+        return float(thread_nutation(case, lengths, lags)[-1]) - nutation
+
+    shares = np.linspace(0.0, 1.0, 101)
+    above = np.flatnonzero([excess(share) >= 0.0 for share in shares])
+    if not above.size or above[0] == 0:
+        raise InputError(f"nutation is {nutation!r} rad; it must be above 0, and one that a difference of rates causes")
+    from scipy.optimize import brentq  # 0.2 s that a run does not need
+
+    return float(brentq(excess, shares[above[0] - 1], shares[above[0]]))
+
+
+def variables(case: Case, view: View, blades: list[dict]) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
+    """Mass centre, nutation and direction of the angular momentum, of a run of a free body.
+
+    Parameters
+    ----------
+    blades : results of every blade by their names (`observe_thread`)
+    """
+    model, momentum, pose = view.model, view.solution.momentum, view.pose(view.index("body"))
+    mass = float(case.body.mass or 0.0)
+    moment, whole = mass * pose.x, mass
+    for k, blade in enumerate(blades):
+        row = model.threads[view.index(f"blade-{k + 1}")]
+        m = np.array(model.nodes["mass"][row["node"] :][: row["n"]])
+        out = blade["released"].values > 0.0
+        moment = moment + np.einsum("ti,tia->ta", m * out, blade["position"].values)
+        reel = np.array(row["departure"] - row["radius"] * row["normal"])
+        moment = moment + (m * ~out).sum(axis=1)[:, None] * (pose.x + pose.R @ reel)
+        whole += float(m.sum())
+    centre = moment / whole
+    H = momentum.angular - np.cross(centre, momentum.linear)
+    own = np.einsum("tba,tb->ta", pose.R, H)
+    size = np.maximum(np.linalg.norm(H, axis=1), 1e-300)[:, None]
+    sense = 1.0 if case.body.rate >= 0.0 else -1.0
+    offset = np.einsum("tba,tb->ta", pose.R, centre - pose.x)
+    lengths = np.stack([blade["deployed_length"].values for blade in blades], axis=1)
+    speeds = case.spool.radius * view.solution.observations.spool[:, :, 1]
+    lags = steady_lags(case, lengths, speeds)
+    straight = rigid(case, lengths, lags)
+    return {
+        "mass_centre": (("time", "axis"), offset, "m", "common centre of mass, from that of the body, body axes"),
+        "mass_centre_straight": (("time", "axis"), straight.centre, "m", "centre of mass with straight blades"),
+        "nutation_threads": (
+            ("time",), thread_nutation(case, lengths, lags), "rad",
+            "angle between the spin axis and the axis about which the body and straight threads turn steadily",
+        ),
+        "nutation_rigid": (
+            ("time",), principal_tilt(straight.inertia), "rad",
+            "angle between the spin axis and the principal axis of the body with rigid straight blades",
+        ),
+        "nutation": (
+            ("time",), _angle(own, np.array([0.0, 0.0, sense])), "rad",
+            "angle between the spin axis of the body and the angular momentum of all about their centre of mass",
+        ),
+        "rate_nutation": (
+            ("time",), _angle(H, pose.w), "rad",
+            "angle between the angular velocity of the body and the angular momentum of all",
+        ),
+        "momentum_direction": (("time", "axis"), own / size, "1", "direction of that momentum, body axes"),
+    }  # fmt: skip
+
+
+def _angle(a: Array, b: Array) -> Array:
+    """Angle between vectors (nt, 3), rad."""
+    return np.asarray(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1)))
