@@ -1,4 +1,4 @@
-"""Figures of studies: when the tip is fastest (Yi, figure 7), and what lies on the hub over torque or rate of the hub."""
+"""Figures of studies: when the tip is fastest (Yi, figure 7), and what is wound over torque or rate of the hub."""
 
 from __future__ import annotations
 
