@@ -44,6 +44,7 @@ FRAMES = {
     "inertia-stand": Frame(0.02),
     "inertia-stand-paper": Frame(0.05),
     "orbit-tether": Frame(0.9),
+    "rib-reflector": Frame(0.12),
     "solar-array": Frame(0.12),
     "spinning-tether": Frame(0.5),
     "two-booms": Frame(0.05),

@@ -268,3 +268,159 @@ def deployed_tip_radius(rib: Strip, time: Array) -> Array:
 def deployment_time(rib: Strip) -> float:
     """Time until all is unwound, s: L^2 / (2 v R)."""
     return rib.length**2 / (2.0 * deployment_speed(rib) * rib.radius)
+
+
+#: Root of the condition at the contact in `short_tail`: T l^3 / (EI L R).
+SHORT_TAIL = 4.302826742393747
+
+
+class HeldTail(NamedTuple):
+    """Ribs at rest on the hub under a field torque, of one bending stiffness and length, with tails of several lengths.
+
+    Attributes
+    ----------
+    tail, torque : (k,) float, m, length that does not lie on the hub, and N m, torque that holds it
+    tip_radius : (k,) float, m, distance of the tip from the axis
+    wrap : (k,) float, rad, angle covered, as if the tail were straight along the tangent: `wrap_angle` of results
+    """
+
+    tail: Array
+    torque: Array
+    tip_radius: Array
+    wrap: Array
+
+
+def least_winding_torque(rib: Strip) -> float:
+    """Field torque below which a rib with a long straight tail does not begin to wind, N m: EI / (2 R).
+
+    Notes
+    -----
+    Winding by dph bends R dph of the rib to the radius R, which takes EI/(2 R) dph; the torque does at most the work
+    T dph, if the rib moves slowly or loses energy. It is a necessary condition: the shorter the tail, the less of the
+    torque acts on it, T (l^3/3) / (R^2 L + l^3/3) on a straight one.
+    """
+    return rib.bending_stiffness / (2.0 * rib.radius)
+
+
+def short_tail(rib: Strip, torque: float) -> float:
+    """Length of the tip's end that a field torque does not lay on the hub, m: (4.3028 EI L R / T)^(1/3), l << R.
+
+    Notes
+    -----
+    Derived here. Near the hub the field is T/(R L) per length along the surface, and pulls with N = T (l - s)/(R L) at
+    the distance s from the last contact. The height w above the hub follows EI w'''' = (N w')' - N/R with w = w' = w''
+    = 0 at the contact and no moment and shear force at the tip, w'' = 1/R, w''' = 0. Integrated once, q = R w'/l +
+    (1 - u)/2 with u = s/l follows Airy's equation q'' = b (1 - u) q, b = T l^3/(EI L R), with q = 1/2, q' = -1/2 at
+    u = 0 and q' = 1/2 at u = 1: b = 4.3028.
+    """
+    return float((SHORT_TAIL * rib.bending_stiffness * rib.length * rib.radius / torque) ** (1.0 / 3.0))
+
+
+def held_tails(rib: Strip, *, samples: int = 40) -> HeldTail:
+    """Tails of any length that a field torque holds at rest, as elastica; uniform ribs without friction.
+
+    Parameters
+    ----------
+    samples : int, number of tails
+
+    Notes
+    -----
+    The tail leaves the hub with the curvature 1/R, a free end under the field g m z x r, g m = T / int r^2 ds:
+
+        x' = cos(ph), y' = sin(ph), EI ph' = M, M' = Fx sin(ph) - Fy cos(ph), F' = -g m z x r
+
+    a boundary-value problem for (x, y, ph, M, F) and g m. Tails are longer until the rib would be pressed along its
+    axis where it leaves the hub: what lies on the hub would then lift off, and the rib no longer rests in this shape.
+
+    Raises
+    ------
+    ArithmeticError
+        If the boundary-value problem is not solved.
+    """
+    from scipy.integrate import solve_bvp
+
+    whole, tails = rib.length / rib.radius, np.linspace(0.1, 4.0, samples)  # lengths in R, forces in EI/R^2
+    found: list[tuple[float, ...]] = []
+    field, u = SHORT_TAIL / tails[0] ** 3, np.linspace(0.0, 1.0, 60)
+    nodes, values = u, np.array([1.0 + 0.0 * u, tails[0] * u, 0.5 * math.pi + 0.0 * u, 1.0 - u, 0.0 * u, 1.0 - u])
+    values[5] *= field * tails[0]
+    for tail in tails[tails < whole]:
+
+        def rates(_: Array, v: Array, p: Array, length: float = tail) -> Array:
+            c, s = np.cos(v[2]), np.sin(v[2])
+            return length * np.array([c, s, v[3], v[4] * s - v[5] * c, p[0] * v[1], -p[0] * v[0]])
+
+        solution = solve_bvp(rates, _tail_ends, nodes, values, p=[field], tol=1e-6, max_nodes=4000)
+        if not solution.success:
+            raise ArithmeticError(f"the tail of {tail * rib.radius:.4g} m is not found: {solution.message}")
+        nodes, values, field = solution.x, solution.y, float(solution.p[0])
+        if values[5, 0] < 0.0:
+            break
+        x, y = values[:2]
+        moment = field * (whole - tail + float(np.trapezoid(x * x + y * y, nodes * tail)))
+        radius = math.hypot(x[-1], y[-1])
+        wrap = whole - tail + math.atan2(y[-1], x[-1]) - math.acos(min(1.0 / radius, 1.0))
+        found.append((tail * rib.radius, moment * rib.bending_stiffness / rib.radius, radius * rib.radius, wrap))
+        field *= (tail / (tail + tails[1] - tails[0])) ** 3
+    return HeldTail(*np.array(found).T)
+
+
+def _tail_ends(a: Array, b: Array, _: Array) -> Array:
+    """What vanishes at the ends of a tail: it leaves the hub along the tangent with the curvature 1/R, and is free."""
+    return np.array([a[0] - 1.0, a[1], a[2] - 0.5 * math.pi, a[3] - 1.0, b[3], b[4], b[5]])
+
+
+class SpunTail(NamedTuple):
+    """A string on a hub that turns at a constant rate in a drag, at rest in the hub's axes.
+
+    Attributes
+    ----------
+    tail, tip_radius : float, m, length that does not lie on the hub, and distance of the tip from the axis
+    wrap : float, rad, angle covered, as if the tail were straight along the tangent: `wrap_angle` of results
+    tension : float, N, where the tail begins
+    """
+
+    tail: float
+    tip_radius: float
+    wrap: float
+    tension: float
+
+
+def spun_tail(rib: Strip, rate: float, alpha: float) -> SpunTail:
+    """What a hub that turns at a constant rate leaves of a string in the air.
+
+    Parameters
+    ----------
+    rate, alpha : float, rad/s and 1/s, of the hub, and damping proportional to mass, the drag
+
+    Notes
+    -----
+    Derived here. In the hub's axes the force per mass is W^2 r outwards and alpha W r against the turn. With a complex
+    number z for the place and the arc s from the tip inwards, F' = m W^2 (1 - i alpha/W) z and z' = -F/|F|, from F = 0
+    at the tip to the place where the tail is tangent to a circle, the hub. The shape depends on alpha/W alone. Where
+    alpha << W the moments of a tail that is nearly radial, N R = alpha m W r^3/3 with N = m W^2 r^2/2, give
+    3 W R/(2 alpha).
+    """
+    from scipy.integrate import solve_ivp
+
+    R, L, step = rib.radius, rib.length, 1e-6
+    k = complex(1.0, -alpha / abs(rate))
+
+    def rates(_: float, y: Array) -> list[float]:
+        z, force = complex(y[0], y[1]), complex(y[2], y[3])
+        along, grown = -force / abs(force), k * z
+        return [along.real, along.imag, grown.real, grown.imag]
+
+    def tangent(_: float, y: Array) -> float:
+        return float(y[0] * y[2] + y[1] * y[3])
+
+    tangent.terminal = True  # type: ignore[attr-defined]
+    z, force = 1.0 - step * k / abs(k), k * step
+    begin = [z.real, z.imag, force.real, force.imag]
+    found = solve_ivp(rates, (step, 100.0), begin, events=tangent, method="DOP853", rtol=1e-10, atol=1e-12)
+    x, y, fx, fy = found.y[:, -1]
+    scale = R / math.hypot(x, y)  # of the tip's radius, which is 1 above
+    tail, turned = float(found.t[-1]) * scale, -math.atan2(y, x)
+    wrap = (L - tail) / R + abs(turned) - math.acos(1.0 / scale * R)
+    pull = rib.line_density * (rate * scale) ** 2 * math.hypot(fx, fy)
+    return SpunTail(tail=tail, tip_radius=scale, wrap=wrap, tension=pull)

@@ -23,6 +23,7 @@ SHORT = {
     "heliogyro": {"solver.duration": 20.0},
     "inertia-stand": {},
     "orbit-tether": {"simulate.until": 20.0},
+    "rib-reflector": {"simulate.until": 0.2},
     "solar-array": {"simulate.until": 4.0},
     "spinning-tether": {"simulate.until": 5.0},
     "two-booms": {"simulate.until": 0.2},

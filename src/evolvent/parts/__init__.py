@@ -4,6 +4,7 @@ from evolvent.parts.attitude import AttitudeController, ReactionWheel, Thruster
 from evolvent.parts.beam import Beam
 from evolvent.parts.beam_load import DistributedTorque, LineLoad, SlopeLoad
 from evolvent.parts.body_contact import BodyContact
+from evolvent.parts.curve import Parabola
 from evolvent.parts.custom_force import CustomForce
 from evolvent.parts.cylinder_contact import CylinderContact
 from evolvent.parts.drive import ConstantDrive, ExpressionDrive, FreeSpool, LawDrive, RampDrive, TableDrive
@@ -59,6 +60,7 @@ __all__ = [
     "Motor",
     "Orbit",
     "PanelRadiation",
+    "Parabola",
     "Plane",
     "PlaneContact",
     "Point",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -13,12 +12,13 @@ from evolvent.assembly.references import Location
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.compiled import lookups
-from evolvent.elements.dense import dot, inverse, norm, product
+from evolvent.elements.dense import dot, inverse, product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, CrossSection, MaterialOrName
 from evolvent.kernels import ancf_beams as kernels, element_calls
 from evolvent.kernels.beam_strains import POINTS
 from evolvent.parts.base import Arrays, Part, unit
+from evolvent.parts.curve import AnyCurve, check_curve, is_curved, stress_free
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, node_arc
 
 CABLES = ("cable", "cable_stretch")
@@ -61,7 +61,11 @@ class Beam(Part):
         Of its thickness (y of the section), inertial axes, across the axis; left out, as near to y as it can be.
     curvature : (3,) float, 1/m
         Twist per length about the axis, and curvatures about y and z of the section, of the stress-free shape, constant
-        along the beam. The beam also starts in this shape. A positive third value alone is an arc that bends towards y.
+        along the beam. The beam also starts in this shape, unless `nodes` are given. A positive third value alone is an
+        arc that bends towards y.
+    shape : Parabola, optional
+        Stress-free shape of another curvature, which bends towards y, in place of `curvature`:
+        {parabola: {focal_length: 3 m, offset: 0.3 m}}.
     nodes : (n + 1, 2 or 4, 3) float, optional, m and 1
         Nodal vectors at the start in place of a straight beam: of a cable position r and slope r,x, of a beam r, r,x,
         r,y and r,z, by arc length without stress.
@@ -72,7 +76,8 @@ class Beam(Part):
     rates : (n + 1, 2 or 4, 3) float, optional, m/s and 1/s
         Rates of the nodal vectors at the start, in place of `velocity` and `angular_velocity`.
     rest : {"straight", "start"}
-        Shape without stress: straight, or as it starts (a cable's curvature is never without stress).
+        Shape without stress: straight (or of `curvature` or `shape`), or as it starts (a cable's curvature is never
+        without stress).
     mass_damping : float, 1/s
         Factor alpha of damping forces -alpha M e'.
     stiffness_damping : float, s
@@ -97,6 +102,7 @@ class Beam(Part):
     direction: units.Direction = (1.0, 0.0, 0.0)
     normal: units.Direction | None = None
     curvature: units.Curvature = (0.0, 0.0, 0.0)
+    shape: AnyCurve | None = None
     nodes: Nodal | None = None
     velocity: units.Velocity = (0.0, 0.0, 0.0)
     angular_velocity: units.AngularVelocity = (0.0, 0.0, 0.0)
@@ -122,19 +128,26 @@ class Beam(Part):
         """Length of the axis from the root to each node, (n + 1,), m."""
         return node_arc(self.length, self.elements, self.grading)
 
-    @property
-    def rests_at_start(self) -> bool:
-        """Whether the shape without stress is the one at the start: `rest` 'start', or a curvature."""
-        return self.rest == "start" or any(self.curvature)
+    def rest_nodes(self, name: str = "beam") -> np.ndarray | None:
+        """Coordinates of the shape without stress, (n + 1, vectors, 3), wherever it lies; None if it is straight."""
+        if self.rest == "start":
+            return self.start_nodes(name)
+        return self._curved(np.zeros(3), np.eye(3)) if is_curved(self) else None
 
     def _check(self, name: str) -> None:
         """Refuse keys that contradict one another."""
         cable = self.vectors == 2
         check_grading(name, self.grading, self.elements)
-        if any(self.curvature) and (cable or self.nodes is not None):
-            why = "a cable is straight at rest" if cable else "leave one of them out, with `rest` 'start' for nodes"
-            other = f"{name}.formulation is {self.formulation!r}" if cable else f"{name}.nodes as well"
-            raise InputError(f"{name}.curvature is given and {other}; {why}")
+        check_curve(name, self)
+        given = "curvature" if self.shape is None else "shape"
+        if cable and is_curved(self):
+            raise InputError(
+                f"{name}.{given} is given and {name}.formulation is {self.formulation!r}; a cable is straight at rest"
+            )
+        if is_curved(self) and self.nodes is not None and self.rest == "start":
+            raise InputError(
+                f"{name}.rest is 'start' and {name}.{given} is given as well; with {name}.nodes leave one of them out"
+            )
         if self.inertia is None:
             return
         if cable and (given := sorted(self.inertia.model_fields_set - {"mass_per_length"})):
@@ -166,26 +179,16 @@ class Beam(Part):
                     f"{self.direction!r}"
                 )
             found[:, 2], found[:, 3] = e2, np.cross(e1, e2)
-            if any(self.curvature):
-                self._bend(found, np.array([e1, e2, np.cross(e1, e2)]).T)
+            if is_curved(self):
+                found = self._curved(np.array(self.position), np.array([e1, e2, np.cross(e1, e2)]).T)
         return found
 
-    def _bend(self, nodes: np.ndarray, R: np.ndarray) -> None:
-        """Nodes of the beam's curvature, with the axes R (3, 3) of the root.
-
-        Notes
-        -----
-        Axes R exp(s [k]) along the arc s (Rodrigues), k the curvature in the section's axes; positions their integral.
-        """
-        size = norm(np.array(self.curvature))
-        x, y, z = np.array(self.curvature) / size
-        N = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        NN = product(N, N)
-        for node, s in zip(nodes, self.arc, strict=True):
-            a = size * s
-            along = (s * np.eye(3) + (1.0 - math.cos(a)) / size * N + (s - math.sin(a) / size) * NN)[:, 0]
-            node[0] = np.array(self.position) + product(R, along)
-            node[1:] = product(R, np.eye(3) + math.sin(a) * N + (1.0 - math.cos(a)) * NN).T
+    def _curved(self, root: np.ndarray, R: np.ndarray) -> np.ndarray:
+        """Nodes of the stress-free shape (n + 1, 4, 3) from the place `root` on, with the axes R (3, 3) there."""
+        places, axes = stress_free(self)
+        positions = root + np.array([product(R, place) for place in places])
+        slopes = np.array([product(R, A).T for A in axes])
+        return np.concatenate([positions[:, None], slopes], axis=1)
 
     def start_rates(self, name: str = "beam") -> np.ndarray:
         """Rates of the coordinates at the start, (n + 1, vectors, 3)."""
@@ -211,8 +214,7 @@ class Beam(Part):
     def write(self, builder: Builder, name: str) -> None:
         """Write the beam into the families `beams` and `elements`, and its constants into the pools."""
         n, k = self.elements, self.vectors
-        nodes = self.start_nodes(name)
-        rates = self.start_rates(name)
+        nodes, rates, unloaded = self.start_nodes(name), self.start_rates(name), self.rest_nodes(name)
         q, v = builder.coordinates(nodes.ravel().tolist(), rates.ravel().tolist())
         alpha, beta = self.mass_damping, self.stiffness_damping
         kind = kernels.CABLE if k == 2 else kernels.BEAM
@@ -244,9 +246,9 @@ class Beam(Part):
                 raise InputError(f"{name}.damping is 'paper'; a cable_stretch has the objective one only")
         lengths, ends = self.lengths, self.arc / self.length
         for i in range(n):
-            if i == 0 or tapered or self.rests_at_start or self.grading != 1.0:
+            if i == 0 or tapered or unloaded is not None or self.grading != 1.0:
                 section = self.section.between(ends[i], ends[i + 1])
-                rest = nodes[i : i + 2].ravel() if self.rests_at_start else None
+                rest = None if unloaded is None else unloaded[i : i + 2].ravel()
                 form, bending, mass = self._constants(builder, float(lengths[i]), section, rest)
                 constants = self._write_sections(builder, float(lengths[i]), section, rest)
             functions = kinds[self.damping if beta > 0.0 and i in damped else element_calls.OBJECTIVE]

@@ -12,12 +12,13 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements import OWN_INERTIA, rods
-from evolvent.elements.dense import inverse, norm, product
+from evolvent.elements.dense import inverse, product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, MaterialOrName
 from evolvent.kernels import rigid
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.beam import _across
+from evolvent.parts.curve import AnyCurve, check_curve, stress_free
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, node_arc
 
 #: Largest angle between the ends of an element at the start, degrees.
@@ -59,11 +60,14 @@ class Rod(Part):
     curvature : (3,) float, 1/m
         Twist per length and curvatures about y and z of the stress-free shape, in the axes of the section; constant
         along the rod.
+    shape : Parabola, optional
+        Stress-free shape of another curvature, which bends towards y, in place of `curvature`:
+        {parabola: {focal_length: 3 m, offset: 0.3 m}}.
     nodes : (n + 1, 4, 3) float, optional, m and 1
         Positions and unit axes x, y and z of the sections at the start, in place of `position`, `direction` and
         `normal`.
     rest : {"straight", "start"}
-        Stress-free shape where `nodes` are given: that of `curvature`, or that of `nodes`.
+        Stress-free shape where `nodes` are given: that of `curvature` or `shape`, or that of `nodes`.
     velocity : (3,) float, m/s
         Velocity of the root at the start, inertial axes.
     angular_velocity : (3,) float, rad/s
@@ -92,6 +96,7 @@ class Rod(Part):
     direction: units.Direction = (1.0, 0.0, 0.0)
     normal: units.Direction | None = None
     curvature: units.Curvatures = (0.0, 0.0, 0.0)
+    shape: AnyCurve | None = None
     nodes: RodNodes | None = None
     rest: Literal["straight", "start"] = "straight"
     velocity: units.Velocity = (0.0, 0.0, 0.0)
@@ -111,7 +116,8 @@ class Rod(Part):
 
     def start_nodes(self, name: str = "rod") -> tuple[np.ndarray, np.ndarray]:
         """Positions (n + 1, 3), m, and axes (n + 1, 3, 3), columns x, y and z, of the nodes at the start."""
-        n, arc = self.elements, self.arc
+        n = self.elements
+        check_curve(name, self)
         if self.nodes is not None:
             for key in ("position", "direction", "normal"):
                 if key in self.model_fields_set:
@@ -135,12 +141,10 @@ class Rod(Part):
             raise InputError(
                 f"{name}.normal is {self.normal!r}; it must be perpendicular to {name}.direction, {self.direction!r}"
             )
-        x, R = np.empty((n + 1, 3)), np.empty((n + 1, 3, 3))
-        x[0], R[0] = self.position, np.stack([e1, e2, np.cross(e1, e2)], axis=1)
-        for i in range(n):
-            step, turn = rods.advanced(np.array(self.curvature), float(arc[i + 1]))
-            x[i + 1], R[i + 1] = x[0] + product(R[0], step), product(R[0], turn)
-        return x, R
+        R0 = np.stack([e1, e2, np.cross(e1, e2)], axis=1)
+        places, axes = stress_free(self)
+        x = np.array(self.position) + np.array([product(R0, place) for place in places])
+        return x, np.array([product(R0, turn) for turn in axes])
 
     def centres(self) -> tuple[np.ndarray, np.ndarray]:
         """Lengths (n + 1,), m, of the nodes' shares of the rod, and how far their middles are from the nodes, m.
@@ -162,6 +166,8 @@ class Rod(Part):
         """Strains (n, 6) of the shape without stress."""
         if self.rest == "start":
             return rods.strains(x, R, self.lengths)
+        if self.shape is not None:
+            return rods.strains(*stress_free(self), self.lengths)
         return np.tile([1.0, 0.0, 0.0, *self.curvature], (self.elements, 1))
 
     def write(self, builder: Builder, name: str) -> None:
@@ -172,15 +178,16 @@ class Rod(Part):
             check_inertia(name, self.inertia, self.section, self.material)
         own = OWN_INERTIA if self.inertia is None else self.inertia
         x, R = self.start_nodes(name)
+        rest = self.rest_strains(x, R)
         turns = np.degrees(h * np.linalg.norm(rods.strains(x, R, h)[:, 3:], axis=1))
-        turns = np.maximum(turns, np.degrees(h * norm(np.array(self.curvature))))
+        turns = np.maximum(turns, np.degrees(h * np.linalg.norm(rest[:, 3:], axis=1)))
         if turns.max() > LARGEST_TURN:
             k = int(turns.argmax())
             raise InputError(
                 f"{name}.elements is {n}, but the angle between the ends of element {k} is {turns[k]:.0f} deg; "
                 f"at most {LARGEST_TURN:g} deg is allowed, use {int(n * turns[k] / 45.0) + 1} elements or more"
             )
-        arms, rest = self.arms(), self.rest_strains(x, R)
+        arms = self.arms()
         pieces = [self.section.between(*places) for places in itertools.pairwise(ends)]
         same = all(piece is self.section for piece in pieces) and not np.any(np.ptp(rest, axis=0))
         same = same and self.grading == 1.0

@@ -89,11 +89,11 @@ class ThermalLoad(Part):
             for row in builder.rows["rod_elements"][first : first + beam.elements]:
                 row["heated"] = 1
             return
-        nodes, ends = beam.start_nodes(self.part), beam.arc / beam.length
+        unloaded, ends = beam.rest_nodes(self.part), beam.arc / beam.length
         for i, length in enumerate(beam.lengths):
             form = thermal_form(
                 beam.formulation, float(length), beam.section.between(ends[i], ends[i + 1]), beam.material,
-                self._along(ends[i], ends[i + 1]), rest=nodes[i : i + 2].ravel() if beam.rests_at_start else None,
+                self._along(ends[i], ends[i + 1]), rest=None if unloaded is None else unloaded[i : i + 2].ravel(),
             )  # fmt: skip
             builder.parameters([*form.C.ravel(), *form.Q.ravel(), *form.rest])
         at = (beam.arc[:-1, None] + beam.lengths[:, None] * np.asarray(POINTS)) / beam.length

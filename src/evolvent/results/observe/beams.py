@@ -62,8 +62,8 @@ def observe_beam(view: View, name: str) -> Observed:
 
 def _observe_shape(part: Any, name: str, nodes: Array, rates: Array, axes: Array, found: Observed) -> None:
     """Positions, velocities and deflections of the nodes."""
-    unloaded = part.start_nodes(name)
-    if not part.rests_at_start:
+    unloaded = part.rest_nodes(name)
+    if unloaded is None:
         shape = part.arc[:, None] * np.array([1.0, 0.0, 0.0])
     else:
         shape = (unloaded[:, 0] - unloaded[0, 0]) @ root_axes(unloaded[None])[0].T

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly.families import bodies_of, rod_arms
-from evolvent.elements import rods
 from evolvent.model import RESULTS
+from evolvent.parts.curve import stress_free
 from evolvent.results.motion import quaternions
 from evolvent.results.observe.beams import _section_drawn
 from evolvent.results.observe.variables import Observed, Variable, cross, dot, norm, turned
@@ -67,7 +67,7 @@ def _observe_shape(part: Any, name: str, x: Array, R: Array, found: Observed) ->
         start, axes = part.start_nodes(name)
         shape = (start - start[0]) @ axes[0]
     else:
-        shape = np.array([rods.advanced(np.array(part.curvature), s)[0] for s in part.arc])
+        shape = stress_free(part)[0]
     deflection = np.einsum("tji,tnj->tni", R[:, 0], x - x[:, :1]) - shape
     found.along("position", "node", x, "m", "positions of the nodes, inertial axes")
     q = quaternions(R.reshape(-1, 3, 3)).reshape(*R.shape[:2], 4)

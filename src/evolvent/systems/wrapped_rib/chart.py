@@ -1,13 +1,14 @@
-"""Figure of a study over one key: when the tip is fastest, beside a string without bending stiffness (Yi, figure 7)."""
+"""Figures of studies: when the tip is fastest (Yi, figure 7), and what is wound over torque or rate of the hub."""
 
 from __future__ import annotations
 
+import itertools
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import cases, closed_forms
 from evolvent.base.errors import InputError
 from evolvent.results.figures import Figure, Line, Panel
 from evolvent.systems.wrapped_rib.show import comparable_string
@@ -20,6 +21,11 @@ UNKNOWN = "before.nc"
 
 
 def study_figures(dataset: xr.Dataset) -> dict[str, Figure]:
+    """Figures of a grid: over torque or rate of the drive what is wound; over one key when the tip is fastest."""
+    return _peak_figures(dataset) | _wound_figures(dataset)
+
+
+def _peak_figures(dataset: xr.Dataset) -> dict[str, Figure]:
     """Time of the largest tip speed over the key of a grid over one key, for each stage that it is kept of."""
     keys = [key for key in json.loads(dataset.attrs["keys"]) if dataset[key].size > 1]
     if dataset.attrs["sample"] != "grid" or len(keys) != 1 or dataset[keys[0]].dtype.kind not in "iuf":
@@ -62,3 +68,77 @@ def _strings(study: xr.Dataset, key: str, stage: str) -> np.ndarray:
         return np.nan if string is None else string.end_time
 
     return np.array([end_time(value.item()) for value in study[key].values])
+
+
+class _Row(NamedTuple):
+    """Runs that differ in one key alone: their label, cases, values of the key, and share of the rib on the hub."""
+
+    label: str
+    cases: list[Any]
+    at: np.ndarray
+    wound: np.ndarray
+
+
+def _wound_figures(study: xr.Dataset) -> dict[str, Figure]:
+    """What lies on the hub at the end, over the drive's torque or rate; none of studies with stages."""
+    is_grid = study.attrs["sample"] == "grid" and not json.loads(study.attrs.get("stages", "[]"))
+    if not is_grid or "wrap_angle" not in study or not {"time", "rib"} <= set(study.wrap_angle.dims):
+        return {}
+    draws = {"drive.torque": _over_torque, "drive.rate": _over_rate}
+    over = [key for key in draws if key in study.dims and study[key].size > 1]
+    return {"wound": draws[over[0]](_rows(study, over[0]))} if len(over) == 1 else {}
+
+
+def _rows(study: xr.Dataset, key: str) -> list[_Row]:
+    """Runs of a grid, a row for each choice of the other keys."""
+    content = cases.parse_yaml(study.attrs["study"], "the study")
+    fixed, keys = dict(content.get("set") or {}), json.loads(study.attrs["keys"])
+    last, others, rows = study.wrap_angle.isel(time=-1, rib=0), [one for one in keys if one != key], []
+    for choice in itertools.product(*(study[one].values for one in others)):
+        given = {one: value.item() for one, value in zip(others, choice, strict=True)}
+        made = [cases.load(content["case"], fixed | given | {key: value.item()}) for value in study[key].values]
+        units = {one: str(study[one].attrs.get("units", "")) for one in others}
+        label = ", ".join(f"{one} {value:.4g} {units[one]}".strip() for one, value in given.items()) or "runs"
+        lengths = np.array([case.rib.length / case.hub.radius for case in made])
+        rows.append(_Row(label, made, study[key].values, last.sel(given).values / lengths))
+    return rows
+
+
+def _over_torque(rows: list[_Row]) -> Figure:
+    """Over the torque, of EI/(2 R), with the equilibria of the tail."""
+    lines = []
+    for k, row in enumerate(rows):
+        least = np.array([closed_forms.least_winding_torque(case.strip) for case in row.cases])
+        lines.append(Line(x=row.at / least, y=row.wound, label=row.label, color=k, style="", marker="o"))
+    strip, top = rows[0].cases[0].strip, max(float(line.x.max()) for line in lines)
+    held = closed_forms.held_tails(strip)
+    x = held.torque / closed_forms.least_winding_torque(strip)
+    shown = x <= 1.3 * top
+    share = held.wrap[shown] * strip.radius / strip.length
+    lines.append(Line(x=x[shown], y=share, label="tail at rest, elastica", color="black", style="--", width=1.2))
+    limit = Line(x=np.ones(2), y=np.array([0.0, 1.0]), label="EI/(2R), least torque", color="gray", style=":")
+    panel = Panel(
+        x_label="torque over EI/(2R)",
+        y_label="share of the rib on the hub",
+        lines=[*lines, limit],
+        log_x=True,
+        y_zero=True,
+    )
+    return Figure(name="wound", title="Wound at the end, over the torque", panels=[panel], height=100.0)
+
+
+def _over_rate(rows: list[_Row]) -> Figure:
+    """Over the rate of the hub, with a string at rest in the hub's axes."""
+    lines = []
+    for k, row in enumerate(rows):
+        lines.append(Line(x=row.at, y=row.wound, label=row.label, color=k, style="", marker="o"))
+        alpha, strip = row.cases[0].damping.alpha, row.cases[0].strip
+        if alpha == 0.0:
+            continue
+        rates = np.linspace(0.5 * row.at.min(), row.at.max(), 30)
+        wraps = np.array([closed_forms.spun_tail(strip, rate, alpha).wrap for rate in rates])
+        share = np.maximum(wraps, 0.0) * strip.radius / strip.length
+        label = "" if k else "string at rest on the turning hub"
+        lines.append(Line(x=rates, y=share, label=label, color=k, style="--", width=1.2))
+    panel = Panel(x_label="rate of the hub, rad/s", y_label="share of the rib on the hub", lines=lines, y_zero=True)
+    return Figure(name="wound", title="Wound at the end, over the rate of the hub", panels=[panel], height=100.0)

@@ -1,0 +1,145 @@
+"""Torque and rate of the hub: tails at rest against elastica and string, and the figures of their studies."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.optimize import brentq
+from scipy.special import airy
+
+import evolvent
+from evolvent import cases, closed_forms
+from evolvent.closed_forms import Strip
+from evolvent.systems import wrapped_rib as system
+
+#: A rib of 50 GPa.
+STIFF = Strip(radius=0.6, length=12.0, line_density=0.0144, bending_stiffness=3.375e-3, axial_stiffness=450e3)
+
+
+def test_the_constant_of_a_short_tail_is_a_root_of_airys_equation():
+    """q = A Ai(z) + B Bi(z), z = b^(1/3) (1 - u): q(0) = 1/2 and q'(1) = 1/2 give A and B, q'(0) = -1/2 gives b."""
+
+    def off(root: float) -> float:
+        at_tip, at_contact = airy(0.0), airy(root)
+        M = np.array([[at_contact[0], at_contact[2]], [-root * at_tip[1], -root * at_tip[3]]])
+        A, B = np.linalg.solve(M, [0.5, 0.5])
+        return float(-root * (A * at_contact[1] + B * at_contact[3]) + 0.5)
+
+    assert brentq(off, 1.0, 2.0) ** 3 == pytest.approx(closed_forms.SHORT_TAIL, rel=1e-9)
+
+
+def test_short_tails_are_the_limit_of_the_elastica():
+    found = closed_forms.held_tails(STIFF, samples=14)
+    short = [closed_forms.short_tail(STIFF, torque) for torque in found.torque[:2]]
+    assert short == pytest.approx(found.tail[:2], rel=5e-3)
+    assert np.all(np.diff(found.torque) < 0.0)
+    # no moment about the last contact but that of the tail: the least torque is far below those that hold
+    assert found.torque[-1] > 5.0 * closed_forms.least_winding_torque(STIFF)
+    assert closed_forms.least_winding_torque(STIFF) == pytest.approx(3.375e-3 / 1.2)
+
+
+@pytest.mark.slow
+def test_a_held_rib_rests_as_the_elastica_says(book):
+    torque = 0.06
+    changes = {"rib.young_modulus": 50e9, "rib.elements": 40, "hold.time": 40.0, "output.fine": False}
+    run = evolvent.run("wrapped-rib-hold", changes | {"drive.torque": torque, "drive.ramp": 0.0})
+    held = closed_forms.held_tails(STIFF)
+    for name, wanted in (("tip_radius", held.tip_radius), ("wrap_angle", held.wrap)):
+        assert float(run[name][-1, 0]) == pytest.approx(np.interp(-torque, -held.torque, wanted), rel=3e-3)
+    book(
+        "Wrapped rib", "Tip of a rib held on the hub by 21 EI/(2R), from the axis", reference="elastica, solve_bvp",
+        source="independent computation", allowed=3e-3,
+        error=abs(float(run.tip_radius[-1, 0]) / np.interp(-torque, -held.torque, held.tip_radius) - 1.0),
+    )  # fmt: skip
+
+
+def test_a_torque_below_the_least_does_not_wind():
+    torque = 0.7 * closed_forms.least_winding_torque(STIFF)
+    changes = {"rib.young_modulus": 50e9, "rib.elements": 20, "damping.alpha": 0.1, "solver.duration": 300.0}
+    run = evolvent.run("wrapped-rib", changes | {"drive.torque": torque, "output.fine": False, "output.every": 20.0})
+    assert float(np.abs(run.wrap_angle.values).max()) * 0.6 < 0.6
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.4, 2.0])
+def test_a_spun_tail_is_in_balance_of_moments(ratio):
+    """The tension at the hub times R is the moment of the drag about the axis; both are those of the tail alone."""
+    rate, alpha = 0.5, 0.5 * ratio
+    found = closed_forms.spun_tail(STIFF, rate, alpha)
+    # the moment from the tail's shape: rebuilt as a chain of small links from the tip inwards
+    n = 20000
+    h = found.tail / n
+    z, force, moment = complex(found.tip_radius, 0.0), 0.0 + 0.0j, 0.0
+    k = STIFF.line_density * rate**2 * complex(1.0, -alpha / rate)
+    for _ in range(n):
+        half = z - 0.5 * h * (force + 0.5 * h * k * z) / abs(force + 0.5 * h * k * z)
+        force += h * k * half
+        moment += h * STIFF.line_density * alpha * rate * abs(half) ** 2
+        z = half - 0.5 * h * force / abs(force)
+    assert abs(z) == pytest.approx(STIFF.radius, rel=1e-3)
+    assert abs(force) == pytest.approx(found.tension, rel=1e-3)
+    assert found.tension * STIFF.radius == pytest.approx(moment, rel=2e-3)
+
+
+def test_a_slowly_dragged_tail_is_that_of_the_balance_of_moments():
+    found = closed_forms.spun_tail(STIFF, 1.0, 0.01)
+    assert found.tail == pytest.approx(1.5 * 0.6 / 0.01, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_turning_hub_throws_off_the_tail_of_a_string(book):
+    changes = {
+        "drive": {"kind": "hub", "rate": 0.5, "ramp": 2.0}, "hub.motion": "driven", "rib.start_angle": 0.5 * np.pi,
+        "rib.young_modulus": 50e6, "damping.alpha": 0.5, "solver.duration": 80.0, "output.fine": False,
+    }  # fmt: skip
+    run = evolvent.run("wrapped-rib", changes)
+    string = closed_forms.spun_tail(cases.load("wrapped-rib", changes).strip, 0.5, 0.5)
+    assert float(run.tip_radius[-1, 0]) == pytest.approx(string.tip_radius, rel=5e-3)
+    assert float(run.wrap_angle[-1, 0]) == pytest.approx(string.wrap, rel=5e-3)
+    book(
+        "Wrapped rib", "Tip of a rib on a hub that turns in drag, from the axis", reference="string, solve_ivp",
+        source="independent computation", allowed=5e-3,
+        error=abs(float(run.tip_radius[-1, 0]) / string.tip_radius - 1.0),
+    )  # fmt: skip
+
+
+def _study(key: str, values: list[float], unit: str, extra: dict[str, Any]) -> xr.Dataset:
+    alphas = [0.2, 0.5]
+    wrap = np.full((len(values), 2, 3, 1), 10.0)
+    data = xr.Dataset({"wrap_angle": ((key, "damping.alpha", "time", "rib"), wrap, {"units": "rad"})})
+    data = data.assign_coords({
+        key: (key, values, {"units": unit}), "damping.alpha": ("damping.alpha", alphas, {"units": "1/s"}),
+        "time": [0.0, 1.0, 2.0], "rib": [1],
+    })  # fmt: skip
+    case = {"system": "wrapped-rib", "phase": "wind"} | extra
+    keys = json.dumps([key, "damping.alpha"])
+    data.attrs = {"sample": "grid", "keys": keys, "stages": "[]", "system": "wrapped-rib"}
+    data.attrs["study"] = json.dumps({"case": case, "set": {"rib.young_modulus": 50e9}})
+    return data
+
+
+@pytest.mark.parametrize(
+    ("key", "values", "unit", "extra"),
+    [
+        ("drive.torque", [0.002, 0.06], "N m", {"drive": {"kind": "torque", "torque": 0.2}}),
+        ("drive.rate", [0.5, 1.0], "rad/s", {"drive": {"kind": "hub", "rate": 1.0}, "hub": {"motion": "driven"}}),
+    ],
+)
+def test_figures_of_studies_over_torque_and_rate(key, values, unit, extra):
+    data = _study(key, values, unit, extra)
+    figure = system.study_figures(data)["wound"]
+    lines = figure.panels[0].lines
+    runs = [line for line in lines if line.marker == "o"]
+    assert [line.label for line in runs] == ["damping.alpha 0.2 1/s", "damping.alpha 0.5 1/s"]
+    assert runs[0].y == pytest.approx(0.5)
+    if key == "drive.torque":
+        assert runs[0].x == pytest.approx(np.array(values) / 2.8125e-3)
+        assert lines[-2].y == pytest.approx(lines[-2].y.clip(0.85, 1.0))
+    else:
+        ratio = lines[1].y[-1] * 12.0 / 0.6
+        assert ratio == pytest.approx(closed_forms.spun_tail(STIFF, 1.0, 0.2).wrap)
+    assert system.study_figures(data.assign_attrs(sample="list")) == {}
+    assert system.study_figures(data.drop_vars("wrap_angle")) == {}
