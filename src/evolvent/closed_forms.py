@@ -391,7 +391,7 @@ def spin_up_swing(
     ----------
     torque : float, N m, on the body
     rate : float, rad/s, of body and blades at the start
-    ramp : float, s, over which the torque grows by the quintic smooth step
+    ramp : float, s, over which the torque grows as 3 s^2 - 2 s^3
     until : float, s, end of the motion; after the ramp one period of `lag_frequency` if left out
 
     Returns
@@ -412,7 +412,7 @@ def spin_up_swing(
 
     def rates(t: float, y: Array) -> list[float]:
         s = min(t / ramp, 1.0) if ramp > 0.0 else 1.0
-        grown = s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
+        grown = s * s * (3.0 - 2.0 * s)
         lag, spin, blade = y[0] - y[1], y[2], y[3]
         c, sine = LS * math.cos(lag), LS * math.sin(lag)
         f, g = torque * grown / rotor.blades - sine * blade**2, sine * spin**2

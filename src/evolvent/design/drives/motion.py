@@ -125,7 +125,7 @@ def run(
     )
 
 
-def constant_keys(task: Task) -> list[list[float]]:
+def constant_table(task: Task) -> list[list[float]]:
     """Table of the case's constant rate, which starts and stops at once."""
     end = task.constant_time
     return [[0.0, task.rate], [end, task.rate], [end * (1.0 + 1e-9), 0.0], [2.0 * end, 0.0]]

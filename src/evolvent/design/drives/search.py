@@ -14,8 +14,8 @@ from evolvent.design.drives import motion as mo
 from evolvent.design.drives.bounds import Bounds, Task, task as task_of
 
 Array = np.ndarray
-#: Most nodes of the blade during the search.
-SEARCH_NODES = 6
+#: Most nodes of the blade in the first round of the search.
+FEW_NODES = 10
 #: Periods of the lag over which the rate changes at both ends, and shares of the whole time that this takes at least
 #: and at most.
 PERIODS, LEAST, MOST = 1.0, 0.04, 0.45
@@ -27,8 +27,8 @@ CREEP = 0.1
 AIM = {"residual_swing": 0.7, "peak_lag": 0.995, "lag_rate": 0.99, "tension": 0.995, "spool_torque": 0.995}
 #: Weights in the sum of squares: of the nominal swing, of other bounds, of swings of the corners, of bends of the rate.
 NOMINAL, BOUNDED, CORNER, SMOOTH = 10.0, 100.0, 0.3, 0.1
-#: Evaluations of each round of the search; after the first the corners are weighted by their swings.
-ROUNDS = (7, 5)
+#: Evaluations of each round of the search: with few nodes, then with those of the case and with twice as many.
+ROUNDS = (7, 6, 6)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,9 +56,9 @@ class Design:
     evaluations: int
 
     def missed(self) -> list[tuple[str, float, float]]:
-        """Bounds that are not met: (key, value, bound)."""
-        found = self.nominal.measures()._asdict()
-        given = ((key, value, getattr(self.task.bounds, key)) for key, value in found.items())
+        """Bounds that are not met, with the case's nodes or with twice as many: (key, larger value, bound)."""
+        both = zip(mo.Measures._fields, self.nominal.measures(), self.refined.measures(), strict=True)
+        given = ((key, max(one, other), getattr(self.task.bounds, key)) for key, one, other in both)
         return [(key, value, bound) for key, value, bound in given if bound is not None and value > bound]
 
     @property
@@ -103,8 +103,9 @@ def design(
     -----
     Rates at knots are the unknowns; the curve through them is the case's `spool.table`, scaled so that the length is
     right. The search begins with smooth ramps over periods of `closed_forms.lag_frequency`. The sum of squares has
-    what exceeds the bounds, and the swings after the stop at the four corners of inertia and spin, which are weighted
-    by their size in a second round.
+    what exceeds the bounds, and the swings after the stop at the four corners of inertia and spin. The first round has
+    few nodes; later ones weight the corners by their swings, and have the nodes of the case and twice as many, so that
+    the bounds do not hang on the mesh.
     """
     given = bounds if isinstance(bounds, Bounds) else Bounds(**dict(bounds or {}))
     return Search(task_of(cases.load(case, dict(overrides or {})), given), progress).design()
@@ -123,7 +124,7 @@ class Search:
         error = task.bounds.error
         self.corners = list(itertools.product((1.0 - error, 1.0 + error), repeat=2)) if error > 0.0 else []
         self.weights = np.ones(len(self.corners))
-        self.nodes = min(task.case.blade.nodes, SEARCH_NODES)
+        self.nodes: tuple[int, ...] = (min(task.case.blade.nodes, FEW_NODES),)
         self.runs = 0
         self.first = CREEP if task.case.spool.start_length == 0.0 else 0.0
         self.time, self.shape = self._knots()
@@ -186,12 +187,13 @@ class Search:
     def residuals(self, x: Array) -> Array:
         """What the search squares and adds up."""
         table, bounds, found = self.table(x), self.task.bounds, []
-        for k, (inertia, spin) in enumerate([(1.0, 1.0), *self.corners]):
-            one = self._run(table, inertia, spin)
+        for weight, corner in zip(self.weights, self.corners, strict=True):
+            one = self._run(table, *corner)
+            after = one.lag[one.ended]
+            found.append(CORNER * weight * after / bounds.residual_swing / np.sqrt(after.size))
+        for nodes in self.nodes:
+            one = self._run(table, nodes=nodes)
             swing = np.abs(one.lag[one.ended]) / bounds.residual_swing / np.sqrt(one.ended.sum())
-            if k:
-                found.append(CORNER * self.weights[k - 1] * np.sign(one.lag[one.ended]) * swing)
-                continue
             found.append(NOMINAL * np.maximum(swing - AIM["residual_swing"] / np.sqrt(one.ended.sum()), 0.0))
             series = {"peak_lag": one.lag[~one.ended], "lag_rate": one.lag_rate, "tension": one.tension}
             series["spool_torque"] = one.tension * one.radius
@@ -205,9 +207,11 @@ class Search:
             self.progress(self.runs, float(everything @ everything))
         return everything
 
-    def _run(self, table: list[list[float]], inertia: float = 1.0, spin: float = 1.0) -> mo.Motion:
+    def _run(
+        self, table: list[list[float]], inertia: float = 1.0, spin: float = 1.0, nodes: int | None = None
+    ) -> mo.Motion:
         self.runs += 1
-        found = mo.run(self.task, table, end=self.end, inertia=inertia, spin=spin, nodes=self.nodes)
+        found = mo.run(self.task, table, end=self.end, inertia=inertia, spin=spin, nodes=nodes or self.nodes[0])
         if not found.failed:
             return found
         times = mo.sample_times(self.end, self.task.period(self.task.bounds.length or 0.0))
@@ -218,8 +222,10 @@ class Search:
         """The drive, and the motions under it with all nodes."""
         from scipy.optimize import least_squares
 
-        x = self.start()
+        x, all_nodes = self.start(), self.task.case.blade.nodes
         for k, evaluations in enumerate(ROUNDS):
+            if k:
+                self.nodes = (all_nodes, 2 * all_nodes)
             x = least_squares(
                 self.residuals, x, bounds=(0.0, 3.0), diff_step=1e-3, max_nfev=evaluations, ftol=1e-4, xtol=1e-4
             ).x
@@ -235,7 +241,7 @@ class Search:
         nodes = task.case.blade.nodes
         return Design(
             task=task, table=table, end=end, nominal=mo.run(task, table, end=end),
-            constant=mo.run(task, mo.constant_keys(task), end=task.constant_time),
+            constant=mo.run(task, mo.constant_table(task), end=task.constant_time),
             refined=mo.run(task, table, end=end, nodes=2 * nodes),
             corners={
                 (inertia, spin): mo.run(task, table, end=end, inertia=inertia, spin=spin)

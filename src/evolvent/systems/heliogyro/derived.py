@@ -74,12 +74,16 @@ def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], 
 
 
 def hub_lag(blades: Sequence[Mapping[str, Any]], count: int) -> Array:
-    """Lag at the spool of the node that left last, rad, (nt, count); NaN of a blade that has separated."""
+    """Lag at the spool of the node that left last, rad, (nt, count); NaN of a blade that has separated.
+
+    At the moment of its release a node has no direction: the lag is that of the node before it then.
+    """
     found = []
     for blade in blades:
         lags, released = blade["signed_lag"].values, blade["released"].values > 0.0
         last = np.maximum(released.sum(axis=1) - 1, 0)
-        values = np.take_along_axis(lags, last[:, None], axis=1)[:, 0]
+        values, before = (np.take_along_axis(lags, np.maximum(last - k, 0)[:, None], axis=1)[:, 0] for k in (0, 1))
+        values = np.where(np.isfinite(values), values, before)
         found.append(np.where(blade["separated"].values > 0.0, np.nan, values))
     return np.broadcast_to(np.stack(found, axis=1), (found[0].size, count)).copy()
 
