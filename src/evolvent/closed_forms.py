@@ -2,16 +2,16 @@ r"""Closed forms and small models, independent of the engine: of a strip on a hu
 
 They size a structure before it is modelled, and runs are compared with them.
 
-**The strip** winds on a hub, lies on it and springs off. The rib is uniform, but for a taper of the thickness where one is named: length L, mass m per length, bending stiffness
-EI, axial stiffness EA, hub radius R. The hub does not turn. The winding sense is counterclockwise, as seen with the
-hub's axis z towards the eye.
+**The strip** winds on a hub, lies on it and springs off. The rib is uniform, but for a taper of the thickness where one
+is named: length L, mass m per length, bending stiffness EI, axial stiffness EA, hub radius R. The hub does not turn.
+The winding sense is counterclockwise, as seen with the hub's axis z towards the eye.
 
 A field torque T is a force c z x r per mass on every part of the rib, r from the axis, with c = T / int r^2 dm at every
 instant: its moment about the axis is T whatever the shape.
 
-**The blades** are N straight rigid blades of length l, hinged at the distance L0 from the spin axis of a body that turns
-at W. M, S and I are mass, first and second moment of a blade about its hinge, k = L0 S / I, and the lag d is positive
-behind the outward direction.
+**The blades** are N straight rigid blades of length l, hinged at the distance L0 from the spin axis of a body that
+turns at W. M, S and I are mass, first and second moment of a blade about its hinge, k = L0 S / I, and the lag d is
+positive behind the outward direction.
 """
 
 from __future__ import annotations

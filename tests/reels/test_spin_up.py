@@ -33,7 +33,8 @@ def test_small_swings_have_the_frequency_of_the_closed_form(book: Book) -> None:
     found = math.pi * (zeros.size - 1) / (zeros[-1] - zeros[0])
     exact = cf.lag_frequency(ROTOR, 1.0, 2.0)
     book(
-        "Threads, reels, tethers", "Frequency of the lag of one link on a free body", reference=f"closed form, {exact:.5f} rad/s",
+        "Threads, reels, tethers", "Frequency of the lag of one link on a free body",
+        reference=f"closed form, {exact:.5f} rad/s",
         source="closed_forms.lag_frequency", error=abs(found / exact - 1.0), allowed=1e-4,
     )  # fmt: skip
 
@@ -93,7 +94,8 @@ def test_the_permissible_torque_of_one_link_is_that_of_the_rigid_blade(book: Boo
     found = spin_up.permissible_torque("heliogyro", [1.0], LINK, rate=2.0)
     error = abs(float(found.thread[0] / cf.step_torque_limit(ROTOR, 1.0, 2.0)) - 1.0)
     book(
-        "Threads, reels, tethers", "Permissible spin-up torque of one link", reference="two equations of motion, by SciPy",
+        "Threads, reels, tethers", "Permissible spin-up torque of one link",
+        reference="two equations of motion, by SciPy",
         source="closed_forms.step_torque_limit", error=error, allowed=2e-3,
     )  # fmt: skip
 

@@ -38,7 +38,12 @@ def _bounds(command: Any) -> Any:
 @_bounds
 @click.option("--bounds", "file", metavar="FILE", help="Bounds in a YAML file: keys as the options, with _ for -.")
 @click.option(
-    "-o", "--output", multiple=True, callback=once, metavar="DRIVE.YAML", help="The case with the drive, for evolvent run."
+    "-o",
+    "--output",
+    multiple=True,
+    callback=once,
+    metavar="DRIVE.YAML",
+    help="The case with the drive, for evolvent run.",
 )
 @click.option("--figure", multiple=True, callback=once, metavar="DRIVE.PNG", help="Draw the drive and the lag.")
 @click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")

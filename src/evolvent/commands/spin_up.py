@@ -28,7 +28,11 @@ class _Lengths(Section):
 @click.command("permissible-torque")
 @click.argument("case", metavar="CASE|FILE")
 @click.option(
-    "--lengths", multiple=True, callback=once, metavar="1m,2m,5m", help="Lengths of the blades.  [default: blade.length]"
+    "--lengths",
+    multiple=True,
+    callback=once,
+    metavar="1m,2m,5m",
+    help="Lengths of the blades.  [default: blade.length]",
 )
 @click.option("--rate", multiple=True, callback=once, metavar="0.3rad/s", help="Spin before the torque acts.")
 @click.option("--ramp", multiple=True, callback=once, metavar="10s", help="Time over which the torque grows smoothly.")

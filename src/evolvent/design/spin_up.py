@@ -11,14 +11,10 @@ import numpy as np
 
 from evolvent import cases, closed_forms
 from evolvent.base.errors import InputError, RunFailed
+from evolvent.design import links
 from evolvent.results.figures import Figure, Line, Panel, stacked
 
 Array = np.ndarray
-#: Links of fixed length, with tolerances for a search.
-RIGID: Mapping[str, Any] = {
-    "blade.segments": "inextensible", "solver.method": "dopri5", "solver.rtol": 1e-7, "solver.atol": 1e-9,
-    "solver.step": "auto",
-}  # fmt: skip
 #: Relative width at which the bisection ends; times that its bracket is widened.
 WIDTH, MOST_WIDENED = 1e-3, 6
 #: Samples of a run.
@@ -88,7 +84,8 @@ def permissible_torque(
         until = ramp + 2.0 * math.pi / closed_forms.lag_frequency(rotor, length, left)
         thread = _thread_limit(loaded, length, left, ramp, until, rigid if math.isfinite(rigid) else slow)
         rows.append((length, left, thread, rigid, slow))
-    return Permissible(*(np.array(column) for column in zip(*rows, strict=True)), ramp=ramp, nodes=blade.nodes)
+    columns = np.array(rows).T
+    return Permissible(columns[0], columns[1], columns[2], columns[3], columns[4], ramp=ramp, nodes=blade.nodes)
 
 
 def _check(case: Any, lengths: Sequence[float], rate: float | None, ramp: float) -> None:
@@ -115,17 +112,11 @@ def hub_lag(case: Any, length: float, rate: float, torque: float, *, ramp: float
     from evolvent.systems.heliogyro import derived
 
     given = {
-        **RIGID, "body.rate": rate, "blade.length": length, "spool.start_length": length, "spool.start_lag": 0.0,
+        "body.rate": rate, "blade.length": length, "spool.start_length": length, "spool.start_lag": 0.0,
         "spool.rate": 0.0, "spool.ramp": 0.0, "spool.changes": [], "spool.table": None, "spool.free": None,
         "spin_up": {"torque": torque, "ramp": ramp}, "solver.duration": until, "output.every": until / SAMPLES,
-        "output.fine": False,
     }  # fmt: skip
-    made = cases.load(case.model_dump(mode="json"), given)
-    system = cases.system(made.system)
-    assembly, times, settings = system.assembled(made, {})
-    settings.pop("fine", None)
-    _, prepare, _ = system.prepare_run(made, assembly, times, settings)
-    solution = prepare()[0].run(None)
+    solution = links.solve(case, given)
     lag = derived.hub_lag([observe_thread(View(solution), "blade-1").variables], 1)[:, 0]
     beyond = np.flatnonzero(lag >= 0.5 * math.pi)
     if not beyond.size and solution.status != "success":

@@ -7,8 +7,6 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from pydantic import Field
-
 from evolvent import cases, closed_forms
 from evolvent.base import units
 from evolvent.base.errors import InputError
@@ -50,7 +48,7 @@ class Bounds(Section):
     spool_torque: units.Torque | None = None
     time: units.Duration | None = None
     length: units.Length | None = None
-    error: units.Fraction = Field(0.1)
+    error: units.Fraction = 0.1
 
     def refusals(self) -> Iterator[str]:
         """Bounds that nothing can keep."""
@@ -92,8 +90,12 @@ class Task:
         spin = abs(body.rate)
         if body.motion != "driven":
             start = closed_forms.rotor_inertia(self.rotor, self.case.spool.start_length)
-            return 2.0 * math.pi / closed_forms.lag_frequency(
-                self.rotor, length, spin * start / closed_forms.rotor_inertia(self.rotor, length)
+            return (
+                2.0
+                * math.pi
+                / closed_forms.lag_frequency(
+                    self.rotor, length, spin * start / closed_forms.rotor_inertia(self.rotor, length)
+                )
             )
         return 2.0 * math.pi / closed_forms.lag_frequency(self.rotor._replace(inertia=1e12), length, spin)
 
@@ -134,7 +136,7 @@ def task(case: Any, bounds: Bounds) -> Task:
     steady = closed_forms.payout_lag(rotor, spool.radius * abs(rate), inertia * abs(body.rate))
     if bounds.peak_lag is None and math.isnan(steady):
         raise InputError(
-            f"spool.rate is {spool.rate:g} rad/s, at which there is no steady lag; use a slower one, or give the peak lag"
+            f"spool.rate is {spool.rate:g} rad/s, at which there is no steady lag; use a slower one, or give peak_lag"
         )
     constant = (angles[1] - angles[0]) / rate
     full = bounds.replaced(

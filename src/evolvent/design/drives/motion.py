@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import cases
+from evolvent.design import links
 from evolvent.design.drives.bounds import Task
 
 Array = np.ndarray
-#: Links of fixed length, whose lag is that of springs of 1e4 N/m to 0.0015 degrees, with tolerances for a search.
-RIGID: Mapping[str, Any] = {
-    "blade.segments": "inextensible", "solver.method": "dopri5", "solver.rtol": 1e-6, "solver.atol": 1e-8,
-    "solver.step": "auto",
-}  # fmt: skip
 #: Samples of a motion: evenly spread until the drive ends, close to each of its ends, and after it.
 _EVEN, _CLOSE, _AFTER = 301, 30, 61
 
@@ -101,16 +95,11 @@ def run(
 
     body, after = task.case.body, task.period(task.bounds.length or 0.0)
     moments = tuple(inertia * x for x in body.inertia) if isinstance(body.inertia, tuple) else inertia * body.inertia
-    given = table_keys(table) | RIGID | {
-        "body.inertia": moments, "body.rate": spin * body.rate, "solver.duration": end + after, "output.fine": False,
+    given = table_keys(table) | {
+        "body.inertia": moments, "body.rate": spin * body.rate, "solver.duration": end + after,
         "blade.nodes": nodes or task.case.blade.nodes,
     }  # fmt: skip
-    case = cases.load(task.case.model_dump(mode="json"), given)
-    system = cases.system(case.system)
-    assembly, _, settings = system.assembled(case, {})
-    settings.pop("fine", None)
-    _, prepare, _ = system.prepare_run(case, assembly, sample_times(end, after), settings)
-    solution = prepare()[0].run(None)
+    solution = links.solve(task.case, given, sample_times(end, after))
     view = View(solution)
     blade = observe_thread(view, "blade-1").variables
     return Motion(

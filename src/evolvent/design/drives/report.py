@@ -60,7 +60,9 @@ def figure(found: Design) -> Figure:
     fine = np.linspace(0.0, float(one.time[-1]), 1001)
     rate = [Line(x=fine, y=rates(found, fine), label="designed")]
     steps = np.array([0.0, 0.0, 1.0, 1.0]) * found.task.constant_time
-    rate.append(Line(x=steps, y=np.array([0.0, 1.0, 1.0, 0.0]) * found.task.rate, label="constant", color=1, style="--"))
+    rate.append(
+        Line(x=steps, y=np.array([0.0, 1.0, 1.0, 0.0]) * found.task.rate, label="constant", color=1, style="--")
+    )
     lags = [Line(x=one.time, y=np.degrees(one.lag), label="designed")]
     lags.append(Line(x=constant.time, y=np.degrees(constant.lag), label="constant", color=1, style="--", width=1.0))
     bound = np.degrees(found.task.bounds.peak_lag or np.nan) * np.sign(found.task.rate)

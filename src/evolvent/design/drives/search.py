@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -122,7 +121,8 @@ class Search:
             for length in (task.case.spool.start_length, task.bounds.length or 0.0)
         )
         error = task.bounds.error
-        self.corners = list(itertools.product((1.0 - error, 1.0 + error), repeat=2)) if error > 0.0 else []
+        each = (1.0 - error, 1.0 + error)
+        self.corners = [(inertia, spin) for inertia in each for spin in each] if error > 0.0 else []
         self.weights = np.ones(len(self.corners))
         self.nodes: tuple[int, ...] = (min(task.case.blade.nodes, FEW_NODES),)
         self.runs = 0
@@ -155,7 +155,7 @@ class Search:
         return self.end * np.append(np.concatenate(parts), 1.0), np.vstack([shape, np.zeros(shape.shape[1])])
 
     def table(self, x: Array) -> list[list[float]]:
-        """Rows of the table by the unknowns, rates at knots over the constant rate, scaled to the length that is asked."""
+        """Rows of the table by the unknowns, rates over the constant rate, scaled to the length that is asked."""
         from scipy.interpolate import PchipInterpolator
 
         time = np.round(np.append(0.0, self.time), 6)
@@ -188,7 +188,7 @@ class Search:
         """What the search squares and adds up."""
         table, bounds, found = self.table(x), self.task.bounds, []
         for weight, corner in zip(self.weights, self.corners, strict=True):
-            one = self._run(table, *corner)
+            one = self._run(table, corner[0], corner[1])
             after = one.lag[one.ended]
             found.append(CORNER * weight * after / bounds.residual_swing / np.sqrt(after.size))
         for nodes in self.nodes:
@@ -231,7 +231,9 @@ class Search:
             ).x
             if k + 1 < len(ROUNDS) and self.corners:
                 table = self.table(x)
-                swings = np.array([self._run(table, *corner).measures().residual_swing for corner in self.corners])
+                swings = np.array(
+                    [self._run(table, corner[0], corner[1]).measures().residual_swing for corner in self.corners]
+                )
                 self.weights = self.weights * np.sqrt(swings / max(float(swings.mean()), 1e-12))
         return self.verified(self.table(x))
 
