@@ -58,7 +58,7 @@ def permissible_torque(
     given: dict[str, Any] = {key: value for key, value in (("rate", rate), ("ramp", ramp)) if value is not None}
     options = Options(**given)
     if lengths is None:
-        asked = (cases.load(case, overrides).blade.length,)
+        asked: tuple[float, ...] = (cases.load(case, overrides).blade.length,)
     else:
         asked = _Lengths(lengths=tuple(one.strip() for one in lengths.split(","))).lengths
     if output is not None:

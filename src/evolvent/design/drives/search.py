@@ -27,7 +27,7 @@ AIM = {"residual_swing": 0.7, "peak_lag": 0.995, "lag_rate": 0.99, "tension": 0.
 #: Weights in the sum of squares: of the nominal swing, of other bounds, of swings of the corners, of bends of the rate.
 NOMINAL, BOUNDED, CORNER, SMOOTH = 10.0, 100.0, 0.3, 0.1
 #: Evaluations of each round of the search: with few nodes, then with those of the case and with twice as many.
-ROUNDS = (7, 6, 6)
+ROUNDS = (7, 6)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,7 +103,7 @@ def design(
     Rates at knots are the unknowns; the curve through them is the case's `spool.table`, scaled so that the length is
     right. The search begins with smooth ramps over periods of `closed_forms.lag_frequency`. The sum of squares has
     what exceeds the bounds, and the swings after the stop at the four corners of inertia and spin. The first round has
-    few nodes; later ones weight the corners by their swings, and have the nodes of the case and twice as many, so that
+    few nodes; the second weights the corners by their swings, and has the nodes of the case and twice as many, so that
     the bounds do not hang on the mesh.
     """
     given = bounds if isinstance(bounds, Bounds) else Bounds(**dict(bounds or {}))
