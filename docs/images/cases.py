@@ -39,6 +39,7 @@ FRAMES = {
     "boom-slew": Frame(0.1),
     "hanging-chain": Frame(0.0),
     "heliogyro": Frame(0.8, _FAST_BLADES),
+    "heliogyro-designed": Frame(0.6, _FAST_BLADES),
     "heliogyro-paper": Frame(1.0, _FAST_BLADES),
     "heliogyro-unequal": Frame(0.8, {"spool.rate": [3.5, 2.8]}),
     "inertia-stand": Frame(0.02),

@@ -22,12 +22,14 @@ from evolvent.base.errors import EvolventError, InputError, RunFailed, abbreviat
 from evolvent.commands.analysis import equilibrium, modes
 from evolvent.commands.calibrate import calibrate
 from evolvent.commands.claims import claims
+from evolvent.commands.design_drive import design_drive
 from evolvent.commands.export import export, report
 from evolvent.commands.figure import figure
 from evolvent.commands.fmu import fmu
 from evolvent.commands.massprops import identify
 from evolvent.commands.plan import plan
 from evolvent.commands.run import beside, draw, list_names, print_rows, run, table
+from evolvent.commands.spin_up import permissible_torque
 from evolvent.commands.studio import studio
 from evolvent.commands.sweep import sweep
 
@@ -292,6 +294,8 @@ commands.add_command(claims)
 commands.add_command(calibrate)
 commands.add_command(identify)
 commands.add_command(plan)
+commands.add_command(design_drive)
+commands.add_command(permissible_torque)
 commands.add_command(export)
 commands.add_command(report)
 commands.add_command(fmu)

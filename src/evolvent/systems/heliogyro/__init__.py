@@ -84,7 +84,7 @@ class Heliogyro(SystemDefinition):
         "stiffness": "blade.stiffness", "length": "blade.length", "separates": "blade.separates",
         "reel-*.drive.inertia": "spool.free.inertia", "reel-*.drive.steps": "spool.changes", "reel-*.drive": "spool",
         "reel-*.radius": "spool.radius", "blade-*.thickness": "spool.film_thickness", "blade-*.": "blade.",
-        "RigidBody.": "body.",
+        "spin-up.": "spin_up.", "RigidBody.": "body.",
     } | {name: f"solver.{name}" for name in ("method", "step", "rtol", "atol")}  # fmt: skip
     build = staticmethod(build)
     derived = staticmethod(fields.derived)

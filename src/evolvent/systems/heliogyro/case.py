@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
+from evolvent.parts.profile import TorqueProfile
 
 
 class Body(Section):
@@ -135,13 +136,23 @@ class Spool(Section):
 
     @property
     def start_angle(self) -> float:
-        """Angle that the spools have turned at the start, rad: radius phi - film_thickness phi^2/(4 pi) is out."""
-        full, out = self.radius, self.start_length
+        """Angle that the spools have turned at the start, rad."""
+        return self.angle_at(self.start_length, "spool.start_length")
+
+    def angle_at(self, out: float, key: str) -> float:
+        """Angle of the spools at which the length `out` is out, rad: radius phi - film_thickness phi^2/(4 pi).
+
+        Parameters
+        ----------
+        out : float, m
+        key : str, that gives it, for messages
+        """
+        full = self.radius
         square = full * full - self.film_thickness * out / math.pi
         if square <= 0.0:
             most = math.pi * full * full / out
             raise InputError(
-                f"spool.film_thickness is {self.film_thickness:g} m; with spool.start_length {out:g} m out it must be "
+                f"spool.film_thickness is {self.film_thickness:g} m; with {key} {out:g} m out it must be "
                 f"below {most:.6g} m"
             )
         return 2.0 * out / (full + math.sqrt(square))
@@ -153,6 +164,23 @@ class Sunlight(Section):
     pressure: units.PressureOrZero = Field(4.56e-6, description="of light that is wholly absorbed, normal incidence")
     direction: units.Direction = Field((0.0, 0.0, 1.0), description="in which the light travels, inertial axes")
     reflectivity: units.Fraction = Field(1.0, description="0 absorbs all, 1 is a mirror")
+
+
+class SpinUp(Section):
+    """A torque on the body about its spin axis: constant, or by a profile."""
+
+    torque: units.Torque | None = Field(None, description="constant; negative slows the body down")
+    profile: TorqueProfile | None = Field(None, description="of time, in place of torque")
+    start: units.Time = Field(0.0, description="when the torque begins")
+    until: units.Time | None = Field(None, description="when it ends; left out: never")
+    ramp: units.DurationOrZero = Field(0.0, description="time over which it grows smoothly")
+
+    @model_validator(mode="after")
+    def _check(self) -> SpinUp:
+        if (self.torque is None) == (self.profile is None):
+            found = "are both missing" if self.torque is None else "are both given"
+            raise InputError(f"spin_up.torque and spin_up.profile {found}; give one of them")
+        return self
 
 
 class Solver(Section):
@@ -182,6 +210,7 @@ class Case(Section):
     blade: Blade
     spool: Spool
     sunlight: Sunlight | None = None
+    spin_up: SpinUp | None = None
     solver: Solver = Solver()
     output: Output = Output()
 
@@ -194,6 +223,8 @@ class Case(Section):
                 raise InputError(f"{key} has {len(rate)} values, but body.blades is {self.body.blades}")
         if self.body.motion == "free" and self.blade.wound_mass == "ignored":
             raise InputError("blade.wound_mass is 'ignored'; on a body with motion 'free' it must be 'carried'")
+        if self.body.motion == "driven" and self.spin_up is not None:
+            raise InputError("spin_up is given, but body.motion is 'driven', at a constant rate; use 'spin' or 'free'")
         if self.sunlight is not None and self.blade.width is None:
             raise InputError("blade.width is missing; sunlight needs it, such as '10 cm'")
         out, length = self.spool.start_length, self.blade.length

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,7 +46,9 @@ def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], 
     }
     for name in ("tip_lag", "deployed_length", "hub_tension"):
         found[name] = (("time", "blade"), over_blades(name), blades[0][name].units, blades[0][name].long_name)
-    if case.body.motion != "driven":
+    if case.spin_up is not None:
+        found["hub_lag"] = (("time", "blade"), hub_lag(blades, N), "rad", "lag of the blade where it leaves the spool")
+    if case.body.motion != "driven" and case.spin_up is None:
         for name, corrected, what in (
             ("body_rate_paper", False, "rate of the body by (18)"),
             ("body_rate_corrected", True, "rate of the body by (18) with the offset of the spools"),
@@ -74,11 +77,26 @@ def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], 
     return found
 
 
+def hub_lag(blades: Sequence[Mapping[str, Any]], count: int) -> Array:
+    """Lag at the spool of the node that left last, rad, (nt, count); NaN of a blade that has separated.
+
+    At the moment of its release a node has no direction: the lag is that of the node before it then.
+    """
+    found = []
+    for blade in blades:
+        lags, released = blade["signed_lag"].values, blade["released"].values > 0.0
+        last = np.maximum(released.sum(axis=1) - 1, 0)
+        values, before = (np.take_along_axis(lags, np.maximum(last - k, 0)[:, None], axis=1)[:, 0] for k in (0, 1))
+        values = np.where(np.isfinite(values), values, before)
+        found.append(np.where(blade["separated"].values > 0.0, np.nan, values))
+    return np.broadcast_to(np.stack(found, axis=1), (found[0].size, count)).copy()
+
+
 def warning(case: Case, solution: Solution) -> str:
-    """Sentences on tensions below zero, a pay-out too fast for a steady lag, and an energy balance that is off."""
+    """Sentences on tensions below zero, pay-out or spin-up too fast for a steady lag, an energy balance that is off."""
     from evolvent.analysis.closure import slack_threads
 
-    texts = [slack_threads(solution, 0.0), _wraps(case, solution), _lacks(solution)]
+    texts = [slack_threads(solution, 0.0), _wraps(case, solution), _winds(case, solution), _lacks(solution)]
     return "; ".join(text for text in texts if text)
 
 
@@ -90,6 +108,20 @@ def _wraps(case: Case, solution: Solution) -> str:
     return (
         f"the pay-out speed of {fastest:.4g} m/s is not below L0 W0 / 2 = {limit:.4g} m/s: no steady lag exists, "
         f"the blade may wrap back onto the body, which the model does not see"
+    )
+
+
+def _winds(case: Case, solution: Solution) -> str:
+    """Whether a spin-up torque makes a blade wind onto the body."""
+    if case.spin_up is None:
+        return ""
+    lag = np.abs(derived(case, solution)["hub_lag"][1])
+    beyond = np.flatnonzero((lag >= 0.5 * np.pi).any(axis=1))
+    if not beyond.size:
+        return ""
+    return (
+        f"the lag at the spool reaches 90 deg at {solution.t[beyond[0]]:.4g} s: the blade winds onto the body, which "
+        f"the model does not see"
     )
 
 

@@ -58,9 +58,23 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
             system.add(parts.RadiationPressure(thread=name, width=blade.width, **case.sunlight.model_dump()))
         if force is not None:
             system.add(parts.LawLoad(thread=name, law=force[0], parameters=force[1]))
+    if case.spin_up is not None:
+        system.add(_spin_up(case), "spin-up")
     if event is not None:
         system.add(parts.Event(law=event[0], parameters=event[1], stops=True))
     return system
+
+
+def _spin_up(case: Case) -> Any:
+    """The torque about the spin axis; fixed to the body's axes, with which the blades turn."""
+    from evolvent import parts
+
+    given = case.spin_up
+    assert given is not None
+    when = {"start": given.start, "until": given.until, "ramp": given.ramp, "frame": "body"}
+    if given.profile is not None:
+        return parts.Torque(at="body", axis=(0.0, 0.0, 1.0), profile=given.profile, **when)
+    return parts.Torque(at="body", torque=(0.0, 0.0, given.torque), **when)
 
 
 def _symmetric(case: Case, laws: Mapping[str, Any]) -> bool:

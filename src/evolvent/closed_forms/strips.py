@@ -1,14 +1,4 @@
-r"""Closed forms and small models of a strip that winds on a hub, lies on it and springs off; independent of the engine.
-
-They size a wrapped boom or rib before it is modelled, and runs are compared with them.
-
-The rib is uniform, but for a taper of the thickness where one is named: length L, mass m per length, bending stiffness
-EI, axial stiffness EA, hub radius R. The hub does not turn. The winding sense is counterclockwise, as seen with the
-hub's axis z towards the eye.
-
-A field torque T is a force c z x r per mass on every part of the rib, r from the axis, with c = T / int r^2 dm at every
-instant: its moment about the axis is T whatever the shape.
-"""
+"""A strip that winds on a hub, lies on it and springs off; see `evolvent.closed_forms`."""
 
 from __future__ import annotations
 

@@ -1,0 +1,99 @@
+r"""Closed forms and small models, independent of the engine: of a strip on a hub, and of blades on a spinning body.
+
+They size a structure before it is modelled, and runs are compared with them.
+
+**The strip** winds on a hub, lies on it and springs off. The rib is uniform, but for a taper of the thickness where one
+is named: length L, mass m per length, bending stiffness EI, axial stiffness EA, hub radius R. The hub does not turn.
+The winding sense is counterclockwise, as seen with the hub's axis z towards the eye.
+
+A field torque T is a force c z x r per mass on every part of the rib, r from the axis, with c = T / int r^2 dm at every
+instant: its moment about the axis is T whatever the shape.
+
+**The blades** are N straight rigid blades of length l, hinged at the distance L0 from the spin axis of a body that
+turns at W. M, S and I are mass, first and second moment of a blade about its hinge, k = L0 S / I, and the lag d is
+positive behind the outward direction.
+"""
+
+from __future__ import annotations
+
+from evolvent.closed_forms.blades import (
+    MOST_DOUBLINGS,
+    WOUND_LAG,
+    Rotor,
+    blade_moments,
+    lag_frequency,
+    payout_lag,
+    rotor_inertia,
+    slow_torque_limit,
+    spin_up_lag,
+    spin_up_swing,
+    step_acceleration_limit,
+    step_torque_limit,
+)
+from evolvent.closed_forms.strips import (
+    SHORT_TAIL,
+    STIFF,
+    WOUND,
+    HeldTail,
+    SpunTail,
+    Strip,
+    Winding,
+    axial_stiffness_at,
+    bending_energy,
+    deployed_length,
+    deployed_tip_radius,
+    deployment_speed,
+    deployment_time,
+    held_tails,
+    least_winding_torque,
+    membrane_energy,
+    peel,
+    root_strain,
+    short_tail,
+    spun_tail,
+    string_shape,
+    string_winding,
+    wound_contact_force,
+    wound_pressure,
+    wound_tension,
+)
+
+__all__ = [
+    "MOST_DOUBLINGS",
+    "SHORT_TAIL",
+    "STIFF",
+    "WOUND",
+    "WOUND_LAG",
+    "HeldTail",
+    "Rotor",
+    "SpunTail",
+    "Strip",
+    "Winding",
+    "axial_stiffness_at",
+    "bending_energy",
+    "blade_moments",
+    "deployed_length",
+    "deployed_tip_radius",
+    "deployment_speed",
+    "deployment_time",
+    "held_tails",
+    "lag_frequency",
+    "least_winding_torque",
+    "membrane_energy",
+    "payout_lag",
+    "peel",
+    "root_strain",
+    "rotor_inertia",
+    "short_tail",
+    "slow_torque_limit",
+    "spin_up_lag",
+    "spin_up_swing",
+    "spun_tail",
+    "step_acceleration_limit",
+    "step_torque_limit",
+    "string_shape",
+    "string_winding",
+    "wound_contact_force",
+    "wound_pressure",
+    "wound_tension",
+]

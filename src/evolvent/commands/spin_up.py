@@ -1,0 +1,90 @@
+"""The command `evolvent permissible-torque`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import click
+from pydantic import Field
+
+from evolvent.base import files, progress, units
+from evolvent.base.console import echo, once, showing_progress
+from evolvent.base.schema import Section
+
+
+class Options(Section):
+    """Values of the options, with units."""
+
+    rate: units.PositiveRate | None = None
+    ramp: units.DurationOrZero = 0.0
+
+
+class _Lengths(Section):
+    """The option --lengths."""
+
+    lengths: Annotated[tuple[units.Length, ...], Field(min_length=1)]
+
+
+@click.command("permissible-torque")
+@click.argument("case", metavar="CASE|FILE")
+@click.option(
+    "--lengths",
+    multiple=True,
+    callback=once,
+    metavar="1m,2m,5m",
+    help="Lengths of the blades.  [default: blade.length]",
+)
+@click.option("--rate", multiple=True, callback=once, metavar="0.3rad/s", help="Spin before the torque acts.")
+@click.option("--ramp", multiple=True, callback=once, metavar="10s", help="Time over which the torque grows smoothly.")
+@click.option("-o", "--output", multiple=True, callback=once, metavar="FIGURE.PNG", help="Draw torque over length.")
+@click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
+def permissible_torque(
+    case: str, lengths: str | None, rate: str | None, ramp: str | None, output: str | None,
+    assignments: tuple[str, ...],
+) -> None:  # fmt: skip
+    """Largest torque that spins up a heliogyro before its blades wind onto the body, over the length of the blades.
+
+    The blades are wholly out, straight and radial, and turn with the body; the torque acts on the body. They wind onto
+    it where the lag at the spool reaches 90 degrees. Without --rate the spin is what pay-out leaves of body.rate.
+
+    \b
+    evolvent permissible-torque heliogyro --lengths 1m,2m,5m,10m -o spin-up.png
+    """  # noqa: D301
+    from evolvent import cases
+    from evolvent.design import spin_up
+    from evolvent.view import plots
+
+    overrides = cases.parse_assignments(assignments)
+    given: dict[str, Any] = {key: value for key, value in (("rate", rate), ("ramp", ramp)) if value is not None}
+    options = Options(**given)
+    if lengths is None:
+        asked: tuple[float, ...] = (cases.load(case, overrides).blade.length,)
+    else:
+        asked = _Lengths(lengths=tuple(one.strip() for one in lengths.split(","))).lengths
+    if output is not None:
+        plots.format_of(output)
+        files.check_writable(output)
+    with showing_progress(quiet=False):
+        found = spin_up.permissible_torque(
+            case, asked, overrides, rate=options.rate, ramp=options.ramp,
+            progress=lambda done, count: progress.report("searching", done, count, "lengths"),
+        )  # fmt: skip
+    _print(found)
+    if output is not None:
+        echo(f"figure: {plots.save(spin_up.figure(found), output)}")
+
+
+def _print(found: Any) -> None:
+    from rich.console import Console
+
+    from evolvent.commands.massprops import made_table
+
+    columns = ("length m", "spin rad/s", "thread N m", "rigid blade N m", "thread / rigid", "rigid, slow torque N m")
+    table = made_table("permissible torque", *columns)
+    for length, rate, thread, rigid, slow in zip(
+        found.length, found.rate, found.thread, found.rigid, found.slow, strict=True
+    ):
+        table.add_row(
+            f"{length:g}", f"{rate:.4g}", f"{thread:.4g}", f"{rigid:.4g}", f"{thread / rigid:.3f}", f"{slow:.4g}"
+        )
+    Console(highlight=False).print(table)

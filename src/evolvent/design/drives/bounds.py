@@ -1,0 +1,152 @@
+"""Bounds of a drive, and what follows from the case that it is designed for."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from evolvent import cases, closed_forms
+from evolvent.base import units
+from evolvent.base.errors import InputError
+from evolvent.base.schema import Section, shown
+
+#: Peak lag over the steady one, and time over that of the constant rate, where no bounds are given.
+PEAK_SHARE, TIME_SHARE = 1.02, 1.1
+#: Share of the length by which a drive ends short of a whole blade: of rounded rates it must not unwind too much.
+SHORT = 1e-6
+
+
+class Bounds(Section):
+    """What a drive has to keep; what is left out is not bounded, where nothing else is said.
+
+    Parameters
+    ----------
+    peak_lag : float, rad
+        Largest lag of the tip until the drive ends; left out: 1.02 times the steady lag at the case's rate.
+    residual_swing : float, rad
+        Largest lag of the tip after the drive has ended.
+    lag_rate : float, rad/s
+        Largest rate of the tip's lag.
+    tension : float, N
+        Largest tension at the spool.
+    spool_torque : float, N m
+        Largest torque of the thread on the spool.
+    time : float, s
+        Duration of the drive; left out: 1.1 times that of the case's constant rate.
+    length : float, m
+        Deployed length at the end; left out: that of the blade. Below `spool.start_length` the drive reels in.
+    error : float
+        Relative error of inertia and spin that the search makes the drive robust to.
+    """
+
+    peak_lag: units.Angle | None = None
+    residual_swing: units.Angle = math.radians(0.2)
+    lag_rate: units.PositiveRate | None = None
+    tension: units.Force | None = None
+    spool_torque: units.Torque | None = None
+    time: units.Duration | None = None
+    length: units.Length | None = None
+    error: units.Fraction = 0.1
+
+    def refusals(self) -> Iterator[str]:
+        """Bounds that nothing can keep."""
+        for key in ("peak_lag", "residual_swing", "tension", "spool_torque"):
+            value = getattr(self, key)
+            if value is not None and value <= 0.0:
+                yield f"{key} is {value:g}; it must be above 0"
+        if self.error >= 0.9:
+            yield f"error is {self.error:g}; it must be below 0.9"
+
+
+@dataclasses.dataclass(frozen=True)
+class Task:
+    """A case with the bounds of its drive, all given.
+
+    Attributes
+    ----------
+    case : the case of the heliogyro
+    bounds : Bounds, with peak_lag, time and length
+    rotor : closed_forms.Rotor
+    rate : float, rad/s, constant rate of the case, below zero for reeling in
+    constant_time : float, s, that it takes
+    steady_lag : float, rad, at that rate, by its closed form
+    angles : (float, float), rad, of the spools at the start and at the end
+    """
+
+    case: Any
+    bounds: Bounds
+    rotor: closed_forms.Rotor
+    rate: float
+    constant_time: float
+    steady_lag: float
+    angles: tuple[float, float]
+
+    def period(self, length: float) -> float:
+        """Period of the lag of a straight blade, s; of a free body at the spin that its momentum leaves."""
+        body = self.case.body
+        length = max(length, 1e-3 * self.case.blade.length)
+        spin = abs(body.rate)
+        if body.motion != "driven":
+            start = closed_forms.rotor_inertia(self.rotor, self.case.spool.start_length)
+            return (
+                2.0
+                * math.pi
+                / closed_forms.lag_frequency(
+                    self.rotor, length, spin * start / closed_forms.rotor_inertia(self.rotor, length)
+                )
+            )
+        return 2.0 * math.pi / closed_forms.lag_frequency(self.rotor._replace(inertia=1e12), length, spin)
+
+
+def task(case: Any, bounds: Bounds) -> Task:
+    """The bounds beside a checked case, completed.
+
+    Raises
+    ------
+    InputError
+        For a case whose spools cannot be driven by a design.
+    """
+    if case.system != "heliogyro":
+        raise InputError(f"the case's system is {case.system!r}; drives are designed for the system 'heliogyro'")
+    body, blade, spool = case.body, case.blade, case.spool
+    for key in ("free", "table"):
+        if getattr(spool, key) is not None:
+            raise InputError(f"spool.{key} is given; a design needs spool.rate, the constant rate that it improves on")
+    if spool.rate is None:
+        raise InputError("spool.rate is missing; a design needs the constant rate that it improves on")
+    if isinstance(spool.rate, tuple):
+        raise InputError(f"spool.rate is {shown(spool.rate)}; a design needs one rate for all blades")
+    if spool.rate == 0.0 or body.rate == 0.0:
+        key = "spool.rate" if spool.rate == 0.0 else "body.rate"
+        raise InputError(f"{key} is 0; a design needs a rate other than 0")
+    length = blade.length if bounds.length is None else bounds.length
+    if length > blade.length:
+        raise InputError(f"length is {length:g} m; it must be at most blade.length, {blade.length:g} m")
+    if length == spool.start_length:
+        raise InputError(f"length is {length:g} m, as spool.start_length; give another one, such as 50 cm")
+    end = spool.angle_at(min(length, blade.length * (1.0 - SHORT)), "length")
+    angles = (spool.start_angle, end)
+    rate = math.copysign(spool.rate, angles[1] - angles[0])
+    rotor = closed_forms.Rotor(body.spin_inertia, body.spool_offset, body.blades, blade.line_density, blade.tip_mass)
+    inertia = body.spin_inertia
+    if body.motion != "driven":
+        inertia = closed_forms.rotor_inertia(rotor, spool.start_length) if spool.start_length > 0.0 else inertia
+    steady = closed_forms.payout_lag(rotor, spool.radius * abs(rate), inertia * abs(body.rate))
+    if bounds.peak_lag is None and math.isnan(steady):
+        raise InputError(
+            f"spool.rate is {spool.rate:g} rad/s, at which there is no steady lag; use a slower one, or give peak_lag"
+        )
+    constant = (angles[1] - angles[0]) / rate
+    full = bounds.replaced(
+        peak_lag=PEAK_SHARE * steady if bounds.peak_lag is None else bounds.peak_lag,
+        time=TIME_SHARE * constant if bounds.time is None else bounds.time,
+        length=length,
+    )
+    return Task(case, full, rotor, rate, constant, steady, angles)
+
+
+def load(case: Any, overrides: Any = None) -> Any:
+    """A checked case by name, file or content."""
+    return cases.load(case, overrides)

@@ -1,0 +1,35 @@
+"""Runs of a heliogyro's blades as links of fixed length, many times, for searches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent import cases
+
+if TYPE_CHECKING:
+    from evolvent.solvers import Solution
+
+#: Links of fixed length, whose lag is that of springs of 1e4 N/m to 0.0015 degrees, with tolerances for a search.
+LINKS: dict[str, Any] = {
+    "blade.segments": "inextensible", "solver.method": "dopri5", "solver.rtol": 1e-6, "solver.atol": 1e-8,
+    "solver.step": "auto", "output.fine": False,
+}  # fmt: skip
+
+
+def solve(case: Any, given: Mapping[str, Any], times: np.ndarray | None = None) -> Solution:
+    """A run of a checked case with other values of its keys, without results of the system.
+
+    Parameters
+    ----------
+    times : (nt,) float, s, of the samples; those of the case if left out
+    """
+    made = cases.load(case.model_dump(mode="json"), LINKS | dict(given))
+    system = cases.system(made.system)
+    assembly, own, settings = system.assembled(made, {})
+    settings.pop("fine", None)
+    _, prepare, _ = system.prepare_run(made, assembly, own if times is None else times, settings)
+    solution: Solution = prepare()[0].run(None)
+    return solution

@@ -1,0 +1,153 @@
+"""Designed drives of spools: bounds are kept by other models and meshes, and what cannot be met is reported."""
+
+from __future__ import annotations
+
+import math
+import pathlib
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+
+import evolvent
+from book import Book
+from evolvent import cases, closed_forms as cf
+from evolvent.base.errors import InputError, RunFailed
+from evolvent.commands.cli import commands
+from evolvent.design import drives
+from evolvent.design.drives import motion, search
+from evolvent.design.drives.bounds import Bounds, task
+from evolvent.systems.heliogyro import derived
+
+#: A short blade of few nodes: 80 cm are paid out in 23 s.
+SHORT: dict[str, Any] = {"blade.length": 1.0, "blade.nodes": 3, "spool.start_length": 0.2}
+DEG = math.pi / 180.0
+
+
+@pytest.fixture(scope="module")
+def short() -> drives.Design:
+    """A design without errors of inertia and spin, by few evaluations."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(search, "ROUNDS", (4, 2))
+        return drives.design("heliogyro", {"error": 0.0, "residual_swing": "1 deg", "time": "32 s"}, SHORT)
+
+
+@pytest.mark.slow
+def test_a_design_meets_its_bounds_where_the_constant_rate_does_not(short: drives.Design) -> None:
+    assert short.missed() == []
+    assert short.constant.measures().residual_swing > 5.0 * DEG
+    assert short.nominal.measures().residual_swing <= 1.0 * DEG
+    assert short.nominal.deployed[-1] == pytest.approx(1.0, rel=2e-6)
+    assert short.end == 32.0
+    assert task(short.task.case, Bounds()).bounds.time == pytest.approx(1.1 * 80.0 / 3.5, rel=1e-5)
+    assert drives.text(short) == ""
+
+
+@pytest.mark.slow
+def test_the_case_of_a_design_runs_with_springs(short: drives.Design) -> None:
+    """The case as it is written: springs under RK4 in place of links of fixed length."""
+    run = evolvent.run(short.content)
+    after = run.time.values >= short.end
+    assert float(np.degrees(np.abs(run.tip_lag.values[after]).max())) < 1.05
+    assert float(run.deployed_length[-1, 0]) == pytest.approx(1.0, rel=2e-6)
+
+
+def test_reeling_in_is_paying_out_backwards() -> None:
+    """Without dissipation: the mirrored lag at mirrored times, up to what the stop left of it.
+
+    One link has no releases, which are no reversible events.
+    """
+    link: dict[str, Any] = {"blade.nodes": 1, "blade.length": 1.0}
+    out = task(cases.load("heliogyro", link | {"spool.start_length": 0.2}), Bounds(error=0.0, time="30 s"))
+    found = search.Search(out)
+    table = found.table(found.start())
+    one = motion.run(out, table, end=30.0)
+    last = {"spool.start_length": 1.0, "body.rate": float(one.body_rate[one.ended][0]), "spool.rate": -3.5}
+    back = task(cases.load("heliogyro", link | last), Bounds(error=0.0, time="30 s", length="0.2 m"))
+    assert back.rate == -3.5
+    reverse = [[30.0 - t, -rate] for t, rate in reversed(table)]
+    other = motion.run(back, reverse, end=30.0)
+    left = one.measures().residual_swing
+    mirrored = -np.interp(30.0 - other.time, one.time, one.lag)
+    before = (other.time > 1.0) & (other.time < 25.0)
+    assert np.abs(other.lag - mirrored)[before].max() < 4.0 * left
+    assert other.deployed[other.ended][-1] == pytest.approx(0.2, rel=1e-4)
+
+
+def test_the_steady_lag_is_that_of_the_hub(book: Book) -> None:
+    """In the middle of a deployment, where the start has died out, at the spool."""
+    t = task(cases.load("heliogyro", {}), Bounds())
+    assert math.sin(t.steady_lag) == pytest.approx(2.0 * 0.035 / (0.05 * 6.0), rel=1e-12)
+    given = {"blade.segments": "inextensible", "solver.method": "dopri5", "blade.nodes": 40, "solver.duration": "60 s"}
+    run = evolvent.run("heliogyro", given)
+    hub = derived.hub_lag([run["blade-1"].to_dataset().variables], 1)[:, 0]
+    middle = run.time.values > 30.0
+    book(
+        "Threads, reels, tethers", "Lag at the hub of a free body in steady pay-out, mean from 30 to 60 s",
+        reference="sin d = 2 v J / (H L0)", source="closed_forms.payout_lag",
+        error=abs(float(hub[middle].mean()) / t.steady_lag - 1.0), allowed=0.03,
+    )  # fmt: skip
+    rotor = cf.Rotor(0.004, 0.05, 2, 0.0, 1.0)
+    assert math.isnan(cf.payout_lag(rotor, 0.2, 0.024))
+
+
+def test_the_first_drive_of_the_search_cancels_most_of_the_swing() -> None:
+    """Half the rate for half a period of the closed form."""
+    t = task(cases.load("heliogyro", SHORT), Bounds(error=0.0))
+    first = search.Search(t)
+    found = motion.run(t, first.table(first.start()), end=first.end)
+    constant = motion.run(t, motion.constant_table(t), end=t.constant_time)
+    assert found.measures().residual_swing < 0.3 * constant.measures().residual_swing
+    assert found.deployed[-1] == pytest.approx(1.0, rel=2e-6)
+
+
+@pytest.mark.slow
+def test_what_is_missed_is_reported(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A time in which it cannot be done: exit code 1, the nearest drive is written."""
+    monkeypatch.setattr(search, "ROUNDS", (1,))
+    file, picture, bounds = tmp_path / "drive.yaml", tmp_path / "drive.png", tmp_path / "bounds.yaml"
+    bounds.write_text("residual_swing: 0.01 deg\nerror: 0.1\n")
+    options = [f"--set={key}={value}" for key, value in SHORT.items()]
+    options += ["--time", "24s", "--bounds", str(bounds), "-o", str(file), "--figure", str(picture)]
+    found = CliRunner().invoke(commands, ["design-drive", "heliogyro", *options], standalone_mode=False)
+    assert isinstance(found.exception, RunFailed), found.output
+    assert "bounds are not met" in str(found.exception)
+    assert "above 0.01" in str(found.exception)
+    assert "worst corner" in found.output
+    assert picture.stat().st_size > 0
+    content = yaml.safe_load(file.read_text())
+    assert content["spool"]["table"][0][0] == "0.0 s"
+    assert cases.load(content).solver.duration > 24.0
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["inertia-stand"], "'inertia-stand'"),
+        (["heliogyro", "--peak-lag", "-1deg"], "it must be above 0"),
+        (["heliogyro", "--tension", "3 m"], "tension is '3 m'"),
+        (["heliogyro", "--time", "0s"], "time is '0s'"),
+        (["heliogyro", "--error", "0.95"], "it must be below 0.9"),
+        (["heliogyro", "--length", "6m"], "it must be at most blade.length, 5 m"),
+        (["heliogyro", "--length", "1m", "--set", "spool.start_length=1"], "as spool.start_length"),
+        (["heliogyro", "--set", "spool.rate=16"], "there is no steady lag"),
+        (["heliogyro", "--set", "spool.rate=0"], "spool.rate is 0"),
+        (["heliogyro", "--set", "spool.rate=[3.5, 3.4]"], "one rate for all blades"),
+        (["heliogyro", "--set", "spool.rate=null"], "spool.rate is missing"),
+        (["heliogyro", "--bounds", "missing.yaml"], "missing.yaml"),
+    ],
+)
+def test_bounds_that_cannot_be_used_are_refused(options: list[str], sentence: str) -> None:
+    found = CliRunner().invoke(commands, ["design-drive", *options], standalone_mode=False)
+    assert isinstance(found.exception, InputError), found.exception
+    assert sentence in str(found.exception)
+
+
+def test_an_unknown_bound_names_the_nearest(tmp_path: pathlib.Path) -> None:
+    file = tmp_path / "bounds.yaml"
+    file.write_text("peak_lagg: 14 deg\n")
+    found = CliRunner().invoke(commands, ["design-drive", "heliogyro", "--bounds", str(file)], standalone_mode=False)
+    assert isinstance(found.exception, InputError)
+    assert "peak_lag" in str(found.exception)
