@@ -121,8 +121,10 @@ def evaluate(t, y, s, la, factor, model):
         thermal.evaluate_heat(t, factor, model)
     if model.elements.size > 0:
         beam_strains.evaluate_beams(y, model)
+        beam_strains.evaluate_sums(y, model)
     if model.rods.size > 0:
         rod.evaluate_rods(model, model.sums[1])
+        rod.evaluate_sums(y, model)
     if model.loads.size > 0:
         loads.evaluate_loads(t, y, model)
         if model.threads.size > 0:

@@ -61,9 +61,9 @@ def add_step_to_balance(t, h, model, work):
         share = 0.5 if energy else 1.0
         balance.by_friction += coordinate_laws.end_coordinate_step(h, share, work.y, model.switches, model)
     for k in range(model.contact_surfaces.size):
-        work.impulse[k] += h * model.contact_surfaces[k].normal
+        model.contact_surfaces[k].impulse += h * model.contact_surfaces[k].normal
     for k in range(model.body_contacts.size):
-        work.touched[k] += h * model.body_contacts[k].force
+        model.body_contacts[k].impulse += h * model.body_contacts[k].force
 
 
 @indirect(_B(_B, MODEL, WORKSPACE))

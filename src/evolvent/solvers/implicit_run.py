@@ -267,10 +267,7 @@ class Run(run.Run):
             work.out_a[:n],
             work.out_la[:n],
             balance,
-            work.out_surfaces[:n],
-            work.out_bodies[:n],
-            work.out_touches[:n],
-            work.out_friction[:n],
+            work.out_forces[:n],
             work.out_points[:n] if self.is_energy else None,
             None if self.model.threads.size else work.out_momenta[:n],
         )

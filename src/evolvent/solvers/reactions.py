@@ -74,8 +74,8 @@ def evaluate(model: mdl.Model, matrix: SparseBlocks, work: Any, count: int, use_
         first, last = found[0], found[-1]
         if first is None or last is None:
             continue  # what the method carries stays
-        for kept, a, b in zip((work.out_a, work.out_la, work.out_bodies), first, last, strict=True):
-            kept[n] = a + theta * (b - a)
+        for kept, a, b in zip((work.out_a, work.out_la, work.out_forces), first, last, strict=True):
+            kept[n, : a.size] = a + theta * (b - a)
     work.loop.factorizations, work.loop.quality = counted  # those of the steps
 
 
@@ -94,4 +94,4 @@ def _evaluated(
     if not (np.all(np.isfinite(A)) and np.all(np.isfinite(la))):
         return None
     residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
-    return A, la, model.bodies["F"].copy()
+    return A, la, model.bodies["F"].ravel()  # the first ones of `work.out_forces`
