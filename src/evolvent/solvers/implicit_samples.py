@@ -12,7 +12,7 @@ from evolvent.kernels.rotations import turn
 from evolvent.kernels.thread import is_end, paid_out, spool
 from evolvent.model import MODEL
 from evolvent.solvers.dense import interpolate, momenta_between
-from evolvent.solvers.implicit_state import ENERGY, WORKSPACE
+from evolvent.solvers.implicit_state import WORKSPACE
 from evolvent.solvers.sampled import write_forces
 
 _I = types.int64
@@ -158,7 +158,7 @@ def keep_samples(t, h, model, work):
     The forces of energy-momentum are those of the whole step, and of its start: those of the first step stand there.
     """
     loop, near = work.loop, 10.0 * work.options.smallest
-    if work.options.method == ENERGY:
+    if work.options.midpoint != 0:
         _copy_forces(work.forces.shape[1] - _impulses(model), work)
         if loop.steps == 1:
             keep_forces(0, 0.0, model, work)

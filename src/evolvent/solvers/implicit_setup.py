@@ -22,7 +22,7 @@ from evolvent.kernels.drive import FREE
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
-from evolvent.solvers.implicit_state import ENERGY, LOOP, Workspace
+from evolvent.solvers.implicit_state import LOOP, Workspace
 from evolvent.solvers.releases import release_times
 from evolvent.solvers.sampled import empty
 
@@ -191,7 +191,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     weight : (nv,) float, size of each unknown that counts as 1
     options : record `implicit_state.OPTIONS`
     """
-    model, energy = assembly.model, bool(options.method == ENERGY)
+    model, midpoint = assembly.model, bool(options.midpoint)
     n_v, n_j, n_b, n_t = int(model.info.nv), model.joints.size, model.bodies.size, times.size
     ends = [
         model.beam_loads["start"] + model.beam_loads["ramp"],
@@ -217,7 +217,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
             time=times[0],
             step=options.first,
             wanted=options.first,
-            last=0.0 if energy else options.first,
+            last=0.0 if midpoint else options.first,
             quality=1.0,
             event_step=np.inf,
         ),
@@ -252,7 +252,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         out_balance=np.zeros((n_t, fields)),
         out_momenta=np.zeros((0 if model.threads.size else n_t, 6)),
         out_forces=out.forces,
-        out_points=np.zeros((n_t if energy else 0, model.contact_points.size)),
+        out_points=np.zeros((n_t if midpoint else 0, model.contact_points.size)),
     )
 
 

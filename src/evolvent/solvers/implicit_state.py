@@ -39,9 +39,11 @@ LOOP = np.dtype(
 #: newton, sharp: correction at which an iteration has converged beside `weight`, and share of `rates` that it may
 #: leave; tolerance, rates: of coordinates and rates, 0 of fixed steps; smallest, longest, first: steps, s; gain, floor:
 #: part of the energy moved that may come from nothing, and energy (J) that is added to it; mass, span: a typical mass
-#: (kg) and time (s); then the constants of the methods.
+#: (kg) and time (s); then the constants of the methods. Flags of the method: midpoint: forces are means of a step,
+#: whose start needs no accelerations; conserves: energy and momenta, to what Newton's method leaves; divides: fixed
+#: steps that fail are divided.
 OPTIONS = np.dtype(
-    [("method", np.int64)]
+    [(name, np.int64) for name in ("method", "midpoint", "conserves", "divides")]
     + [(name, np.float64) for name in ("newton", "sharp", "tolerance", "rates", "smallest", "longest", "first", "gain",
                                        "floor", "mass", "span", "alpha_m", "alpha_f", "beta", "gamma", "chi")],
     align=True,

@@ -18,7 +18,6 @@ from evolvent.flow.implicit import residual
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers.alpha_start import accelerations_at
 from evolvent.solvers.alpha_state import SHORT, factor_at
-from evolvent.solvers.implicit_state import ENERGY
 
 
 def applies(model: mdl.Model, options: Any) -> bool:
@@ -27,7 +26,7 @@ def applies(model: mdl.Model, options: Any) -> bool:
     Multipliers of fixed steps are of second order. Forces of contacts and of joints' friction belong to a step, and
     springs of threads are not resolved by one.
     """
-    if np.any(model.coordinates["friction"] > 0.0) or options.method == ENERGY:
+    if np.any(model.coordinates["friction"] > 0.0) or options.midpoint:
         return False
     return bool(options.tolerance > 0.0) and is_held(model) and _without_contacts(model) and not model.threads.size
 
