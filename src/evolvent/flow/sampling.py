@@ -111,7 +111,12 @@ def evaluate_fields(t, y, s, factor, model):
 
 @indirect(void(REAL, VECTOR, INTEGERS, VECTOR, REAL, MODEL))
 def evaluate(t, y, s, la, factor, model):
-    """Fields that are results, of a state with the multipliers la of joints and a load factor, into the records."""
+    """Fields that are results, of a state with the multipliers la of joints and a load factor, into the records.
+
+    The factor then stands in the records of fields as their `scale`.
+    """
+    for k in range(model.fields.size):
+        model.fields[k].scale = factor
     if model.threads.size > 0:
         evaluate_threads(t, y, s, model)
     rigid.kinematics(t, y, model)
