@@ -17,7 +17,7 @@ from evolvent.base.errors import InputError
 from evolvent.solvers import balance as eb, explicit_plan, implicit, implicit_loop, solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.implicit_run import _OF_ALPHA, _OF_ENERGY
+from evolvent.solvers.implicit_method import ENERGY_MOMENTUM, METHODS, NAME
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
 
@@ -93,9 +93,9 @@ def test_explicit_and_implicit_solutions_agree(build: Any) -> None:
     assert_allclose(one.la, two.la, atol=0.05 * max(np.abs(two.la).max(initial=0.0), 1e-300))
     assert_allclose(one.wrenches, two.wrenches, atol=0.05 * max(np.abs(two.wrenches).max(initial=0.0), 1e-300))
     assert_allclose(
-        one.contact_surfaces[..., 6],
-        two.contact_surfaces[..., 6],
-        atol=0.1 + 0.05 * two.contact_surfaces[..., 6].max(initial=0.0),
+        one.contact_surfaces["normal"],
+        two.contact_surfaces["normal"],
+        atol=0.1 + 0.05 * two.contact_surfaces["normal"].max(initial=0.0),
     )
 
 
@@ -166,8 +166,8 @@ def test_energy_momentum_takes_the_options_of_all_implicit_steps() -> None:
 @pytest.mark.parametrize(
     ("without", "own", "others"),
     [
-        (_OF_ENERGY, "evolvent.solvers.alpha", "evolvent.solvers.energy_step"),
-        (_OF_ALPHA, "evolvent.solvers.energy_step", "evolvent.solvers.alpha"),
+        (METHODS[ENERGY_MOMENTUM].modules, "evolvent.solvers.alpha", "evolvent.solvers.energy_step"),
+        (METHODS[NAME].modules, "evolvent.solvers.energy_step", "evolvent.solvers.alpha"),
     ],
 )
 def test_a_run_needs_no_function_of_the_other_method(without: frozenset[str], own: str, others: str) -> None:

@@ -248,10 +248,7 @@ class Stepper:
         balance = work.out_balance[one].copy().view(eb.BALANCE).reshape(1).view(np.recarray)
         y = work.out_y[one].copy()
         write_accounts(self.assembly.model, y, balance)
-        arrays = (work.out_surfaces, work.out_bodies, work.out_touches, work.out_friction)
-        kept = Sampled(
-            work.out_a[one].copy(), work.out_la[one].copy(), balance, *(array[one].copy() for array in arrays)
-        )
+        kept = Sampled(work.out_a[one].copy(), work.out_la[one].copy(), balance, work.out_forces[one].copy())
         return _Sample(self.time, y[0], work.out_s[n].copy(), kept)
 
     def _solution(self) -> Solution:

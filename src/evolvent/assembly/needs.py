@@ -103,7 +103,6 @@ def absent(model: Model) -> frozenset[str]:
         "flow.sampling.evaluate_fields": model.fields.size,
         "flow.impulse": model.rows.size or threads.size,
         "flow.projection.project_joints": held,
-        "solvers.sampled.write_contacts": model.contact_surfaces.size or model.body_contacts.size,
         "solvers.alpha_start.thread_accelerations": threads.size,
         "solvers.implicit_samples.keep_lengths_at_spools": threads.size,
     }

@@ -111,7 +111,12 @@ def evaluate_fields(t, y, s, factor, model):
 
 @indirect(void(REAL, VECTOR, INTEGERS, VECTOR, REAL, MODEL))
 def evaluate(t, y, s, la, factor, model):
-    """Fields that are results, of a state with the multipliers la of joints and a load factor, into the records."""
+    """Fields that are results, of a state with the multipliers la of joints and a load factor, into the records.
+
+    The factor then stands in the records of fields as their `scale`.
+    """
+    for k in range(model.fields.size):
+        model.fields[k].scale = factor
     if model.threads.size > 0:
         evaluate_threads(t, y, s, model)
     rigid.kinematics(t, y, model)
@@ -121,8 +126,10 @@ def evaluate(t, y, s, la, factor, model):
         thermal.evaluate_heat(t, factor, model)
     if model.elements.size > 0:
         beam_strains.evaluate_beams(y, model)
+        beam_strains.evaluate_sums(y, model)
     if model.rods.size > 0:
         rod.evaluate_rods(model, model.sums[1])
+        rod.evaluate_sums(y, model)
     if model.loads.size > 0:
         loads.evaluate_loads(t, y, model)
         if model.threads.size > 0:

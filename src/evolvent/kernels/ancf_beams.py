@@ -111,15 +111,10 @@ def beam_energies(y, first, last, model, out):
     """out : (3,) += kinetic and elastic energy, and that of bending alone, J, of elements `first` to `last`."""
     beams, elements, work = model.beams, model.elements, model.work
     for k in range(first, last):
-        iq, iv, mass, form, bending = (
-            elements[k].iq,
-            elements[k].iv,
-            elements[k].mass,
-            elements[k].form,
-            elements[k].bending,
-        )
-        energy = element_energy_at(model, elements[k].energy)
-        if beams[elements[k].beam].kind == CABLE:
+        row = elements[k]
+        iq, iv, mass, form, bending = row.iq, row.iv, row.mass, row.form, row.bending
+        energy = element_energy_at(model, row.energy)
+        if beams[row.beam].kind == CABLE:
             e, u = y[iq : iq + 12], y[iv : iv + 12]
             out[0] += ancf.kinetic_energy(model.M12[mass], u)
             out[1] += energy(e, model.H12[form], model.h12[form], model.U12[form], work)

@@ -15,7 +15,7 @@ from numba import void
 
 from evolvent.compiled.jit import VECTOR, indirect, inlined
 from evolvent.kernels import ancf
-from evolvent.kernels.ancf_beams import CABLE
+from evolvent.kernels.ancf_beams import CABLE, beam_energies, beam_momenta
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
@@ -31,13 +31,8 @@ OF_BEAM, OF_CABLE = 90, 3
 def evaluate_beams(y, model):
     """Evaluate all elements in a state into their records, with the free strains that stand there (`thermal`)."""
     for k in range(model.elements.size):
-        row, strain, force, extra, pull = (
-            model.elements[k],
-            model.elements[k].strain,
-            model.elements[k].axial_force,
-            0.0,
-            0.0,
-        )
+        row, extra, pull = model.elements[k], 0.0, 0.0
+        strain, force = row.strain, row.axial_force
         for i in range(len(POINTS)):
             if model.beams[row.beam].kind == CABLE:
                 e, N = _evaluate_cable(y, row, i, model)
@@ -51,6 +46,21 @@ def evaluate_beams(y, model):
         for i in range(2):
             strain[i] += extra
             force[i] += pull
+
+
+@indirect(void(VECTOR, MODEL))
+def evaluate_sums(y, model):
+    """Energies and momenta of all beams in a state into their records; overwrites `Model.sums`."""
+    rows, out = model.beams, model.sums[1]
+    for k in range(rows.size):
+        first, linear, angular = rows[k].first_element, rows[k].linear, rows[k].angular
+        for i in range(9):
+            out[i] = 0.0
+        beam_energies(y, first, first + rows[k].elements, model, out[:3])
+        beam_momenta(y, first, first + rows[k].elements, model, out[3:6], out[6:9])
+        rows[k].kinetic, rows[k].elastic, rows[k].bending = out[0], out[1], out[2]
+        for i in range(3):
+            linear[i], angular[i] = out[3 + i], out[6 + i]
 
 
 @inlined

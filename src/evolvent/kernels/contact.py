@@ -130,6 +130,7 @@ def clear_history(model):
             rows[name] = 0.0
     model.contact_points["rest"], model.contact_points["rest1"], model.contact_points["carrier"] = 0.0, 0.0, -1
     model.body_contacts["energy"] = 0.0
+    model.contact_surfaces["impulse"] = model.body_contacts["impulse"] = 0.0
 
 
 @indirect(_PAIR(VECTOR, VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL, VECTOR))
@@ -141,11 +142,12 @@ def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
     if h == 0.0:
         surfaces.measure_points(y1, surfaces.STATE, model)
     for k in range(contact_surfaces.size):
-        row, G, body = contact_surfaces[k], contact_surfaces[k].F, bodies[contact_surfaces[k].body]
+        row, body = contact_surfaces[k], bodies[contact_surfaces[k].body]
+        force, moment = row.force, row.moment
         half = NODE_VECTORS[model.beams[row.under].kind] if row.under >= 0 else 0
         o, a = surfaces.frame(bodies, row)
-        for c in range(6):
-            G[c] = 0.0
+        for c in range(3):
+            force[c] = moment[c] = 0.0
         normal = energy = power = 0.0
         for i in range(row.first, row.last):
             point = contacts[i]
@@ -187,9 +189,10 @@ def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
             normal += lam
             n[0], n[1], n[2] = m
             whole[0], whole[1], whole[2] = f
-            _push(F, G, point, elements, c, L, half, arm, f, n_q)
-        for c in range(6):
-            body.F[c] += G[c]
+            _push(F, force, moment, point, elements, c, L, half, arm, f, n_q)
+        for c in range(3):
+            body.F[c] -= force[c]
+            body.F[3 + c] -= moment[c]
         row.normal, row.energy, row.power = normal, energy, power
         lost += power
     return lost, rubbed
@@ -258,12 +261,12 @@ def _normal(point, row, elements, p, u, c, o, a, sank, h):
 
 
 @inlined
-def _push(F, G, point, elements, c, L, half, arm, f, n_q):
+def _push(F, force, moment, point, elements, c, L, half, arm, f, n_q):
     """Add the force f on a contact point to F, and its reaction to F or the body's wrench G."""
     couple = cross(arm[0], arm[1], arm[2], f[0], f[1], f[2])
     for i in range(3):
-        G[i] -= f[i] if c < 0 else 0.0
-        G[3 + i] -= couple[i]
+        force[i] += f[i] if c < 0 else 0.0
+        moment[i] += couple[i]
         for j in range(4):
             F[point.iv[j] - n_q + i] -= point.S[j] * f[i]
             if c >= 0:

@@ -19,6 +19,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.views import matrix_view
+from evolvent.kernels import rigid
 from evolvent.kernels.rod_strains import (
     _A,
     _B,
@@ -274,6 +275,25 @@ def _note_results(rows, k, E, S):
             E[i] += C[i, j] * S[j]
     rows[k].strain, rows[k].shear_strain_y, rows[k].shear_strain_z = E[0], E[1], E[2]
     rows[k].twist, rows[k].curvature_y, rows[k].curvature_z = E[3], E[4], E[5]
+
+
+@indirect(void(VECTOR, MODEL))
+def evaluate_sums(y, model):
+    """Kinetic energies and momenta of all rods in a state, after `kinematics`, into their records.
+
+    Overwrites `Model.sums`.
+    """
+    rows, out = model.rods, model.sums[1]
+    for k in range(rows.size):
+        first, linear, angular = rows[k].first_body, rows[k].linear, rows[k].angular
+        own = model.bodies[first : first + rows[k].elements + 1]
+        for i in range(7):
+            out[i] = 0.0
+        rigid.add_body_energy(y, own, out, 0)
+        rigid.add_body_momenta(y, own, out[1:4], out[4:7])
+        rows[k].kinetic = out[0]
+        for i in range(3):
+            linear[i], angular[i] = out[1 + i], out[4 + i]
 
 
 @indirect(void(MODEL, VECTOR))

@@ -131,7 +131,10 @@ RECORDS: dict[str, np.dtype] = {
     # flexible beams; a node's coordinates stand together, node after node; first_node: number of the first among
     # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels; held: 1 where
     # rows of constraint act on its nodes
-    "beams": _record("kind iq iv nodes first_element elements first_node paper held", "length"),
+    "beams": _record(
+        "kind iq iv nodes first_element elements first_node paper held", "length",
+        "kinetic elastic bending linear angular", linear=_3, angular=_3,
+    ),
     # form, bending, mass: indices in the pools of the model, bending of the form of that alone; force, tangent,
     # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
     # section: index among the parameters of what `beam_strains` needs; changes: of products, stretches and curvatures
@@ -148,7 +151,9 @@ RECORDS: dict[str, np.dtype] = {
         ),
     ),
     # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
-    "rods": _record("first_element elements first_body", "length alpha"),
+    "rods": _record(
+        "first_element elements first_body", "length alpha", "kinetic linear angular", linear=_3, angular=_3
+    ),
     # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
     # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod_strains`;
     # section: compliance of the section in its middle; heated: 1 with a thermal load, whose free strains are `free`.
@@ -217,13 +222,14 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
     # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`;
-    # account: index in the state of the bristle of its first point under explicit methods, three numbers a point
+    # account: index in the state of the bristle of its first point under explicit methods, three numbers a point;
+    # impulse: N s, which implicit methods sum up
     "contact_surfaces": _record(
         "body law first last under surface account",
         "sense shift centre axis radius half_length stiffness exponent damping friction bristle_stiffness "
         "bristle_damping",
-        "F normal energy power touching",
-        centre=_3, axis=_3, F=_6,
+        "force moment normal impulse energy power touching",
+        centre=_3, axis=_3, force=_3, moment=_3,
     ),
     # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the
     # axis and place `xi` on it (m), point `anchor` in body axes (m), bristle `stick` (m) and friction `drag` (N) in the
@@ -232,27 +238,29 @@ RECORDS: dict[str, np.dtype] = {
     # (N), and t, along, across, by_normal of `contact_laws.friction`. Of turns: element and point below, carrier and
     # xi, normals n0 and n1 at both ends, how far `offset` off along the axis the start was; `anchor` is what it moved
     # by against what is below. rest: depth that a point keeps (`surfaces.measure_points`); sank: change of the gap over
-    # the step before, of the filter of `contact_laws.press`; viscous: of `contact_laws.sliding_damper`
+    # the step before, of the filter of `contact_laws.press`; viscous: of `contact_laws.sliding_damper`;
+    # rubbing: of f the friction
     "contact_points": _record(
         "element iq iv carrier carrier1", "S reach viscous",
         "xi xi1 offset "
         "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
         "drag drag1 "
-        "x n0 n1 rest rest1 sank apart",
-        x=_3, n0=_3, n1=_3,
+        "x n0 n1 rest rest1 sank apart rubbing",
+        x=_3, n0=_3, n1=_3, rubbing=_3,
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
     # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
     # one, or a plane with the normal axis_b; radius: sum of both; first: the first of its part. Of the step's start:
     # position X and rotation Q of a in the axes of b, and what ends in 0; of its end: what ends in 1. rubbing: friction
-    # on a (N), c: point of contact (m), inertial axes; on_a, on_b: force (N) and moment (N m) at the bodies' origins
+    # on a (N), c: point of contact (m), inertial axes; on_a, on_b: force (N) and moment (N m) at the bodies' origins;
+    # impulse: of the normal force, N s, NaN under explicit methods
     "body_contacts": _record(
         "a b first law surface account",
         "place_a axis_a place_b axis_b half_a half_b radius_a radius stiffness exponent damping friction "
         "bristle_stiffness bristle_damping viscous",
         "X Q gap stick damper drag gap1 stick1 damper1 drag1 slide "
         "distance0 distance u0 v0 w0 s0 t0 u1 v1 w1 s1 t1 n n1 t "
-        "rubbing c on_a on_b force d_gap d_rate along across by_normal energy power sank",
+        "rubbing c on_a on_b force impulse d_gap d_rate along across by_normal energy power sank",
         place_a=_3, axis_a=_3, place_b=_3, axis_b=_3,
         X=_3, Q=_33, stick=_3, drag=_3, stick1=_3, drag1=_3, slide=_3, n=_3, n1=_3, t=_3, rubbing=_3, c=_3,
         on_a=_6, on_b=_6,

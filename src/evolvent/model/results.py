@@ -118,6 +118,13 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "vector": ("force", "N", "force, resultant of a line load, or torque that acts, inertial axes"),
         "rate": ("power", "W", "power of the load"),
     },
+    "beams": {
+        "kinetic": ("energy_kinetic", "J", "kinetic energy"),
+        "elastic": ("energy_elastic", "J", "strain energy"),
+        "bending": ("energy_bending", "J", "strain energy of bending"),
+        "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
+        "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about the inertial origin"),
+    },
     "elements": {
         "strain": ("strain", "1", "strain of the axis"),
         "axial_force": ("axial_force", "N", "force along the axis, positive where it pulls,"),
@@ -137,6 +144,18 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "along_y": ("gradient_y", "K m-1", "gradient of the temperature along y, where `along` is 1"),
         "along_z": ("gradient_z", "K m-1", "gradient of the temperature along z, where `along` is 1"),
     },
+    "contact_surfaces": {
+        "force": ("force", "N", "resultant of the surface on the beams, inertial axes"),
+        "moment": (
+            "moment",
+            "N m",
+            "moment of the surface on the beams about the origin of the surface's body, inertial axes",
+        ),
+        "normal": ("normal_force", "N", "sum of the normal forces"),
+        "impulse": ("impulse", "N s", "integral of the normal forces since the start"),
+        "touching": ("points", "1", "contact points that touch"),
+        "energy": ("energy_elastic", "J", "elastic energy of the contact and of what sticks by friction"),
+    },
     "contact_points": {
         "force": ("point_force", "N", "normal force of each contact point, positive where it pushes"),
         "apart": (
@@ -146,6 +165,30 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
         "x": ("point_position", "m", "position of each contact point, inertial axes"),
         "n1": ("point_normal", "1", "normal of the surface at each contact point, inertial axes"),
+        "rubbing": ("point_friction", "N", "friction of each contact point on its beam, inertial axes"),
+    },
+    # of one contact point each
+    "body_contacts": {
+        "impulse": ("impulse", "N s", "integral of the normal forces since the start; NaN if explicit"),
+        "energy": ("energy_elastic", "J", "elastic energy of the contact and of what sticks by friction"),
+        "force": ("point_force", "N", "normal force of each contact point"),
+        "on_a": (
+            "point_resultant",
+            "N",
+            "whole force of each contact point on its {on}, inertial axes: of the sample, or the mean over its step",
+        ),
+        "rubbing": (
+            "point_friction",
+            "N",
+            "friction of each contact point on its {on}, inertial axes: of the sample, or the mean over its step",
+        ),
+        "c": ("point_position", "m", "position of each contact point, on the first body's surface, inertial axes"),
+        "gap1": ("gap", "m", "distance of the surfaces, negative where they overlap"),
+    },
+    "rods": {
+        "kinetic": ("energy_kinetic", "J", "kinetic energy"),
+        "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
+        "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about the inertial origin"),
     },
     "rod_elements": {
         "strain": ("strain", "1", "strain of the axis"),

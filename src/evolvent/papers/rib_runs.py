@@ -130,11 +130,12 @@ def _solved(assembly: Assembly, times: Array, settings: Mapping[str, Any]) -> So
 def _read(solution: Solution, case: Any, kept: Array) -> Run:
     view = View.of(solution)
     x, rates = view.nodes(view.index("rib-1"))
-    contact = solution.contact_surfaces[:, view.index("contact-1")]
+    contact = {field: values[:, view.index("contact-1")] for field, values in view.fields["contact_surfaces"].items()}
     return Run(
         case=case, status=solution.status, message=solution.message, statistics=solution.statistics,
         t=solution.t, even=kept[: solution.t.size], x=x, rates=rates,
-        force=contact[:, 6], impulse=contact[:, 7], points=contact[:, 8], gap=view.fields["contact_points"]["apart"],
+        force=contact["normal"], impulse=contact["impulse"], points=contact["touching"],
+        gap=view.fields["contact_points"]["apart"],
     )  # fmt: skip
 
 

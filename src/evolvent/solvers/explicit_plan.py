@@ -185,22 +185,11 @@ def plan(
     return Plan(own, times, method, step, limit, mode, rtol, atol, compile_time)
 
 
-def solve(
-    assembly: Assembly,
-    *,
-    samples: Any,
-    method: str = "rk4",
-    step: float | None = None,
-    rtol: float = 1e-8,
-    atol: float = 1e-10,
-    unsafe_step: bool = False,
-    progress: Callable[[float], None] | None = None,
-) -> Solution:
-    """Integrate an assembled model over time by an explicit method: `plan` and run.
+def solve(assembly: Assembly, *, progress: Callable[[float], None] | None = None, **options: Any) -> Solution:
+    """Integrate an assembled model over time by an explicit method: `plan`, whose options these are, and run.
 
     Parameters
     ----------
-    assembly, samples, method, step, rtol, atol, unsafe_step : as of `plan`
     progress : called with the time reached (s), a few times a second
 
     Returns
@@ -213,9 +202,7 @@ def solve(
     InputError
         As of `plan`.
     """
-    return plan(assembly, samples=samples, method=method, step=step, rtol=rtol, atol=atol, unsafe_step=unsafe_step).run(
-        progress
-    )
+    return plan(assembly, **options).run(progress)
 
 
 def sample_times(samples: Any) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,59 +17,18 @@ from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.solvers import balance as eb, reactions
 from evolvent.solvers.explicit_plan import STEP_ALLOWED, sample_times
+from evolvent.solvers.implicit_method import ENERGY_MOMENTUM, METHODS, NAME
 from evolvent.solvers.implicit_run import Run, rows_of_part
 from evolvent.solvers.implicit_setup import acts_from_outside, check_start, energy_floor, matrix_of, sizes, workspace
-from evolvent.solvers.implicit_state import ALPHA, ENERGY, OPTIONS, Workspace
+from evolvent.solvers.implicit_state import OPTIONS, Workspace
 from evolvent.solvers.laws import refusing_laws, try_laws
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.step_error import LEAST_NEWTON, LEFT_SHARE, rate_tolerance
 
-__all__ = ["ENERGY_MOMENTUM", "NAME", "Plan", "Run", "matrix_of", "plan", "rows_of_part", "solve_implicit"]
+__all__ = ["ENERGY_MOMENTUM", "METHODS", "NAME", "Plan", "Run", "matrix_of", "plan", "rows_of_part", "solve_implicit"]
 
-#: Names of the methods.
-NAME, ENERGY_MOMENTUM = "generalized-alpha", "energy-momentum"
 #: Part of the energy moved that energy-momentum may gain by round-off and by what Newton's method leaves.
 LARGEST_GAIN = 1e-3
-
-
-class Method(NamedTuple):
-    """A method as data.
-
-    Attributes
-    ----------
-    code : int, of `implicit_state`; solver : key of `evolvent.assembly.families`
-    radius, least_radius : float, spectral radius at infinite frequency where none is given, and the least; least : text
-    tolerance : float, of `System.simulate` where none is given
-    constants : function of the spectral radius to the fields of `implicit_state.OPTIONS` that are the method's own
-    """
-
-    code: int
-    solver: str
-    radius: float
-    least_radius: float
-    least: str
-    tolerance: float
-    constants: Callable[[float], dict[str, float]]
-
-
-def _chung_hulbert(rho: float) -> dict[str, float]:
-    """Constants of generalized-alpha (`evolvent.solvers.alpha`)."""
-    return {
-        "alpha_m": (2.0 * rho - 1.0) / (rho + 1.0), "alpha_f": rho / (rho + 1.0), "beta": 1.0 / (1.0 + rho) ** 2,
-        "gamma": 2.0 / (1.0 + rho) - 0.5,
-    }  # fmt: skip
-
-
-def _filter(rho: float) -> dict[str, float]:
-    """Constant of energy-momentum (`evolvent.flow.energy_momentum`)."""
-    return {"chi": rho * (1.0 - rho) / (1.0 + rho) ** 2}
-
-
-#: Methods by name. One that is generalized-alpha with other constants is a row here.
-METHODS = {
-    NAME: Method(ALPHA, families.IMPLICIT, 0.3, 0.0, "0", 1e-6, _chung_hulbert),
-    ENERGY_MOMENTUM: Method(ENERGY, families.ENERGY, 1.0 / 3.0, 1.0 / 3.0 - 1e-9, "1/3", 1e-7, _filter),
-}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -153,7 +112,7 @@ def plan(
         "spectral_radius", spectral_radius, allowed=f"from {of.least} to 1"
     )  # fmt: skip
     if not of.least_radius <= rho <= 1.0:
-        under = f"under {method} " if of.code == ENERGY else ""
+        under = f"under {method} " if of.least_radius > 0.0 else ""
         raise InputError(f"spectral_radius is {spectral_radius!r}; {under}it must be from {of.least} to 1")
     if step is not None:
         step = positive("step", step, allowed=STEP_ALLOWED)
@@ -167,11 +126,11 @@ def plan(
     with refusing_laws(own):
         check_start(own, float(times[0]))
     weight, mass = sizes(own)
-    adaptive, energy = step is None, of.code == ENERGY
-    rated = adaptive and (energy or rho < 1.0)  # undamped, algorithmic accelerations alternate
+    adaptive, conserves = step is None, bool(of.flags["conserves"])
+    rated = adaptive and (conserves or rho < 1.0)  # undamped, algorithmic accelerations alternate
     sharp = LEFT_SHARE if rated and newton is None else 0.0
     floor, first = energy_floor(own, mass, weight), min(1e-5 * span, 1e-4) if step is None else step
-    if energy:
+    if conserves:
         # laws between points alone are not made to do the work that they state; that is of third order in the step
         gain = LARGEST_GAIN if not own.model.custom_forces.size else eb.GAINED
     else:
@@ -180,26 +139,27 @@ def plan(
     options = zeros_record(
         OPTIONS,
         method=of.code,
-        newton=_newton(own, energy, step, tolerance) if newton is None else newton,
+        newton=_newton(own, conserves, step, tolerance) if newton is None else newton,
         sharp=sharp,
         tolerance=tolerance if adaptive else 0.0,
         rates=rate_tolerance(tolerance) if rated else 0.0,
         smallest=1e-13 * float(times[-1] - times[0]),
         longest=longest,
-        first=first if energy or not adaptive else 0.1 * span,
+        first=first if conserves or not adaptive else 0.1 * span,
         gain=gain if largest_gain is None else largest_gain,
         floor=floor,
         mass=mass,
         span=span,
+        **of.flags,
         **of.constants(rho),
     )
     return Plan(own, method, times, step, matrix_of(own.model), weight, options)
 
 
-def _newton(assembly: Assembly, energy: bool, step: float | None, tolerance: float) -> float:
+def _newton(assembly: Assembly, conserves: bool, step: float | None, tolerance: float) -> float:
     """Correction at which an iteration has converged where none is given, beside the size of the unknowns."""
     model = assembly.model
-    if energy:
+    if conserves:
         return LEAST_NEWTON if step is not None or not acts_from_outside(model) else min(1e-3 * tolerance, 1e-6)
     if model.threads.size:  # whose springs are so stiff that little lengths are large forces
         return 1e-13

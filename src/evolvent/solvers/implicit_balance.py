@@ -9,7 +9,7 @@ from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies
 from evolvent.kernels import attitude, contact, coordinate_laws, joint, rigid
 from evolvent.model import MODEL
-from evolvent.solvers import energy_step
+from evolvent.solvers import implicit_method as method
 from evolvent.solvers.balance import (
     defect_of,
     extend_extremes,
@@ -19,7 +19,7 @@ from evolvent.solvers.balance import (
     potential_of,
     worked_of,
 )
-from evolvent.solvers.implicit_state import ENERGY, WORKSPACE
+from evolvent.solvers.implicit_state import WORKSPACE
 
 _B = types.boolean
 #: Steps in a row with too large a gain after which a run by generalized-alpha ends: the first few from rest gain as
@@ -37,7 +37,7 @@ def add_step_to_balance(t, h, model, work):
     stiffness, springs and joints are the mean power times h. Under energy-momentum both ends have the means of the
     step. Friction is that of the contacts and of `coordinate.end_coordinate_step`.
     """
-    balance, energy = work.balance, work.options.method == ENERGY
+    balance, midpoint = work.balance, work.options.midpoint != 0
     P, P0, p, p0 = work.loads1, work.loads0, work.powers[0], work.powers[1]
     given = 0.5 * h * (p[eq.MARKER_LOADS] + p0[eq.MARKER_LOADS])
     for i in range(work.dq.size):
@@ -49,21 +49,21 @@ def add_step_to_balance(t, h, model, work):
     balance.by_joints += 0.5 * h * (p[eq.JOINTS] + p0[eq.JOINTS])
     balance.drives += _drives(t, model, work) + 0.5 * h * (p[eq.DRIVEN] + p0[eq.DRIVEN])
     balance.spools += 0.5 * h * (p[eq.SPOOLS] + p0[eq.SPOOLS])
-    lost, driven = attitude.end_actuator_step(h, 1.0 if energy else 0.5, work.dq, work.y, model)
+    lost, driven = attitude.end_actuator_step(h, 1.0 if midpoint else 0.5, work.dq, work.y, model)
     balance.by_springs += lost
     balance.drives += driven
     slip, damped = contact.end_contacts(work.y, model)
-    if energy:
+    if midpoint:
         damped, slip = work.step.contact[0], work.step.contact[1]
     balance.by_friction += slip
     balance.by_contact += damped
     if model.coordinates.size > 0:
-        share = 0.5 if energy else 1.0
+        share = 0.5 if midpoint else 1.0
         balance.by_friction += coordinate_laws.end_coordinate_step(h, share, work.y, model.switches, model)
     for k in range(model.contact_surfaces.size):
-        work.impulse[k] += h * model.contact_surfaces[k].normal
+        model.contact_surfaces[k].impulse += h * model.contact_surfaces[k].normal
     for k in range(model.body_contacts.size):
-        work.touched[k] += h * model.body_contacts[k].force
+        model.body_contacts[k].impulse += h * model.body_contacts[k].force
 
 
 @indirect(_B(_B, MODEL, WORKSPACE))
@@ -79,7 +79,7 @@ def has_gained(ends, model, work):
     loop.gain = defect_of(balance, loop.start_energy)
     loop.lowest_gain = min(loop.lowest_gain, loop.gain)
     largest = options.gain * max(moved_of(loop), largest_of(loop)) + options.floor
-    if options.method == ENERGY:
+    if options.conserves != 0:
         return loop.gain > largest
     loop.over = loop.over + 1 if loop.gain - loop.lowest_gain > largest else 0
     return loop.over >= LASTS or (ends and loop.over >= (1 if loop.steps > 5 else 2))
@@ -112,10 +112,10 @@ def note_drives(t, h, model, work):
 @indirect(void(REAL, MODEL, WORKSPACE))
 def fill_energies(t, model, work):
     """Energies of the state at t into the balance; contacts and hinges are those of the last residual."""
-    balance, energy = work.balance, work.options.method == ENERGY
-    if energy:  # whose bodies are at the mean of a step
+    balance = work.balance
+    if work.options.midpoint != 0:  # whose bodies are at the mean of a step
         rigid.kinematics(t, work.y, model)
     energies(t, work.y, model, work.energies)
     balance.kinetic, balance.elastic, balance.bending = work.energies[0], work.energies[1], work.energies[2]
     balance.contact = contact.energy_of(model)
-    balance.coupled = energy_step.coupled_energy(t, model, work) if energy else work.powers[0, eq.COUPLED_ENERGY]
+    balance.coupled = method.coupled_energy(t, model, work)

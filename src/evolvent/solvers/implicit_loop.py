@@ -2,8 +2,8 @@
 
 A method has functions that start a step, predict its increments, evaluate the residual, factor the tangent, correct the
 increments, estimate the error, end the step, and start again where loads or joints change at once
-(`evolvent.solvers.alpha`, `energy_step`). What else differs stands beside a test of `options.method`. The functions of
-a method are compiled and loaded with the first of its runs (`needs.load`).
+(`evolvent.solvers.implicit_method`). What else differs are flags of `options`. The functions of a method are compiled
+and loaded with the first of its runs (`needs.load`).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.passing import note_places, passing
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers import alpha, alpha_start, energy_step, newton
+from evolvent.solvers import alpha_start, energy_step, implicit_method as method, newton
 from evolvent.solvers.balance import begin_extremes, energy_of, potential_of
 from evolvent.solvers.implicit_balance import add_step_to_balance, fill_energies, has_gained, note_drives
 from evolvent.solvers.implicit_samples import begin_next, fill_forces, keep_sample, keep_samples, start_next
@@ -44,8 +44,8 @@ SMALLEST_PART = 1e-4
 @indirect(_I(MODEL, SPARSE, WORKSPACE))
 def begin(model, matrix, work):
     """Start the loop from work.y at its time: forces, energies, sample 0; returns a status."""
-    loop, n_q, energy = work.loop, model.info.nq, work.options.method == ENERGY
-    if energy:
+    loop, n_q = work.loop, model.info.nq
+    if work.options.method == ENERGY:
         energy_step.begin(model, work)
     else:
         status = alpha_start.begin(model, matrix, work)
@@ -57,7 +57,7 @@ def begin(model, matrix, work):
     begin_extremes(loop, work.balance.kinetic, potential_of(work.balance))
     coordinate.count_quarter_turns(model.switches, model.coordinates)
     user_events.start_events(loop.time, work.y, model)
-    if not energy:  # whose forces at the start are those of the first step
+    if work.options.midpoint == 0:  # else those at the start are those of the first step
         fill_forces(model, work)
     start_next(work)
     keep_sample(0, 1.0, loop.time, 0.0, model, work)
@@ -68,11 +68,11 @@ def begin(model, matrix, work):
 @indirect(_I(MODEL, SPARSE, WORKSPACE, _I))
 def advance(model, matrix, work, budget):
     """Go on for `budget` steps or to the last sample; returns a status."""
-    loop, options, energy = work.loop, work.options, work.options.method == ENERGY
+    loop, options, midpoint = work.loop, work.options, work.options.midpoint != 0
     adaptive, near = options.tolerance > 0.0, 10.0 * options.smallest  # times closer than this are one
     end = work.samples[work.samples.size - 1]
     passes = contact.any_contact(model)
-    if passes and not energy:
+    if passes and not midpoint:
         rigid.kinematics(loop.time, work.y, model)
         note_places(model.bodies, work.R0, work.x0)
     for _ in range(budget):
@@ -84,9 +84,9 @@ def advance(model, matrix, work, budget):
         h, lands = step_length(target - t, model, work)
         t1 = target if lands else t + h
         before = max(1e-9 * h, 2.0 * near) if lands and stops else 0.0  # what begins or ends there has not done so yet
-        if energy:
+        if midpoint:
             h -= min(0.5 * h, before)
-        t_end = t + h if energy else t1 - before
+        t_end = t + h if midpoint else t1 - before
         iterations, error = try_step(t, t_end, h, passes, model, matrix, work)
         if iterations <= 0 or error > 1.0:
             restore_start(model, work)
@@ -100,10 +100,10 @@ def advance(model, matrix, work, budget):
             continue
         accept_step(t1, t_end, h, model, work)
         gained = has_gained(t1 >= end - near, model, work)
-        keep_samples(t, h if energy else t1 - t, model, work)
+        keep_samples(t, h if midpoint else t1 - t, model, work)
         stopped = user_events.is_stopped(model)
         if stopped and loop.sample < work.samples.size and t1 > work.samples[loop.sample - 1]:  # the last sample
-            keep_sample(loop.sample, 1.0, t, h if energy else t1 - t, model, work)
+            keep_sample(loop.sample, 1.0, t, h if midpoint else t1 - t, model, work)
             work.samples[loop.sample] = t1
             loop.sample += 1
         start_next(work)
@@ -116,7 +116,7 @@ def advance(model, matrix, work, budget):
                 return STOPPED
         if adaptive:
             loop.step = next_step(h, error, iterations, lands, work)
-        elif energy and not lands:  # which divides fixed steps
+        elif options.divides != 0 and not lands:
             loop.step = min(2.0 * h, loop.wanted)
         if lands and stops:
             loop.stop += 1
@@ -124,11 +124,11 @@ def advance(model, matrix, work, budget):
         if model.threads.size > 0 and ((lands and stops) or has_release(model, work)):
             return AT_STOP
         if restarts:
-            if energy:
-                energy_step.restart(model, work)
+            starts = method.restart(model, work)
+            if starts:
                 book_release(energy_of(work.balance), loop.time + 20.0 * options.smallest, model, work)
-            if adaptive and (energy or (lands and stops)):
-                shortest = options.first if energy else max(options.smallest * 10.0, 1e-3 * loop.step)
+            if adaptive and (starts or (lands and stops)):
+                shortest = options.first if starts else max(options.smallest * 10.0, 1e-3 * loop.step)
                 loop.step = min(loop.step, shortest)
             return AT_RESTART
     return BUDGET
@@ -137,15 +137,11 @@ def advance(model, matrix, work, budget):
 @inlined
 def step_length(left, model, work):
     """Length of the next step, at most the time `left` to the target, and whether it lands there."""
-    loop, energy, adaptive = work.loop, work.options.method == ENERGY, work.options.tolerance > 0.0
-    h = min(loop.step, loop.event_step, coordinate.longest_step(model.coordinates))
-    if energy:
-        h = min(h, energy_step.longest_turn(model.bodies))
-    elif adaptive and model.threads.size > 0:
-        h = min(h, thread.longest_step(work.y, model.switches, model))
-    if h >= left * (1.0 - (1e-9 if energy else 1e-6)):  # which adds up round-off
+    loop, midpoint = work.loop, work.options.midpoint != 0
+    h = min(loop.step, loop.event_step, coordinate.longest_step(model.coordinates), method.longest_step(model, work))
+    if h >= left * (1.0 - (1e-9 if midpoint else 1e-6)):  # which adds up round-off
         return left, True
-    if adaptive and not energy and 2.0 * h > left:
+    if work.options.tolerance > 0.0 and not midpoint and 2.0 * h > left:
         h = 0.5 * left
     return h, False
 
@@ -153,22 +149,17 @@ def step_length(left, model, work):
 @inlined
 def try_step(t, t_end, h, passes, model, matrix, work):
     """Take a step of length h from t to t_end: (iterations, or a status below zero; error beside the tolerance)."""
-    energy, adaptive, error = work.options.method == ENERGY, work.options.tolerance > 0.0, 0.0
+    error = 0.0
     for i in range(work.y.size):
         work.y0[i] = work.y[i]
-    if energy:
-        energy_step.start_step(t, h, model, work)
-    else:
-        alpha.start_step(h, model, work)
+    method.start_step(t, h, model, work)
     note_drives(t, h, model, work)
-    if energy:
+    if work.options.method == ENERGY:
         iterations = newton.solve_energy(model, matrix, work)
-        if adaptive and iterations > 0:
-            error = energy_step.local_error(model, work)
     else:
         iterations = newton.solve_alpha(t_end, h, model, matrix, work)
-        if adaptive and iterations > 0:
-            error = alpha.local_error(h, model, work)
+    if work.options.tolerance > 0.0 and iterations > 0:
+        error = method.local_error(h, model, work)
     if passes and iterations > 0:
         far = passing(work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model)
         error = max(error, far * far * far)
@@ -182,15 +173,15 @@ def is_tried_again(h, iterations, error, passes, model, work):
     Energy-momentum divides fixed steps as well. Generalized-alpha does so only where a thread may go slack or bodies
     may pass each other.
     """
-    loop, options, energy = work.loop, work.options, work.options.method == ENERGY
+    loop, options, divides = work.loop, work.options, work.options.divides != 0
     adaptive, solved = options.tolerance > 0.0, iterations > 0
-    if not energy and not adaptive and (_goes_slack(model) or (passes and solved)) and h > SMALLEST_PART * loop.step:
+    if not divides and not adaptive and (_goes_slack(model) or (passes and solved)) and h > SMALLEST_PART * loop.step:
         loop.rejected += 1
         loop.event_step = 0.35 * h
         return True
-    if h <= options.smallest or not (adaptive or energy):
+    if h <= options.smallest or not (adaptive or divides):
         return False
-    if energy and not (adaptive and solved):
+    if divides and not (adaptive and solved):
         loop.divided += 1
         loop.step = 0.5 * h
         return True
@@ -202,13 +193,13 @@ def is_tried_again(h, iterations, error, passes, model, work):
 @inlined
 def next_step(h, error, iterations, lands, work):
     """Length of the next adaptive step after one of length h."""
-    before, energy = work.loop.step, work.options.method == ENERGY
+    before, conserves = work.loop.step, work.options.conserves != 0
     grow = 2.0 if error == 0.0 else min(2.0, 0.85 * error ** (-1.0 / 3.0))
-    if iterations > (newton.PLAIN if energy else 10):
-        grow = min(grow, 0.6 if energy else 0.7)
+    if iterations > (newton.PLAIN if conserves else 10):
+        grow = min(grow, 0.6 if conserves else 0.7)
     if grow > 1.2 or grow < 1.0:
         return min(max(h, before if lands else h) * grow, work.options.longest)
-    return before if lands or energy else h
+    return before if lands or conserves else h
 
 
 @inlined
@@ -257,18 +248,14 @@ def restore_start(model, work):
     """Restore the start of a step that is rejected."""
     for i in range(work.y.size):
         work.y[i] = work.y0[i]
-    if work.options.method != ENERGY:
-        alpha.restore_start(model, work)
+    method.restore_start(model, work)
 
 
 @inlined
 def accept_step(t1, t_end, h, model, work):
     """Accept a step: its work and losses, forces and energies at its end."""
     loop = work.loop
-    if work.options.method == ENERGY:
-        energy_step.end_step(model, work)
-    else:
-        alpha.end_step(t_end, h, model, work)
+    method.end_step(t_end, h, model, work)
     add_step_to_balance(t_end, h, model, work)
     for k in range(model.thrusters.size):  # whose impulses, noted just now, have no rate of their own
         work.rate[model.thrusters[k].iv - model.info.nq] = work.y[model.thrusters[k].iv]
@@ -286,7 +273,7 @@ def _latch(t, model, work):
     coordinates, s, loop, found = model.coordinates, model.switches, work.loop, False
     for k in range(coordinates.size):
         if coordinate.latch_reached(s, coordinates, k):
-            if work.options.method == ENERGY and not found:
+            if work.options.midpoint != 0 and not found:
                 coordinate.note_turns(t, work.y, s, model)  # rates at the end; those of the step are means
             coordinate_laws.lock(s, coordinates, k)
             work.log_t[loop.latches], work.log_k[loop.latches] = t, k

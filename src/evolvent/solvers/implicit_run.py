@@ -15,8 +15,9 @@ from evolvent.flow.implicit import residual, tangent
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.solvers import balance as eb, implicit_loop, implicit_samples, reactions, redundancy, run
 from evolvent.solvers.alpha_state import SHORT
+from evolvent.solvers.implicit_method import METHODS
 from evolvent.solvers.implicit_setup import acts_from_outside, matrix_of
-from evolvent.solvers.implicit_state import AT_RESTART, AT_STOP, BUDGET, DONE, ENERGY, STOPPED, Workspace
+from evolvent.solvers.implicit_state import AT_RESTART, AT_STOP, BUDGET, DONE, STOPPED, Workspace
 from evolvent.solvers.messages import outrun, reason, stalled
 from evolvent.solvers.pace import Stall
 from evolvent.solvers.releases import Releases, write_accounts
@@ -25,9 +26,6 @@ from evolvent.solvers.solution import Solution, first_latch
 
 #: Inner unknowns, summed over steps, after which turns that have come to lie on one another are coupled directly.
 MOST_INNER = 20
-#: Modules that runs of the other method call.
-_OF_ALPHA = frozenset({"solvers.alpha", "solvers.alpha_start", "solvers.alpha_state", "solvers.newton.solve_alpha"})
-_OF_ENERGY = frozenset({"solvers.energy_step", "flow.energy_momentum", "solvers.newton.solve_energy"})
 
 
 class Run(run.Run):
@@ -45,8 +43,8 @@ class Run(run.Run):
     def __init__(self, of: Any) -> None:
         super().__init__(of)
         self.matrix = of.matrix
-        self.is_energy, self.inner, self.is_stopped = bool(of.options.method == ENERGY), 0, False
-        self.has_layers = self.is_energy and bool(np.any(self.model.contact_surfaces["under"] >= 0))
+        self.midpoint, self.inner, self.is_stopped = bool(of.options.midpoint), 0, False
+        self.has_layers = self.midpoint and bool(np.any(self.model.contact_surfaces["under"] >= 0))
         self.ranks = redundancy.Ranks(of.assembly)
         began = clock.perf_counter()
         self._hold_joints()
@@ -58,11 +56,12 @@ class Run(run.Run):
     def _load(self) -> None:
         """Load the functions that the run calls."""
         roots: list[Any] = [implicit_loop.begin, implicit_loop.advance]
-        if not self.is_energy:
+        if not self.midpoint:
             roots.append(implicit_loop.restart)
         elif self.model.joints.size:  # for the rank of the constraints
             roots += [residual, tangent]
-        needs.load(self.model, *roots, without=_OF_ALPHA if self.is_energy else _OF_ENERGY)
+        others = [row.modules for name, row in METHODS.items() if name != self.plan.method]
+        needs.load(self.model, *roots, without=frozenset().union(*others))
 
     def _hold_joints(self) -> None:
         """Joints and motors that events or latches release hold again, as before a run."""
@@ -73,7 +72,7 @@ class Run(run.Run):
     @property
     def tried(self) -> float:
         """Length of the step that was tried last, s."""
-        if self.is_energy:
+        if self.midpoint:
             return float(self.work.step.step.h)
         return self.plan.step if self.plan.step is not None else float(self.work.loop.step)
 
@@ -129,11 +128,11 @@ class Run(run.Run):
     def restart(self) -> str:
         """Start again where loads or joints change at once; returns why that failed, '' where it did not."""
         after = self.after
-        if self.is_energy:
+        if self.midpoint:
             step = self.work.step.step
             step.chi_v = float(self.plan.options.chi) if acts_from_outside(self.model, after) else 0.0
         failure = self.find_rank(after, self.work.y)
-        if failure or self.is_energy:
+        if failure or self.midpoint:
             return failure
         code = implicit_loop.restart(after, self.model, self.matrix, self.work)
         return "" if code == DONE else reason(code, self)
@@ -193,12 +192,12 @@ class Run(run.Run):
 
     def gaps(self) -> np.ndarray:
         """Gaps of the joints at the end of the last step, (nj,)."""
-        return np.array(self.model.joints["gap1"] if self.is_energy else self.model.joints["gap"])
+        return np.array(self.model.joints["gap1"] if self.midpoint else self.model.joints["gap"])
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         """Times and states at which the last step may have called a user's law."""
         work, s = self.work, self.model.switches
-        if self.is_energy:
+        if self.midpoint:
             t, h = float(work.step.step.t), float(work.step.step.h)
             return [(t + 0.5 * h, work.step.ym, s), (t + h, work.y, s), (t, work.y0, s)]
         t, h = self.reached, float(work.loop.step)
@@ -226,7 +225,7 @@ class Run(run.Run):
         write_accounts(self.model, work.out_y[:n], balance)
         event_times, event_kinds = self._events()
         counted: dict[str, float] = {"energy_gained": float(loop.gain)}
-        if self.is_energy:
+        if self.midpoint:
             counted = {"divided_steps": int(loop.divided), "staged_steps": int(loop.stages)}
         found = Solution(
             assembly=self.assembly,
@@ -267,11 +266,8 @@ class Run(run.Run):
             work.out_a[:n],
             work.out_la[:n],
             balance,
-            work.out_surfaces[:n],
-            work.out_bodies[:n],
-            work.out_touches[:n],
-            work.out_friction[:n],
-            work.out_points[:n] if self.is_energy else None,
+            work.out_forces[:n],
+            work.out_points[:n] if self.midpoint else None,
             None if self.model.threads.size else work.out_momenta[:n],
         )
 

@@ -7,13 +7,13 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import contact, rigid
+from evolvent.kernels import rigid
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.thread import is_end, paid_out, spool
 from evolvent.model import MODEL
 from evolvent.solvers.dense import interpolate, momenta_between
-from evolvent.solvers.implicit_state import ENERGY, WORKSPACE
-from evolvent.solvers.sampled import IMPULSE, N_SURFACE, TOUCHED, TOUCHING, write_contacts
+from evolvent.solvers.implicit_state import WORKSPACE
+from evolvent.solvers.sampled import write_forces
 
 _I = types.int64
 
@@ -24,19 +24,10 @@ def _between(theta, a, b):
     return a + theta * (b - a) if theta < 1.0 else b
 
 
-@indirect(void(MODEL, WORKSPACE))
+@inlined
 def fill_forces(model, work):
-    """Forces of the last residual on contact surfaces and bodies into the workspace, as those of the step's end."""
-    bodies = model.bodies
-    if contact.any_contact(model):
-        write_contacts(model, work.contact_surfaces[1], work.friction[1], work.touches[1])
-    for k in range(work.contact_surfaces.shape[1]):
-        work.contact_surfaces[1, k, IMPULSE] = work.impulse[k]
-    for k in range(work.touches.shape[1]):
-        work.touches[1, k, TOUCHED] = work.touched[k]
-    for b in range(bodies.size):
-        for i in range(6):
-            work.bodies[1, b, i] = bodies[b].F[i]
+    """Forces of the last residual into the workspace, as those of the step's end."""
+    write_forces(model, work.forces[1])
 
 
 @indirect(void(MODEL, WORKSPACE))
@@ -51,26 +42,20 @@ def start_next(work):
     """Make forces and balance of a step's end those of the start of the next one."""
     for i in range(work.row.size):
         work.row0[i] = work.row[i]
-    _copy_forces(True, work)
+    _copy_forces(work.forces.shape[1], work)
 
 
 @inlined
-def _copy_forces(whole, work):
-    """Make the forces of the step's end those of its start, with the impulses if `whole`."""
-    for k in range(work.contact_surfaces.shape[1]):
-        for i in range(N_SURFACE):
-            if whole or i != IMPULSE:
-                work.contact_surfaces[0, k, i] = work.contact_surfaces[1, k, i]
-    for k in range(work.friction.shape[1]):
-        for i in range(3):
-            work.friction[0, k, i] = work.friction[1, k, i]
-    for k in range(work.touches.shape[1]):
-        for i in range(work.touches.shape[2]):
-            if whole or i != TOUCHED:
-                work.touches[0, k, i] = work.touches[1, k, i]
-    for b in range(work.bodies.shape[1]):
-        for i in range(6):
-            work.bodies[0, b, i] = work.bodies[1, b, i]
+def _copy_forces(count, work):
+    """Make the first `count` forces of the step's end those of its start."""
+    for i in range(count):
+        work.forces[0, i] = work.forces[1, i]
+
+
+@inlined
+def _impulses(model):
+    """Number of impulses, which are last among the forces."""
+    return model.contact_surfaces.size + model.body_contacts.size
 
 
 @inlined
@@ -78,29 +63,21 @@ def _restore_wrenches(model, work):
     """What acts on the bodies at the step's end, which `kinematics` clears."""
     for b in range(model.bodies.size):
         for i in range(6):
-            model.bodies[b].F[i] = work.bodies[1, b, i]
+            model.bodies[b].F[i] = work.forces[1, 6 * b + i]
 
 
 @indirect(void(_I, REAL, MODEL, WORKSPACE))
 def keep_forces(n, theta, model, work):
     """Keep accelerations, multipliers and forces at the part `theta` of the step as those of sample n."""
+    forces, whole = work.forces, work.forces.shape[1] - _impulses(model)
     for i in range(work.dq.size):
         work.out_a[n, i] = _between(theta, work.dv0[i], work.dv1[i])
     for i in range(work.la.size):
         work.out_la[n, i] = _between(theta, work.la0[i], work.la[i])
-    for k in range(work.contact_surfaces.shape[1]):
-        for i in range(N_SURFACE):
-            work.out_surfaces[n, k, i] = _between(theta, work.contact_surfaces[0, k, i], work.contact_surfaces[1, k, i])
-        work.out_surfaces[n, k, TOUCHING] = work.contact_surfaces[1 if theta > 0.5 else 0, k, TOUCHING]
-    for k in range(work.friction.shape[1]):
-        for i in range(3):
-            work.out_friction[n, k, i] = _between(theta, work.friction[0, k, i], work.friction[1, k, i])
-    for k in range(work.touches.shape[1]):
-        for i in range(work.touches.shape[2]):
-            work.out_touches[n, k, i] = _between(theta, work.touches[0, k, i], work.touches[1, k, i])
-    for b in range(work.bodies.shape[1]):
-        for i in range(6):
-            work.out_bodies[n, b, i] = _between(theta, work.bodies[0, b, i], work.bodies[1, b, i])
+    for i in range(forces.shape[1]):
+        work.out_forces[n, i] = _between(theta, forces[0, i], forces[1, i])
+    for i in range(whole - model.contact_surfaces.size, whole):  # numbers of points that touch
+        work.out_forces[n, i] = forces[1 if theta > 0.5 else 0, i]
     if work.out_points.shape[0] > 0:
         for i in range(work.out_points.shape[1]):
             work.out_points[n, i] = model.contact_points[i].force
@@ -181,8 +158,8 @@ def keep_samples(t, h, model, work):
     The forces of energy-momentum are those of the whole step, and of its start: those of the first step stand there.
     """
     loop, near = work.loop, 10.0 * work.options.smallest
-    if work.options.method == ENERGY:
-        _copy_forces(False, work)
+    if work.options.midpoint != 0:
+        _copy_forces(work.forces.shape[1] - _impulses(model), work)
         if loop.steps == 1:
             keep_forces(0, 0.0, model, work)
     while loop.sample < work.samples.size and work.samples[loop.sample] <= t + h + near:

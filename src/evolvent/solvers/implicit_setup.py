@@ -22,9 +22,9 @@ from evolvent.kernels.drive import FREE
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
-from evolvent.solvers.implicit_state import ENERGY, LOOP, Workspace
+from evolvent.solvers.implicit_state import LOOP, Workspace
 from evolvent.solvers.releases import release_times
-from evolvent.solvers.sampled import N_SURFACE, N_TOUCH, empty, rubbing_points
+from evolvent.solvers.sampled import empty
 
 #: Redundant rows of joints that can be named.
 MOST_REDUNDANT = 64
@@ -191,14 +191,8 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     weight : (nv,) float, size of each unknown that counts as 1
     options : record `implicit_state.OPTIONS`
     """
-    model, energy = assembly.model, bool(options.method == ENERGY)
-    n_v, n_j, n_c, n_b, n_t = (
-        int(model.info.nv),
-        model.joints.size,
-        model.contact_surfaces.size,
-        model.bodies.size,
-        times.size,
-    )
+    model, midpoint = assembly.model, bool(options.midpoint)
+    n_v, n_j, n_b, n_t = int(model.info.nv), model.joints.size, model.bodies.size, times.size
     ends = [
         model.beam_loads["start"] + model.beam_loads["ramp"],
         model.breaks,
@@ -223,7 +217,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
             time=times[0],
             step=options.first,
             wanted=options.first,
-            last=0.0 if energy else options.first,
+            last=0.0 if midpoint else options.first,
             quality=1.0,
             event_step=np.inf,
         ),
@@ -242,12 +236,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         weight=weight,
         shares=shares(model, weight),
         energies=np.zeros(3),
-        impulse=np.zeros(n_c),
-        touched=np.zeros(model.body_contacts.size),
-        touches=np.zeros((2, model.body_contacts.size, N_TOUCH)),
-        friction=np.zeros((2, rubbing_points(model), 3)),
-        contact_surfaces=np.zeros((2, n_c, N_SURFACE)),
-        bodies=np.zeros((2, n_b, 6)),
+        forces=np.zeros((2, out.forces.shape[1])),
         ends=np.zeros((evaluated, 2, assembly.y.size)),
         end_times=np.zeros((evaluated, 2)),
         kept=np.full(12, np.nan),
@@ -262,11 +251,8 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         out_la=out.la,
         out_balance=np.zeros((n_t, fields)),
         out_momenta=np.zeros((0 if model.threads.size else n_t, 6)),
-        out_surfaces=out.contact_surfaces,
-        out_touches=out.touches,
-        out_friction=out.friction,
-        out_points=np.zeros((n_t if energy else 0, model.contact_points.size)),
-        out_bodies=out.wrenches,
+        out_forces=out.forces,
+        out_points=np.zeros((n_t if midpoint else 0, model.contact_points.size)),
     )
 
 

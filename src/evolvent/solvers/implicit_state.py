@@ -39,9 +39,11 @@ LOOP = np.dtype(
 #: newton, sharp: correction at which an iteration has converged beside `weight`, and share of `rates` that it may
 #: leave; tolerance, rates: of coordinates and rates, 0 of fixed steps; smallest, longest, first: steps, s; gain, floor:
 #: part of the energy moved that may come from nothing, and energy (J) that is added to it; mass, span: a typical mass
-#: (kg) and time (s); then the constants of the methods.
+#: (kg) and time (s); then the constants of the methods. Flags of the method: midpoint: forces are means of a step,
+#: whose start needs no accelerations; conserves: energy and momenta, to what Newton's method leaves; divides: fixed
+#: steps that fail are divided.
 OPTIONS = np.dtype(
-    [("method", np.int64)]
+    [(name, np.int64) for name in ("method", "midpoint", "conserves", "divides")]
     + [(name, np.float64) for name in ("newton", "sharp", "tolerance", "rates", "smallest", "longest", "first", "gain",
                                        "floor", "mass", "span", "alpha_m", "alpha_f", "beta", "gamma", "chi")],
     align=True,
@@ -68,10 +70,8 @@ class Workspace(Struct):
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     momenta : (6,) float, scratch
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
-    energies : (3,) float, scratch; impulse : (nc,) float, N s, of the normal forces of each cylinder; touched : (nbc,)
-        float, likewise of each contact between bodies
-    touches, friction : (2, nbc, N_TOUCH) and (2, n, 3) float, likewise
-    contact_surfaces, bodies : (2, nc, 10) and (2, nb, 6) float, forces (see `solvers.sampled`), of the start first
+    energies : (3,) float, scratch
+    forces : (2, n) float, see `solvers.sampled.Sampled`, of the start first
     samples : (nt,) float; stops : (ns,) float, times on which the loop lands and restarts
     R0, x0, R1, x1 : (nb, 3, 3) and (nb, 3) float, rotations and positions of the bodies at both ends of a step
     ends, end_times : (nt, 2, ny) and (nt, 2) float, s, of the steps with the samples, where reactions are evaluated
@@ -108,12 +108,7 @@ class Workspace(Struct):
     powers: np.ndarray = array(2)
     gaps: np.ndarray = array(1)
     energies: np.ndarray = array(1)
-    impulse: np.ndarray = array(1)
-    touched: np.ndarray = array(1)
-    touches: np.ndarray = array(3)
-    friction: np.ndarray = array(3)
-    contact_surfaces: np.ndarray = array(3)
-    bodies: np.ndarray = array(3)
+    forces: np.ndarray = array(2)
     R0: np.ndarray = array(3)
     R1: np.ndarray = array(3)
     x0: np.ndarray = array(2)
@@ -132,11 +127,8 @@ class Workspace(Struct):
     out_la: np.ndarray = array(2)
     out_balance: np.ndarray = array(2)
     out_momenta: np.ndarray = array(2)
-    out_surfaces: np.ndarray = array(3)
-    out_touches: np.ndarray = array(3)
-    out_friction: np.ndarray = array(3)
+    out_forces: np.ndarray = array(2)
     out_points: np.ndarray = array(2)
-    out_bodies: np.ndarray = array(3)
 
 
 WORKSPACE = Workspace._numba_type_

@@ -50,7 +50,7 @@ def reason(code: int, run: Run) -> str:
     """
     work, assembly, fixed = run.work, run.assembly, run.plan.step is not None
     t, h = float(work.loop.time), run.tried
-    if code == REDUNDANT and work.loop.steps == 0 and run.is_energy:
+    if code == REDUNDANT and work.loop.steps == 0 and run.midpoint:
         raise InputError(redundant(assembly, run.matrix))
     smaller = "use a smaller `step`, or None" if fixed else "use a smaller `tolerance`"
     when, bent = f"in the step of {h:.3g} s from t = {t:.6g} s", bending_hint(assembly, work.y0)
@@ -87,7 +87,7 @@ def _gain(run: Run, when: str, smaller: str) -> str:
     """A run whose energy balance has gained too much."""
     work, assembly = run.work, run.assembly
     moved, hint = float(eb.moved(work.loop)), states_energy(assembly)
-    if not run.is_energy:
+    if not run.midpoint:
         gained = float(work.loop.gain - work.loop.lowest_gain)
         return (
             f"by t = {float(work.loop.time):.6g} s the run has gained {gained:.3g} J without work, "
@@ -122,7 +122,7 @@ def _where(run: Run) -> tuple[str, str]:
     """Where the largest correction is, contacts that touch included; and what to try about them."""
     assembly, work = run.assembly, run.work
     at, touching = _location(assembly, work.x[: work.weight.size] / work.weight), _touching(assembly)
-    jumping = "" if run.is_energy or work.loop.contact_set == 0 else _jumping(assembly)
+    jumping = "" if run.midpoint or work.loop.contact_set == 0 else _jumping(assembly)
     if jumping:
         return (
             f"{at}: under the law paper the force jumps by c delta' where {jumping} is touched, and neither end of the "

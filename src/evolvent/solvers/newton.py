@@ -12,9 +12,8 @@ from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.passing import note_places
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers import alpha, energy_step
-from evolvent.solvers.alpha_state import factor_at
-from evolvent.solvers.implicit_state import ENERGY, NO_CONVERGENCE, NOT_FINITE, REDUNDANT, SINGULAR, WORKSPACE
+from evolvent.solvers import alpha, energy_step, implicit_method as method
+from evolvent.solvers.implicit_state import NO_CONVERGENCE, NOT_FINITE, REDUNDANT, SINGULAR, WORKSPACE
 from evolvent.solvers.least_norm import add_compliance
 from evolvent.solvers.step_error import newton_limit
 
@@ -34,34 +33,16 @@ SOFTEST, LEAST_RISE = -6.0, 0.5
 
 
 @inlined
-def _evaluate(t1, h, model, work):
-    """Residual of the present increments."""
-    if work.options.method == ENERGY:
-        energy_step.evaluate(model, work)
-    else:
-        alpha.evaluate(t1, h, model, work)
-
-
-@inlined
 def _count_touching(model):
     """A number that encodes which contact points touch, and which coordinates of joints slip."""
     return contact.pressed(model) + coordinate_laws.count_slipping(model)
 
 
 @inlined
-def _factor(t1, h, scale, model, matrix, work):
-    """Assemble and factor the tangent; returns what `sparse_lu.factor` returns."""
-    if work.options.method == ENERGY:
-        return energy_step.factor_tangent(scale, model, matrix, work)
-    c_mass, c_rate = alpha.rates(h, work.options)
-    return factor_at(t1, work.y, work.la, c_mass, c_rate, scale, model, matrix, work)
-
-
-@inlined
 def _correction(scale, model, matrix, work):
     """Solve for the correction work.x; returns its size beside `weight`."""
     joints, n_v, r, x = model.joints, model.info.nv, work.r, work.x
-    twice = 2.0 if work.options.method == ENERGY else 1.0  # what the tangent is of the derivatives, but for constraints
+    twice = method.tangent_factor(work.options)
     if model.info.redundant != 0:
         add_compliance(scale, twice, model, matrix, work.la, x, r)
     for i in range(n_v):
@@ -75,23 +56,6 @@ def _correction(scale, model, matrix, work):
     return norm
 
 
-@inlined
-def _correct(t1, h, searches, scale, model, work):
-    """Add the correction, and evaluate; returns the part of it that is added, which a search may reduce."""
-    energy, n_v = work.options.method == ENERGY, model.info.nv
-    for k in range(work.la.size):
-        work.la[k] += (0.5 if energy else 1.0) * scale * work.x[n_v + k]
-    if not energy:
-        alpha.correct(h, model, work)
-        alpha.evaluate(t1, h, model, work)
-        return 1.0
-    before = energy_step.along(work) if searches else 0.0
-    if before < 0.0:
-        return energy_step.search(before, model, work)
-    energy_step.shift(1.0, model, work)
-    return 1.0
-
-
 @indirect(_I(REAL, REAL, _I, _B, MODEL, SPARSE, WORKSPACE))
 def iterate(t1, h, most, searches, model, matrix, work):
     """Newton's method from the present increments: the number of iterations, or a status below zero.
@@ -103,24 +67,24 @@ def iterate(t1, h, most, searches, model, matrix, work):
     t1, h : float, s, end and length of the step
     most : int, of iterations; searches : bool, whether along each correction the best part is looked for
     """
-    loop, options, info, energy = work.loop, work.options, model.info, work.options.method == ENERGY
-    scale = 4.0 * options.mass / (h * h) if energy else alpha.rates(h, options)[0] * options.mass
+    loop, options, info, conserves = work.loop, work.options, model.info, work.options.conserves != 0
+    scale = method.scale_of(h, options)
     info.compliance = 1.0 / scale
-    _evaluate(t1, h, model, work)
-    soft = energy and work.step.step.soft != 1.0
+    method.evaluate(t1, h, model, work)
+    soft = work.step.step.soft != 1.0
     # what keeps momenta or energy takes its own tangent, and one correction more: both converge to round-off
-    keeps = energy and work.step.step.chi_v == 0.0 and not soft
+    keeps = conserves and work.step.step.chi_v == 0.0 and not soft
     limit = newton_limit(options.newton, options.sharp, options.rates, loop.fastest, h)
     rounding = 0.0 if model.threads.size > 0 else ROUND_OFF
-    if energy:
+    if conserves:
         inexact = model.elements.size + model.rods.size + work.la.size
         rounding = min(ROUND_OFF, 1e4 * options.newton) if inexact > 0 else 0.0
     if soft:
         limit = options.newton
     # directions of threads must be fresh, and those in which multipliers of redundant constraints are free
     always, factored = model.threads.size > 0 or info.redundant != 0, loop.factored
-    stale = soft or keeps or always or (factored != h if energy else abs(factored - h) > 1e-6 * h)
-    last, ratio, touching, kept, sharpened = math.inf, 0.0, loop.contact_set, energy and not stale, 0
+    stale = soft or keeps or always or (factored != h if conserves else abs(factored - h) > 1e-6 * h)
+    last, ratio, touching, kept, sharpened = math.inf, 0.0, loop.contact_set, conserves and not stale, 0
     loop.factored = 0.0
     for iteration in range(most):
         if not is_finite(work.r):
@@ -129,7 +93,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
         fresh = stale or always or (ratio > SLOW and sharpened == 0) or now != touching
         touching = now
         if fresh:
-            found = _factor(t1, h, scale, model, matrix, work)
+            found = method.factor_tangent(t1, h, scale, model, matrix, work)
             if found != 0:
                 return SINGULAR if found < 0 else REDUNDANT
             factored, stale = h, False
@@ -141,10 +105,12 @@ def iterate(t1, h, most, searches, model, matrix, work):
             return _converged(iteration - 1, last, touching, 0.0 if soft else factored, work)
         if kept and iteration == 1 and norm > SLOW * last:  # the tangent of a step before does not serve here
             kept, stale, ratio, touching = False, True, 0.0, -1
-            energy_step.predict(True, model, work)
-            energy_step.evaluate(model, work)
+            method.predict(h, model, work)
+            method.evaluate(t1, h, model, work)
             continue
-        s = _correct(t1, h, searches and (work.la.size == 0 or iteration > 0), scale, model, work)
+        for k in range(work.la.size):
+            work.la[k] += scale / method.tangent_factor(options) * work.x[info.nv + k]
+        s = method.correct(t1, h, searches and (work.la.size == 0 or iteration > 0), model, work)
         if iteration > 0:
             ratio = norm / last if last > 0.0 else 0.0
         left = norm * ratio / (1.0 - ratio) if 0.0 < ratio < 0.9 else norm
@@ -153,7 +119,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
         settled = s == 1.0 and (iteration > 0 or info.redundant == 0)
         if settled and (min(norm, left) <= limit or rounded):
             sharp = sharpened > 0 and (left <= SHARPER * limit or ratio > 0.5)
-            if not energy or _count_touching(model) == touching:
+            if not conserves or _count_touching(model) == touching:
                 if not keeps or sharp or rounded or sharpened == MOST_SHARPENED:
                     return _converged(iteration, min(norm, left), touching, 0.0 if soft else factored, work)
                 sharpened += 1

@@ -18,7 +18,6 @@ from evolvent.flow.implicit import residual
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers.alpha_start import accelerations_at
 from evolvent.solvers.alpha_state import SHORT, factor_at
-from evolvent.solvers.implicit_state import ENERGY
 
 
 def applies(model: mdl.Model, options: Any) -> bool:
@@ -27,7 +26,7 @@ def applies(model: mdl.Model, options: Any) -> bool:
     Multipliers of fixed steps are of second order. Forces of contacts and of joints' friction belong to a step, and
     springs of threads are not resolved by one.
     """
-    if np.any(model.coordinates["friction"] > 0.0) or options.method == ENERGY:
+    if np.any(model.coordinates["friction"] > 0.0) or options.midpoint:
         return False
     return bool(options.tolerance > 0.0) and is_held(model) and _without_contacts(model) and not model.threads.size
 
@@ -74,8 +73,8 @@ def evaluate(model: mdl.Model, matrix: SparseBlocks, work: Any, count: int, use_
         first, last = found[0], found[-1]
         if first is None or last is None:
             continue  # what the method carries stays
-        for kept, a, b in zip((work.out_a, work.out_la, work.out_bodies), first, last, strict=True):
-            kept[n] = a + theta * (b - a)
+        for kept, a, b in zip((work.out_a, work.out_la, work.out_forces), first, last, strict=True):
+            kept[n, : a.size] = a + theta * (b - a)
     work.loop.factorizations, work.loop.quality = counted  # those of the steps
 
 
@@ -94,4 +93,4 @@ def _evaluated(
     if not (np.all(np.isfinite(A)) and np.all(np.isfinite(la))):
         return None
     residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
-    return A, la, model.bodies["F"].copy()
+    return A, la, model.bodies["F"].ravel()  # the first ones of `work.out_forces`

@@ -21,7 +21,7 @@ from evolvent.kernels.drive import FREE, drive
 from evolvent.solvers.balance import dissipated, energy, extend, lost, potential, worked
 from evolvent.solvers.implicit_balance import fill_energies
 from evolvent.solvers.implicit_samples import begin_next
-from evolvent.solvers.implicit_state import ENERGY, Workspace
+from evolvent.solvers.implicit_state import Workspace
 
 #: Intervals in which changes of a drive's direction are looked for.
 _INTERVALS = 4096
@@ -124,8 +124,8 @@ class Releases:
         count = self.fire(t, work.y)
         if count < 0:
             return count
-        n_q, is_energy = int(model.info.nq), bool(work.options.method == ENERGY)
-        kept = (work.step.before, work.rate, work.acceleration) if is_energy else (work.a1, work.dv1)
+        n_q = int(model.info.nq)
+        kept = (work.step.before, work.rate, work.acceleration) if work.options.midpoint else (work.a1, work.dv1)
         for p, row in enumerate(model.threads):
             at, was, now = int(row["iv"]) - n_q, int(before[p]), int(model.switches[p])
             for i in range(was, now):
@@ -136,7 +136,7 @@ class Releases:
                 for values in kept:
                     values[at + 3 * i : at + 3 * i + 3] = 0.0
                 work.y[n_q + at + 3 * i : n_q + at + 3 * i + 3] = 0.0
-        if not is_energy:  # whose powers and loads are those of whole steps
+        if not work.options.midpoint:  # whose powers and loads are those of whole steps
             residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, work.r, work.powers[0])
             whole = slice(model.threads.size, 2 * model.threads.size)
             if count > 0 and np.array_equal(before[whole], model.switches[whole]):

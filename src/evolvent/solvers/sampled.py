@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from numba import void
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.compiled.jit import MATRIX, indirect
+from evolvent.compiled.jit import VECTOR, indirect, inlined
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import constraint_rows, coordinate, joint
 from evolvent.kernels.ancf_beams import beam_energies
@@ -18,10 +19,18 @@ from evolvent.kernels.rod import evaluate_rods
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray
-#: Numbers of a contact surface at a sample (see `Sampled`), and the indices of two of them.
-N_SURFACE, IMPULSE, TOUCHING = 10, 7, 8
-#: Numbers of a contact between bodies at a sample, and the index of its impulse.
-N_TOUCH, TOUCHED = 19, 18
+#: Fields of records that are kept at the samples, in the order of `Sampled.forces`, record by record: how many numbers
+#: each has. Friction of the contact points of beams is kept where any has some. Numbers of points that touch, and
+#: impulses, stand last.
+KEPT_FIELDS: tuple[tuple[str, dict[str, int]], ...] = (
+    ("bodies", {"F": 6}),
+    ("contact_surfaces", {"force": 3, "moment": 3, "normal": 1, "energy": 1}),
+    ("body_contacts", {"on_a": 6, "on_b": 6, "rubbing": 3, "c": 3, "force": 1, "gap1": 1, "energy": 1}),
+    ("contact_points", {"rubbing": 3}),
+    ("contact_surfaces", {"touching": 1}),
+    ("contact_surfaces", {"impulse": 1}),
+    ("body_contacts", {"impulse": 1}),
+)
 
 
 class Sampled(NamedTuple):
@@ -32,14 +41,8 @@ class Sampled(NamedTuple):
     acceleration : (nt, nv) float
     la : (nt, nj) float, multipliers of the joints, in the order of `names`
     balance : (nt,) records of the energy balance, J (see `evolvent.solvers.balance`)
-    contact_surfaces : (nt, nc, 10) float, of each: force (N) and torque (N m) on its body at the body's origin,
-        inertial axes; sum of normal forces (N), its impulse (N s), points that touch, energy (J)
-    wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes; torques of free
-        bodies less the gyroscopic w x J w
-    touches : (nt, n, 19) float, of each contact between bodies: force on a (N), moments on a and b about their origins
-        (N m), friction on a (N), point of contact (m), inertial axes; normal force (N), gap (m), energy (J), and the
-        impulse of the normal force (N s, NaN of explicit methods)
-    friction : (nt, n, 3) float, N, inertial axes, friction on the contact points of beams; n = 0 where nothing rubs
+    forces : (nt, n) float, the fields of records of `KEPT_FIELDS`, which `by_field` finds in it; `F` of a body is all
+        that acts on it at its origin (N and N m, inertial axes), of a free one less the gyroscopic w x J w
     points : (nt, n) float, N, normal forces of the contact points, means over the step; None where they follow from the
         states alone
     momenta : (nt, 6) float, kg m/s and kg m2/s about the inertial origin, between those of the steps' ends on straight
@@ -49,10 +52,7 @@ class Sampled(NamedTuple):
     acceleration: Array
     la: Array
     balance: Any
-    contact_surfaces: Array
-    wrenches: Array
-    touches: Array
-    friction: Array
+    forces: Array
     points: Array | None = None
     momenta: Array | None = None
 
@@ -93,54 +93,68 @@ def empty(model: mdl.Model, size: int) -> Sampled:
         np.zeros((size, int(model.info.nv))),
         np.zeros((size, model.joints.size)),
         eb.records(size),
-        np.zeros((size, model.contact_surfaces.size, N_SURFACE)),
-        np.zeros((size, model.bodies.size, 6)),
-        np.zeros((size, model.body_contacts.size, N_TOUCH)),
-        np.zeros((size, rubbing_points(model), 3)),
+        np.zeros((size, sum(count * sum(fields.values()) for count, fields in _kept(model)))),
     )
 
 
-def rubbing_points(model: mdl.Model) -> int:
-    """Number of the contact points of beams, 0 where none of them has friction."""
-    return model.contact_points.size if np.any(model.contact_surfaces["friction"] > 0.0) else 0
+def _kept(model: mdl.Model) -> Iterator[tuple[int, dict[str, int]]]:
+    """Numbers of records of a model, and their fields, in the order of `KEPT_FIELDS`."""
+    for family, fields in KEPT_FIELDS:
+        rubs = family != "contact_points" or np.any(model.contact_surfaces["friction"] > 0.0)
+        yield len(getattr(model, family)) if rubs else 0, fields
 
 
-@indirect(void(mdl.MODEL, MATRIX, MATRIX, MATRIX))
-def write_contacts(model: mdl.Model, contact_surfaces: Array, friction: Array, touches: Array) -> None:
-    """Write what the last contacts' forces left in their records as a sample's `Sampled`, but for impulses."""
-    rows, points, pairs = model.contact_surfaces, model.contact_points, model.body_contacts
-    for k in range(contact_surfaces.shape[0]):
-        for i in range(6):
-            contact_surfaces[k, i] = rows[k].F[i]
-        contact_surfaces[k, 6], contact_surfaces[k, 8], contact_surfaces[k, 9] = (
-            rows[k].normal,
-            rows[k].touching,
-            rows[k].energy,
-        )
-    for i in range(friction.shape[0]):
-        f, n, lam = points[i].f, points[i].n, points[i].force
+def by_field(model: mdl.Model, forces: Array) -> dict[str, dict[str, Array]]:
+    """Views of forces (nt, n) of `Sampled`: family -> field -> (nt, records) or (nt, records, numbers)."""
+    found: dict[str, dict[str, Array]] = {family: {} for family, _ in KEPT_FIELDS}
+    at = 0
+    for (family, fields), (count, _) in zip(KEPT_FIELDS, _kept(model), strict=True):
+        size = sum(fields.values())
+        values = forces[:, at : at + count * size].reshape(len(forces), count, size)
+        at, first = at + count * size, 0
+        for field, numbers in fields.items():
+            found[family][field] = values[..., first] if numbers == 1 else values[..., first : first + numbers]
+            first += numbers
+    return found
+
+
+@inlined
+def _put(values: Array, row: Array, at: int) -> int:
+    """Write numbers into a row from the index `at` on; the index behind them."""
+    for i in range(len(values)):
+        row[at + i] = values[i]
+    return at + len(values)
+
+
+@indirect(void(mdl.MODEL, VECTOR))
+def write_forces(model: mdl.Model, row: Array) -> None:
+    """Write what the last forces left in their records as a sample's `Sampled.forces`."""
+    rows, points, pairs, at = model.contact_surfaces, model.contact_points, model.body_contacts, 0
+    for k in range(model.bodies.size):
+        at = _put(model.bodies[k].F, row, at)
+    for k in range(rows.size):
+        at = _put(rows[k].moment, row, _put(rows[k].force, row, at))
+        at = _put((rows[k].normal, rows[k].energy), row, at)
+    for k in range(pairs.size):
+        at = _put(pairs[k].on_b, row, _put(pairs[k].on_a, row, at))
+        at = _put(pairs[k].c, row, _put(pairs[k].rubbing, row, at))
+        at = _put((pairs[k].force, pairs[k].gap1, pairs[k].energy), row, at)
+    for i in range((row.size - at - 2 * rows.size - pairs.size) // 3):  # all or none
+        f, n, lam, drag = points[i].f, points[i].n, points[i].force, points[i].rubbing
         for j in range(3):
-            friction[i, j] = f[j] - lam * n[j] if lam > 0.0 else 0.0
-    for k in range(touches.shape[0]):
-        row = pairs[k]
-        p, q, f, c = row.on_a, row.on_b, row.rubbing, row.c
-        for i in range(3):
-            touches[k, i], touches[k, 3 + i], touches[k, 6 + i] = p[i], p[3 + i], q[3 + i]
-            touches[k, 9 + i], touches[k, 12 + i] = f[i], c[i]
-        touches[k, 15], touches[k, 16], touches[k, 17] = row.force, row.gap1, row.energy
+            drag[j] = f[j] - lam * n[j] if lam > 0.0 else 0.0
+        at = _put(drag, row, at)
+    for k in range(rows.size):
+        row[at + k], row[at + rows.size + k] = rows[k].touching, rows[k].impulse
+    for k in range(pairs.size):
+        row[at + 2 * rows.size + k] = pairs[k].impulse
 
 
-def forces_of(model: mdl.Model) -> tuple[Array, Array, Array, Array]:
-    """Of the last forces: `contact_surfaces`, `wrenches`, `touches` and `friction` of a sample, without impulses."""
-    contact_surfaces, touches = (
-        np.zeros((model.contact_surfaces.size, N_SURFACE)),
-        np.zeros((model.body_contacts.size, N_TOUCH)),
-    )
-    friction = np.zeros((rubbing_points(model), 3))
-    if model.contact_surfaces.size or model.body_contacts.size:
-        write_contacts(model, contact_surfaces, friction, touches)
-    touches[:, TOUCHED] = np.nan
-    return contact_surfaces, model.bodies["F"].copy(), touches, friction
+def forces_of(model: mdl.Model) -> Array:
+    """The last forces, as those of a sample."""
+    found: Array = empty(model, 1).forces[0]
+    write_forces(model, found)
+    return found
 
 
 def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
@@ -184,14 +198,15 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     found = empty(model, t.size)
     found.balance[:] = balances(model, y, sums)
-    needs.load(model, rhs, write_contacts)
+    needs.load(model, rhs, write_forces)
+    model.body_contacts["impulse"] = np.nan
     dy, own, scratch = np.zeros_like(assembly.y), np.zeros(3), np.zeros(n_v)
     rows = np.flatnonzero(model.rows["kind"] == constraint_rows.JOINT)
     for k in range(t.size):
         rhs(t[k], y[k], s[k], model, dy)
         found.acceleration[k] = dy[n_q : n_q + n_v]
-        found.contact_surfaces[k], found.wrenches[k], found.touches[k], found.friction[k] = forces_of(model)
-        found.balance.contact[k] = found.contact_surfaces[k, :, 9].sum() + found.touches[k, :, 17].sum()
+        write_forces(model, found.forces[k])
+        found.balance.contact[k] = model.contact_surfaces["energy"].sum() + model.body_contacts["energy"].sum()
         found.la[k], coupled = joint.penalty_values(t[k], s[k], model.joints)
         found.la[k, model.rows["index"][rows]] = model.la[rows]
         if model.beams.size:
@@ -208,7 +223,9 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
         found.balance.elastic[k] -= coupled
     if model.contact_surfaces.size:
         first = n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE
-        found.contact_surfaces[:, :, 7] = y[:, first : first + model.contact_surfaces.size]
+        by_field(model, found.forces)["contact_surfaces"]["impulse"][:] = y[
+            :, first : first + model.contact_surfaces.size
+        ]
     return found
 
 

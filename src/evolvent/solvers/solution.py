@@ -13,7 +13,16 @@ from evolvent.assembly.needs import has_explicit_forces
 from evolvent.solvers import balance as eb
 from evolvent.solvers.heating import less_free_strain
 from evolvent.solvers.observations import Observations, momenta_of, observe, sums_of
-from evolvent.solvers.sampled import Momentum, Sampled, angular_momentum, balances, empty, evaluate, momentum_of
+from evolvent.solvers.sampled import (
+    Momentum,
+    Sampled,
+    angular_momentum,
+    balances,
+    by_field,
+    empty,
+    evaluate,
+    momentum_of,
+)
 from evolvent.solvers.still_threads import stand_still
 
 if TYPE_CHECKING:
@@ -123,7 +132,7 @@ class Solution:
 
     @functools.cached_property
     def sampled(self) -> Sampled:
-        """Accelerations, multipliers, energy balance, contact forces and wrenches at the samples."""
+        """Accelerations, multipliers, energy balance and forces at the samples."""
         if self.kept is not None:
             return self.kept
         return evaluate(self.assembly, self.t, self.y, self.s, self.sums)
@@ -151,14 +160,19 @@ class Solution:
         return self.kept is not None or has_explicit_forces(self.assembly.model)
 
     @property
-    def contact_surfaces(self) -> Array:
-        """See `Sampled`."""
-        return self.sampled.contact_surfaces
+    def forces(self) -> dict[str, dict[str, Array]]:
+        """Fields of records that are kept at the samples: see `sampled.by_field`."""
+        return by_field(self.assembly.model, self.sampled.forces)
+
+    @property
+    def contact_surfaces(self) -> dict[str, Array]:
+        """Forces of contact surfaces."""
+        return self.forces["contact_surfaces"]
 
     @property
     def wrenches(self) -> Array:
-        """See `Sampled`."""
-        return self.sampled.wrenches
+        """(nt, nb, 6) all that acts on each body at its origin, N and N m: see `Sampled`."""
+        return self.forces["bodies"]["F"]
 
     @property
     def energy(self) -> Array:
@@ -216,14 +230,7 @@ class Solution:
         kept = None
         if self.kept is not None:
             kept = empty(self.assembly.model, 1)
-            for values in (
-                kept.acceleration,
-                kept.la,
-                kept.contact_surfaces,
-                kept.wrenches,
-                kept.touches,
-                kept.friction,
-            ):
+            for values in (kept.acceleration, kept.la, kept.forces):
                 values[:] = np.nan
             for name in eb.BALANCE.names or ():
                 kept.balance[name] = np.nan

@@ -13,7 +13,7 @@ from evolvent.kernels import loads, springs
 from evolvent.solvers import balance as eb, equilibrium as eq
 from evolvent.solvers.linear_motion import growing_motions, has_gyroscopic_forces, has_symmetric_stiffness
 from evolvent.solvers.rod_messages import bending_hint
-from evolvent.solvers.sampled import N_SURFACE, N_TOUCH, empty, forces_of, rubbing_points
+from evolvent.solvers.sampled import empty, forces_of
 from evolvent.solvers.solution import NEWTON, Path, Solution
 from evolvent.solvers.static_work import MOST_ITERATIONS, Work, add_turn
 
@@ -85,10 +85,9 @@ class Search:
         eq.accept(w.time, w.model, b, energies)
         b.loop.factor = self.reached = factor
         self.worst = min(self.worst, float(b.loop.quality))
-        forces = forces_of(w.model)
         y = b.y.copy()
         add_turn(w.model, b.spin * math.sqrt(max(factor, 0.0)), y)
-        self.kept.append((factor, y, model.switches.copy(), b.la.copy(), energies, model.P.copy(), *forces))
+        self.kept.append((factor, y, model.switches.copy(), b.la.copy(), energies, model.P.copy(), forces_of(model)))
         self.marks.append(len(self.newton))
         if self.progress is not None:
             self.progress(factor)
@@ -97,12 +96,9 @@ class Search:
         """Keep the state that the search began with, where nothing was kept; what was not computed is NaN."""
         if not self.kept:
             w = self.work
-            n_c, n_b = w.model.contact_surfaces.size, w.model.bodies.size
-            n_t = w.model.body_contacts.size
-            shapes = (n_c, N_SURFACE), (n_b, 6), (n_t, N_TOUCH), (rubbing_points(w.model), 3)
-            rows = [np.full(shape, np.nan) for shape in shapes]
-            unknown = np.full(w.n_j, np.nan), np.full(len(eb.ENERGIES), np.nan), np.full(w.n_v, np.nan)
-            self.kept.append((0.0, self._start, w.assembly.s.copy(), *unknown, *rows))
+            sizes = w.n_j, len(eb.ENERGIES), w.n_v, forces_of(w.model).size
+            unknown = [np.full(size, np.nan) for size in sizes]
+            self.kept.append((0.0, self._start, w.assembly.s.copy(), *unknown))
 
     def _slide(self, factor: float) -> bool:
         """Slide to an equilibrium at a factor, then balance."""
@@ -404,10 +400,9 @@ class Search:
         newton = np.array(self.newton, dtype=NEWTON).view(np.recarray)
         factor, loads, y = np.zeros(n), np.zeros((n, w.n_v)), np.zeros((n, w.balance.y.size))
         s = np.zeros((n, w.assembly.s.size), dtype=np.int64)
-        for k, (own, state, switches, la, energies, weights, *forces) in enumerate(self.kept):
+        for k, (own, state, switches, la, energies, weights, forces) in enumerate(self.kept):
             factor[k], y[k], s[k], loads[k] = own, state, switches, weights
-            out.la[k] = la
-            out.contact_surfaces[k], out.wrenches[k], out.touches[k], out.friction[k] = forces
+            out.la[k], out.forces[k] = la, forces
             for name, value in zip(eb.ENERGIES, energies, strict=True):
                 out.balance[name][k] = value
         for name in (*eb.WORK, *eb.LOSSES):  # a path of equilibria has none over time

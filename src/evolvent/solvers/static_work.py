@@ -24,7 +24,7 @@ from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.kernels.springs import ON_BODY
 from evolvent.solvers import equilibrium as eq, ordering, redundancy
 from evolvent.solvers.implicit_setup import matrix_of, sizes
-from evolvent.solvers.sampled import write_contacts
+from evolvent.solvers.sampled import write_forces
 from evolvent.solvers.still_threads import end_ramps, freeze_spools, stand_still
 
 Array = np.ndarray
@@ -117,7 +117,7 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     end_ramps(copy)
     contact.clear_history(copy)
     copy.contact_surfaces["bristle_damping"] = 0.0
-    copy.body_contacts["bristle_damping"] = 0.0
+    copy.body_contacts["bristle_damping"], copy.body_contacts["impulse"] = 0.0, np.nan
     return freeze_spools(copy, time)
 
 
@@ -169,7 +169,7 @@ class Work:
             **moves,
         )
         model.switches[:] = assembly.s
-        needs.load(model, eq.balance, eq.relax, eq.follow, eq.probe, eq.accept, write_contacts)
+        needs.load(model, eq.balance, eq.relax, eq.follow, eq.probe, eq.accept, write_forces)
         # friction is that of displacements from here on
         b = self.balance
         residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)

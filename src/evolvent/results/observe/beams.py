@@ -42,12 +42,7 @@ def observe_beam(view: View, name: str) -> Observed:
         add_sections(view, index, "bending_moment", found)
     length, count = float(part.length), int(part.elements)
     found.along("curvature", "node", curvature(nodes, part.lengths), "m-1", "curvature of the axis at the nodes")
-    sums = view.beam_sums(index)
-    found.scalar("energy_kinetic", sums.kinetic, "J", "kinetic energy")
-    found.scalar("energy_elastic", sums.elastic, "J", "strain energy")
-    found.scalar("energy_bending", sums.bending, "J", "strain energy of bending")
-    found.vector("momentum", sums.linear, "kg m s-1", "linear momentum, inertial axes")
-    found.vector("angular_momentum", sums.angular, "kg m2 s-1", "angular momentum about the inertial origin")
+    found.results("beams", view.fields["beams"], index)
     found.coordinate("node", "node", np.arange(count + 1), "1", "node, 0 at the root")
     found.coordinate("arc_node", "node", part.arc, "m", "length from the root to the node")
     line: dict[str, Any] = {"points": "position", "slope": "slope", "length": length}

@@ -7,42 +7,37 @@ from typing import Any
 import numpy as np
 
 from evolvent.kernels import surfaces
+from evolvent.model import RESULTS
 from evolvent.results.observe.shapes import capsule, disc
 from evolvent.results.observe.variables import Observed
 from evolvent.results.observe.view import View
-from evolvent.solvers.sampled import TOUCHED
 
 
 def observe_body_contact(view: View, name: str) -> Observed:
     """Resultant force and moments of a contact between bodies, its impulse and energy, and the forces of its points."""
-    index, rows = view.index(name), view.model.body_contacts
-    mine = np.flatnonzero(rows["first"] == index)
-    touches = view.solution.sampled.touches
-    values, found = touches[:, mine], Observed()
-    total = values.sum(axis=1)
-    on_rods = hasattr(view.part(name), "beams")
-    on = "beams" if on_rods else "first body, `a`"
+    found, on_rods = Observed(), hasattr(view.part(name), "beams")
+    mine = np.flatnonzero(view.model.body_contacts["first"] == view.index(name))
+    fields = {field: values[:, mine] for field, values in view.fields["body_contacts"].items()}
+    total = {field: values.sum(axis=1) for field, values in fields.items()}
     if on_rods:
-        found.vector("force", total[:, 0:3], "N", "resultant of the surface on the beams, inertial axes")
-        text = "moment of the surface on the beams about the origin of the surface's body, inertial axes"
-        found.vector("moment", -total[:, 6:9], "N m", text)
+        found.vector("force", total["on_a"][:, :3], *RESULTS["contact_surfaces"]["force"][1:])
+        found.vector("moment", -total["on_b"][:, 3:], *RESULTS["contact_surfaces"]["moment"][1:])
     else:
-        found.vector("force", total[:, 0:3], "N", f"resultant of the contact on its {on}, inertial axes")
+        found.vector(
+            "force", total["on_a"][:, :3], "N", "resultant of the contact on its first body, `a`, inertial axes"
+        )
         text = "moment of the contact on its {} body, `{}`, about that one's origin, inertial axes"
-        found.vector("moment", total[:, 3:6], "N m", text.format("first", "a"))
-        found.vector("moment_b", total[:, 6:9], "N m", text.format("second", "b"))
-    found.scalar("normal_force", total[:, 15], "N", "sum of the normal forces")
-    found.scalar("impulse", total[:, TOUCHED], "N s", "integral of the normal forces since the start; NaN if explicit")
-    found.scalar("points", np.sum(values[:, :, 15] > 0.0, axis=1), "1", "contact points that touch")
-    text = "elastic energy of the contact and of what sticks by friction"
-    found.scalar("energy_elastic", total[:, 17], "J", text)
-    text = f"{{}} of each contact point on its {on}, inertial axes: of the sample, or the mean over its step"
-    found.along("point_force", "contact_point", values[:, :, 15], "N", "normal force of each contact point")
-    found.along("point_resultant", "contact_point", values[:, :, 0:3], "N", text.format("whole force"))
-    found.along("point_friction", "contact_point", values[:, :, 9:12], "N", text.format("friction"))
-    text = "position of each contact point, on the first body's surface, inertial axes"
-    found.along("point_position", "contact_point", values[:, :, 12:15], "m", text)
-    found.along("gap", "contact_point", values[:, :, 16], "m", "distance of the surfaces, negative where they overlap")
+        found.vector("moment", total["on_a"][:, 3:], "N m", text.format("first", "a"))
+        found.vector("moment_b", total["on_b"][:, 3:], "N m", text.format("second", "b"))
+    found.scalar("normal_force", total["force"], *RESULTS["contact_surfaces"]["normal"][1:])
+    for field in ("impulse", "energy"):
+        key, *described = RESULTS["body_contacts"][field]
+        found.scalar(key, total[field], *described)
+    found.scalar("points", np.sum(fields["force"] > 0.0, axis=1), *RESULTS["contact_surfaces"]["touching"][1:])
+    for field in ("force", "on_a", "rubbing", "c", "gap1"):
+        key, unit, text = RESULTS["body_contacts"][field]
+        values = fields[field] if fields[field].ndim == 2 else fields[field][..., :3]
+        found.along(key, "contact_point", values, unit, text.format(on="beams" if on_rods else "first body, `a`"))
     found.drawn = [{"forces": {"points": "point_position", "vectors": "point_resultant"}}, *_drawn(view, name)]
     found.plots = ["normal_force", "points"]
     return found

@@ -13,26 +13,21 @@ from evolvent.results.observe.view import View
 Array = np.ndarray
 #: Share of a run over which the mean force is taken: single samples depend on the mesh and on the contact's stiffness.
 WINDOW = 0.04
+#: When forces of points act, in words.
+_WHEN = ": of the sample, or the mean over its step"
 
 
 def observe_contact(view: View, name: str) -> Observed:
     """Resultant force and moment of a contact, its normal force, impulse and energy, and the forces of its points."""
     index = view.index(name)
-    found, values = Observed(), view.solution.contact_surfaces[:, index]
+    found, fields = Observed(), view.fields["contact_points"]
     row, model = view.model.contact_surfaces[index], view.model
-    found.vector("force", -values[:, 0:3], "N", "resultant of the surface on the beams, inertial axes")
-    text = "moment of the surface on the beams about the origin of the surface's body, inertial axes"
-    found.vector("moment", -values[:, 3:6], "N m", text)
-    found.scalar("normal_force", values[:, 6], "N", "sum of the normal forces")
-    found.scalar("impulse", values[:, 7], "N s", "integral of the normal forces since the start")
+    found.results("contact_surfaces", view.fields["contact_surfaces"], index)
     text = f"mean of the normal force over {100.0 * WINDOW:g} % of the run about each sample, from the impulse"
-    found.scalar("mean_force", mean_rate(view.t, values[:, 7], WINDOW), "N", text)
-    found.scalar("points", values[:, 8], "1", "contact points that touch")
-    found.scalar("energy_elastic", values[:, 9], "J", "elastic energy of the contact and of what sticks by friction")
+    found.scalar("mean_force", mean_rate(view.t, found.variables["impulse"].values, WINDOW), "N", text)
     inside = slice(int(row["first"]), int(row["last"]))
-    fields, (name_of, unit, text) = view.fields["contact_points"], RESULTS["contact_points"]["force"]
-    text = f"{text}: of the sample, or the mean over its step"
-    found.along(name_of, "contact_point", view.point_forces[:, inside], unit, text)
+    name_of, unit, text = RESULTS["contact_points"]["force"]
+    found.along(name_of, "contact_point", fields["force"][:, inside], unit, f"{text}{_WHEN}")
     name_of, *words = RESULTS["contact_points"]["apart"]
     found.along(name_of, "contact_point", fields["apart"][:, inside], *words)
     points, beams, elements = model.contact_points[inside], model.beams, model.elements
@@ -65,15 +60,15 @@ def observe_contact(view: View, name: str) -> Observed:
 
 def _add_vectors(found: Observed, view: View, inside: slice) -> None:
     """Positions of the contact points, and the vectors of their forces."""
-    fields, (place, *words) = view.fields["contact_points"], RESULTS["contact_points"]["x"]
-    friction, kept = np.zeros(fields["x"][:, inside].shape), view.solution.sampled.friction
-    if kept.shape[1] > 0:
-        friction = kept[:, inside]
-    whole = found.variables["point_force"].values[..., None] * fields["n1"][:, inside] + friction
-    found.along(place, "contact_point", fields["x"][:, inside], *words)
-    text = "{} of each contact point on its beam, inertial axes: of the sample, or the mean over its step"
-    found.along("point_friction", "contact_point", friction, "N", text.format("friction"))
-    found.along("point_resultant", "contact_point", whole, "N", text.format("whole force"))
+    fields = {field: values[:, inside] for field, values in view.fields["contact_points"].items()}
+    place, *words = RESULTS["contact_points"]["x"]
+    found.along(place, "contact_point", fields["x"], *words)
+    name, unit, text = RESULTS["contact_points"]["rubbing"]
+    if not fields["rubbing"].size:
+        fields["rubbing"] = np.zeros(fields["x"].shape)
+    found.along(name, "contact_point", fields["rubbing"], unit, f"{text}{_WHEN}")
+    whole, text = fields["force"][..., None] * fields["n1"] + fields["rubbing"], text.replace("friction", "whole force")
+    found.along("point_resultant", "contact_point", whole, unit, f"{text}{_WHEN}")
 
 
 def mean_rate(t: np.ndarray, total: np.ndarray, share: float) -> np.ndarray:

@@ -11,7 +11,7 @@ from evolvent.model import RESULTS
 from evolvent.parts.curve import stress_free
 from evolvent.results.motion import quaternions
 from evolvent.results.observe.beams import _section_drawn
-from evolvent.results.observe.variables import Observed, Variable, cross, dot, norm, turned
+from evolvent.results.observe.variables import Observed, Variable, cross, norm, turned
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
@@ -46,7 +46,7 @@ def observe_rod(view: View, name: str) -> Observed:
     row, fields = view.model.rods[index], view.fields["rod_elements"]
     own = slice(int(row["first_element"]), int(row["first_element"] + row["elements"]))
     found.results_along("rod_elements", fields, own, "element", (*_SUMS, "free"), "in the middle of each element")
-    _observe_momenta(view, bodies, poses, found)
+    found.results("rods", view.fields["rods"], index)
     for field in _SUMS:
         name, *described = RESULTS["rod_elements"][field]
         found.scalar(name, fields[field][:, own].sum(axis=1), *described)
@@ -80,21 +80,6 @@ def _observe_shape(part: Any, name: str, x: Array, R: Array, found: Observed) ->
     found.along("deflection", "node", deflection, "m", f"deflections of the nodes {what}")
     found.vector("tip_deflection", deflection[:, -1], "m", f"deflection of the tip {what}")
     found.vector("tip_position", x[:, -1], "m", "position of the tip, inertial axes")
-
-
-def _observe_momenta(view: View, bodies: list[int], poses: list[Any], found: Observed) -> None:
-    """Kinetic energy and momenta."""
-    kinetic, linear, angular = np.zeros(view.t.size), np.zeros((view.t.size, 3)), np.zeros((view.t.size, 3))
-    for b, pose in zip(bodies, poses, strict=True):
-        row = view.model.bodies[b]
-        mass, own = float(row["mass"]), np.einsum("tji,tj->ti", pose.R, pose.w)
-        spin = turned(pose.R, own @ row["inertia"])
-        kinetic += 0.5 * mass * dot(pose.v, pose.v) + 0.5 * dot(pose.w, spin)
-        linear += mass * pose.v
-        angular += mass * cross(pose.x, pose.v) + spin
-    found.scalar("energy_kinetic", kinetic, "J", "kinetic energy")
-    found.vector("momentum", linear, "kg m s-1", "linear momentum, inertial axes")
-    found.vector("angular_momentum", angular, "kg m2 s-1", "angular momentum about the inertial origin")
 
 
 def _draw(part: Any, x: Array, R: Array, found: Observed) -> None:

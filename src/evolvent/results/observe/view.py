@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent.assembly import families, needs
 from evolvent.flow.sampling import evaluate
-from evolvent.kernels import ancf_beams, rigid, sides, springs
+from evolvent.kernels import rigid, sides, springs
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.drive import drive
 from evolvent.model import RESULTS
@@ -46,16 +46,6 @@ class Side(NamedTuple):
     u: Array
     rate: Array
     body: int
-
-
-class BeamSums(NamedTuple):
-    """Energies of a beam (nt,), J, and its momenta (nt, 3), kg m/s and kg m2/s about the inertial origin."""
-
-    kinetic: Array
-    elastic: Array
-    bending: Array
-    linear: Array
-    angular: Array
 
 
 class View:
@@ -126,13 +116,15 @@ class View:
             for name, kept in found.items():
                 for field, values in kept.items():
                     values[k] = records[name][field]
+        for k in np.flatnonzero(model.thermal_loads["beam"] >= 0).tolist():
+            heated = heating.energies(model, k, self.t, self.y, self.load_factor)
+            found["beams"]["elastic"][:, heated.beam] += heated.elastic
+            found["beams"]["bending"][:, heated.beam] += heated.bending
+        if self.solution.kept is not None and self.solution.kept.points is not None:
+            found["contact_points"]["force"] = self.solution.kept.points
+        for name, own in self.solution.forces.items():
+            found[name] = found.get(name, {}) | own
         return found
-
-    @property
-    def point_forces(self) -> Array:
-        """Normal forces of the contact points of beams (nt, n), N: of the states, or those that the solver kept."""
-        kept = self.solution.kept
-        return self.fields["contact_points"]["force"] if kept is None or kept.points is None else kept.points
 
     @property
     def load_factor(self) -> Array | float:
@@ -231,21 +223,6 @@ class View:
         pose = self.pose(index)
         direction = turned(pose.R, local)
         return Side(direction, cross(pose.w, direction), index)
-
-    def beam_sums(self, index: int) -> BeamSums:
-        """Energies and momenta of a beam, as the solvers count them."""
-        row = self.model.beams[index]
-        first = int(row["first_element"])
-        last = first + int(row["elements"])
-        out = np.zeros((self.t.size, 9))
-        for y, values in zip(self.y, out, strict=True):
-            ancf_beams.beam_energies(y, first, last, self.model, values[:3])
-            ancf_beams.beam_momenta(y, first, last, self.model, values[3:6], values[6:])
-        for k in np.flatnonzero(self.model.thermal_loads["beam"] == index):
-            heated = heating.energies(self.model, int(k), self.t, self.y, self.load_factor)
-            out[:, 1] += heated.elastic
-            out[:, 2] += heated.bending
-        return BeamSums(out[:, 0], out[:, 1], out[:, 2], out[:, 3:6], out[:, 6:])
 
 
 def about(axis: Array, angle: Array) -> Array:
