@@ -139,14 +139,14 @@ class Beam(Part):
         cable = self.vectors == 2
         check_grading(name, self.grading, self.elements)
         check_curve(name, self)
-        given = "curvature" if self.shape is None else "shape"
+        key = "curvature" if self.shape is None else "shape"
         if cable and is_curved(self):
             raise InputError(
-                f"{name}.{given} is given and {name}.formulation is {self.formulation!r}; a cable is straight at rest"
+                f"{name}.{key} is given and {name}.formulation is {self.formulation!r}; a cable is straight at rest"
             )
         if is_curved(self) and self.nodes is not None and self.rest == "start":
             raise InputError(
-                f"{name}.rest is 'start' and {name}.{given} is given as well; with {name}.nodes leave one of them out"
+                f"{name}.rest is 'start' and {name}.{key} is given as well; with {name}.nodes leave one of them out"
             )
         if self.inertia is None:
             return

@@ -70,8 +70,13 @@ AnyCurve = Annotated[Curve, OneOf({"parabola": Parabola})]
 class Curved(Protocol):
     """A part with a stress-free shape of its own."""
 
-    curvature: tuple[float, float, float]
-    shape: Curve | None
+    @property
+    def curvature(self) -> units.Triple:
+        """Twist per length and curvatures about y and z, 1/m."""
+
+    @property
+    def shape(self) -> Curve | None:
+        """A shape in place of `curvature`."""
 
     @property
     def arc(self) -> Array:
