@@ -196,7 +196,7 @@ def test_a_free_body_gets_its_own_figure(call, tmp_path):
     code, out, _ = call("run", "heliogyro", *QUICK, *free, "--figures", "f")
     assert code == 0
     assert "drift of linear momentum" in out
-    assert {p.name for p in (tmp_path / "f").iterdir()} == {*FIGURES, "body.png"}
+    assert {p.name for p in (tmp_path / "f").iterdir()} == {*FIGURES, "body.png", "nutation.png"}
 
 
 def test_case_file_and_changed_copy(call, tmp_path):
@@ -229,7 +229,7 @@ BAD = {
     "unknown command": (["rn", "heliogyro"], "no command is called 'rn'; did you mean 'run'?"),
     "no command": (
         [],
-        "no command is given; known: calibrate, claims, equilibrium, export, figure, fmu, identify, info, list",
+        "no command is given; known: calibrate, claims, design-drive, equilibrium, export, figure, fmu, identify, info",
     ),
     "no case": (["run"], "missing argument 'CASE|FILE'; usage: "),
     "one word too many": (["show", "heliogyro", "more"], "got unexpected extra argument (more); usage: "),

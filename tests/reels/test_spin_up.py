@@ -67,9 +67,11 @@ def test_a_slow_torque_keeps_the_lag_of_equilibrium() -> None:
     """The closed form at the acceleration and rate of the moment; its limit is at cos d = -k."""
     torque = 0.5 * cf.slow_torque_limit(ROTOR, 1.0, 2.0)
     time, lag, rate = cf.spin_up_swing(ROTOR, 1.0, torque, 2.0, ramp=60.0, until=60.0)
-    k = time.searchsorted(30.0)
-    acceleration = np.gradient(rate, time)[k]
-    assert lag[k] == pytest.approx(cf.spin_up_lag(ROTOR, 1.0, float(acceleration), float(rate[k])), rel=0.02)
+    middle = (time > 20.0) & (time < 40.0)  # over which small swings cancel
+    steady = map(
+        cf.spin_up_lag, [ROTOR] * middle.sum(), [1.0] * middle.sum(), np.gradient(rate, time)[middle], rate[middle]
+    )
+    assert np.mean(lag[middle]) == pytest.approx(np.mean(list(steady)), rel=0.02)
     _, S, I = cf.blade_moments(ROTOR, 1.0)  # noqa: E741
     small = ROTOR.offset * S / I
     most = 4.0 * small / math.sqrt(1.0 - small**2)

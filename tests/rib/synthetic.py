@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import json
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ from evolvent.results.tree import CAUSES
 
 WIND = {"phase": "wind", "drive": {"kind": "torque", "torque": 0.2}}
 HOLD = {"phase": "hold", "drive": {"kind": "torque", "torque": 0.2}, "hold": {"time": 60}}
+END = datetime.datetime(2020, 1, 1, tzinfo=datetime.UTC)
 DEPLOY = {"phase": "deploy", "damping": {"alpha": 0}}
 
 
@@ -131,7 +133,7 @@ def synthetic(content, overrides=None) -> xr.DataTree:
     found = xr.DataTree.from_dict({"/": root, **groups})
     solution = SimpleNamespace(status="success", message="", statistics={"steps": 401}, wall_time=0.1, compile_time=0.0)
     text = cases.to_yaml(case)
-    found.attrs = attributes(system=case.system, case=text, method="closed forms", solution=solution, laws={})
+    found.attrs = attributes(system=case.system, case=text, method="closed forms", solution=solution, laws={}, date=END)
     return found
 
 

@@ -151,7 +151,7 @@ def test_a_record_of_measurement_escapes_names_files_and_remarks(picture):
         notes=[HOSTILE],
         warnings=[HOSTILE],
         several=True,
-        comparison={"rows": rows, "head": [HOSTILE], "picture": picture},
+        comparison={"rows": rows, "head": [HOSTILE], "text": HOSTILE, "picture": picture},
         budget={"tables": [([HOSTILE], rows)], "picture": picture},
         recordings=[
             {

@@ -283,12 +283,6 @@ def _has_profile(found: Array, others: int) -> Array:
     return np.asarray(found["last"] - found["first"] > others)
 
 
-_BY_RECORDS = {
-    name: [family for family in FAMILIES if family.records == name]
-    for name in dict.fromkeys(family.records for family in FAMILIES)
-}
-
-
 def check(assembly: Any, solver: str) -> None:
     """Refuse parts that a solver does not support, by name.
 
@@ -340,7 +334,9 @@ def _unsupported(assembly: Any, solver: str) -> Iterator[tuple[str, str, str]]:
         if name in PARTS_OF_OTHERS or not records(model, name).size:
             continue
         left = np.ones(records(model, name).size, dtype=bool)
-        for family in _BY_RECORDS.get(name, ()):
+        for family in FAMILIES:
+            if family.records != name:
+                continue
             mask = family.mask(model)
             left &= ~mask
             for index in np.flatnonzero(mask):
