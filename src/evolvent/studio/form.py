@@ -294,6 +294,10 @@ def _written(info: FieldInfo, marks: list[Any]) -> Any:
             )
         except (TypeError, AttributeError):
             continue
+    kinds = get_args(info.annotation)
+    if isinstance(value, tuple) and value and len(kinds) == len(value):
+        writers = ([mark.write for mark in get_args(kind)[1:] if hasattr(mark, "write")] for kind in kinds)
+        return [write[0](v) if write else v for write, v in zip(writers, value, strict=True)]
     return value
 
 
