@@ -162,7 +162,7 @@ def _unit_of(mark: Any) -> str:
 
 def _first_line(kind: type[Section]) -> str:
     """First line of a section's docstring, without quotation marks of code."""
-    return (kind.__doc__ or "").strip().splitlines()[0].replace("`", "")
+    return (inspect.getdoc(kind) or "").partition("\n")[0].replace("`", "")
 
 
 class CaseFile(SphinxDirective):
@@ -192,12 +192,19 @@ def _section(kind: type[Section], before: str, text: list[str]) -> None:
         if below is not None:
             inner.append((below, f"{key}.{'N.' if many else ''}"))
             if not field.is_required() and field.default in (None, ()):
-                rows.append((key, "section" if not many else "list", "none", (below.__doc__ or "").rstrip(".")))
+                rows.append(
+                    (
+                        key,
+                        "section" if not many else "list",
+                        "none",
+                        (inspect.getdoc(below) or "").partition("\n")[0].rstrip("."),
+                    )
+                )
             continue
         default = "needed" if field.is_required() else _value(field.get_default(call_default_factory=True))
         rows.append((key, _kind(field.annotation, field.metadata), default, texts[name]))
     if rows:
-        doc = (kind.__doc__ or "").strip().splitlines()[0]
+        doc = (inspect.getdoc(kind) or "").partition("\n")[0]
         text += ["", doc if before else "", "", ":::{table}", ":class: keys", ":align: left", ""]
         text += ["| key | value | default | |", "|---|---|---|---|"]
         text += [f"| `{key}` | {kind_} | {default} | {_cell(what)} |" for key, kind_, default, what in rows]

@@ -308,7 +308,9 @@ def variables_of(dataset: Any) -> str:
     """What a group's attribute 'variables' holds: see `_VARIABLES`."""
     held = dataset.to_dataset(inherit=False) if isinstance(dataset, xr.DataTree) else dataset
     numeric = {name: v for name, v in held.variables.items() if v.dtype.kind in "biuf"}
-    return json.dumps({n: {d: None if d == "time" else s for d, s in v.sizes.items()} for n, v in sorted(numeric.items())})
+    return json.dumps(
+        {n: {d: None if d == "time" else s for d, s in v.sizes.items()} for n, v in sorted(numeric.items())}
+    )
 
 
 def _listed(run: Any) -> Any:
