@@ -14,7 +14,8 @@ from book import Book
 from evolvent import cases, closed_forms as cf
 from evolvent.base.errors import InputError
 from evolvent.commands.cli import commands
-from evolvent.design import spin_up
+from evolvent.design import links, spin_up
+from evolvent.systems.heliogyro import straight
 
 #: Blades that are one rigid link with a mass at its end, wholly out.
 LINK: dict[str, Any] = {
@@ -137,6 +138,7 @@ def test_times_out_of_order_name_the_key() -> None:
         (["heliogyro", "--rate", "-1rad/s"], "rate is '-1rad/s'"),
         (["heliogyro", "--ramp", "-1s"], "ramp is '-1s'"),
         (["inertia-stand", "--lengths", "1m"], "'inertia-stand'"),
+        (["inertia-stand"], "'inertia-stand'"),
         (["heliogyro", "--set", "body.rate=0"], "body.rate is 0"),
         (["heliogyro", "--set", "body.motion=driven"], "'driven'"),
         (["heliogyro", "--set", "spin_up.torque=1"], "spin_up is given"),
@@ -146,3 +148,22 @@ def test_options_that_cannot_be_used_are_refused(options: list[str], sentence: s
     found = CliRunner().invoke(commands, ["permissible-torque", *options], standalone_mode=False)
     assert isinstance(found.exception, InputError)
     assert sentence in str(found.exception)
+
+
+def test_the_spin_before_the_torque_is_what_the_momentum_at_the_start_leaves() -> None:
+    case = cases.load("heliogyro", {"spool.start_length": 2.0, "body.rate": -3.0})
+    exact = 3.0 * cf.rotor_inertia(straight.rotor(case), 2.0)
+    assert straight.start_momentum(case) == pytest.approx(exact, rel=1e-14)
+    assert straight.start_momentum(cases.load("heliogyro")) == pytest.approx(0.024, rel=1e-14)
+
+
+def test_a_slowly_growing_torque_has_a_limit_too() -> None:
+    """Many times that of equilibrium: the spin grows with it."""
+    rotor = cf.Rotor(0.004, 0.05, 2, 0.000735, 0.0005)
+    limit = cf.step_torque_limit(rotor, 5.0, 1.0, ramp=100.0)
+    assert limit / cf.slow_torque_limit(rotor, 5.0, 1.0) == pytest.approx(5.626, rel=1e-3)
+
+
+def test_segments_by_length_become_links() -> None:
+    case = cases.load("heliogyro", {"blade.boundary_segment": "by-length"})
+    assert cases.load(case.model_dump(mode="json"), links.LINKS).blade.boundary_segment == "constant"

@@ -149,3 +149,11 @@ def test_a_limit_that_does_not_exist_is_refused(changes: dict[str, Any], nutatio
 def test_rates_of_another_number_of_blades_are_refused() -> None:
     with pytest.raises(InputError, match=r"spool.rate has 3 values, but body.blades is 2"):
         cases.load(NAME, {"spool.rate": [3.5, 3.4, 3.3]})
+
+
+def test_closed_forms_have_no_value_without_spin() -> None:
+    case = cases.load(NAME, {"body.rate": 0.0})
+    lengths = np.array([[1.0, 0.9]])
+    lags = free_body.steady_lags(case, lengths, np.full((1, 2), 0.035))
+    assert np.isnan(lags).all()
+    assert np.isnan(free_body.principal_tilt(free_body.rigid(case, lengths, lags).inertia)).all()

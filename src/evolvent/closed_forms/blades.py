@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 Array = np.ndarray
+Length = TypeVar("Length", float, Array)
 
 #: Lag beyond which a blade lies in the body, rad; its motion ends there.
 WOUND_LAG = math.radians(100.0)
 
-#: Times that a torque is doubled before it is taken as unlimited.
-MOST_DOUBLINGS = 4
+#: Torques that are tried, from half the slow limit on, each twice the one before: up to 64 times that limit.
+MOST_DOUBLINGS = 8
 
 
 class Rotor(NamedTuple):
@@ -26,13 +27,13 @@ class Rotor(NamedTuple):
     tip_mass: float
 
 
-def blade_moments(rotor: Rotor, length: float) -> tuple[float, float, float]:
+def blade_moments(rotor: Rotor, length: Length) -> tuple[Length, Length, Length]:
     """Mass M (kg), first moment S (kg m) and second moment I (kg m2) of a straight blade about its hinge."""
     rho, tip = rotor.line_density, rotor.tip_mass
     return rho * length + tip, length * (0.5 * rho * length + tip), length**2 * (rho * length / 3.0 + tip)
 
 
-def rotor_inertia(rotor: Rotor, length: float, lag: float = 0.0) -> float:
+def rotor_inertia(rotor: Rotor, length: Length, lag: float = 0.0) -> Length:
     """Moment of inertia of body and blades about the spin axis, kg m2: J + N (M L0^2 + I + 2 L0 S cos d)."""
     M, S, I = blade_moments(rotor, length)  # noqa: E741
     L0 = rotor.offset
@@ -172,7 +173,7 @@ def step_torque_limit(rotor: Rotor, length: float, rate: float, *, ramp: float =
     Returns
     -------
     float
-        Infinite where no torque reaches 90 degrees.
+        Infinite where no torque up to 64 times the `slow_torque_limit` reaches 90 degrees.
     """
     from scipy.optimize import brentq
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any
 
 import click
@@ -9,6 +10,7 @@ from pydantic import Field
 
 from evolvent.base import files, progress, units
 from evolvent.base.console import echo, once, showing_progress
+from evolvent.base.errors import RunFailed
 from evolvent.base.schema import Section
 
 
@@ -38,14 +40,16 @@ class _Lengths(Section):
 @click.option("--ramp", multiple=True, callback=once, metavar="10s", help="Time over which the torque grows smoothly.")
 @click.option("-o", "--output", multiple=True, callback=once, metavar="FIGURE.PNG", help="Draw torque over length.")
 @click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
+@click.option("--quiet", is_flag=True, help="Print no table and no progress.")
 def permissible_torque(
     case: str, lengths: str | None, rate: str | None, ramp: str | None, output: str | None,
-    assignments: tuple[str, ...],
+    assignments: tuple[str, ...], quiet: bool,
 ) -> None:  # fmt: skip
     """Largest torque that spins up a heliogyro before its blades wind onto the body, over the length of the blades.
 
     The blades are wholly out, straight and radial, and turn with the body; the torque acts on the body. They wind onto
-    it where the lag at the spool reaches 90 degrees. Without --rate the spin is what pay-out leaves of body.rate.
+    it where the lag at the spool reaches 90 degrees. Without --rate the spin is what pay-out leaves of body.rate. The
+    exit code is 1 where the torque of a length is not found; the others are printed all the same.
 
     \b
     evolvent permissible-torque heliogyro --lengths 1m,2m,5m,10m -o spin-up.png
@@ -57,21 +61,23 @@ def permissible_torque(
     overrides = cases.parse_assignments(assignments)
     given: dict[str, Any] = {key: value for key, value in (("rate", rate), ("ramp", ramp)) if value is not None}
     options = Options(**given)
-    if lengths is None:
-        asked: tuple[float, ...] = (cases.load(case, overrides).blade.length,)
-    else:
+    asked: tuple[float, ...] | None = None
+    if lengths is not None:
         asked = _Lengths(lengths=tuple(one.strip() for one in lengths.split(","))).lengths
     if output is not None:
         plots.format_of(output)
         files.check_writable(output)
-    with showing_progress(quiet=False):
+    with showing_progress(quiet=quiet):
         found = spin_up.permissible_torque(
             case, asked, overrides, rate=options.rate, ramp=options.ramp,
             progress=lambda done, count: progress.report("searching", done, count, "lengths"),
         )  # fmt: skip
-    _print(found)
+    if not quiet:
+        _print(found)
     if output is not None:
         echo(f"figure: {plots.save(spin_up.figure(found), output)}")
+    if found.failed:
+        raise RunFailed("; ".join(found.failed), found)
 
 
 def _print(found: Any) -> None:
@@ -84,7 +90,7 @@ def _print(found: Any) -> None:
     for length, rate, thread, rigid, slow in zip(
         found.length, found.rate, found.thread, found.rigid, found.slow, strict=True
     ):
-        table.add_row(
-            f"{length:g}", f"{rate:.4g}", f"{thread:.4g}", f"{rigid:.4g}", f"{thread / rigid:.3f}", f"{slow:.4g}"
-        )
+        ratio = thread / rigid if math.isfinite(rigid) else math.nan
+        shown = ["-" if math.isnan(value) else f"{value:.4g}" for value in (rate, thread, rigid, ratio, slow)]
+        table.add_row(f"{length:g}", *shown)
     Console(highlight=False).print(table)

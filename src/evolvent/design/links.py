@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 LINKS: dict[str, Any] = {
     "blade.segments": "inextensible", "solver.method": "dopri5", "solver.rtol": 1e-6, "solver.atol": 1e-8,
     "solver.step": "auto", "output.fine": False,
+    "blade.boundary_segment": "constant", "blade.shortest_fraction": 0.1,
 }  # fmt: skip
 
 
@@ -30,6 +31,7 @@ def solve(case: Any, given: Mapping[str, Any], times: np.ndarray | None = None) 
     system = cases.system(made.system)
     assembly, own, settings = system.assembled(made, {})
     settings.pop("fine", None)
-    _, prepare, _ = system.prepare_run(made, assembly, own if times is None else times, settings)
-    solution: Solution = prepare()[0].run(None)
+    samples = own if times is None else times
+    _, prepare, _ = system.prepare_run(made, assembly, samples, settings)
+    solution: Solution = prepare()[0].run(None).or_start(float(samples[0]))
     return solution

@@ -13,6 +13,7 @@ from evolvent import cases, closed_forms
 from evolvent.base.errors import InputError, RunFailed
 from evolvent.design import links
 from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent.systems.heliogyro import straight
 
 Array = np.ndarray
 #: Relative width at which the bisection ends; times that its bracket is widened.
@@ -32,6 +33,7 @@ class Permissible:
     slow : (n,) float, N m, of rigid blades in equilibrium (`closed_forms.slow_torque_limit`)
     ramp : float, s, over which the torque grows
     nodes : int, of the thread
+    failed : tuple of str, why a torque of the thread is not found, which is then NaN
     """
 
     length: Array
@@ -41,11 +43,12 @@ class Permissible:
     slow: Array
     ramp: float
     nodes: int
+    failed: tuple[str, ...] = ()
 
 
 def permissible_torque(
     case: Any,
-    lengths: Sequence[float],
+    lengths: Sequence[float] | None = None,
     overrides: Mapping[str, Any] | None = None,
     *,
     rate: float | None = None,
@@ -57,7 +60,7 @@ def permissible_torque(
     Parameters
     ----------
     case : str or mapping, of the system `heliogyro`
-    lengths : sequence of float, m, of blades that are wholly out, straight and radial
+    lengths : sequence of float, m, of blades that are wholly out, straight and radial; `blade.length` if left out
     overrides : mapping, keys of the case
     rate : float, rad/s, before the torque acts; left out: what pay-out leaves of `body.rate` by the angular momentum
     ramp : float, s, over which the torque grows; 0 applies it at once
@@ -67,35 +70,41 @@ def permissible_torque(
     ------
     InputError
         For a case or values that cannot be used.
-    RunFailed
-        Where no torque up to 64 times the one of rigid blades makes a blade wind onto the body.
+
+    Notes
+    -----
+    The thread's torque is sought from that of rigid blades, or from their slow one where that is infinite, over halves
+    down to 1/64 and doubles up to 64 times.
     """
     loaded = cases.load(case, dict(overrides or {}))
     _check(loaded, lengths, rate, ramp)
-    body, blade = loaded.body, loaded.blade
-    rotor = closed_forms.Rotor(body.spin_inertia, body.spool_offset, body.blades, blade.line_density, blade.tip_mass)
-    rows = []
+    lengths = (loaded.blade.length,) if lengths is None else lengths
+    rotor, momentum = straight.rotor(loaded), straight.start_momentum(loaded)
+    rows, failed = [], []
     for k, length in enumerate(lengths):
         if progress is not None:
             progress(k, len(lengths))
-        left = abs(body.rate) * body.spin_inertia / closed_forms.rotor_inertia(rotor, length) if rate is None else rate
+        left = momentum / closed_forms.rotor_inertia(rotor, float(length)) if rate is None else rate
         slow = closed_forms.slow_torque_limit(rotor, length, left)
         rigid = closed_forms.step_torque_limit(rotor, length, left, ramp=ramp)
         until = ramp + 2.0 * math.pi / closed_forms.lag_frequency(rotor, length, left)
-        thread = _thread_limit(loaded, length, left, ramp, until, rigid if math.isfinite(rigid) else slow)
+        try:
+            thread = _thread_limit(loaded, length, left, ramp, until, rigid if math.isfinite(rigid) else slow)
+        except RunFailed as error:
+            thread = math.nan
+            failed.append(str(error))
         rows.append((length, left, thread, rigid, slow))
-    columns = np.array(rows).T
-    return Permissible(columns[0], columns[1], columns[2], columns[3], columns[4], ramp=ramp, nodes=blade.nodes)
+    return Permissible(*np.array(rows).T, ramp=ramp, nodes=loaded.blade.nodes, failed=tuple(failed))
 
 
-def _check(case: Any, lengths: Sequence[float], rate: float | None, ramp: float) -> None:
+def _check(case: Any, lengths: Sequence[float] | None, rate: float | None, ramp: float) -> None:
     if case.system != "heliogyro":
         raise InputError(f"the case's system is {case.system!r}; permissible torques are those of 'heliogyro'")
     if case.spin_up is not None:
         raise InputError("spin_up is given in the case; leave it out, for its torque is what is sought")
     if case.body.motion == "driven":
         raise InputError("body.motion is 'driven', at a constant rate; use 'spin'")
-    if not lengths or any(not (math.isfinite(x) and x > 0.0) for x in lengths):
+    if lengths is not None and (not lengths or any(not (math.isfinite(x) and x > 0.0) for x in lengths)):
         raise InputError(f"lengths are {', '.join(f'{x:g}' for x in lengths) or 'missing'}; each must be above 0 m")
     if rate is not None and not rate > 0.0:
         raise InputError(f"rate is {rate:g} rad/s; it must be above 0")
@@ -112,7 +121,8 @@ def hub_lag(case: Any, length: float, rate: float, torque: float, *, ramp: float
     from evolvent.systems.heliogyro import derived
 
     given = {
-        "body.rate": rate, "blade.length": length, "spool.start_length": length, "spool.start_lag": 0.0,
+        "body.rate": rate, "blade.length": length, "blade.separates": False,
+        "spool.start_length": length, "spool.start_lag": 0.0,
         "spool.rate": 0.0, "spool.ramp": 0.0, "spool.changes": [], "spool.table": None, "spool.free": None,
         "spin_up": {"torque": torque, "ramp": ramp}, "solver.duration": until, "output.every": until / SAMPLES,
     }  # fmt: skip
@@ -132,16 +142,16 @@ def _thread_limit(case: Any, length: float, rate: float, ramp: float, until: flo
         return bool(hub_lag(case, length, rate, torque, ramp=ramp, until=until).max() >= 0.5 * math.pi)
 
     low = high = near
+    begins = winds(near)
     for _ in range(MOST_WIDENED):
-        if not winds(low):
+        low, high = (0.5 * low, low) if begins else (high, 2.0 * high)
+        if winds(low if begins else high) != begins:
             break
-        high, low = low, 0.5 * low
-    for _ in range(MOST_WIDENED):
-        if high > low and winds(high):
-            break
-        high *= 2.0
     else:
-        raise RunFailed(f"no torque up to {high:.3g} N m makes the blade of {length:g} m wind onto the body")
+        sentence = f"the blade of {length:g} m winds onto the body with every torque down to {low:.3g} N m"
+        if not begins:
+            sentence = f"no torque up to {high:.3g} N m makes the blade of {length:g} m wind onto the body"
+        raise RunFailed(sentence)
     while high - low > WIDTH * high:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if winds(middle) else (middle, high)
@@ -151,12 +161,13 @@ def _thread_limit(case: Any, length: float, rate: float, ramp: float, until: flo
 def figure(found: Permissible) -> Figure:
     """Permissible torques, and their ratio, over the length."""
     course = "at once" if found.ramp == 0.0 else f"over {found.ramp:g} s"
+    rigid = np.where(np.isfinite(found.rigid), found.rigid, np.nan)
     lines = [
         Line(x=found.length, y=1e3 * found.thread, label=f"thread, torque {course}", marker="o"),
-        Line(x=found.length, y=1e3 * found.rigid, label=f"rigid blade, torque {course}", color=1, marker="s"),
+        Line(x=found.length, y=1e3 * rigid, label=f"rigid blade, torque {course}", color=1, marker="s"),
         Line(x=found.length, y=1e3 * found.slow, label="rigid blade, slow torque", color=2, style="--"),
     ]
-    ratio = [Line(x=found.length, y=found.thread / found.rigid, marker="o")]
+    ratio = [Line(x=found.length, y=found.thread / rigid, marker="o")]
     panels = [
         Panel(x_label="length of the blades, m", y_label="permissible torque, mN m", lines=lines, log=True),
         Panel(x_label="length of the blades, m", y_label="thread over rigid blade", lines=ratio, y_zero=True),

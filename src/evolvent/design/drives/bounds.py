@@ -7,15 +7,21 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from evolvent import cases, closed_forms
+import numpy as np
+
+from evolvent import closed_forms
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section, shown
+from evolvent.systems.heliogyro import straight
 
 #: Peak lag over the steady one, and time over that of the constant rate, where no bounds are given.
 PEAK_SHARE, TIME_SHARE = 1.02, 1.1
 #: Share of the length by which a drive ends short of a whole blade: of rounded rates it must not unwind too much.
 SHORT = 1e-6
+
+
+_UNITS = {"peak_lag": "rad", "residual_swing": "rad", "tension": "N", "spool_torque": "N m"}
 
 
 class Bounds(Section):
@@ -34,11 +40,11 @@ class Bounds(Section):
     spool_torque : float, N m
         Largest torque of the thread on the spool.
     time : float, s
-        Duration of the drive; left out: 1.1 times that of the case's constant rate.
+        Duration that the drive takes; left out: 1.1 times that of the case's constant rate.
     length : float, m
         Deployed length at the end; left out: that of the blade. Below `spool.start_length` the drive reels in.
     error : float
-        Relative error of inertia and spin that the search makes the drive robust to.
+        Relative error of inertia and spin at the corners of the search, which are no bounds.
     """
 
     peak_lag: units.Angle | None = None
@@ -55,7 +61,7 @@ class Bounds(Section):
         for key in ("peak_lag", "residual_swing", "tension", "spool_torque"):
             value = getattr(self, key)
             if value is not None and value <= 0.0:
-                yield f"{key} is {value:g}; it must be above 0"
+                yield f"{key} is {value:g} {_UNITS[key]}; it must be above 0"
         if self.error >= 0.9:
             yield f"error is {self.error:g}; it must be below 0.9"
 
@@ -71,7 +77,7 @@ class Task:
     rotor : closed_forms.Rotor
     rate : float, rad/s, constant rate of the case, below zero for reeling in
     constant_time : float, s, that it takes
-    steady_lag : float, rad, at that rate, by its closed form
+    steady_lag : float, rad, size of the lag at that rate, by its closed form
     angles : (float, float), rad, of the spools at the start and at the end
     """
 
@@ -87,17 +93,13 @@ class Task:
         """Period of the lag of a straight blade, s; of a free body at the spin that its momentum leaves."""
         body = self.case.body
         length = max(length, 1e-3 * self.case.blade.length)
-        spin = abs(body.rate)
-        if body.motion != "driven":
-            start = closed_forms.rotor_inertia(self.rotor, self.case.spool.start_length)
-            return (
-                2.0
-                * math.pi
-                / closed_forms.lag_frequency(
-                    self.rotor, length, spin * start / closed_forms.rotor_inertia(self.rotor, length)
-                )
-            )
-        return 2.0 * math.pi / closed_forms.lag_frequency(self.rotor._replace(inertia=1e12), length, spin)
+        if body.motion == "driven":
+            rotor, spin = self.rotor._replace(inertia=1e12), abs(body.rate)
+        else:
+            rotor, lengths = self.rotor, np.full((1, body.blades), length)
+            inertia = float(straight.straight_inertia(self.case, lengths, corrected=True)[0])
+            spin = straight.start_momentum(self.case) / inertia
+        return 2.0 * math.pi / closed_forms.lag_frequency(rotor, length, spin)
 
 
 def task(case: Any, bounds: Bounds) -> Task:
@@ -114,6 +116,12 @@ def task(case: Any, bounds: Bounds) -> Task:
     for key in ("free", "table"):
         if getattr(spool, key) is not None:
             raise InputError(f"spool.{key} is given; a design needs spool.rate, the constant rate that it improves on")
+    if spool.ramp > 0.0 or spool.changes:
+        key = "ramp" if spool.ramp > 0.0 else "changes"
+        raise InputError(f"spool.{key} is given; the drive replaces it: leave it out")
+    for key in ("spin_up", "sunlight"):
+        if getattr(case, key) is not None:
+            raise InputError(f"{key} is given; a design has no other load on body and blades: leave it out")
     if spool.rate is None:
         raise InputError("spool.rate is missing; a design needs the constant rate that it improves on")
     if isinstance(spool.rate, tuple):
@@ -129,11 +137,9 @@ def task(case: Any, bounds: Bounds) -> Task:
     end = spool.angle_at(min(length, blade.length * (1.0 - SHORT)), "length")
     angles = (spool.start_angle, end)
     rate = math.copysign(spool.rate, angles[1] - angles[0])
-    rotor = closed_forms.Rotor(body.spin_inertia, body.spool_offset, body.blades, blade.line_density, blade.tip_mass)
-    inertia = body.spin_inertia
-    if body.motion != "driven":
-        inertia = closed_forms.rotor_inertia(rotor, spool.start_length) if spool.start_length > 0.0 else inertia
-    steady = closed_forms.payout_lag(rotor, spool.radius * abs(rate), inertia * abs(body.rate))
+    rotor = straight.rotor(case)
+    momentum = body.spin_inertia * abs(body.rate) if body.motion == "driven" else straight.start_momentum(case)
+    steady = closed_forms.payout_lag(rotor, spool.radius * abs(rate), momentum)
     if bounds.peak_lag is None and math.isnan(steady):
         raise InputError(
             f"spool.rate is {spool.rate:g} rad/s, at which there is no steady lag; use a slower one, or give peak_lag"
@@ -145,8 +151,3 @@ def task(case: Any, bounds: Bounds) -> Task:
         length=length,
     )
     return Task(case, full, rotor, rate, constant, steady, angles)
-
-
-def load(case: Any, overrides: Any = None) -> Any:
-    """A checked case by name, file or content."""
-    return cases.load(case, overrides)

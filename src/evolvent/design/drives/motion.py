@@ -33,7 +33,7 @@ class Motion(NamedTuple):
     time : (nt,) float, s
     lag, tension, deployed, body_rate : (nt,) float, rad, N, m and rad/s; lag of the tip, tension at the spool
     end : float, s, when the drive ends
-    radius : float, m, of the spool
+    radius, segment : float, m, of the spool; length of a segment
     failed : str, why the run ended early; '' of a whole one
     """
 
@@ -44,6 +44,7 @@ class Motion(NamedTuple):
     body_rate: Array
     end: float
     radius: float
+    segment: float
     failed: str
 
     @property
@@ -53,8 +54,11 @@ class Motion(NamedTuple):
 
     @property
     def lag_rate(self) -> Array:
-        """Rate of the lag, rad/s, (nt,)."""
-        return np.asarray(np.gradient(self.lag, self.time))
+        """Rate of the lag, rad/s, (nt,); 0 where less than one segment is out, a direction of no blade."""
+        out, found = self.deployed >= self.segment, np.zeros_like(self.lag)
+        if out.sum() > 1:
+            found[out] = np.gradient(self.lag[out], self.time[out])
+        return found
 
     def measures(self) -> Measures:
         """The largest values; infinite of a run that failed."""
@@ -110,6 +114,7 @@ def run(
         body_rate=observe_body(view, "body").variables["rate"].values[:, 2],
         end=end,
         radius=task.case.spool.radius,
+        segment=task.case.blade.length / (nodes or task.case.blade.nodes),
         failed="" if solution.status == "success" else solution.message,
     )
 

@@ -36,11 +36,15 @@ def rows(found: Design) -> list[tuple[str, ...]]:
 
 
 def text(found: Design) -> str:
-    """What the bounds are missed by, one sentence; '' where all are met."""
+    """What the bounds are missed by and the corners whose runs failed, one sentence; '' where all are met."""
     parts = []
     for key, value, bound in found.missed():
         words, unit, factor = WORDS[key]
         parts.append(f"{words} {factor * value:.4g} {unit}, {factor * (value - bound):.2g} above {factor * bound:.4g}")
+    for factors, one in found.corners.items():
+        if one.failed:
+            inertia, spin = (f"{100.0 * (factor - 1.0):+.3g} %" for factor in factors)
+            parts.append(f"the run with inertia {inertia}, spin {spin} failed: {one.failed}")
     return "; ".join(parts)
 
 

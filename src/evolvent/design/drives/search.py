@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
+from evolvent.base.errors import RunFailed
 from evolvent.design.drives import motion as mo
 from evolvent.design.drives.bounds import Bounds, Task, task as task_of
 
@@ -26,7 +27,7 @@ CREEP = 0.1
 AIM = {"residual_swing": 0.7, "peak_lag": 0.995, "lag_rate": 0.99, "tension": 0.995, "spool_torque": 0.995}
 #: Weights in the sum of squares: of the nominal swing, of other bounds, of swings of the corners, of bends of the rate.
 NOMINAL, BOUNDED, CORNER, SMOOTH = 10.0, 100.0, 0.3, 0.1
-#: Evaluations of each round of the search: with few nodes, then with those of the case and with twice as many.
+#: Iterations of each round of the search: with few nodes, then with those of the case and with twice as many.
 ROUNDS = (7, 6)
 
 
@@ -216,7 +217,9 @@ class Search:
             return found
         times = mo.sample_times(self.end, self.task.period(self.task.bounds.length or 0.0))
         worst = np.full(times.size, np.pi)
-        return found._replace(time=times, lag=worst, tension=0.0 * worst, deployed=worst, body_rate=worst, failed="")
+        return found._replace(
+            time=times, lag=worst, tension=0.0 * worst, deployed=np.full(times.size, np.inf), body_rate=worst, failed=""
+        )
 
     def design(self) -> Design:
         """The drive, and the motions under it with all nodes."""
@@ -241,10 +244,13 @@ class Search:
         """A drive with the motions of the whole thread under it."""
         task, end = self.task, self.end
         nodes = task.case.blade.nodes
+        nominal, refined = mo.run(task, table, end=end), mo.run(task, table, end=end, nodes=2 * nodes)
+        for count, one in ((nodes, nominal), (2 * nodes, refined)):
+            if one.failed:
+                raise RunFailed(f"the run with {count} nodes under the drive found has failed: {one.failed}", one)
         return Design(
-            task=task, table=table, end=end, nominal=mo.run(task, table, end=end),
+            task=task, table=table, end=end, nominal=nominal, refined=refined,
             constant=mo.run(task, mo.constant_table(task), end=task.constant_time),
-            refined=mo.run(task, table, end=end, nodes=2 * nodes),
             corners={
                 (inertia, spin): mo.run(task, table, end=end, inertia=inertia, spin=spin)
                 for inertia, spin in self.corners

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -139,6 +139,10 @@ class Spool(Section):
         """Angle that the spools have turned at the start, rad."""
         return self.angle_at(self.start_length, "spool.start_length")
 
+    def square(self, out: Any) -> Any:
+        """Square of the radius at which the thread leaves the spool with the length `out` (m) out, m2."""
+        return self.radius**2 - self.film_thickness * out / math.pi
+
     def angle_at(self, out: float, key: str) -> float:
         """Angle of the spools at which the length `out` is out, rad: radius phi - film_thickness phi^2/(4 pi).
 
@@ -147,8 +151,7 @@ class Spool(Section):
         out : float, m
         key : str, that gives it, for messages
         """
-        full = self.radius
-        square = full * full - self.film_thickness * out / math.pi
+        full, square = self.radius, self.square(out)
         if square <= 0.0:
             most = math.pi * full * full / out
             raise InputError(

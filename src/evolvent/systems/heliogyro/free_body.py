@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from evolvent import closed_forms
 from evolvent.base.errors import InputError
 from evolvent.systems.heliogyro.case import Case
-from evolvent.systems.heliogyro.straight import straight_inertia
+from evolvent.systems.heliogyro.straight import rotor, straight_inertia
 
 if TYPE_CHECKING:
     from evolvent.results.observe import View
@@ -38,16 +39,6 @@ def directions(case: Case) -> tuple[Array, Array]:
     return np.stack([np.cos(turn), np.sin(turn), zero], axis=1), np.stack([-np.sin(turn), np.cos(turn), zero], axis=1)
 
 
-def out_moments(case: Case, lengths: Array) -> tuple[Array, Array, Array]:
-    """Mass (kg), first (kg m) and second moment (kg m2) about its root of what is out of blades of these lengths."""
-    rho, tip = case.blade.line_density, case.blade.tip_mass
-    return (
-        rho * lengths + tip,
-        0.5 * rho * lengths**2 + tip * lengths,
-        rho * lengths**3 / 3.0 + tip * lengths**2,
-    )
-
-
 def rigid(case: Case, lengths: Array, lags: Array | float = 0.0) -> Rigid:
     r"""Body and straight blades at right angles to the spin axis, as one rigid body.
 
@@ -68,7 +59,7 @@ def rigid(case: Case, lengths: Array, lags: Array | float = 0.0) -> Rigid:
     d = np.cos(lag) * X - np.sin(lag) * Y
     r, reel = case.spool.radius, case.body.spool_offset * X
     p = reel + r * np.array([0.0, 0.0, 1.0])
-    m, S, second = out_moments(case, lengths)
+    m, S, second = closed_forms.blade_moments(rotor(case), lengths)
     wound = case.blade.line_density * (case.blade.length - lengths)
     mass = float(case.body.mass or 0.0) + float((m + wound)[0].sum())
     centre = (np.einsum("tk,ka->ta", m, p) + np.einsum("tk,tka->ta", S, d) + np.einsum("tk,ka->ta", wound, reel)) / mass
@@ -76,19 +67,23 @@ def rigid(case: Case, lengths: Array, lags: Array | float = 0.0) -> Rigid:
     square = np.einsum("tk,ka,kb->tab", m, p, p) + pd + pd.swapaxes(1, 2) + np.einsum("tk,tka,tkb->tab", second, d, d)
     square += np.einsum("tk,ka,kb->tab", wound, reel, reel) - mass * np.einsum("ta,tb->tab", centre, centre)
     inertia = np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(3) - square + np.diag(own)
-    ring = 0.5 * r * r * np.einsum("tk,kab->tab", wound, np.eye(3) + np.einsum("ka,kb->kab", Y, Y))
+    ring = 0.5 * np.einsum("tk,kab->tab", wound * case.spool.square(lengths), np.eye(3) + np.einsum("ka,kb->kab", Y, Y))
     return Rigid(mass, centre, inertia + ring)
 
 
 def principal_tilt(inertia: Array) -> Array:
-    """Angle between Z and the principal axis nearest to it, rad: (nt,) of inertias (nt, 3, 3)."""
-    _, axes = np.linalg.eigh(inertia)
-    height = np.abs(axes[:, 2, :]).max(axis=1)
-    return np.asarray(np.arccos(np.minimum(height, 1.0)))
+    """Angle between Z and the principal axis nearest to it, rad: (nt,) of inertias (nt, 3, 3); NaN of one with NaN."""
+    known = np.isfinite(inertia).all(axis=(1, 2))
+    found = np.full(known.size, np.nan)
+    _, axes = np.linalg.eigh(inertia[known])
+    found[known] = np.arccos(np.minimum(np.abs(axes[:, 2, :]).max(axis=1), 1.0))
+    return found
 
 
 def steady_lags(case: Case, lengths: Array, speeds: Array) -> Array:
     r"""Lag of straight blades in quasi-steady pay-out, rad: (nt, blades) of lengths (m) and speeds (m/s).
+
+    NaN where there is none: without spin, or with a sine that is not below 1.
 
     Notes
     -----
@@ -100,10 +95,12 @@ def steady_lags(case: Case, lengths: Array, speeds: Array) -> Array:
     rate = abs(case.body.rate) * inertia[0] / inertia
     grows = speeds * (rho * ((L0 + lengths) ** 2 - L0**2) + 2.0 * tip * (L0 + lengths))
     slows = (-rate * grows.sum(axis=1) / inertia)[:, None]
-    _, S, second = out_moments(case, lengths)
+    _, S, second = closed_forms.blade_moments(rotor(case), lengths)
     ratio = np.divide(second, S, out=np.zeros_like(S), where=S > 0.0)
-    sine = (2.0 * speeds * rate[:, None] + (ratio + L0) * slows) / (L0 * rate[:, None] ** 2)
-    return np.asarray(np.arcsin(np.clip(sine, -1.0, 1.0)))
+    pull = L0 * rate[:, None] ** 2
+    load = 2.0 * speeds * rate[:, None] + (ratio + L0) * slows
+    sine = np.divide(load, pull, out=np.full_like(load, np.nan), where=np.abs(load) < pull)
+    return np.asarray(np.arcsin(sine))
 
 
 def thread_nutation(case: Case, lengths: Array, lags: Array | float = 0.0) -> Array:
@@ -124,7 +121,7 @@ def thread_nutation(case: Case, lengths: Array, lags: Array | float = 0.0) -> Ar
     A, B, C = case.body.inertia if isinstance(case.body.inertia, tuple) else (case.body.inertia,) * 3
     lag = np.broadcast_to(lags, lengths.shape)[..., None] * (1.0 if case.body.rate >= 0.0 else -1.0)
     d, Q = (np.cos(lag) * X - np.sin(lag) * Y)[..., :2], case.body.spool_offset * X[:, :2]
-    m, S, _ = out_moments(case, lengths)
+    m, S, _ = closed_forms.blade_moments(rotor(case), lengths)
     pull = (m * case.body.spool_offset * np.cos(lag[..., 0]) + S)[..., None]
     K = np.einsum("tka,tkb->tab", pull * Q, d) + np.diag([C - A, C - B])
     load = -case.spool.radius * (pull * d).sum(axis=1)
@@ -143,10 +140,17 @@ def largest_difference(case: Case, nutation: float) -> float:
     Raises
     ------
     InputError
-        If the case has no constant rate, or if no difference leads to that nutation.
+        If the case has one blade, no constant rate, thread out at the start or a film's thickness, or if no difference
+        leads to that nutation.
     """
     rates = np.broadcast_to(np.asarray(case.spool.rate if case.spool.rate is not None else 0.0), case.body.blades)
     fastest = float(rates.max())
+    if case.body.blades < 2:
+        raise InputError("body.blades is 1; a difference of rates needs at least 2 blades")
+    for key in ("start_length", "film_thickness"):
+        if getattr(case.spool, key) > 0.0:
+            value = getattr(case.spool, key)
+            raise InputError(f"spool.{key} is {value:g} m; the largest difference of rates needs 0")
     if not fastest > 0.0 or case.spool.changes or case.body.motion != "free":
         raise InputError("the largest difference of rates needs body.motion 'free' and a spool.rate above 0 without "
                          "spool.changes")  # fmt: skip
@@ -169,6 +173,9 @@ def largest_difference(case: Case, nutation: float) -> float:
 def variables(case: Case, view: View, blades: list[dict]) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
     """Mass centre, nutation and direction of the angular momentum, of a run of a free body.
 
+    Closed forms of straight blades are NaN where a blade has separated, and left out with `spin_up`: they take the spin
+    from the angular momentum, which a torque changes.
+
     Parameters
     ----------
     blades : results of every blade by their names (`observe_thread`)
@@ -190,21 +197,8 @@ def variables(case: Case, view: View, blades: list[dict]) -> dict[str, tuple[tup
     size = np.maximum(np.linalg.norm(H, axis=1), 1e-300)[:, None]
     sense = 1.0 if case.body.rate >= 0.0 else -1.0
     offset = np.einsum("tba,tb->ta", pose.R, centre - pose.x)
-    lengths = np.stack([blade["deployed_length"].values for blade in blades], axis=1)
-    speeds = case.spool.radius * view.solution.observations.spool[:, :, 1]
-    lags = steady_lags(case, lengths, speeds)
-    straight = rigid(case, lengths, lags)
-    return {
+    found = {
         "mass_centre": (("time", "axis"), offset, "m", "common centre of mass, from that of the body, body axes"),
-        "mass_centre_straight": (("time", "axis"), straight.centre, "m", "centre of mass with straight blades"),
-        "nutation_threads": (
-            ("time",), thread_nutation(case, lengths, lags), "rad",
-            "angle between the spin axis and the axis about which the body and straight threads turn steadily",
-        ),
-        "nutation_rigid": (
-            ("time",), principal_tilt(straight.inertia), "rad",
-            "angle between the spin axis and the principal axis of the body with rigid straight blades",
-        ),
         "nutation": (
             ("time",), _angle(own, np.array([0.0, 0.0, sense])), "rad",
             "angle between the spin axis of the body and the angular momentum of all about their centre of mass",
@@ -214,6 +208,27 @@ def variables(case: Case, view: View, blades: list[dict]) -> dict[str, tuple[tup
             "angle between the angular velocity of the body and the angular momentum of all",
         ),
         "momentum_direction": (("time", "axis"), own / size, "1", "direction of that momentum, body axes"),
+    }  # fmt: skip
+    return found if case.spin_up is not None else found | _straight(case, view, blades)
+
+
+def _straight(case: Case, view: View, blades: list[dict]) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
+    """Mass centre and nutation of straight blades with the lag of steady pay-out."""
+    lengths = np.stack([blade["deployed_length"].values for blade in blades], axis=1)
+    speeds = np.sqrt(case.spool.square(lengths)) * view.solution.observations.spool[:, :, 1]
+    gone = np.any([blade["separated"].values > 0.0 for blade in blades], axis=0)
+    lags = np.where(gone[:, None], np.nan, steady_lags(case, lengths, speeds))
+    straight = rigid(case, lengths, lags)
+    return {
+        "mass_centre_straight": (("time", "axis"), straight.centre, "m", "centre of mass with straight blades"),
+        "nutation_threads": (
+            ("time",), thread_nutation(case, lengths, lags), "rad",
+            "angle between the spin axis and the axis about which the body and straight threads turn steadily",
+        ),
+        "nutation_rigid": (
+            ("time",), principal_tilt(straight.inertia), "rad",
+            "angle between the spin axis and the principal axis of the body with rigid straight blades",
+        ),
     }  # fmt: skip
 
 

@@ -28,6 +28,7 @@ def nutation_figure(run: Any) -> Figure:
     angles = [
         Line(x=time, y=np.degrees(run[name].values), label=label, color=color, style=style, width=1.2)
         for name, label, color, style in curves
+        if name in run
     ]
     x, y, _ = np.degrees(run.momentum_direction.values).T
     path = [
@@ -36,9 +37,10 @@ def nutation_figure(run: Any) -> Figure:
     ]
     offsets = []
     for c, axis in enumerate("xy"):
-        offset, straight = run.mass_centre.values[:, c], run.mass_centre_straight.values[:, c]
-        offsets.append(Line(x=time, y=1e3 * offset, label=axis, color=c, width=1.2))
-        label = f"{axis}, straight blades"
+        offsets.append(Line(x=time, y=1e3 * run.mass_centre.values[:, c], label=axis, color=c, width=1.2))
+        if "mass_centre_straight" not in run:
+            continue
+        straight, label = run.mass_centre_straight.values[:, c], f"{axis}, straight blades"
         offsets.append(Line(x=time, y=1e3 * straight, label=label, color=c, style="--", width=1.2))
     panels = [
         Panel(x_label="time, s", y_label="angle from the angular momentum, deg", lines=angles, y_zero=True),
@@ -54,7 +56,11 @@ def nutation_figure(run: Any) -> Figure:
 
 
 def crossing(x: Array, y: Array, bound: float) -> float:
-    """First value of x, increasing, at which y reaches a bound on straight lines between its values; NaN for none."""
+    """First value of x, increasing, at which y reaches a bound on straight lines between its values; NaN for none.
+
+    Values that are NaN are passed over.
+    """
+    x, y = x[np.isfinite(y)], y[np.isfinite(y)]
     above = np.flatnonzero(y >= bound)
     if not above.size:
         return float("nan")
