@@ -16,12 +16,14 @@ from book import Book
 from evolvent.base.errors import InputError
 from evolvent.commands.cli import commands
 from evolvent.massprops import mass_properties
+from evolvent.massprops.description import for_recording, load
 from evolvent.massprops.inertia import Body, Stand, air, linear_model
 from evolvent.massprops.inertia.combined import Combined
 from evolvent.massprops.inertia.problem import problem
 from evolvent.massprops.inertia.stand import Mounting
 from evolvent.massprops.signals import Signals
 from evolvent.massprops.springs_inputs import Input, Task
+from evolvent.massprops.springs_search import Recording, mountings
 from evolvent.massprops.springs_uncertainty import budget_of
 
 Array = np.ndarray
@@ -319,7 +321,32 @@ def test_added_mass_of_shapes(book: Book) -> None:
     )  # fmt: skip
 
 
+def test_a_common_factor_is_reported_itself() -> None:
+    """The stated start is 1.02, and so are the springs; single recording and combined estimate report the same."""
+    true = record("a.csv", Body(mass=160.0, centre=(0.0, 0.0, 0.0), inertia=(13.0, 21.0, 16.0)), seed=1,
+                  support="guided", stiffness=1.02 * K)  # fmt: skip
+    content = level()
+    content["body"] |= {"mass": "160 kg"}
+    content["stand"] |= {"common_factor": "unknown near 1.02 +- 0.01"}
+    alone = mass_properties(true, content)
+    joint = mass_properties(true, {**content, "mounting": {"rotation": "none"}})
+    assert joint["common_factor"] == pytest.approx(1.02, rel=1e-3)
+    assert alone["common_factor"] == pytest.approx(1.02, rel=1e-3)
+
+
+def test_unknown_positions_are_equal_mountings() -> None:
+    own = {"mounting.position": ["unknown", "0 m", "0 m"]}
+    given = [load({**level(), "recordings": {"a.csv": own, "b.csv": own}})]
+    several = [for_recording(given[0], name)[0] for name in ("a.csv", "b.csv")]
+    made: Any = [Recording(one, None, (), "a") for one in several]  # type: ignore[arg-type]
+    assert mountings(made) == [0, 0]
+
+
 # ------------------------------------------------------------------------------------------------ refusals
+
+
+LIGHT = {"mass": "1 kg", "Ixx": "0.1 kg m^2", "Iyy": "0.1 kg m^2", "Izz": "0.1 kg m^2"}
+NO_IYY = {"mass": "unknown", "offset_x": "0 m", "offset_z": "0 m", "height": "0 m", "Ixx": "unknown", "Izz": "unknown"}
 
 
 @pytest.mark.parametrize(
@@ -343,11 +370,23 @@ def test_added_mass_of_shapes(book: Book) -> None:
             "its length lies across its normal",
         ),
         ({"recordings": {"a.csv": {"mounting.body": False}}}, "mounting.body is false for all recordings"),
+        ({"mounting.body": False, "tare.0.mass": "0 kg"}, "tare.0.mass is 0; without the body it must be above 0"),
+        ({"mounting.body": False, "tare": [{"mass": "1 kg"}]}, "tare.0.Ixx is 0; without the body it must be above 0"),
+        ({"identification.shapes": False}, "identification.shapes is false, and without shapes several pairs"),
+        (
+            {
+                "stand.common_factor": "unknown",
+                "recordings": {"a.csv": {"stand.stiffness": "20000 N/m"}},
+                "body.mass": "120 kg",
+            },
+            "recordings.a.csv.stand.stiffness is given and stand.common_factor is unknown",
+        ),
+        ({"mounting.rotation": "90 deg about x", "body": NO_IYY}, "body.Iyy is missing, and a.csv has y out of"),
     ],
 )
 def test_what_mountings_refuse(changes: Mapping[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said) as error:
-        mass_properties(centred(160.0, (13.0, 21.0, 16.0)), level(tare=[{"mass": "1 kg"}]), changes)
+        mass_properties(centred(160.0, (13.0, 21.0, 16.0)), level(tare=[LIGHT]), changes)
     assert "\n" not in str(error.value)
 
 

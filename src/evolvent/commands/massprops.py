@@ -168,7 +168,8 @@ def _table(found: MassProperties) -> None:
             wide = e.modal.widening[k]
             last = " ".join(shown(v, s) for v, s in zip(e.values, e.std, strict=True)) if several else ""
             if found.combined:
-                last = f"misfit {e.consistency:.2f}" if several and k == e.used[0] else ""
+                misfit = f"{e.consistency:.2f}" if np.isfinite(e.consistency) else "-"
+                last = f"misfit {misfit}" if several and k == e.used[0] else ""
             modes.add_row(
                 name if several else f"mode {k + 1}",
                 shown(m.frequency[k], wide * m.frequency_std[k]),

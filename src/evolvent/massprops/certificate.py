@@ -70,7 +70,7 @@ def _page(found: MassProperties, date: datetime.datetime) -> str:
         budget=_budget(found),
         recordings=[_recording(found, e) for e in found.evaluations],
         steps=_steps(found),
-        assumed=first.assumed,
+        assumed=[row for row in first.assumed if not (several and row[0] == "mounting")],
         cannot=first.cannot,
         numbers=_numbers(found),
         description=_description(found),
@@ -145,14 +145,16 @@ def _result(found: MassProperties) -> dict[str, Any]:
 def _comparison(found: MassProperties) -> dict[str, Any]:
     """The recordings beside one another."""
     head = ["recording", "frequency used rad/s", "decay rate 1/s"]
-    head += ["misfit"] if found.combined else [f"{o.key} {o.unit}" for o in found.outputs]
+    head += ["mounting", "misfit"] if found.combined else [f"{o.key} {o.unit}" for o in found.outputs]
     rows = []
     for s, e in zip(found.signals, found.evaluations, strict=True):
         m = e.modal.modes
         w = ", ".join(shown(e.modal.frequency[k], e.modal.frequency_std[k]) for k in e.used)
         d = ", ".join(shown(m.decay_rate[k], e.modal.widening[k] * m.decay_rate_std[k]) for k in e.used)
         values = [shown(v, u) for v, u in zip(e.values, e.std, strict=True)]
-        rows.append((os.path.basename(s.path), w, d, *([f"{e.consistency:.2f}"] if found.combined else values)))
+        misfit = f"{e.consistency:.2f}" if np.isfinite(e.consistency) else "-"
+        own = [dict(e.assumed).get("mounting", "axes as the stand's"), misfit]
+        rows.append((os.path.basename(s.path), w, d, *(own if found.combined else values)))
     text = (
         "All recordings are in one estimate. The misfit is the root mean square of a recording's residual over what "
         "noise and inputs let expect of it."

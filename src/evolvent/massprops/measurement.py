@@ -12,7 +12,7 @@ import scipy.stats
 
 from evolvent.base import progress
 from evolvent.base.errors import InputError
-from evolvent.massprops import modal, pendulum, signals as files, springs, springs_combined
+from evolvent.massprops import modal, pendulum, signals as files, springs, springs_combined, springs_search
 from evolvent.massprops.description import (
     Description,
     OnSprings,
@@ -91,7 +91,7 @@ def _combined(given: Description, sources: Sequence[files.Signals]) -> MassPrope
         except InputError as error:
             raise InputError(f"{source.path}: {error}" if len(sources) > 1 else str(error)) from None
         assert isinstance(own_given, OnSprings)
-        recordings.append(springs_combined.Recording(own_given, found, own, os.path.basename(source.path)))
+        recordings.append(springs_search.Recording(own_given, found, own, os.path.basename(source.path)))
         quiets.append(quiet)
     progress.report("computing mass properties from all recordings")
     joint = springs_combined.evaluate(recordings)

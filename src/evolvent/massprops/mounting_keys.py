@@ -23,6 +23,9 @@ from evolvent.massprops.uncertain import Uncertain
 _TURN = re.compile(r"(.+?)\s+about\s+([xyz])")
 
 
+Alignment = Annotated[float, units.Quantity(what="an angle", unit="rad", example="0.1 deg", least=0.0, most=0.2)]
+
+
 class TurnsKey(Key):
     """Turns about the stand's axes, one after the other: tuple of (angle in rad, axis)."""
 
@@ -62,9 +65,7 @@ class Mounting(Section):
         description="of the point from which body.offset_x, height and offset_z count, from the stiffness centre, "
         "stand's axes",
     )
-    alignment: uncertain.Alignment = Field(
-        Uncertain(0.0), description="standard uncertainty of the attitude about each axis of the stand"
-    )
+    alignment: Alignment = Field(0.0, description="standard uncertainty of the attitude about each axis of the stand")
     body: bool = Field(True, description="false: the stand was recorded without the body, with the tare alone")
 
     @property

@@ -14,6 +14,7 @@ from evolvent.massprops import amplitude, mode_selection
 from evolvent.massprops.description import PROPERTIES, OnSprings
 from evolvent.massprops.estimates import Evaluation, Output
 from evolvent.massprops.inertia import Body, Candidate, Inertia, Stand, candidates, fit, linear_model, mac
+from evolvent.massprops.inertia.combined import Combined
 from evolvent.massprops.inertia.problem import Problem, assign, matching, undetermined
 from evolvent.massprops.keys import DIRECTIONS
 from evolvent.massprops.modal import Modal, refuse_fast, refuse_rate
@@ -106,7 +107,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
             random = np.random.default_rng(given.uncertainty.seed + 1)
             draws = draws + random.standard_normal((len(draws), 1)) * bias[0].contribution
         covariance = np.atleast_2d(np.cov(draws, rowvar=False))
-    scale = np.array([1.0 / mean if k == "common_factor" else 1.0 for k in keys])
+    scale = np.array([stand_factor(given) / mean if k == "common_factor" else 1.0 for k in keys])
     if draws is not None:
         draws = draws * scale
     shares = tuple(s._replace(contribution=s.contribution * scale) for s in shares)
@@ -305,12 +306,16 @@ def _off(given: OnSprings, found: Inertia) -> float:
     return round(sum(abs(float(np.log(found.values[n] / v))) for n, v in known.items()), 3)
 
 
+def data_fitted(p: Problem | Combined) -> str:
+    """What the least squares fit, in words."""
+    return "frequencies and mode shapes" if p.has_shapes else "frequencies"
+
+
 def _how(p: Problem) -> str:
     """How the unknowns were found, for the certificate."""
-    with_shapes = "frequencies and mode shapes" if p.shapes is not None else "frequencies"
     model = "six degrees of freedom about the true equilibrium" if p.model == "full" else "three of a level body"
     return (
-        f"Least squares of {with_shapes}, weighted by their covariances, on the linear model with {model}; begun at "
+        f"Least squares of {data_fitted(p)}, weighted by their covariances, on the linear model with {model}; begun at "
         "the best of the stated body and of the direct solutions from the modes."
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -14,12 +14,11 @@ from evolvent.base.errors import InputError
 from evolvent.massprops import amplitude, mode_selection
 from evolvent.massprops.description import PROPERTIES, OnSprings
 from evolvent.massprops.estimates import Evaluation, Output, Share
-from evolvent.massprops.inertia import Inertia
-from evolvent.massprops.inertia.combined import Combined
-from evolvent.massprops.inertia.least_squares import CENTRE_SHARE, PRODUCT_SHARE, solve
+from evolvent.massprops.inertia.combined import NO_BODY, Combined
+from evolvent.massprops.inertia.least_squares import solve
 from evolvent.massprops.inertia.problem import problem, undetermined, value_of
-from evolvent.massprops.modal import Modal
-from evolvent.massprops.springs import MISFIT_WARNED, compare, measured_of, refuse_flexible
+from evolvent.massprops.modal import refuse_fast, refuse_rate
+from evolvent.massprops.springs import compare, data_fitted, measured_of, refuse_flexible
 from evolvent.massprops.springs_inputs import (
     LABELS,
     Input,
@@ -34,21 +33,19 @@ from evolvent.massprops.springs_inputs import (
     stand_factor,
     stand_of,
 )
+from evolvent.massprops.springs_search import (
+    Recording,
+    best_of_searches,
+    mountings,
+    occupied,
+    open_sentence,
+    refuse_tare,
+    undetermined_near,
+)
 from evolvent.massprops.springs_uncertainty import Budget, amplitude_share, budget_of, monte_carlo
 
-#: Factors on moments without a start at which searches may begin, and how many of the best do.
-FACTORS, SEARCHES = (0.3, 1.0, 3.0), 4
 #: Probability of the chi-square below which the recordings contradict one another.
 UNLIKELY = 1e-3
-
-
-class Recording(NamedTuple):
-    """One recording: its description, its modes, keys that are its own, and its file's name."""
-
-    given: OnSprings
-    modal: Modal
-    own: tuple[str, ...]
-    name: str
 
 
 class Joint(NamedTuple):
@@ -71,10 +68,11 @@ def evaluate(recordings: Sequence[Recording]) -> Joint:
         No recording with the body on the stand, unknowns that the mountings do not determine, shapes that no motion of
         a body has, an inertia that no body has.
     """
-    if not any(_occupied(r.given) for r in recordings):
-        raise InputError("mounting.body is false for all recordings; at least one must have the body on the stand")
-    groups = _mountings(recordings)
-    first = next(k for k, r in enumerate(recordings) if _occupied(r.given))
+    if not any(occupied(r.given) for r in recordings):
+        raise InputError(NO_BODY)
+    _refuse_unstated(recordings)
+    groups = mountings(recordings)
+    first = next(k for k, r in enumerate(recordings) if occupied(r.given))
     unknown = _unknown(recordings, groups)
     keys = tuple(unknown)
     tasks, why, warnings = [], [], []
@@ -84,12 +82,21 @@ def evaluate(recordings: Sequence[Recording]) -> Joint:
         why.append(reasons)
         warnings.append(cautions)
     p = _combined(recordings, tasks, groups, unknown)
-    inputs = _inputs(recordings, tasks, groups)
-    inertia = _solve(p, recordings, tasks, first)
+    spelled, known = _spelled(unknown, recordings), None
+    try:
+        inertia = best_of_searches(p, recordings, first)
+        if recordings[first].given.body.Iyy is None:  # it follows the moments found
+            known = inertia.values
+            p = _combined(recordings, tasks, groups, unknown, known)
+            inertia = solve(p, "least squares", [np.array([known[name] for name in p.unknown])])
+        refuse_tare(p, inertia, recordings)
+    except InputError as error:
+        hints = [f"{r.name}: {h}" for r in recordings if (h := amplitude.large(stand_of(r.given).length, r.modal))]
+        raise InputError("; ".join([_with_keys(str(error), spelled), *hints])) from None
+    inputs = _inputs(recordings, tasks, groups, known)
     values = np.array([inertia.values[name] for name in p.unknown])
-    if reasons := _undetermined_near(p, values):
-        raise InputError(f"the data do not determine the unknowns: {'; '.join(reasons)}{_hint(recordings)}")
-    _refuse_tare(p, values)
+    if reasons := undetermined_near(p, values):
+        raise InputError(_with_keys(open_sentence(reasons, recordings), spelled))
     compared = [
         compare(task, part, values[places], warned)
         for task, (part, places), warned in zip(tasks, p.parts, warnings, strict=True)
@@ -113,15 +120,15 @@ def evaluate(recordings: Sequence[Recording]) -> Joint:
         covariance = np.atleast_2d(np.cov(draws, rowvar=False))
     else:
         together += budget.warnings
-    scale = np.array([1.0 / tasks[first].mean if k == "common_factor" else 1.0 for k in keys])
+    scale = np.array([stand_factor(given) / tasks[first].mean if k == "common_factor" else 1.0 for k in keys])
     values, covariance = values * scale, covariance * np.outer(scale, scale)
     shares = tuple(s._replace(contribution=s.contribution * scale) for s in shares)
     draws = None if draws is None else draws * scale
     outputs = tuple(Output(k, *_labelled(k, recordings)) for k in keys)
-    cannot, statement = _undetermined(p, values / scale), _statement(recordings, budget)
+    cannot, statement = _undetermined(p, values / scale, spelled), _statement(p, recordings, budget)
     evaluations = []
     for k, (r, task) in enumerate(zip(recordings, tasks, strict=True)):
-        body, assumed = first_body(r.given, task.stand, task.modal.frequency[list(task.used)])
+        body, assumed = first_body(r.given, task.stand, task.modal.frequency[list(task.used)], known)
         evaluations.append(
             Evaluation(
                 modal=r.modal,
@@ -137,19 +144,52 @@ def evaluate(recordings: Sequence[Recording]) -> Joint:
                 agreement=compared[k][1],
                 model_shapes=compared[k][2],
                 consistency=float(budget.misfit[k]) if len(recordings) > 1 else budget.consistency,
-                draws=draws,
+                draws=None if k else draws,
                 warnings=(*warnings[k], *(together if k == first else ())),
             )
         )
     return Joint(evaluations, outputs, values, covariance, shares, draws)
 
 
-def _mountings(recordings: Sequence[Recording]) -> list[int]:
-    """Number of the first recording in the same mounting, for each."""
-    found: list[int] = []
-    for k, r in enumerate(recordings):
-        found.append(next((j for j in range(k) if recordings[j].given.mounting == r.given.mounting), k))
+def _refuse_unstated(recordings: Sequence[Recording]) -> None:
+    """Refuse what several recordings leave open."""
+    for r in recordings:
+        given, b = r.given, r.given.body
+        own = [k for k in r.own if k == "stand" or k.startswith(("stand.stiffness", "stand.common_factor"))]
+        if own and any(other.given.stand.common_factor.unknown for other in recordings):
+            raise InputError(
+                f"recordings.{r.name}.{own[0]} is given and stand.common_factor is unknown, which is one for all "
+                "recordings; leave one of them out"
+            )
+        if not occupied(given):
+            continue
+        upright = given.mounting is None or abs(given.mounting.matrix[1, 1]) > 1.0 - 1e-9
+        if b.Iyy is None and not upright:
+            raise InputError(
+                f"body.Iyy is missing, and {r.name} has y out of the vertical; state it or write 'unknown'"
+            )
+        if not given.identification.shapes and all(v.unknown and np.isnan(v.value) for v in (b.Ixx, b.Izz)):
+            raise InputError(
+                "identification.shapes is false, and without shapes several pairs of Ixx and Izz may give the same "
+                "frequencies; leave it on, or give a start, such as Ixx: unknown near 3700 kg m^2"
+            )
+
+
+def _spelled(unknown: dict[str, tuple[str, float, float]], recordings: Sequence[Recording]) -> dict[str, str]:
+    """Names of the unknowns as the user writes them."""
+    found = {own: key for key, own in PROPERTIES.items()} | {"stiffness": "stand.common_factor"}
+    for key, (name, _, _) in unknown.items():
+        plain, _, mark = key.partition("@")
+        plain = "stand.common_factor" if plain == "common_factor" else plain
+        found[name] = f"{plain} of {recordings[int(mark) - 1].name}" if mark else plain
     return found
+
+
+def _with_keys(text: str, spelled: dict[str, str]) -> str:
+    """A sentence on unknowns with keys in place of their names."""
+    if not text.startswith("the data do not determine"):
+        return text
+    return re.sub(r"(?<![\w.])[A-Za-z]\w*(?:@\d+)?", lambda m: spelled.get(m[0], m[0]), text)
 
 
 def _unknown(recordings: Sequence[Recording], groups: Sequence[int]) -> dict[str, tuple[str, float, float]]:
@@ -175,10 +215,28 @@ def _task(r: Recording, keys: tuple[str, ...]) -> tuple[Task, list[str], list[st
         amplitude.refuse(stand.length, r.modal)
         sensors, directions = sensors_of(r.given, stand)
         refuse_flexible(r.modal, used, sensors, directions)
+        mass = _moving_mass(r.given)
+        if np.isfinite(mass):
+            heave = float(np.sqrt(stand.stiffness.sum() / mass))
+            refuse_rate(heave, r.modal.reading.rate, "the heave of all that moves")
+            refuse_fast(heave, r.modal.frequency[list(used)])
+        if few := mode_selection.missing_modes_warning(r.given, r.modal, used, sensors, directions):
+            warnings = [*warnings, few]
     except InputError as error:
         raise InputError(f"{r.name}: {error}") from None
     mean = float(np.mean(stand.stiffness))
     return Task(r.given, r.modal, used, stand, sensors, directions, keys, mean), why, warnings
+
+
+def _moving_mass(given: OnSprings) -> float:
+    """Mass of body, tare and air that heave, kg; nan where it is not known."""
+    m = mounting_of(given)
+    mass = sum(t.mass.value for t in given.tare) + (given.body.mass.value if m.occupied else 0.0)
+    for k, on_body in enumerate(m.air_on_body):
+        if m.occupied or not on_body:
+            up = m.rotation.T[:, 1] if on_body else np.eye(3)[1]
+            mass += float(m.air_density * m.air_factor[k] * (up @ m.air_mass[k] @ up))
+    return float(mass)
 
 
 def _combined(
@@ -186,12 +244,14 @@ def _combined(
     tasks: Sequence[Task],
     groups: Sequence[int],
     unknown: dict[str, tuple[str, float, float]],
+    known: dict[str, float] | None = None,
 ) -> Combined:
     """Problems of all recordings, set up at the start of the search but for moments without one."""
     problems, own, order = [], [], {name: None for name, _, _ in unknown.values()}
     starts = _tare_starts(recordings, tasks)
     for k, (r, task) in enumerate(zip(recordings, tasks, strict=True)):
-        body, _ = first_body(r.given, task.stand, np.concatenate([t.modal.frequency[list(t.used)] for t in tasks]))
+        every = np.concatenate([t.modal.frequency[list(t.used)] for t in tasks])
+        body, _ = first_body(r.given, task.stand, every, known)
         mounting = mounting_of(r.given)
         names: list[tuple[str, str]] = []
         for key, name, _ in asked(r.given):
@@ -201,11 +261,11 @@ def _combined(
         of_one = problem(
             task.stand, body, [name for name, _ in names] or ["mass"], mounting=mounting, **measured_of(task)
         )
-        known = {n: v for n, v in starts.items() if n in of_one.unknown}
-        if known:
-            place = [of_one.unknown.index(n) for n in known]
+        of_tare = {n: v for n, v in starts.items() if n in of_one.unknown}
+        if of_tare:
+            place = [of_one.unknown.index(n) for n in of_tare]
             at = of_one.initial_estimate
-            at[place] = list(known.values())
+            at[place] = list(of_tare.values())
             of_one = dataclasses.replace(of_one, base=of_one.assigned(at))
         if not names:  # nothing is unknown that this recording has
             of_one = dataclasses.replace(of_one, unknown=())
@@ -217,9 +277,9 @@ def _combined(
 
 def _tare_starts(recordings: Sequence[Recording], tasks: Sequence[Task]) -> dict[str, float]:
     """Starts of the tares' unknowns that have none: from the mean frequency of a recording without the body, or all."""
-    empty = [t for r, t in zip(recordings, tasks, strict=True) if not _occupied(r.given)]
+    empty = [t for r, t in zip(recordings, tasks, strict=True) if not occupied(r.given)]
     found = {}
-    for key, name, stated in asked(recordings[0].given):
+    for key, name, stated in (item for r in recordings for item in asked(r.given)):
         if not (key.startswith("tare.") and np.isnan(stated.value)):
             continue
         task = (empty or tasks)[0]
@@ -233,114 +293,18 @@ def _tare_starts(recordings: Sequence[Recording], tasks: Sequence[Task]) -> dict
     return found
 
 
-def _solve(p: Combined, recordings: Sequence[Recording], tasks: Sequence[Task], first: int) -> Inertia:
-    """The best of searches from several starts."""
-    given = recordings[first].given
-    base = p.initial_estimate
-    free = [
-        k
-        for k, name in enumerate(p.unknown)
-        if (name in ("Ixx", "Iyy", "Izz") and np.isnan(getattr(given.body, name).value))
-        or (name[:4] == "tare" and name[-3:] in ("Ixx", "Iyy", "Izz"))
-    ]
-    nudge = np.array([_nudge(name) for name in p.unknown])
-    begins = []
-    for factors in itertools.product(FACTORS, repeat=min(len(free), 6)):
-        start = base + nudge * p.scale
-        start[free[: len(factors)]] = base[free[: len(factors)]] * factors
-        begins.append(start)
-    begins = _cheapest(p, begins)
-    open_at = [_undetermined_near(p, start) for start in begins[:2]]
-    if all(open_at):  # no search would converge
-        raise InputError(f"the data do not determine the unknowns: {'; '.join(open_at[0])}{_hint(recordings)}")
-    best: Inertia | None = None
-    failure: InputError | None = None
-    for start in begins:
-        try:
-            found = solve(p, "least squares", [start])
-        except InputError as error:
-            failure = failure or error
-            continue
-        if best is None or found.misfit < best.misfit:
-            best = found
-        if not best.misfit > MISFIT_WARNED:
-            break
-    if best is None:
-        assert failure is not None
-        hint = _hint(recordings) if str(failure).startswith("the data do not determine") else ""
-        raise InputError(f"{failure}{hint}") from None
-    return best
-
-
-def _undetermined_near(p: Combined, values: np.ndarray) -> list[str]:
-    """Sentences naming the unknowns that the data do not determine where products of inertia are small.
-
-    A product that acts on the data through itself alone may have a far value that fits as well.
-    """
-    near = values.copy()
-    for k, name in enumerate(p.unknown):
-        if _nudge(name) == PRODUCT_SHARE:
-            near[k] = PRODUCT_SHARE * p.scale[k]
-    try:
-        return undetermined(p.jacobian(near), p.unknown, p.scale)
-    except (InputError, np.linalg.LinAlgError):
-        return []
-
-
-def _hint(recordings: Sequence[Recording]) -> str:
-    """What may be done where unknowns are not determined."""
-    mounted = {g for g, r in zip(_mountings(recordings), recordings, strict=True) if _occupied(r.given)}
-    text = "1 mounting of the body is" if len(mounted) == 1 else f"{len(mounted)} mountings of the body are"
-    return f"; {text} recorded: turn it about another axis, or state what is known"
-
-
-def _occupied(given: OnSprings) -> bool:
-    """Whether the body is on the stand."""
-    return given.mounting is None or given.mounting.body
-
-
-def _nudge(name: str) -> float:
-    """Share of an unknown's scale by which a search begins off a symmetry."""
-    last = name.partition("@")[0].rpartition("_")[2]
-    if last in ("ex", "h", "ez", "x", "y", "z"):
-        return CENTRE_SHARE
-    return PRODUCT_SHARE if last in ("Ixy", "Ixz", "Iyz") else 0.0
-
-
-def _cheapest(p: Combined, begins: list[np.ndarray]) -> list[np.ndarray]:
-    """The starts of least misfit, at most `SEARCHES`."""
-    cost = _costs(p, np.array(begins))
-    if np.any(np.isinf(cost)):  # one that cannot be evaluated stops all: one by one
-        cost = np.concatenate([_costs(p, start[None]) for start in begins])
-    return [begins[k] for k in np.argsort(cost, kind="stable")[:SEARCHES]]
-
-
-def _costs(p: Combined, values: np.ndarray) -> np.ndarray:
-    """(n,) sum of squares of the residual; infinite where it cannot be evaluated."""
-    try:
-        r = p.residual(values)
-    except (InputError, np.linalg.LinAlgError):
-        return np.full(len(values), np.inf)
-    return np.asarray(np.sum(np.where(np.isfinite(r), r, 1e9) ** 2, axis=-1))
-
-
-def _refuse_tare(p: Combined, values: np.ndarray) -> None:
-    """Refuse a tare that nothing can be."""
-    for name, value in zip(p.unknown, values, strict=True):
-        what = name.partition("_")[2]
-        if name.startswith("tare") and what in ("mass", "Ixx", "Iyy", "Izz") and not value > 0.0:
-            unit = "kg" if what == "mass" else "kg m2"
-            raise InputError(f"the data give {what} = {value:.6g} {unit} of a tare; nothing has it, check the data")
-
-
-def _inputs(recordings: Sequence[Recording], tasks: Sequence[Task], groups: Sequence[int]) -> list[Input]:
+def _inputs(
+    recordings: Sequence[Recording],
+    tasks: Sequence[Task],
+    groups: Sequence[int],
+    known: dict[str, float] | None,
+) -> list[Input]:
     """Inputs of all recordings: shared, but for those that a recording states itself and those of a mounting."""
     found: dict[tuple[str, str], Input] = {}
     for k, (r, task) in enumerate(zip(recordings, tasks, strict=True)):
-        _, assumed = first_body(r.given, task.stand, task.modal.frequency[list(task.used)])
-        occupied = _occupied(r.given)
+        _, assumed = first_body(r.given, task.stand, task.modal.frequency[list(task.used)], known)
         for item in [*inputs_of(r.given, r.modal), *assumed]:
-            if not occupied and item.key.startswith(("body.", "mounting.")):
+            if not occupied(r.given) and item.key.startswith(("body.", "mounting.")):
                 continue
             mark = ""
             if item.key.startswith("mounting."):
@@ -369,20 +333,25 @@ def _consistency_warnings(recordings: Sequence[Recording], budget: Budget) -> li
     if len(recordings) > 1 and np.any(np.isfinite(budget.misfit)):
         k = int(np.nanargmax(budget.misfit))
         worst = f", most of it in {recordings[k].name} ({budget.misfit[k]:.1f} times what is expected)"
+    several = len(recordings) > 1
+    check = "the stand's description"
+    if any(r.given.mounting is not None for r in recordings):
+        check = f"rotation and position of {'each' if several else 'the'} mounting"
     return [
-        f"the recordings contradict one another or the model: chi-square is "
-        f"{budget.free * budget.consistency**2:.4g} for {budget.free} degrees of freedom (p = {chance:.1g}){worst}; "
-        "check rotation and position of each mounting; the data's part of the uncertainty is widened by it"
+        f"the {'recordings contradict one another or' if several else 'recording contradicts'} the model: "
+        f"chi-square is {budget.free * budget.consistency**2:.4g} for {budget.free} degrees of freedom "
+        f"(p = {chance:.1g}){worst}; "
+        f"check {check}; the data's part of the uncertainty is widened by it"
     ]
 
 
-def _statement(recordings: Sequence[Recording], budget: Budget) -> str:
+def _statement(p: Combined, recordings: Sequence[Recording], budget: Budget) -> str:
     """How the unknowns were found, for the certificate."""
-    n, occupied = len(recordings), [_occupied(r.given) for r in recordings]
-    count = len({g for g, on in zip(_mountings(recordings), occupied, strict=True) if on})
-    empty = "" if all(occupied) else f" and {occupied.count(False)} without the body"
+    n, on_stand = len(recordings), [occupied(r.given) for r in recordings]
+    count = len({g for g, on in zip(mountings(recordings), on_stand, strict=True) if on})
+    empty = "" if all(on_stand) else f" and {on_stand.count(False)} without the body"
     text = (
-        f"One least squares of frequencies and mode shapes over {n} recording{'s' if n > 1 else ''} in {count} "
+        f"One least squares of {data_fitted(p)} over {n} recording{'s' if n > 1 else ''} in {count} "
         f"mounting{'s' if count > 1 else ''}{empty}, weighted by their covariances"
     )
     if not np.isfinite(budget.consistency):
@@ -394,17 +363,21 @@ def _statement(recordings: Sequence[Recording], budget: Budget) -> str:
 
 def _labelled(key: str, recordings: Sequence[Recording]) -> tuple[str, str]:
     """Name and unit of an output; that of a mounting names its first recording."""
-    label, unit = label_of(key)
+    label, unit = label_of(key, recordings[0].given)
     _, _, mark = key.partition("@")
     return (f"{label}, mounting of {recordings[int(mark) - 1].name}" if mark else label), unit
 
 
 def _mounted(given: OnSprings) -> tuple[tuple[str, str], ...]:
     """How the body was mounted, and what else moved, for the certificate."""
-    rows = []
+    rows, no_turn = [], "axes as the stand's"
     if given.mounting is not None:
         turns = " then ".join(f"{np.degrees(a):.6g} deg about {axis}" for a, axis in given.mounting.rotation)
-        rows.append(("mounting", (turns or "axes as the stand's") if given.mounting.body else "without the body"))
+        places = [v.value for v in given.mounting.position]
+        if any(places):
+            numbers = ", ".join("unknown" if np.isnan(v) else f"{v:.6g}" for v in places)
+            turns = f"{turns or no_turn}, at {numbers} m"
+        rows.append(("mounting", (turns or no_turn) if given.mounting.body else "without the body"))
     rows += [("tare", f"{t.name}, {t.mass.value:.6g} kg") for t in given.tare if np.isfinite(t.mass.value)]
     if given.air is not None:
         shapes = ", ".join(s.shape for s in given.air.shapes)
@@ -412,7 +385,7 @@ def _mounted(given: OnSprings) -> tuple[tuple[str, str], ...]:
     return tuple(rows)
 
 
-def _undetermined(p: Combined, values: np.ndarray) -> tuple[tuple[str, str], ...]:
+def _undetermined(p: Combined, values: np.ndarray, spelled: dict[str, str]) -> tuple[tuple[str, str], ...]:
     """Properties of the body that were not asked for and that these mountings do not determine, with the reason."""
     rows = []
     for key, name in (*PROPERTIES.items(), ("common_factor", "stiffness")):
@@ -420,6 +393,7 @@ def _undetermined(p: Combined, values: np.ndarray) -> tuple[tuple[str, str], ...
             continue
         more = p.with_unknown(name, values)
         at = np.append(values, float(value_of(p.base, name)))
-        if reasons := undetermined(more.jacobian(at), more.unknown, more.scale):
-            rows.append((LABELS[key][0], "; ".join(reasons).replace("stiffness", "the springs' stiffness")))
+        names = ["the springs' stiffness" if n == "stiffness" else spelled.get(n, n) for n in more.unknown]
+        if reasons := undetermined(more.jacobian(at), names, more.scale):
+            rows.append((LABELS[key][0], "; ".join(reasons)))
     return tuple(rows)

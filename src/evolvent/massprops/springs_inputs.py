@@ -66,7 +66,7 @@ def asked(given: OnSprings) -> list[Asked]:
     return found
 
 
-def label_of(key: str) -> tuple[str, str]:
+def label_of(key: str, given: OnSprings) -> tuple[str, str]:
     """Name and unit of a quantity that is asked."""
     if key in LABELS:
         return LABELS[key]
@@ -74,7 +74,7 @@ def label_of(key: str) -> tuple[str, str]:
     if first == "mounting.position":
         return f"position {last} of the body on the stand", "m"
     name, unit = LABELS[last]
-    return f"tare {int(first.split('.')[1]) + 1}: {name}", unit
+    return f"{given.tare[int(first.split('.')[1])].name}: {name}", unit
 
 
 def mounting_of(given: OnSprings) -> Mounting:
@@ -251,8 +251,8 @@ def inputs_of(given: OnSprings, modal: Modal) -> list[Input]:
     if given.mounting is not None and given.mounting.body:
         for along, place in zip("xyz", given.mounting.position, strict=True):
             add((f"position_{along}",), f"mounting.position.{along}", place, "m")
-            std = given.mounting.alignment.value
-            add((f"turn_{along}",), f"mounting.alignment about {along}", Uncertain(0.0, std), "rad")
+            turn = Uncertain(0.0, given.mounting.alignment)
+            add((f"turn_{along}",), f"mounting.alignment about {along}", turn, "rad")
     if given.air is not None:
         add(("air_density",), "air.density", given.air.density, "kg/m³")
         for number, shape in enumerate(given.air.shapes):

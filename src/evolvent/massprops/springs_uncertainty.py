@@ -282,13 +282,15 @@ def amplitude_share(
             lost = True
     if not known:
         return None
+    if lost:
+        step[:] = 0.0
     message = f"the springs' ends move by {1e3 * largest:.3g} mm, so that their stiffness is not quite linear"
 
     def warnings(std: np.ndarray) -> list[str]:
         if lost:
             return [f"{message}; what this does to the result cannot be estimated, and is not in u; let it swing less"]
         shown = [
-            f"{k} by about {x:.2g} {label_of(k)[1]}"
+            f"{k} by about {x:.2g} {label_of(k, tasks[0].given)[1]}"
             for k, x, u in zip(tasks[0].keys, step, std, strict=True)
             if abs(x) > SHIFT_WARNED * u
         ]

@@ -190,6 +190,5 @@ TorsionOrZero = Annotated[
     Uncertain, _kind(what="a torsional stiffness", unit="N m/rad", example="0.01 +- 0.001 N m/rad", least=0.0)
 ]
 Turn = Annotated[Uncertain, _kind(what="an angle", unit="rad", example="5 +- 1 deg", least=0.0, most=3.0)]
-Alignment = Annotated[Uncertain, _kind(what="an angle", unit="rad", example="0.1 deg", least=0.0, most=0.2)]
 Density = Annotated[Uncertain, _kind(what="a density", unit="kg/m^3", example="1.204 +- 0.005 kg/m^3", least=0.0)]
 Factor = Annotated[Uncertain, _kind(what="a plain number", unit="", example="1 +- 0.1", least=0.0)]

@@ -144,10 +144,6 @@ class Beam(Part):
             raise InputError(
                 f"{name}.{key} is given and {name}.formulation is {self.formulation!r}; a cable is straight at rest"
             )
-        if is_curved(self) and self.nodes is not None and self.rest == "start":
-            raise InputError(
-                f"{name}.rest is 'start' and {name}.{key} is given as well; with {name}.nodes leave one of them out"
-            )
         if self.inertia is None:
             return
         if cable and (given := sorted(self.inertia.model_fields_set - {"mass_per_length"})):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 
@@ -79,6 +79,14 @@ class Curved(Protocol):
         """A shape in place of `curvature`."""
 
     @property
+    def nodes(self) -> Any:
+        """Nodes at the start, where they are stated."""
+
+    @property
+    def rest(self) -> str:
+        """'start': without stress as it starts."""
+
+    @property
     def arc(self) -> Array:
         """Lengths from the root to the nodes, m."""
 
@@ -89,9 +97,14 @@ def is_curved(part: Curved) -> bool:
 
 
 def check_curve(name: str, part: Curved) -> None:
-    """Refuse two stress-free shapes."""
+    """Refuse two stress-free shapes: by `shape` and `curvature`, or by one of them and the nodes at the start."""
     if part.shape is not None and any(part.curvature):
         raise InputError(f"{name}.shape and {name}.curvature are both given; leave one of them out")
+    if is_curved(part) and part.nodes is not None and part.rest == "start":
+        key = "curvature" if part.shape is None else "shape"
+        raise InputError(
+            f"{name}.rest is 'start' and {name}.{key} is given as well; with {name}.nodes leave one of them out"
+        )
 
 
 def stress_free(part: Curved) -> tuple[Array, Array]:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from evolvent.base.errors import InputError
 from evolvent.massprops.inertia.problem import Problem, scale_of, value_of
 from evolvent.massprops.inertia.stand import Setup
+
+#: What is said where no recording has the body on the stand.
+NO_BODY = "mounting.body is false for all recordings; at least one must have the body on the stand"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -84,10 +87,10 @@ class Combined:
         """(p,) sizes of the unknowns."""
         return self._each(scale_of)
 
-    def _each(self, function: object) -> np.ndarray:
+    def _each(self, function: Callable[[Setup, str], float | np.ndarray]) -> np.ndarray:
         found = np.full(len(self.unknown), np.nan)
         for p, places in reversed(self.parts):
-            found[places] = [float(function(p.base, name)) for name in p.unknown]  # type: ignore[operator]
+            found[places] = [float(function(p.base, name)) for name in p.unknown]
         return found
 
     def assigned(self, values: np.ndarray) -> Setup:
@@ -95,7 +98,7 @@ class Combined:
         for p, places in self.parts:
             if p.base.mounting is None or p.base.mounting.occupied:
                 return p.assigned(values[..., places])
-        raise InputError("no recording has the body on the stand; at least one must")
+        raise InputError(NO_BODY)
 
     def joined(self, rows: Sequence[np.ndarray], values: np.ndarray) -> np.ndarray:
         """Residuals of the problems, and behind them the rows of the priors."""

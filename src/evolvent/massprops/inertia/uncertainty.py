@@ -202,6 +202,8 @@ def with_budget(inertia: Inertia, inputs: Mapping[str, float]) -> Inertia:
     data's own noise gives J^+ J^+T, J = dr/dp: the law of propagation of uncertainty, GUM (2008), eq. 10 and 13.
     """
     p = inertia.problem
+    if inputs and isinstance(p, Combined):
+        raise InputError("several recordings in one estimate take the inputs of `evolvent.massprops`")
     names, std = check_inputs(p, inputs)
     at = np.array([inertia.values[name] for name in p.unknown])
     scale = p.scale

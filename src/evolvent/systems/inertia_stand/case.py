@@ -229,7 +229,8 @@ class Case(Section):
     air: Air | None = Field(
         None,
         description="that moves with the body, about its centre of mass: shapes with centre 0; along x and z the body "
-        "moves as much of it as along y; the identification does not know of it",
+        "moves as much of it as along y; the identification does not know of it; "
+        "uncertainties do not enter a simulation",
     )
 
     @property

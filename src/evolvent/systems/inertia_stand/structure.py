@@ -133,12 +133,13 @@ def _limit(system: System, setup: Setup, case: Case) -> None:
 
     given, rest = case.stand.limiters, setup.equilibrium_pose
     assert given is not None
-    points = np.array(case.stand.springs if given.points == "springs" else given.points) - setup.body.centre
+    points = np.array(case.stand.springs if given.points == "springs" else given.points)
     law = {"stiffness": given.stiffness, "friction": given.friction, "damping": given.damping}
-    for k, point in enumerate(points):
+    for k, place in enumerate(points):
+        point = place - setup.body.centre
         at = rest.position + rest.rotation @ point
         for axis, name in ((0, "x"), (2, "z")):
-            for side in (-1.0, 1.0) if abs(point[axis]) < 1e-9 else (float(np.sign(point[axis])),):
+            for side in (-1.0, 1.0) if abs(place[axis]) < 1e-9 else (float(np.sign(place[axis])),):
                 out = side * np.eye(3)[axis]
                 contact = parts.BodyContact(
                     a=("body", tuple(point)),
@@ -150,5 +151,5 @@ def _limit(system: System, setup: Setup, case: Case) -> None:
                     initial_overlap=1.0 + abs(given.clearance) / PAD,
                     **law,
                 )
-                mark = "" if abs(point[axis]) >= 1e-9 else "+" if side > 0.0 else "-"
+                mark = "" if abs(place[axis]) >= 1e-9 else "+" if side > 0.0 else "-"
                 system.add(contact, f"limiter-{k + 1}-{name}{mark}")
