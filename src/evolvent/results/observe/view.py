@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.assembly import families, needs
+from evolvent.assembly.needs import has_explicit_forces
 from evolvent.flow.sampling import evaluate
 from evolvent.kernels import rigid, sides, springs
 from evolvent.kernels.ancf_beams import NODE_VECTORS
@@ -122,8 +123,9 @@ class View:
             found["beams"]["bending"][:, heated.beam] += heated.bending
         if self.solution.kept is not None and self.solution.kept.points is not None:
             found["contact_points"]["force"] = self.solution.kept.points
-        for name, own in self.solution.forces.items():
-            found[name] = found.get(name, {}) | own
+        if self.solution.kept is not None or has_explicit_forces(model):  # else there is nothing to evaluate again
+            for name, own in self.solution.forces.items():
+                found[name] = found.get(name, {}) | own
         return found
 
     @property
