@@ -94,7 +94,10 @@ def permissible_torque(
             thread = math.nan
             failed.append(str(error))
         rows.append((length, left, thread, rigid, slow))
-    return Permissible(*np.array(rows).T, ramp=ramp, nodes=loaded.blade.nodes, failed=tuple(failed))
+    found = np.array(rows).T
+    return Permissible(
+        found[0], found[1], found[2], found[3], found[4], ramp=ramp, nodes=loaded.blade.nodes, failed=tuple(failed)
+    )
 
 
 def _check(case: Any, lengths: Sequence[float] | None, rate: float | None, ramp: float) -> None:
