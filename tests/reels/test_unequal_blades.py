@@ -137,6 +137,7 @@ def test_the_study_draws_the_difference_at_the_bound() -> None:
     [
         ({"body.motion": "spin", "body.mass": None}, 0.01, "needs body.motion 'free'"),
         ({"spool.rate": -1.0, "spool.start_length": 1.0}, 0.01, "a spool.rate above 0"),
+        ({"spool.start_length": 1.0}, 0.01, "spool.start_length is 1 m"),
         ({}, 0.0, "nutation is 0.0 rad"),
         ({}, 3.0, "one that a difference of rates causes"),
     ],

@@ -147,13 +147,13 @@ def largest_difference(case: Case, nutation: float) -> float:
     fastest = float(rates.max())
     if case.body.blades < 2:
         raise InputError("body.blades is 1; a difference of rates needs at least 2 blades")
+    if not fastest > 0.0 or case.spool.changes or case.body.motion != "free":
+        raise InputError("the largest difference of rates needs body.motion 'free' and a spool.rate above 0 without "
+                         "spool.changes")  # fmt: skip
     for key in ("start_length", "film_thickness"):
         if getattr(case.spool, key) > 0.0:
             value = getattr(case.spool, key)
             raise InputError(f"spool.{key} is {value:g} m; the largest difference of rates needs 0")
-    if not fastest > 0.0 or case.spool.changes or case.body.motion != "free":
-        raise InputError("the largest difference of rates needs body.motion 'free' and a spool.rate above 0 without "
-                         "spool.changes")  # fmt: skip
 
     def excess(share: float) -> float:
         part = np.append(np.ones(case.body.blades - 1), 1.0 - share)
