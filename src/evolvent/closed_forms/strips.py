@@ -387,8 +387,8 @@ def spun_tail(rib: Strip, rate: float, alpha: float) -> SpunTail:
     -----
     Derived here. In the hub's axes the force per mass is W^2 r outwards and alpha W r against the turn. With a complex
     number z for the place and the arc s from the tip inwards, F' = m W^2 (1 - i alpha/W) z and z' = -F / abs(F), from
-    F = 0 at the tip to the place where the tail is tangent to a circle, the hub. The shape depends on alpha/W alone. Where
-    alpha << W the moments of a tail that is nearly radial, N R = alpha m W r^3/3 with N = m W^2 r^2/2, give
+    F = 0 at the tip to the place where the tail is tangent to a circle, the hub. The shape depends on alpha/W alone.
+    Where alpha << W the moments of a tail that is nearly radial, N R = alpha m W r^3/3 with N = m W^2 r^2/2, give
     3 W R/(2 alpha).
     """
     from scipy.integrate import solve_ivp
