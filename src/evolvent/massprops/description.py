@@ -15,7 +15,7 @@ from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import Section
 from evolvent.massprops import uncertain
 from evolvent.massprops.keys import ColumnKey, DirectionKey, PointKey, TextKey
-from evolvent.massprops.mounting_keys import Air, Mounting, SpringTare
+from evolvent.massprops.mounting_keys import Air, Mounting, SpringTare, refuse_massless
 from evolvent.massprops.uncertain import Uncertain
 
 #: Names of a body's mass properties: here, and in `evolvent.massprops.inertia`.
@@ -325,18 +325,9 @@ class OnSprings(_Description):
         if self.mounting is not None and not self.mounting.body and not self.tare:
             raise InputError("mounting.body is false, but tare is missing; without it nothing is on the stand")
         if self.mounting is not None and not self.mounting.body:
-            self._refuse_massless()
-        return self
-
-    def _refuse_massless(self) -> None:
-        """Refuse a tare alone on the stand without a mass, or without a moment about an axis that it turns about."""
-        needed = ["mass"]
-        if len(self.tare) == 1:  # several may have moments by their distances
             vertical = self.stand.support == "guided" or self.identification.model == "vertical"
-            needed += ["Ixx", "Izz"] if vertical else ["Ixx", "Iyy", "Izz"]
-        for key in needed:
-            if not any((v := getattr(t, key)).unknown or v.value > 0.0 for t in self.tare):
-                raise InputError(f"tare.0.{key} is 0; without the body it must be above 0 or 'unknown'")
+            refuse_massless(self.tare, vertical=vertical)
+        return self
 
     @property
     def unknown_of_tare(self) -> tuple[tuple[str, ...], ...]:

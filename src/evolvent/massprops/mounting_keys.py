@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -105,6 +106,21 @@ class SpringTare(Section):
         if reason := inertia_defect(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])):
             raise InputError(f"the tare {self.name!r} has an inertia that no body has: {reason}")
         return self
+
+
+def refuse_massless(tare: Sequence[SpringTare], *, vertical: bool) -> None:
+    """Refuse a tare alone on the stand without a mass, or without a moment about an axis that it turns about.
+
+    Parameters
+    ----------
+    vertical : bool, whether it turns about the horizontal axes alone
+    """
+    needed = ["mass"]
+    if len(tare) == 1:  # several may have moments by their distances
+        needed += ["Ixx", "Izz"] if vertical else ["Ixx", "Iyy", "Izz"]
+    for key in needed:
+        if not any((v := getattr(t, key)).unknown or v.value > 0.0 for t in tare):
+            raise InputError(f"tare.0.{key} is 0; without the body it must be above 0 or 'unknown'")
 
 
 class _Shape(Section):

@@ -13,8 +13,8 @@ import numpy as np
 from evolvent.base.errors import InputError
 from evolvent.massprops.inertia.combined import Combined
 from evolvent.massprops.inertia.linear_equations import refuse_mass, six_mode_properties, vertical_properties
-from evolvent.massprops.inertia.problem import BODY_NAMES, MOMENTS, Problem, undetermined, value_of
-from evolvent.massprops.inertia.stand import Body, Stand, inertia_defect
+from evolvent.massprops.inertia.problem import BODY_NAMES, Problem, undetermined, value_of
+from evolvent.massprops.inertia.stand import MOMENTS, Body, Stand, inertia_defect
 from evolvent.massprops.inertia.statics import Y
 from evolvent.massprops.inertia.three_frequencies import candidates
 from evolvent.massprops.inertia.uncertainty import Candidate, Inertia, with_budget

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia.problem import BODY_NAMES, MOMENTS, Problem, assign, scale_of, value_of
-from evolvent.massprops.inertia.stand import Setup
+from evolvent.massprops.inertia.problem import BODY_NAMES, Problem, assign, scale_of, value_of
+from evolvent.massprops.inertia.stand import MOMENTS, Setup
 from evolvent.massprops.inertia.statics import Pose, Y, equilibrium_pose, gradient, skew, spring_state, turning
 from evolvent.massprops.inertia.vibration import level, linearise
 

@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.massprops.inertia.stand import Mounting, Setup
+from evolvent.massprops.inertia.stand import CENTRE, MOMENTS, Mounting, Setup
 from evolvent.massprops.inertia.statics import rotation_matrix, skew
 
-_MOMENTS = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
-_CENTRE = {"ex": (0, 1.0), "h": (1, -1.0), "ez": (2, 1.0)}
 _NAME = re.compile(
-    rf"tare([1-9]\d*)_(mass|{'|'.join((*_CENTRE, *_MOMENTS))})|position_([xyz])|turn_([xyz])|air_(density)|"
+    rf"tare([1-9]\d*)_(mass|{'|'.join((*CENTRE, *MOMENTS))})|position_([xyz])|turn_([xyz])|air_(density)|"
     r"air_factor([1-9]\d*)"
 )
 
@@ -62,10 +60,10 @@ def _place(name: str) -> tuple[str, tuple[int, ...], float]:
     tare, what, position, turn, density, factor = match.groups()
     if tare is not None:
         k = int(tare) - 1
-        if what in _CENTRE:
-            axis, sign = _CENTRE[what]
+        if what in CENTRE:
+            axis, sign = CENTRE[what]
             return "tare_centre", (k, axis), sign
-        return ("tare_mass", (k,), 1.0) if what == "mass" else ("tare_inertia", (k, *_MOMENTS[what]), 1.0)
+        return ("tare_mass", (k,), 1.0) if what == "mass" else ("tare_inertia", (k, *MOMENTS[what]), 1.0)
     if density is not None:
         return "air_density", (), 1.0
     if factor is not None:

@@ -12,11 +12,9 @@ import numpy as np
 from evolvent.base.errors import InputError, nearest
 from evolvent.massprops.identification import Modes
 from evolvent.massprops.inertia import mounted
-from evolvent.massprops.inertia.stand import Body, Mounting, Setup, Stand, array, setup
+from evolvent.massprops.inertia.stand import CENTRE, MOMENTS, Body, Mounting, Setup, Stand, array, setup
 from evolvent.massprops.inertia.vibration import LinearModel, NormalModes, level, linearise, spring_energies
 
-MOMENTS = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
-CENTRE = {"ex": (0, 1.0), "h": (1, -1.0), "ez": (2, 1.0)}
 BODY_NAMES = ("mass", *CENTRE, *MOMENTS)
 STAND_NAMES = ("stiffness", "a", "b", "length", "lateral_stiffness", "gravity")
 MODELS = {"full": linearise, "vertical": level}

@@ -11,6 +11,9 @@ from evolvent.base.errors import InputError, nearest
 
 G0 = 9.80665  # m/s2, standard gravity
 SUPPORTS = ("hanging", "standing", "guided")
+#: Moments by name, with their place in the tensor; offsets of the centre of mass, with their axis and sign.
+MOMENTS = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
+CENTRE = {"ex": (0, 1.0), "h": (1, -1.0), "ez": (2, 1.0)}
 
 
 def array(name: str, value: Any, shape: tuple[int, ...] = (), *, least: float = -np.inf) -> np.ndarray:

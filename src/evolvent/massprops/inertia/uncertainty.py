@@ -10,7 +10,8 @@ import numpy as np
 
 from evolvent.base.errors import InputError
 from evolvent.massprops.inertia.combined import Combined
-from evolvent.massprops.inertia.problem import BODY_NAMES, MOMENTS, Problem, check_names, value_of
+from evolvent.massprops.inertia.problem import BODY_NAMES, Problem, check_names, value_of
+from evolvent.massprops.inertia.stand import MOMENTS
 
 
 @dataclasses.dataclass(frozen=True)

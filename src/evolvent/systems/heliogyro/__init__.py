@@ -87,8 +87,7 @@ class Heliogyro(SystemDefinition):
         "spin-up.": "spin_up.", "RigidBody.": "body.",
     } | {name: f"solver.{name}" for name in ("method", "step", "rtol", "atol")}  # fmt: skip
     build = staticmethod(build)
-    derived = staticmethod(fields.derived)
-    warning = staticmethod(fields.warning)
+    findings = staticmethod(fields.findings)
     numbers = staticmethod(show.numbers)
     figures = staticmethod(show.figures)
     motion = staticmethod(show.motion)

@@ -92,12 +92,17 @@ def hub_lag(blades: Sequence[Mapping[str, Any]], count: int) -> Array:
     return np.broadcast_to(np.stack(found, axis=1), (found[0].size, count)).copy()
 
 
-def warning(case: Case, solution: Solution) -> str:
-    """Sentences on tensions below zero, pay-out or spin-up too fast for a steady lag, an energy balance that is off."""
+def findings(case: Case, solution: Solution) -> tuple[dict[str, tuple[tuple[str, ...], Array, str, str]], str]:
+    """What `derived` returns, and sentences of warning.
+
+    They are on tensions below zero, pay-out or spin-up too fast for a steady lag, and an energy balance that is off.
+    """
     from evolvent.analysis.closure import slack_threads
 
-    texts = [slack_threads(solution, 0.0), _wraps(case, solution), _winds(case, solution), _lacks(solution)]
-    return "; ".join(text for text in texts if text)
+    found = derived(case, solution)
+    lag = found["hub_lag"][1] if "hub_lag" in found else None
+    texts = [slack_threads(solution, 0.0), _wraps(case, solution), _winds(lag, solution), _lacks(solution)]
+    return found, "; ".join(text for text in texts if text)
 
 
 def _wraps(case: Case, solution: Solution) -> str:
@@ -111,12 +116,11 @@ def _wraps(case: Case, solution: Solution) -> str:
     )
 
 
-def _winds(case: Case, solution: Solution) -> str:
-    """Whether a spin-up torque makes a blade wind onto the body."""
-    if case.spin_up is None:
+def _winds(lag: Array | None, solution: Solution) -> str:
+    """Whether a spin-up torque makes a blade wind onto the body: lags at the spools, None without a torque."""
+    if lag is None:
         return ""
-    lag = np.abs(derived(case, solution)["hub_lag"][1])
-    beyond = np.flatnonzero((lag >= 0.5 * np.pi).any(axis=1))
+    beyond = np.flatnonzero((np.abs(lag) >= 0.5 * np.pi).any(axis=1))
     if not beyond.size:
         return ""
     return (

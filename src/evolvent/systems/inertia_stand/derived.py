@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent.massprops.identification import recorded
 from evolvent.massprops.inertia import NormalModes, energy, partial_frequencies
-from evolvent.massprops.inertia.problem import MOMENTS
+from evolvent.massprops.inertia.stand import MOMENTS
 from evolvent.results.motion import quaternions
 from evolvent.results.observe import View
 from evolvent.results.observe.view import Pose
