@@ -407,7 +407,7 @@ class Builder:
             G=np.zeros(n_v),
             switches=s.copy(),
             strands=np.zeros((len(self.rows["nodes"]) + 1, 9)),
-            angles=np.zeros(int(beams["nodes"].sum())),
+            angles=np.zeros(len(self.rows["beam_nodes"])),
             custom=np.zeros(max((custom.scratch_size(row["points"]) for row in self.rows["custom_forces"]), default=0)),
             masses=factored_masses(beams, families["elements"], pools),
             rod=np.zeros(rod_strains.WORK),

@@ -50,7 +50,7 @@ EVERY = frozenset(SOLVERS)
 MOST_NAMED = 5
 #: Families of records that belong to others: what they hold is supported where those are.
 PARTS_OF_OTHERS = (
-    "info", "blocks", "markers", "nodes", "rows", "row_sides", "row_pairs", "elements", "contact_points",
+    "info", "blocks", "markers", "nodes", "rows", "row_sides", "row_pairs", "elements", "beam_nodes", "contact_points",
     "field_points", "rod_elements", "gear_coordinates",
 )  # fmt: skip
 

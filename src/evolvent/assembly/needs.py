@@ -78,6 +78,7 @@ def absent(model: Model) -> frozenset[str]:
         "rod_tangent": model.rods.size,
         "springs": model.springs.size,
         "thermal": model.thermal_loads.size,
+        "work": model.loads.size or model.beam_loads.size,
         "thermal.heat_rods": np.any(model.thermal_loads["rod"] >= 0),
         "thread.chain": np.any(threads["kind"] == thread.INEXTENSIBLE),
         "thread.energy": threads.size,

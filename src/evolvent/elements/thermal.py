@@ -36,8 +36,8 @@ from evolvent.elements.materials import Material
 from evolvent.elements.sections import CrossSection
 
 Array = NDArray[np.float64]
-#: Amplitudes of a load; the first two stretch, the others bend.
-AMPLITUDES, STRETCHES = 6, 2
+#: Amplitudes of a load.
+AMPLITUDES = 6
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -17,13 +17,14 @@ from evolvent.kernels import (
     fields,
     joint,
     loads,
+    points,
     rigid,
     rod,
     springs,
     thermal,
     thread,
 )
-from evolvent.kernels.points import clear_forces
+from evolvent.kernels.work import note_power
 from evolvent.model import KEPT, MODEL
 
 _3D, _4D = types.Array(REAL, 3, "C"), types.Array(REAL, 4, "C")
@@ -66,19 +67,19 @@ def evaluate_threads(t, y, s, model):
         thread.note_results(y, s, model, p)
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, REAL, MODEL))
-def evaluate_fields(t, y, s, factor, model):
-    """Resultant and power of each field on all masses, times `factor`, into its record.
+@indirect(void(types.int64, VECTOR, VECTOR, INTEGERS, REAL, MODEL))
+def evaluate_fields(n, times, y, s, factor, model):
+    """Resultant, power and work of each field on all masses, times `factor`, at sample n into its record.
 
     After `kinematics`, and `evaluate_threads` where there are threads. Overwrites `Model.P`, forces on bodies and on
     points.
     """
-    n_q, on, points, bodies = model.info.nq, model.fields, model.points, model.bodies
+    n_q, on, masses, bodies, t = model.info.nq, model.fields, model.points, model.bodies, times[n]
     for k in range(on.size):
         force, P = on[k].force, model.P
         for i in range(on.size):
             on[i].scale = factor if i == k else 0.0
-        clear_forces(points)
+        points.clear_forces(masses)
         for b in range(bodies.size):
             for c in range(6):
                 bodies[b].F[c] = 0.0
@@ -91,35 +92,39 @@ def evaluate_fields(t, y, s, factor, model):
             fields.add_beam_fields(t, y, model, P)
         if model.threads.size > 0:
             power += thread.wound_fields(t, s, model) + thread.add_node_fields(t, s, model, force)
-        for i in range(points.size):
+        for i in range(masses.size):
             for c in range(3):
-                force[c] += points[i].f[c]
+                force[c] += masses[i].f[c]
         for b in range(bodies.size):
             for c in range(3):
                 force[c] += bodies[b].F[c]
         for i in range(model.beams.size):
             at, size = model.beams[i].iv - n_q, 3 * ancf_beams.NODE_VECTORS[model.beams[i].kind]
-            for n in range(model.beams[i].nodes):
+            for m in range(model.beams[i].nodes):
                 for c in range(size):
-                    power += P[at + size * n + c] * y[n_q + at + size * n + c]
+                    power += P[at + size * m + c] * y[n_q + at + size * m + c]
                 for c in range(3):
-                    force[c] += P[at + size * n + c]
-        on[k].power = power
+                    force[c] += P[at + size * m + c]
+        note_power(on[k], n, times, power)
     for k in range(on.size):
         on[k].scale = factor
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, VECTOR, REAL, MODEL))
-def evaluate(t, y, s, la, factor, model):
-    """Fields that are results, of a state with the multipliers la of joints and a load factor, into the records.
+@indirect(void(types.int64, VECTOR, VECTOR, INTEGERS, VECTOR, REAL, MODEL))
+def evaluate(n, times, y, s, la, factor, model):
+    """Fields that are results, at sample n with the multipliers la of joints and a load factor, into the records.
 
-    The factor then stands in the records of fields as their `scale`.
+    The factor then stands in the records of fields as their `scale`. Samples follow each other: works go on from the
+    sample before, and the first one, 0, starts them.
     """
+    t = times[n]
     for k in range(model.fields.size):
         model.fields[k].scale = factor
     if model.threads.size > 0:
         evaluate_threads(t, y, s, model)
     rigid.kinematics(t, y, model)
+    rigid.evaluate_bodies(y, model.bodies)
+    points.evaluate_points(y, model.points)
     if model.springs.size > 0:
         springs.evaluate_springs(t, y, model)
     if model.thermal_loads.size > 0:
@@ -127,15 +132,19 @@ def evaluate(t, y, s, la, factor, model):
     if model.elements.size > 0:
         beam_strains.evaluate_beams(y, model)
         beam_strains.evaluate_sums(y, model)
+        beam_strains.evaluate_nodes(n, y, model)
     if model.rods.size > 0:
         rod.evaluate_rods(model, model.sums[1])
         rod.evaluate_sums(y, model)
+        rod.evaluate_nodes(model)
+    if model.thermal_loads.size > 0:
+        thermal.evaluate_energies(n, y, model)
     if model.loads.size > 0:
-        loads.evaluate_loads(t, y, model)
+        loads.evaluate_loads(n, times, y, factor, model)
         if model.threads.size > 0:
-            thread.evaluate_thread_loads(t, s, factor, model)
+            thread.evaluate_thread_loads(n, times, s, factor, model)
     if model.beam_loads.size > 0:
-        beam_loads.evaluate_beam_loads(t, y, model)
+        beam_loads.evaluate_beam_loads(n, times, y, factor, model)
     if model.coordinates.size > 0:
         coordinate.add_coordinates(t, y, KEPT, s, model, model.F)
     if model.contact_surfaces.size > 0:
@@ -143,7 +152,7 @@ def evaluate(t, y, s, la, factor, model):
     if attitude.has_actuators(model) or model.controllers.size > 0:
         attitude.evaluate_actuators(t, y, model)
     if model.fields.size > 0:
-        evaluate_fields(t, y, s, factor, model)
+        evaluate_fields(n, times, y, s, factor, model)
     for k in range(model.joints.size):
         joint.joint_geometry(t, y, k, model)
         joint.note_reaction(k, la[k], model)

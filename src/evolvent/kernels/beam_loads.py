@@ -1,5 +1,7 @@
 """Loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector of a node."""
 
+import math
+
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
@@ -8,6 +10,7 @@ from evolvent.kernels.node_loads import FIELD, LINE, MOMENT, POINT, add_followin
 from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, add_block, add_inner, inner
+from evolvent.kernels.work import note_load
 from evolvent.model import MODEL
 
 __all__ = ["FIELD", "LINE", "MOMENT", "POINT", "add_beam_loads", "add_field_tangents", "evaluate_beam_loads", "follows"]
@@ -70,27 +73,54 @@ def add_beam_load(t, y, k, value, model, P):
         _field(y, n_q, model, element, n, z, centre, beam_loads[k].pitch, value / inertia, P)
 
 
-@indirect(void(REAL, VECTOR, MODEL))
-def evaluate_beam_loads(t, y, model):
-    """Evaluate all beam loads in a state into their records, at the factor 1; overwrites the loads `Model.P`."""
-    n_q, n_v, P = model.info.nq, model.info.nv, model.P
+@indirect(void(types.int64, VECTOR, VECTOR, REAL, MODEL))
+def evaluate_beam_loads(n, times, y, factor, model):
+    """Evaluate all beam loads, times `factor`, at sample n into their records; overwrites the loads `Model.P`."""
+    n_q, n_v, P, t = model.info.nq, model.info.nv, model.P, times[n]
     for k in range(model.beam_loads.size):
-        row, rate = model.beam_loads[k], 0.0
+        row, rate, along = model.beam_loads[k], 0.0, math.nan
         for i in range(n_v):
             P[i] = 0.0
         add_beam_load(t, y, k, row.value, model, P)
         for i in range(n_v):
             rate += P[i] * y[n_q + i]
-        row.rate = rate
+        beam, vector, at = model.beams[row.beam], row.vector, row.first
         if row.kind != LINE:
             x, yy, z = node_vector(t, y, k, model)
-            row.vector[0], row.vector[1], row.vector[2] = row.value * x, row.value * yy, row.value * z
-            continue
-        beam = model.beams[row.beam]
+            vector[0], vector[1], vector[2] = row.value * x, row.value * yy, row.value * z
+        else:
+            for c in range(3):
+                vector[c] = 0.0
+                for i in range(beam.nodes):
+                    vector[c] += P[beam.iv - n_q + 3 * NODE_VECTORS[beam.kind] * i + c]
+        _note_middle(y, k, model)
+        if not follows(model.beam_loads, k) and row.kind != FIELD:
+            place = row.middle if row.kind == LINE else y[row.iq : row.iq + 3]
+            along = vector[0] * place[0] + vector[1] * place[1] + vector[2] * place[2]
+        if row.law != 0 or row.last <= row.first:
+            at = -1
+        value = note_load(row, n, times, factor, rate, along, row.start, row.end, row.ramp, at, model)
         for c in range(3):
-            row.vector[c] = 0.0
-            for i in range(beam.nodes):
-                row.vector[c] += P[beam.iv - n_q + 3 * NODE_VECTORS[beam.kind] * i + c]
+            vector[c] *= value
+
+
+@inlined
+def _note_middle(y, k, model):
+    """Where load k acts into its record: on its axis, at its node, or in the mean over the length of its beam."""
+    row = model.beam_loads[k]
+    beam, middle = model.beams[row.beam], row.middle
+    size = 3 * NODE_VECTORS[beam.kind]
+    for c in range(3):
+        if row.kind == FIELD:
+            middle[c] = row.centre[c]
+        elif row.kind != LINE:
+            middle[c] = y[row.iq - (row.iq - beam.iq) % size + c]
+        else:
+            middle[c] = 0.0
+            for i in range(beam.first_element, beam.first_element + beam.elements):
+                iq, h = model.elements[i].iq, model.elements[i].length
+                mean = 0.5 * (y[iq + c] + y[iq + size + c]) + h / 12.0 * (y[iq + 3 + c] - y[iq + size + 3 + c])
+                middle[c] += h / beam.length * mean
 
 
 @kernel

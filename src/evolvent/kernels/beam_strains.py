@@ -11,11 +11,11 @@ strain: of a slack beam that is bent, the cubic stretches between its points by 
 
 import math
 
-from numba import void
+from numba import types, void
 
 from evolvent.compiled.jit import VECTOR, indirect, inlined
 from evolvent.kernels import ancf
-from evolvent.kernels.ancf_beams import CABLE, beam_energies, beam_momenta
+from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS, beam_energies, beam_momenta
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
@@ -61,6 +61,75 @@ def evaluate_sums(y, model):
         rows[k].kinetic, rows[k].elastic, rows[k].bending = out[0], out[1], out[2]
         for i in range(3):
             linear[i], angular[i] = out[3 + i], out[6 + i]
+
+
+@indirect(void(types.int64, VECTOR, MODEL))
+def evaluate_nodes(n, y, model):
+    """Motion, deflection and curvature of all nodes of beams at sample n, and axes of their roots, into the records.
+
+    Notes
+    -----
+    The deflection is the position less that of the shape without stress, carried by the root and its axes. The
+    curvature |r' x r''|/|r'|^3 is the mean of those of the cubic elements that meet at the node.
+    """
+    for k in range(model.beams.size):
+        row, size, e = model.beams[k], 3 * NODE_VECTORS[model.beams[k].kind], model.e[0]
+        _note_axes(n, y, k, model)
+        for i in range(row.nodes):
+            node, iq, iv = model.beam_nodes[row.first_node + i], row.iq + size * i, row.iv + size * i
+            for c in range(3):
+                node.x[c], node.v[c], node.slope[c] = y[iq + c], y[iv + c], y[iq + 3 + c]
+                e[c] = y[iq + c] - y[row.iq + c]
+            for c in range(3):
+                axis = row.axes[c]
+                node.deflection[c] = axis[0] * e[0] + axis[1] * e[1] + axis[2] * e[2] - node.shape[c]
+            low, high, first = max(i - 1, 0), min(i, row.elements - 1), row.first_element
+            node.curvature = 0.0
+            for j in range(low, high + 1):
+                at, h = row.iq + size * j, model.elements[first + j].length
+                a, b, sign = (4.0, 2.0, 1.0) if j == i else (2.0, 4.0, -1.0)
+                for c in range(3):
+                    step, s0, s1 = y[at + size + c] - y[at + c], y[at + 3 + c], y[at + size + 3 + c]
+                    e[c] = sign * (6.0 * step - h * (a * s0 + b * s1)) / (h * h)
+                x, yy, z = cross(node.slope[0], node.slope[1], node.slope[2], e[0], e[1], e[2])
+                s = node.slope[0] * node.slope[0] + node.slope[1] * node.slope[1] + node.slope[2] * node.slope[2]
+                node.curvature += math.sqrt(x * x + yy * yy + z * z) / (s * math.sqrt(s)) / (high - low + 1.0)
+
+
+@inlined
+def _note_axes(n, y, k, model):
+    """Axes of the root of beam k at sample n: x along, y and z across it.
+
+    Of a cable, which has no twist, y is in the plane across z at first where that is possible, and turns from sample to
+    sample with x by the shortest way: y - 2 (y . (x0 + x))/|x0 + x|^2 (x0 + x), since y . x0 = 0.
+    """
+    row, iq = model.beams[k], model.beams[k].iq
+    axes = row.axes
+    if row.kind != CABLE:
+        bx, by, bz = y[iq + 6], y[iq + 7], y[iq + 8]
+        x0, x1, x2 = cross(bx, by, bz, y[iq + 9], y[iq + 10], y[iq + 11])
+    else:
+        x0, x1, x2 = y[iq + 3], y[iq + 4], y[iq + 5]
+    size = math.sqrt(x0 * x0 + x1 * x1 + x2 * x2)
+    x0, x1, x2 = x0 / size, x1 / size, x2 / size
+    if row.kind == CABLE:
+        if n == 0:
+            steep = abs(x2) >= 0.9
+            bx, by, bz = (x2, 0.0, -x0) if steep else (-x1, x0, 0.0)
+        else:
+            bx, by, bz = axes[1, 0], axes[1, 1], axes[1, 2]
+            ux, uy, uz = axes[0, 0] + x0, axes[0, 1] + x1, axes[0, 2] + x2
+            square = ux * ux + uy * uy + uz * uz
+            if square > 1e-12:
+                s = 2.0 * (bx * ux + by * uy + bz * uz) / square
+                bx, by, bz = bx - s * ux, by - s * uy, bz - s * uz
+    s = bx * x0 + by * x1 + bz * x2
+    bx, by, bz = bx - s * x0, by - s * x1, bz - s * x2
+    size = math.sqrt(bx * bx + by * by + bz * bz)
+    bx, by, bz = bx / size, by / size, bz / size
+    axes[0, 0], axes[0, 1], axes[0, 2] = x0, x1, x2
+    axes[1, 0], axes[1, 1], axes[1, 2] = bx, by, bz
+    axes[2, 0], axes[2, 1], axes[2, 2] = cross(x0, x1, x2, bx, by, bz)
 
 
 @inlined

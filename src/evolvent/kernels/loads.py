@@ -7,12 +7,13 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import force_law_at
 from evolvent.kernels.law_slopes import force_law_gradient, torque_law_turns
-from evolvent.kernels.profile import profile, window
+from evolvent.kernels.profile import factor_at, profile, window
 from evolvent.kernels.rigid import DRIVEN, FREE
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import ON_BODY, add_turning, side_columns, turn_axis
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.kernels.springs import ON_POINT, marker_kinematics, push_marker
+from evolvent.kernels.work import note_load
 from evolvent.model import MODEL
 
 _I = types.int64
@@ -150,13 +151,17 @@ def _panel_slopes(px, py, pz, nx, ny, nz, specular, diffuse, G):
 
 
 @inlined
+def _profile_of(k, model):
+    """Index of the profile of load k at its marker among the parameters, or -1."""
+    row = model.loads[k]
+    return row.first + PROFILE if row.last - row.first > PROFILE and row.kind != PANEL else -1
+
+
+@inlined
 def _factor(t, k, model):
     """Factor of load k at its marker that its times and its profile make."""
     p = model.parameters[model.loads[k].first : model.loads[k].last]
-    value = window(t, p[START], p[END], p[RAMP])
-    if value != 0.0 and p.size > PROFILE and model.loads[k].kind != PANEL:
-        value *= profile(t, model.loads[k].first + PROFILE, model)
-    return value
+    return factor_at(t, p[START], p[END], p[RAMP], _profile_of(k, model), model)
 
 
 @inlined
@@ -210,21 +215,25 @@ def concentrated_loads(t, y, model):
     return power
 
 
-@indirect(void(REAL, VECTOR, MODEL))
-def evaluate_loads(t, y, model):
-    """Evaluate loads at markers in a state, after `kinematics`, into their records, at the factor 1."""
+@indirect(void(_I, VECTOR, VECTOR, REAL, MODEL))
+def evaluate_loads(n, times, y, factor, model):
+    """Evaluate loads at markers, times `factor`, at sample n, after `kinematics`, into their records."""
     loads, markers, bodies = model.loads, model.markers, model.bodies
     for k in range(loads.size):
         if loads[k].kind < AT_MARKER:
             continue
-        f, m = _load_at_marker(t, y, k, 1.0, model), loads[k].target
-        _, _, _, vx, vy, vz = marker_kinematics(y, markers, model.points, bodies, m)
-        if loads[k].kind == TORQUE:
+        row, f, m = loads[k], _load_at_marker(times[n], y, k, 1.0, model), loads[k].target
+        x, yy, z, vx, vy, vz = marker_kinematics(y, markers, model.points, bodies, m)
+        if row.kind == TORQUE:
             w = bodies[markers[m].index].w
             vx, vy, vz = w[0], w[1], w[2]
-        vector = loads[k].vector
-        vector[0], vector[1], vector[2] = f[0], f[1], f[2]
-        loads[k].rate = f[0] * vx + f[1] * vy + f[2] * vz
+        p = model.parameters[row.first : row.last]
+        keeps = row.law == 0 and row.kind == AT_MARKER and p[FRAME] == 0.0  # its direction
+        rate, along = f[0] * vx + f[1] * vy + f[2] * vz, f[0] * x + f[1] * yy + f[2] * z if keeps else math.nan
+        value = note_load(row, n, times, factor, rate, along, p[START], p[END], p[RAMP], _profile_of(k, model), model)
+        vector, middle = row.vector, row.middle
+        vector[0], vector[1], vector[2] = value * f[0], value * f[1], value * f[2]
+        middle[0], middle[1], middle[2] = x, yy, z
 
 
 # ---------------------------------------------------------------------------------------------- tangent

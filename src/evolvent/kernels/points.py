@@ -105,6 +105,17 @@ def add_point_momenta(y, points, P, H):
             P[c] += m * y[v + c]
 
 
+@inlined
+def evaluate_points(y, points):
+    """Momentum and kinetic energy of each point in a state into its record."""
+    for i in range(points.size):
+        row = points[i]
+        row.kinetic = 0.0
+        for c in range(3):
+            row.linear[c] = row.mass * y[row.iv + c]
+            row.kinetic += 0.5 * row.linear[c] * y[row.iv + c]
+
+
 def point_bound(points, i, blocks):
     """M^-1 K and M^-1 C of point i; blocks : (2, 3, 3) float, K and C. Not compiled."""
     return blocks / points["mass"][i]

@@ -74,3 +74,10 @@ def profile(t, at, model):
     variables = local_vector()
     variables[0] = t
     return evaluate(p, at + 1, variables)
+
+
+@inlined
+def factor_at(t, start, end, ramp, at, model):
+    """`window`, times the profile at index `at` of the parameters, -1 for none."""
+    value = window(t, start, end, ramp)
+    return value * profile(t, at, model) if value != 0.0 and at >= 0 else value

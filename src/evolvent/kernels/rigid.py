@@ -394,21 +394,47 @@ def add_body_momenta(y, bodies, P, H):
     Those of driven bodies are left out. Orientations are those of the last `kinematics`.
     """
     for b in range(bodies.size):
-        R, v = bodies[b].R, bodies[b].iv
         if bodies[b].motion == FREE:
-            q, m, J = bodies[b].iq, bodies[b].mass, bodies[b].inertia
+            q, v, m = bodies[b].iq, bodies[b].iv, bodies[b].mass
             add_angular_momentum(H, 0, m, y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2])
             for c in range(3):
                 P[c] += m * y[v + c]
-                h = 0.0
-                for d in range(3):
-                    h += J[c, d] * y[v + 3 + d]
-                for d in range(3):
-                    H[d] += R[d, c] * h
-        elif bodies[b].motion == SPIN:
-            n, h = bodies[b].axis, bodies[b].spin_inertia * y[v]
+        add_spin(y, bodies, b, H)
+
+
+@inlined
+def add_spin(y, bodies, b, H):
+    """Add the angular momentum of body b about its centre of mass, of a spinning one about its axis, to H."""
+    R, v = bodies[b].R, bodies[b].iv
+    if bodies[b].motion == FREE:
+        J = bodies[b].inertia
+        for c in range(3):
+            h = 0.0
             for d in range(3):
-                H[d] += h * (R[d, 0] * n[0] + R[d, 1] * n[1] + R[d, 2] * n[2])
+                h += J[c, d] * y[v + 3 + d]
+            for d in range(3):
+                H[d] += R[d, c] * h
+    elif bodies[b].motion == SPIN:
+        n, h = bodies[b].axis, bodies[b].spin_inertia * y[v]
+        for d in range(3):
+            H[d] += h * (R[d, 0] * n[0] + R[d, 1] * n[1] + R[d, 2] * n[2])
+
+
+@inlined
+def evaluate_bodies(y, bodies):
+    """Momenta, the angular one as of `add_spin`, and kinetic energy of each body into its record; of driven ones zero.
+
+    Orientations are those of the last `kinematics`.
+    """
+    for b in range(bodies.size):
+        row, linear, angular = bodies[b], bodies[b].linear, bodies[b].angular
+        linear[0] = 0.0
+        add_body_energy(y, bodies[b : b + 1], linear, 0)
+        row.kinetic = linear[0]
+        for c in range(3):
+            linear[c] = row.mass * y[row.iv + c] if row.motion == FREE else 0.0
+            angular[c] = 0.0
+        add_spin(y, bodies, b, angular)
 
 
 def body_bound(bodies, b, blocks):

@@ -15,6 +15,8 @@ dE/h. What a record holds of its last evaluation is listed in `model.RESULTS`.
 Literature: Simo 1985; MacNeal 1978 (residual bending flexibility). Tangents: `kernels.rod_tangent`.
 """
 
+import math
+
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
@@ -294,6 +296,39 @@ def evaluate_sums(y, model):
         rows[k].kinetic = out[0]
         for i in range(3):
             linear[i], angular[i] = out[1 + i], out[4 + i]
+
+
+@indirect(void(MODEL))
+def evaluate_nodes(model):
+    """Motion, deflection and curvature of all nodes of rods into the records, after `evaluate_rods`.
+
+    Notes
+    -----
+    The deflection is the position less that of the shape without stress, carried by the root. The curvature is the
+    rotation of the sections over the elements that meet at the node, per length.
+    """
+    for k in range(model.rods.size):
+        row, first = model.rods[k], model.rods[k].first_element
+        root = model.beam_nodes[row.first_node].x
+        for i in range(row.elements + 1):
+            body, node = model.bodies[row.first_body + i], model.beam_nodes[row.first_node + i]
+            arm = model.rod_elements[first + i].arm_a if i < row.elements else model.rod_elements[first + i - 1].arm_b
+            dx, dy, dz, vx, vy, vz = rigid.point_kinematics(model.bodies, row.first_body + i, arm[0], arm[1], arm[2])
+            node.x[0], node.x[1], node.x[2] = body.x[0] + dx, body.x[1] + dy, body.x[2] + dz
+            node.v[0], node.v[1], node.v[2] = vx, vy, vz
+            ux, uy, uz = turn_back(
+                model.bodies[row.first_body].R, node.x[0] - root[0], node.x[1] - root[1], node.x[2] - root[2]
+            )
+            shape, out = node.shape, node.deflection
+            out[0], out[1], out[2] = ux - shape[0], uy - shape[1], uz - shape[2]
+            angle = length = 0.0
+            for j in range(max(i - 1, 0), min(i, row.elements - 1) + 1):
+                m = model.rod_elements[first + j].m1
+                angle += math.atan2(math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]), m[COSINE])
+                length += model.rod_elements[first + j].length
+            node.curvature = angle / length
+            for c in range(3):
+                node.slope[c] = body.R[c, 0]
 
 
 @indirect(void(MODEL, VECTOR))

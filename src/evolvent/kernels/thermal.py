@@ -7,16 +7,19 @@ of the stretches at its three points. What damping by the stiffness takes is tha
 
 import math
 
-from numba import void
+from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import ancf, ancf_beams, cable
+from evolvent.kernels import ancf, ancf_beams, cable, rod
 from evolvent.kernels.profile import profile
+from evolvent.kernels.rod_strains import STRAIN
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 
 #: Amplitudes of a load: T, T^2, Gy, Gy T, Gz, Gz T.
 AMPLITUDES = 6
+#: The first amplitudes stretch, the others bend.
+STRETCHES = 2
 #: Parameters of an element after its C: Q and C g0.
 AFTER = AMPLITUDES * (AMPLITUDES + 1)
 
@@ -93,6 +96,100 @@ def evaluate_heat(t, factor, model):
                 free[j, 1] = green * (c * a[2] + c * c * a[3])
                 free[j, 2] = green * (c * a[4] + c * c * a[5])
             at += free.shape[0]
+
+
+@indirect(void(types.int64, VECTOR, MODEL))
+def evaluate_energies(n, y, model):
+    """What strain energies change by, less the free strains, and works of these, at sample n into the records of loads.
+
+    After `evaluate_heat`, of rods also after `rod.evaluate_rods`. Works are those since sample 0, by the trapezoidal
+    rule over the samples, as the free strains change.
+
+    Notes
+    -----
+    With c = C (g - g0) of all elements the energies change by a . Q a/2 - a . c; of a rod c . a is its stress times the
+    free strains.
+    """
+    for k in range(model.thermal_loads.size):
+        load = model.thermal_loads[k]
+        _add_half_work(load, n, -1.0)
+        load.elastic = load.bending = load.own = 0.0
+        for j in range(AMPLITUDES):
+            load.pull[j] = 0.0
+        if load.beam >= 0:
+            _add_beam_energies(y, k, model)
+        else:
+            _add_rod_energies(k, model)
+        _add_half_work(load, n, 1.0)
+        for j in range(AMPLITUDES):
+            load.amplitudes[j] = load.now[j]
+
+
+@inlined
+def _add_beam_energies(y, k, model):
+    """`evaluate_energies` of a heated beam, whose record has those less the free strains then."""
+    load = model.thermal_loads[k]
+    a, p, at, first = load.now, model.parameters, load.constants, model.beams[load.beam].first_element
+    is_cable = model.beams[load.beam].kind == ancf_beams.CABLE
+    n = 3 if is_cable else ancf.N
+    for i in range(first, first + model.beams[load.beam].elements):
+        iq, m = model.elements[i].iq, columns(is_cable, model.elements[i].stretch)
+        v, g = model.work[: 3 * n], model.work[3 * n : 3 * n + m]
+        ancf.nodal_vectors(y[iq : iq + 3 * n + 3], n, v)
+        if model.elements[i].stretch != 0:
+            for q in range(3):
+                b = cable._derivative(model.H12[model.elements[i].form], q, 0, v)
+                g[q] = math.sqrt(cable._dot(b, b))
+        else:
+            ancf.products(v, n, g)
+        after = at + AMPLITUDES * m
+        for j in range(AMPLITUDES):
+            c, own = -p[after + AMPLITUDES * AMPLITUDES + j], 0.0
+            for q in range(m):
+                c += p[at + j * m + q] * g[q]
+            for q in range(AMPLITUDES):
+                own += 0.5 * a[j] * p[after + AMPLITUDES * j + q] * a[q]
+            load.pull[j] += c
+            load.own += own
+            load.elastic += own - a[j] * c
+            if j >= STRETCHES:  # C and Q do not couple stretch and bending
+                load.bending += own - a[j] * c
+        at = after + AFTER
+    row = model.beams[load.beam]
+    row.elastic, row.bending = row.elastic + load.elastic, row.bending + load.bending
+
+
+@inlined
+def _add_rod_energies(k, model):
+    """`evaluate_energies` of a heated rod."""
+    load = model.thermal_loads[k]
+    first, S, F = model.rods[load.rod].first_element, model.work[:6], model.work[6:12]
+    for i in range(first, first + model.rods[load.rod].elements):
+        row, alpha = model.rod_elements[i], model.parameters[load.constants + i - first]
+        free, m = row.free, row.m1
+        for j in range(6):
+            S[j] = F[j] = 0.0
+        rod.stress(model.rod_elements, i, m, STRAIN, row.length, S)
+        rod.stress(model.rod_elements, i, free, 0, row.length, F)
+        for j in range(6):
+            load.own += 0.5 * F[j] * free[j]
+            change = 0.5 * (F[j] * free[j] - F[j] * m[STRAIN + j] - S[j] * free[j])
+            load.elastic += change
+            load.bending += change if j > 2 else 0.0
+        load.pull[0], load.pull[4], load.pull[2] = (
+            load.pull[0] + alpha * S[0], load.pull[4] + alpha * S[4], load.pull[2] - alpha * S[5]
+        )  # fmt: skip
+
+
+@inlined
+def _add_half_work(load, n, sign):
+    """Half of the work since sample n - 1, by the pull in the record, and `sign` times its `own` energy."""
+    if n == 0:
+        load.work = 0.0
+        return
+    load.work += sign * load.own
+    for j in range(AMPLITUDES):
+        load.work -= 0.5 * (load.now[j] - load.amplitudes[j]) * load.pull[j]
 
 
 @inlined

@@ -54,7 +54,7 @@ class Model(Struct):
     switches : (ns,) int, those of the state that an implicit method has reached
     strands : (nodes + 1, 9) float, of each thread's segment under an implicit method: vector and direction at the last
         residual, tension, the one that its tangent uses, the one at the start of the step; last: time of that residual
-    angles : (nodes of beams,) float, scratch, angles about a layer's axis
+    angles : (nodes of beams and rods,) float, scratch, angles about a layer's axis
     custom : (k,) float, scratch of user-defined laws between points (`kernels.custom`)
     rod : (k,) float, scratch of an element of a rod (`kernels.rod_strains`)
     F, P : (nv,) float, scratch, generalised forces and the loads among them
@@ -92,6 +92,7 @@ class Model(Struct):
     dy: Array = array(2)
     sums: Array = array(2)
     beams: Array = array(1, RECORDS["beams"])
+    beam_nodes: Array = array(1, RECORDS["beam_nodes"])
     elements: Array = array(1, RECORDS["elements"])
     joints: Array = array(1, RECORDS["joints"])
     coordinates: Array = array(1, RECORDS["coordinates"])

@@ -52,12 +52,12 @@ RECORDS: dict[str, np.dtype] = {
     "bodies": _record(
         "motion iq iv path path_first path_last path_law",
         "mass inertia axis R0 x0 rate spin_inertia direction",
-        "R x v w M L F J a along carried moment own spin0 spin1",
+        "R x v w M L F J a along carried moment own spin0 spin1 linear angular kinetic",
         inertia=_33, axis=_3, R0=_33, x0=_3, direction=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
-        moment=_3, own=_33, spin0=_3, spin1=_3,
+        moment=_3, own=_33, spin0=_3, spin1=_3, linear=_3, angular=_3,
     ),
     # without mass: a node of a beam, whose coordinates it has
-    "points": _record("iq iv", "mass compliance", "f", f=_3),
+    "points": _record("iq iv", "mass compliance", "f linear kinetic", f=_3, linear=_3),
     "markers": _record("kind index", "local", local=_3),
     # of a step: lengths at both ends, and direction at its end; the others are in `RESULTS`, and lost: W, dissipated
     "springs": _record(
@@ -91,15 +91,15 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
     # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it; scale: statics'
-    # load factor of a law on a thread; vector, rate, middle: see `RESULTS`
+    # load factor of a law on a thread; vector, middle, power, work: see `RESULTS`; rate, along: `kernels.work`
     "loads": _record(
-        "kind target law first last law_first law_last node attitude", "scale", "vector rate middle", vector=_3,
-        middle=_3,
+        "kind target law first last law_first law_last node attitude", "scale", "vector middle power work rate along",
+        vector=_3, middle=_3,
     ),
     # value, now: at the start and the end of a step of an implicit method; armed: see `kernels.user_events`
     "events": _record("law first last stops", "", "value now armed"),
     # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
-    "fields": _record("kind law first last", "K w scale", "force power", K=_33, w=_3, force=_3),
+    "fields": _record("kind law first last", "K w scale", "force power work", K=_33, w=_3, force=_3),
     # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
     "field_points": _record("body element", "mass local S", local=_3, S=(8,)),
     # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
@@ -129,11 +129,15 @@ RECORDS: dict[str, np.dtype] = {
     # inverse of their entry in M^-1
     "row_pairs": _record("a b", "mass"),
     # flexible beams; a node's coordinates stand together, node after node; first_node: number of the first among
-    # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels; held: 1 where
-    # rows of constraint act on its nodes
+    # the nodes of all beams and rods; paper: 1 where the damping is the paper's, which a turn of the whole feels; held:
+    # 1 where rows of constraint act on its nodes; axes: rows x along, y and z of the root
     "beams": _record(
         "kind iq iv nodes first_element elements first_node paper held", "length",
-        "kinetic elastic bending linear angular", linear=_3, angular=_3,
+        "kinetic elastic bending linear angular axes", linear=_3, angular=_3, axes=_33,
+    ),
+    # nodes of beams and rods; shape: position without stress, from the root, in its axes
+    "beam_nodes": _record(
+        "", "shape", "x v slope deflection curvature", shape=_3, x=_3, v=_3, slope=_3, deflection=_3
     ),
     # form, bending, mass: indices in the pools of the model, bending of the form of that alone; force, tangent,
     # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
@@ -152,7 +156,7 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
     "rods": _record(
-        "first_element elements first_body", "length alpha", "kinetic linear angular", linear=_3, angular=_3
+        "first_element elements first_body first_node", "length alpha", "kinetic linear angular", linear=_3, angular=_3
     ),
     # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
     # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod_strains`;
@@ -269,13 +273,17 @@ RECORDS: dict[str, np.dtype] = {
     # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
     # pitch: of the screw motion along which a torque acts, m/rad
     "beam_loads": _record(
-        "kind beam iq iv first last law frame", "value centre axis pitch start end ramp", "now vector rate",
-        centre=_3, axis=_3, vector=_3,
+        "kind beam iq iv first last law frame", "value centre axis pitch start end ramp",
+        "now vector middle power work rate along",
+        centre=_3, axis=_3, vector=_3, middle=_3,
     ),
     # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): indices of profiles among the parameters, or
     # -1, and of the constants of the elements; expansions: of those of a beam by temperature at `beam_strains.POINTS`;
-    # now: last amplitudes; change, along_y, along_z: see `RESULTS`
+    # now: last amplitudes; change, along_y, along_z, work: see `RESULTS`. Of a sample: amplitudes; elastic, bending: J,
+    # what strain energies change by, less the free strains; own: the part of it that is quadratic in the amplitudes;
+    # pull: minus the derivative of the rest by them
     "thermal_loads": _record(
-        "beam rod temperature gradient_y gradient_z constants expansions", "", "now change along_y along_z", now=_6
+        "beam rod temperature gradient_y gradient_z constants expansions", "",
+        "now change along_y along_z elastic bending own amplitudes pull work", now=_6, amplitudes=_6, pull=_6,
     ),
 }  # fmt: skip

@@ -2,8 +2,19 @@
 
 from __future__ import annotations
 
+#: Words of the work of a load.
+_WORK = "work since the first sample, of the power interpolated between the samples times the load's course in time"
 #: Fields of records that are results: name of the variable, unit and words. Those of a coordinate are of an angle.
 RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
+    "bodies": {
+        "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
+        "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about {about}, inertial axes"),
+        "kinetic": ("energy_kinetic", "J", "kinetic energy"),
+    },
+    "points": {
+        "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
+        "kinetic": ("energy_kinetic", "J", "kinetic energy"),
+    },
     "springs": {
         "distance": ("length", "m", "length"),
         "extension": ("extension", "m", "length minus the natural length"),
@@ -83,15 +94,16 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "gap": ("gap", "rad", "error of the coordinate of a"),
         "stored": ("energy_elastic", "J", "elastic energy of the penalties that hold the joint"),
     },
-    # of loads at markers where the factor that times and profiles make is 1, of those on threads as they act
     "loads": {
         "vector": ("force", "N", "force or torque that acts, inertial axes"),
-        "rate": ("power", "W", "power of the load"),
-        "middle": ("position", "m", "middle of the released thread, inertial axes"),
+        "middle": ("position", "m", "where it acts, or the middle of the released thread, inertial axes"),
+        "power": ("power", "W", "power of the load"),
+        "work": ("work", "J", _WORK),
     },
     "fields": {
         "force": ("force", "N", "resultant on all masses, inertial axes"),
         "power": ("power", "W", "power of the field"),
+        "work": ("work", "J", "work since the first sample, by the trapezoidal rule over the samples"),
     },
     "wheels": {
         "angle": ("angle", "rad", "angle of the wheel relative to its body"),
@@ -116,7 +128,9 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
     },
     "beam_loads": {
         "vector": ("force", "N", "force, resultant of a line load, or torque that acts, inertial axes"),
-        "rate": ("power", "W", "power of the load"),
+        "middle": ("position", "m", "where it acts, inertial axes"),
+        "power": ("power", "W", "power of the load"),
+        "work": ("work", "J", _WORK),
     },
     "beams": {
         "kinetic": ("energy_kinetic", "J", "kinetic energy"),
@@ -124,6 +138,18 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "bending": ("energy_bending", "J", "strain energy of bending"),
         "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
         "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about the inertial origin"),
+        "axes": ("root_axes", "1", "axes of the root, rows x along, y and z across, inertial axes"),
+    },
+    "beam_nodes": {
+        "x": ("position", "m", "positions of the nodes, inertial axes"),
+        "v": ("velocity", "m s-1", "velocities of the nodes, inertial axes"),
+        "slope": ("slope", "1", "{slopes}, inertial axes"),
+        "deflection": (
+            "deflection",
+            "m",
+            "deflections of the nodes from the shape without stress, in the axes of the root (x along, y and z across)",
+        ),
+        "curvature": ("curvature", "m-1", "{curvature} at the nodes"),
     },
     "elements": {
         "strain": ("strain", "1", "strain of the axis"),
@@ -143,6 +169,11 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "change": ("temperature", "K", "change of the temperature of the axis, where `along` is 1"),
         "along_y": ("gradient_y", "K m-1", "gradient of the temperature along y, where `along` is 1"),
         "along_z": ("gradient_z", "K m-1", "gradient of the temperature along z, where `along` is 1"),
+        "work": (
+            "work",
+            "J",
+            "work done as the free strain changes, since the first sample, by the trapezoidal rule over the samples",
+        ),
     },
     "contact_surfaces": {
         "force": ("force", "N", "resultant of the surface on the beams, inertial axes"),

@@ -215,7 +215,9 @@ class Beam(Part):
         alpha, beta = self.mass_damping, self.stiffness_damping
         kind = kernels.CABLE if k == 2 else kernels.BEAM
         first = len(builder.rows["elements"])
-        node = sum(row["nodes"] for row in builder.rows["beams"])
+        node = len(builder.rows["beam_nodes"])
+        for place in self._shape(unloaded):
+            builder.add("beam_nodes", shape=place)
         index = builder.add(
             "beams",
             kind=kind,
@@ -265,6 +267,16 @@ class Beam(Part):
                 alpha=alpha if i in damped else 0.0,
                 beta=beta if i in damped else 0.0,
             )
+
+    def _shape(self, unloaded: np.ndarray | None) -> np.ndarray:
+        """Nodes of the shape without stress (n + 1, 3) from the root, in its axes; straight where none is given."""
+        if unloaded is None:
+            return self.arc[:, None] * np.array([1.0, 0.0, 0.0])
+        root = unloaded[0]
+        e1 = unit(root[1] if self.vectors == 2 else np.cross(root[2], root[3]))
+        e2 = np.cross((0.0, 0.0, 1.0) if abs(e1[2]) < 0.9 else (0.0, 1.0, 0.0), e1)  # as of `beam_strains`
+        e2 = unit(e2 if self.vectors == 2 else root[2])
+        return (unloaded[:, 0] - root[0]) @ np.array([e1, e2, np.cross(e1, e2)]).T
 
     def _constants(
         self, builder: Builder, length: float, section: CrossSection, rest: np.ndarray | None

@@ -205,9 +205,13 @@ class Rod(Part):
                 beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1], stiffness=stiffness[i],
                 rest=rest[i], section=sections[i],
             )  # fmt: skip
+        node = len(builder.rows["beam_nodes"])
+        for place in (x - x[0]) @ R[0] if self.rest == "start" and self.nodes is not None else stress_free(self)[0]:
+            builder.add("beam_nodes", shape=place)
         index = builder.add(
-            "rods", first_element=first, elements=n, first_body=first_body, length=self.length, alpha=self.mass_damping
-        )
+            "rods", first_element=first, elements=n, first_body=first_body, first_node=node, length=self.length,
+            alpha=self.mass_damping,
+        )  # fmt: skip
         builder.names[name] = ("rods", index)
 
     def _write_nodes(self, builder: Builder, x: np.ndarray, R: np.ndarray, shares: list) -> int:

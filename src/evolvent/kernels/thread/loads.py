@@ -4,7 +4,7 @@ import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import INTEGERS, REAL, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.fields import acceleration, gradient
 from evolvent.kernels.law_slopes import force_law_gradient
 from evolvent.kernels.loads import AT_MARKER, FRAME, LAW, NODE, RADIATION, node_share, thread_load
@@ -13,6 +13,7 @@ from evolvent.kernels.rotations import turn, turn_back
 from evolvent.kernels.sides import ON_BODY, side_columns
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.kernels.thread.end import TINY, is_end
+from evolvent.kernels.work import note_power
 from evolvent.model import MODEL
 
 
@@ -37,9 +38,9 @@ def node_motion(threads, nodes, s, p, i, e, x, v):
         v[c] = nodes[k].v[c]
 
 
-@indirect(void(REAL, INTEGERS, REAL, MODEL))
-def evaluate_thread_loads(t, s, factor, model):
-    """Evaluate loads on threads, times `factor`, in a state whose nodes are known, into their records."""
+@indirect(void(types.int64, VECTOR, INTEGERS, REAL, MODEL))
+def evaluate_thread_loads(n, times, s, factor, model):
+    """Evaluate loads on threads, times `factor`, at sample n, whose nodes are known, into their records."""
     threads, nodes, bodies, loads = model.threads, model.nodes, model.bodies, model.loads
     e, x, v = model.scratch[0], model.scratch[1], model.scratch[2]
     for a in range(loads.size):
@@ -50,7 +51,7 @@ def evaluate_thread_loads(t, s, factor, model):
             force[c] = middle[c] = 0.0
         for i in range(s[p]):
             node_motion(threads, nodes, s, p, i, e, x, v)
-            fx, fy, fz = thread_load(t, loads, model, bodies, a, threads[p].body, threads[p].chord, x, v, e)
+            fx, fy, fz = thread_load(times[n], loads, model, bodies, a, threads[p].body, threads[p].chord, x, v, e)
             span = node_share(loads, a, i, nodes[threads[p].node + i].span)
             force[0], force[1], force[2] = force[0] + fx * span, force[1] + fy * span, force[2] + fz * span
             power += span * (fx * v[0] + fy * v[1] + fz * v[2])
@@ -60,7 +61,7 @@ def evaluate_thread_loads(t, s, factor, model):
         for c in range(3):
             force[c] *= factor
             middle[c] = middle[c] / length if length > 0.0 else threads[p].Q[c]
-        loads[a].rate = factor * power * threads[p].copies
+        note_power(loads[a], n, times, factor * power * threads[p].copies)
 
 
 @indirect(REAL(REAL, INTEGERS, MODEL, types.int64))

@@ -9,8 +9,8 @@ import numpy as np
 from evolvent.elements.sections import Arc, Circle, Tube
 from evolvent.kernels.beam_strains import POINTS
 from evolvent.model import RESULTS
-from evolvent.results.observe.variables import Observed, cross, norm
-from evolvent.results.observe.view import View, root_axes
+from evolvent.results.observe.variables import Observed, norm
+from evolvent.results.observe.view import View
 
 Array = np.ndarray
 #: What forces and moments are of, in words.
@@ -28,9 +28,9 @@ def observe_beam(view: View, name: str) -> Observed:
     beam's own at the root, x along, y and z across (of a cable, which has no twist, those turned by the shortest way).
     """
     index, part, found = view.index(name), view.part(name), Observed()
-    nodes, rates = view.nodes(index)
-    axes = root_axes(nodes)
-    _observe_shape(part, name, nodes, rates, axes, found)
+    row = view.model.beams[index]
+    words = {"slopes": "derivatives of the positions by the length", "curvature": "curvature of the axis"}
+    add_nodes(view, row, part, words, found)
     add_sections(view, index, "strain axial_force energy_density", found)
     found.coordinate("arc", "section", section_arc(part), "m", "length from the root to the two points of each element")
     if part.vectors == 4:
@@ -40,38 +40,49 @@ def observe_beam(view: View, name: str) -> Observed:
         found.coordinate("arc_element", "element", middles, "m", "length from the root to the elements' middles")
     else:
         add_sections(view, index, "bending_moment", found)
-    length, count = float(part.length), int(part.elements)
-    found.along("curvature", "node", curvature(nodes, part.lengths), "m-1", "curvature of the axis at the nodes")
-    found.results("beams", view.fields["beams"], index)
-    found.coordinate("node", "node", np.arange(count + 1), "1", "node, 0 at the root")
-    found.coordinate("arc_node", "node", part.arc, "m", "length from the root to the node")
-    line: dict[str, Any] = {"points": "position", "slope": "slope", "length": length}
-    bends = float(np.nanmax(found.variables["curvature"].values, initial=0.0)) * length > _BENT
-    line["values"] = ["curvature", "axial_force"] if bends else ["axial_force", "curvature"]
-    found.drawn = [{"line": line | _section_drawn(part.section, nodes, axes, found)}]
-    found.plots = ["tip_deflection"]
+    found.results("beams", view.fields["beams"], index, {"axes"})
+    if part.vectors == 4:
+        across = view.nodes(index)[0][:, :, 2:]
+    else:  # a cable has no twist: that of its root
+        across = np.broadcast_to(
+            view.fields["beams"]["axes"][:, index, None, 1:], (view.t.size, part.elements + 1, 2, 3)
+        )
+    draw_line(part, across, found)
     moments = ["bending_moment_y", "bending_moment_z", "torsional_moment"] if part.vectors == 4 else ["bending_moment"]
     found.plots_along = ["deflection", "axial_force", *moments]
     return found
 
 
-def _observe_shape(part: Any, name: str, nodes: Array, rates: Array, axes: Array, found: Observed) -> None:
-    """Positions, velocities and deflections of the nodes."""
-    unloaded = part.rest_nodes(name)
-    if unloaded is None:
-        shape = part.arc[:, None] * np.array([1.0, 0.0, 0.0])
-    else:
-        shape = (unloaded[:, 0] - unloaded[0, 0]) @ root_axes(unloaded[None])[0].T
-    position = nodes[:, :, 0]
-    deflection = (position - position[:, :1]) @ np.swapaxes(axes, 1, 2) - shape
-    found.along("position", "node", position, "m", "positions of the nodes, inertial axes")
-    found.along("velocity", "node", rates[:, :, 0], "m s-1", "velocities of the nodes, inertial axes")
-    found.along("slope", "node", nodes[:, :, 1], "1", "derivatives of the positions by the length, inertial axes")
-    what = "from the shape without stress, in the axes of the root (x along the beam, y and z across)"
-    found.along("deflection", "node", deflection, "m", f"deflections of the nodes {what}")
-    found.vector("tip_deflection", deflection[:, -1], "m", f"deflection of the tip {what}")
-    found.vector("tip_position", position[:, -1], "m", "position of the tip, inertial axes")
-    found.scalar("tip_speed", norm(rates[:, -1, 0]), "m s-1", "speed of the tip in inertial space")
+def add_nodes(view: View, row: Any, part: Any, words: dict[str, str], found: Observed) -> None:
+    """Add the results of the nodes of a beam or rod, those of its tip, and the nodes' coordinates."""
+    own = slice(int(row["first_node"]), int(row["first_node"] + row["elements"]) + 1)
+    fields = {key: view.fields["beam_nodes"][key][:, own] for key in RESULTS["beam_nodes"]}
+    for key, (name, unit, text) in RESULTS["beam_nodes"].items():
+        found.along(name, "node", fields[key], unit, text.format(**words))
+    what = RESULTS["beam_nodes"]["deflection"][2].replace("deflections of the nodes", "deflection of the tip")
+    found.vector("tip_deflection", fields["deflection"][:, -1], "m", what)
+    found.vector("tip_position", fields["x"][:, -1], "m", "position of the tip, inertial axes")
+    found.scalar("tip_speed", norm(fields["v"][:, -1]), "m s-1", "speed of the tip in inertial space")
+    found.coordinate("node", "node", np.arange(part.elements + 1), "1", "node, 0 at the root")
+    found.coordinate("arc_node", "node", part.arc, "m", "length from the root to the node")
+    found.plots = ["tip_deflection"]
+
+
+def draw_line(part: Any, across: Array, found: Observed) -> None:
+    """Add how a beam or rod is drawn; across : (nt, n, 2, 3) float, directions y and z of the sections at the nodes."""
+    length = float(part.length)
+    bends = float(np.nanmax(found.variables["curvature"].values, initial=0.0)) * length > _BENT
+    line: dict[str, Any] = {"points": "position", "slope": "slope", "length": length}
+    line["values"] = ["curvature", "axial_force"] if bends else ["axial_force", "curvature"]
+    section = getattr(part.section, "root", part.section)  # of a taper
+    if isinstance(section, Circle | Tube) or (isinstance(section, Arc) and section.angle >= np.pi):
+        line |= {"kind": "rod", "width": 2.0 * float(section.radius)}
+    elif section.sides is not None:  # a strip along its width
+        y, z = section.sides
+        text = "direction along which the beam is drawn wide, inertial axes"
+        found.along("width_direction", "node", across[:, :, int(z >= y)], "1", text)
+        line |= {"kind": "line", "width": max(y, z), "across": "width_direction"}
+    found.drawn = [{"line": line}]
 
 
 def add_sections(view: View, index: int, fields: str, found: Observed) -> None:
@@ -89,44 +100,4 @@ def add_sections(view: View, index: int, fields: str, found: Observed) -> None:
 def section_arc(part: Any) -> Array:
     """Lengths from the root to the two points of each element at which its sections are seen."""
     found: Array = (part.arc[:-1, None] + part.lengths[:, None] * np.array(POINTS[:2])).ravel()
-    return found
-
-
-def _section_drawn(section: Any, nodes: Array, axes: Array, found: Observed) -> dict[str, Any]:
-    """How wide a beam is drawn: round ones by their diameter, flat ones as strips along their width."""
-    section = getattr(section, "root", section)  # of a taper
-    if isinstance(section, Circle | Tube) or (isinstance(section, Arc) and section.angle >= np.pi):
-        return {"kind": "rod", "width": 2.0 * float(section.radius)}
-    sides = section.sides
-    if sides is None:
-        return {}
-    y, z = sides
-    which = 2 if z >= y else 1
-    if nodes.shape[2] == 4:
-        across = nodes[:, :, 1 + which]
-    else:  # a cable has no twist: that of its root
-        across = np.broadcast_to(axes[:, which][:, None], nodes[:, :, 0].shape)
-    found.along("width_direction", "node", across, "1", "direction along which the beam is drawn wide, inertial axes")
-    return {"kind": "line", "width": max(y, z), "across": "width_direction"}
-
-
-def curvature(nodes: Array, lengths: Array) -> Array:
-    """|r' x r''| / |r'|^3 at the nodes (nt, n), of the cubic elements; the mean of both elements that meet there.
-
-    Parameters
-    ----------
-    nodes : (nt, n, vectors, 3) float; lengths : (n - 1,) float, m, of the elements
-    """
-    r, s = nodes[:, :, 0], nodes[:, :, 1]
-    h = lengths[:, None]
-    step = np.diff(r, axis=1)
-    at_start = (6.0 * step - h * (4.0 * s[:, :-1] + 2.0 * s[:, 1:])) / h**2
-    at_end = (-6.0 * step + h * (2.0 * s[:, :-1] + 4.0 * s[:, 1:])) / h**2
-    size = norm(s)
-    bent = np.zeros(size.shape)
-    count = np.zeros(size.shape[1])
-    for second, at in ((at_start, slice(0, -1)), (at_end, slice(1, None))):
-        bent[:, at] += norm(cross(s[:, at], second)) / size[:, at] ** 3
-        count[at] += 1.0
-    found: Array = bent / count
     return found

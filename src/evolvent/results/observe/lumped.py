@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from evolvent.kernels import rigid
+from evolvent.model import RESULTS
 from evolvent.results.motion import quaternions
 from evolvent.results.observe.joints import reactions
 from evolvent.results.observe.shapes import solids_of
-from evolvent.results.observe.variables import Observed, Variable, cross, dot, norm, turned, turned_back
+from evolvent.results.observe.variables import Observed, Variable, cross, dot, norm, turned_back
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
@@ -33,24 +34,19 @@ def observe_body(view: View, name: str) -> Observed:
     found.vector("velocity", pose.v, "m s-1", "velocity of the centre of mass, inertial axes")
     own = turned_back(pose.R, pose.w)
     found.vector("rate", own, "rad s-1", "angular velocity, body axes")
-    angle, mass = view.angle(index), float(row["mass"])
+    angle = view.angle(index)
     if angle is not None:
         found.scalar("angle", angle, "rad", "angle about its axis, over any number of turns")
     if row["motion"] == rigid.FREE:
         axis = pose.R @ row["axis"]
         tilt = np.arctan2(norm(cross(axis[:1], axis)), dot(axis[:1], axis))
         found.scalar("tilt", tilt, "rad", "angle of its axis from that at the start")
-        spin = turned(pose.R, own @ row["inertia"])
-        found.vector("momentum", mass * pose.v, "kg m s-1", "linear momentum, inertial axes")
-        text = "angular momentum about the centre of mass, inertial axes"
-        found.vector("angular_momentum", spin, "kg m2 s-1", text)
-        kinetic = 0.5 * mass * dot(pose.v, pose.v) + 0.5 * dot(pose.w, spin)
-        found.scalar("energy_kinetic", kinetic, "J", "kinetic energy")
-    elif row["motion"] == rigid.SPIN:
-        rate, inertia = view.y[:, int(row["iv"])], float(row["spin_inertia"])
-        spin = inertia * rate[:, None] * turned(pose.R, row["axis"])
-        found.vector("angular_momentum", spin, "kg m2 s-1", "angular momentum about its axis, inertial axes")
-        found.scalar("energy_kinetic", 0.5 * inertia * rate**2, "J", "kinetic energy")
+    if row["motion"] != rigid.DRIVEN:
+        free = bool(row["motion"] == rigid.FREE)
+        found.results("bodies", view.fields["bodies"], index, {"angular"} if free else {"linear", "angular"})
+        variable, unit, text = RESULTS["bodies"]["angular"]
+        spin = view.fields["bodies"]["angular"][:, index]
+        found.vector(variable, spin, unit, text.format(about="the centre of mass" if free else "its axis"))
     rows = view.joint_rows.get(name, [])
     if rows:
         held = reactions(view, rows)
@@ -79,14 +75,13 @@ def attitude(view: View, row: Any) -> Array:
 
 def observe_point(view: View, name: str) -> Observed:
     """Position, velocity, momentum and energy of a point mass; the force that holds it, where it is fixed to a part."""
-    row, found = view.model.points[view.index(name)], Observed()
+    index, found = view.index(name), Observed()
+    row = view.model.points[index]
     x, v = view.coordinates(int(row["iq"])), view.coordinates(int(row["iv"]))
-    mass = float(row["mass"])
     found.vector("position", x, "m", "position, inertial axes")
     found.vector("velocity", v, "m s-1", "velocity, inertial axes")
     found.scalar("speed", norm(v), "m s-1", "speed")
-    found.vector("momentum", mass * v, "kg m s-1", "linear momentum, inertial axes")
-    found.scalar("energy_kinetic", 0.5 * mass * dot(v, v), "J", "kinetic energy")
+    found.results("points", view.fields["points"], index)
     found.drawn = [{"marks": {"points": ["position"]}}]
     found.plots = ["position"]
     rows = view.joint_rows.get(name, [])

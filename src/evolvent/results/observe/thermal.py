@@ -7,7 +7,6 @@ import numpy as np
 from evolvent.results.observe.beams import add_sections, section_arc
 from evolvent.results.observe.variables import Observed
 from evolvent.results.observe.view import View
-from evolvent.solvers import heating
 
 
 def observe_thermal_load(view: View, name: str) -> Observed:
@@ -28,7 +27,7 @@ def observe_thermal_load(view: View, name: str) -> Observed:
         curvatures = " free_curvature_y free_curvature_z" if beam.vectors == 4 else ""
         add_sections(view, int(row["beam"]), f"free_strain{curvatures}", found)
         found.coordinate("arc", "section", arc, "m", "length from the root to the two points of each element")
-    _observe_work(view, index, found)
+    found.plots, found.plots_along = ["temperature"], ["free_strain"]
     return found
 
 
@@ -40,11 +39,3 @@ def _observe_rod(view: View, index: int, found: Observed) -> None:
     found.along("free_strain", "section", free[..., 0], "1", f"strain of the axis without stress {where}")
     found.along("free_curvature_y", "section", free[..., 4], "m-1", f"curvature about y without stress {where}")
     found.along("free_curvature_z", "section", free[..., 5], "m-1", f"curvature about z without stress {where}")
-
-
-def _observe_work(view: View, index: int, found: Observed) -> None:
-    """The work done as the free strain changes."""
-    heated = heating.energies(view.model, index, view.t, view.y, view.load_factor)
-    text = "work done as the free strain changes, since the first sample, by the trapezoidal rule over the samples"
-    found.scalar("work", heated.work, "J", text)
-    found.plots, found.plots_along = ["temperature"], ["free_strain"]

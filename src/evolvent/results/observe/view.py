@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,8 +15,7 @@ from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.drive import drive
 from evolvent.model import RESULTS
 from evolvent.results.motion import rotation_matrices
-from evolvent.results.observe.variables import cross, norm, turned
-from evolvent.solvers import heating
+from evolvent.results.observe.variables import cross, turned
 from evolvent.solvers.explicit_plan import METHODS
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.still_threads import end_ramps
@@ -113,14 +111,10 @@ class View:
         needs.load(model, evaluate)
         factor = np.resize(self.load_factor, self.t.size)
         for k in range(self.t.size):
-            evaluate(self.t[k], self.y[k], self.s[k], la[k], factor[k], model)
+            evaluate(k, self.t, self.y[k], self.s[k], la[k], factor[k], model)
             for name, kept in found.items():
                 for field, values in kept.items():
                     values[k] = records[name][field]
-        for k in np.flatnonzero(model.thermal_loads["beam"] >= 0).tolist():
-            heated = heating.energies(model, k, self.t, self.y, self.load_factor)
-            found["beams"]["elastic"][:, heated.beam] += heated.elastic
-            found["beams"]["bending"][:, heated.beam] += heated.bending
         if self.solution.kept is not None and self.solution.kept.points is not None:
             found["contact_points"]["force"] = self.solution.kept.points
         if self.solution.kept is not None or has_explicit_forces(model):  # else there is nothing to evaluate again
@@ -194,15 +188,18 @@ class View:
     def nodes(self, index: int) -> tuple[Array, Array]:
         """Coordinates and rates of a beam's nodes: (nt, n + 1, vectors, 3), m and 1, m/s and 1/s."""
         row = self.model.beams[index]
-        n, k = int(row["nodes"]), NODE_VECTORS[int(row["kind"])]
+        n, k = int(row["nodes"]), self.vectors(row)
         q, v = (self.coordinates(int(row[key]), 3 * k * n) for key in ("iq", "iv"))
         return q.reshape(-1, n, k, 3), v.reshape(-1, n, k, 3)
+
+    def vectors(self, row: Any) -> int:
+        """Vectors of each node of a record of beams."""
+        return NODE_VECTORS[int(row["kind"])]
 
     def node_vectors(self, q: int) -> int:
         """Vectors of the node of a beam that has the coordinate q."""
         beams = self.model.beams
-        row = beams[np.flatnonzero((beams["iq"] >= 0) & (beams["iq"] <= q))[-1]]
-        return NODE_VECTORS[int(row["kind"])]
+        return self.vectors(beams[np.flatnonzero((beams["iq"] >= 0) & (beams["iq"] <= q))[-1]])
 
     def side(self, joint: Any, which: int, *, is_point: bool) -> Side:
         """An end of a row of the family `joints`."""
@@ -232,44 +229,3 @@ def about(axis: Array, angle: Array) -> Array:
     K = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
     s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
     return np.eye(3) + s * K + (1.0 - c) * (K @ K)
-
-
-def root_axes(nodes: Array) -> Array:
-    """Axes of the root (nt, 3, 3), rows x along, y and z: of nodes (nt, n, vectors, 3)."""
-    x = nodes[:, 0, 1]
-    if nodes.shape[2] == 4:  # the section: across it stands x
-        y, z = nodes[:, 0, 2], nodes[:, 0, 3]
-        x = cross(y, z)
-    else:
-        y = carried(x, across(x[0]))
-    x = x / norm(x)[:, None]
-    y = y - np.einsum("ti,ti->t", y, x)[:, None] * x
-    y = y / norm(y)[:, None]
-    return np.stack([x, y, cross(x, y)], axis=1)
-
-
-def carried(x: Array, y: Array) -> Array:
-    """A direction y (3,) across x[0], turned with the directions x (nt, 3) by the shortest way between samples."""
-    found, (px, py, pz) = [tuple(y)], (x[0] / np.linalg.norm(x[0])).tolist()
-    a, b, c = y.tolist()
-    for ex, ey, ez in (x[1:] / norm(x[1:])[:, None]).tolist():
-        vx, vy, vz = px + ex, py + ey, pz + ez
-        size = vx * vx + vy * vy + vz * vz
-        if size > 1e-12:  # turned from e to f: y - 2 (y . (e + f))/|e + f|^2 (e + f), since y . e = 0
-            s = 2.0 * (a * vx + b * vy + c * vz) / size
-            a, b, c = a - s * vx, b - s * vy, c - s * vz
-        s = a * ex + b * ey + c * ez
-        a, b, c = a - s * ex, b - s * ey, c - s * ez
-        s = 1.0 / math.sqrt(a * a + b * b + c * c)
-        a, b, c = s * a, s * b, s * c
-        found.append((a, b, c))
-        px, py, pz = ex, ey, ez
-    return np.array(found)
-
-
-def across(x: Array) -> Array:
-    """A unit vector across x, in the plane across z where that is possible."""
-    z = np.array([0.0, 0.0, 1.0]) if abs(x[2]) < 0.9 * np.linalg.norm(x) else np.array([0.0, 1.0, 0.0])
-    y = np.cross(z, x)
-    found: Array = y / np.linalg.norm(y)
-    return found
