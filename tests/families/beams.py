@@ -146,7 +146,7 @@ def oscillation(t: Array, rest: float, start: float, rate: float, w: float) -> A
 INERTIA = MASS / 3.0
 
 
-@of("a hinge")
+@of("a rotational spring")
 def hinge() -> Case:
     """A rod on a hinge whose spring rests at an angle: in equilibrium there, else it swings about that."""
     c, rest = 1.0, -0.1
@@ -164,7 +164,7 @@ def hinge() -> Case:
     )  # fmt: skip
 
 
-@of("a hinge with a latch")
+@of("a rotational spring with a latch")
 def latch() -> Case:
     """A rod swings on its hinge's spring until the latch's spring acts as well."""
     c, rest, rate, angle, stiff = 1.0, 0.1, 0.3, 0.2, 5.0

@@ -29,7 +29,7 @@ def on_axes(gravity: Array, velocity: Array, **first: Any) -> System:
     return found
 
 
-@of("a spring along an axis")
+@of("a translational spring")
 def axial_spring() -> Case:
     """A mass swings along each of three axes by itself."""
     g, v, w = np.array([0.0, 0.0, -9.81]), np.array([0.5, 0.3, 0.0]), np.sqrt(K / M)

@@ -134,6 +134,13 @@ EVERY: dict[str, Part] = {
     "cylinder contact": parts.CylinderContact(
         body="hub", beams=["boom", "other"], radius=0.3, stiffness="1e6 N/m^1.5", exponent=1.5, damping="0.1 s/m"
     ),
+    "sphere contact": parts.SphereContact(body="hub", beams=["boom"], radius=0.3, stiffness=1e6, damping=0.1),
+    "capsule contact": parts.CapsuleContact(
+        body="hub", beams=["boom"], radius=0.3, length=1.0, axis=(1.0, 0.0, 0.0), stiffness=1e6, damping=0.1
+    ),
+    "plane contact": parts.PlaneContact(
+        body="ground", beams=["boom"], normal=(0.0, 0.0, 1.0), clearance=0.1, size=2.0, stiffness=1e6, damping=0.1
+    ),
     "contact of the paper": parts.CylinderContact(
         body="ground", beams=["boom"], radius=0.3, half_length=1.0, law="paper", damping="0.1 N s/m"
     ),
@@ -168,7 +175,7 @@ def test_every_kind_is_tried_above() -> None:
     """All but those that hold a drive, a law or a load, which have tests of their own."""
     tried = {type(part) for part in EVERY.values()}
     own = {"beam", "joint", "link", "reel", "spring", "thread", "guide", "point", "rigid_body", "rotational_spring"}
-    own |= {"cylinder_contact", "self_contact", "translational_spring", "synchronization", "motor", "attitude"}
+    own |= {"surface_contact", "self_contact", "translational_spring", "synchronization", "motor", "attitude"}
     there = {part for part in kinds().values() if part.__module__.rpartition(".")[2] in own}
     assert there - tried == {parts.Reel, parts.PrescribedMotion, parts.PrescribedRotation} & there
 

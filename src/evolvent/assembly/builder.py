@@ -340,7 +340,7 @@ class Builder:
         return {float(t) for t in times if np.isfinite(t)}
 
     def _switches(self, families: dict[str, Array]) -> Array:
-        """Switches at the start: released nodes, turns and latches of the hinges, those of events, senses of spools.
+        """Switches at the start: released nodes, turns and latches of coordinates, those of events, senses of spools.
 
         An event has one for each joint that it releases and each motor that it switches off, 0 until it has; where a
         latch does that, its own switch serves. Those of spools with friction stand last.
@@ -390,7 +390,7 @@ class Builder:
         return sum(row["spool_friction"] > 0.0 for row in self.rows["threads"])
 
     def _latches(self) -> int:
-        """Number of the events of hinges: one each, where any of them has a latch."""
+        """Number of the events of joint coordinates: one each, where any of them has a latch."""
         rows = self.rows["coordinates"]
         return len(rows) if any(np.isfinite(row["latch"]) for row in rows) else 0
 

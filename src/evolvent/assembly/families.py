@@ -198,15 +198,15 @@ FAMILIES = (
         which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found) & (found["nodes"] == 1),
     ),
     Family(
-        "a hinge", "coordinates", EVERY,
+        "a rotational spring", "coordinates", EVERY,
         which=lambda found: _is_angle(found) & ~np.isfinite(found["latch"]) & (found["friction"] == 0.0),
     ),
     Family(
-        "a hinge with a latch", "coordinates", EVERY,
+        "a rotational spring with a latch", "coordinates", EVERY,
         which=lambda found: _is_angle(found) & np.isfinite(found["latch"]) & (found["friction"] == 0.0),
     ),
     Family(
-        "a spring along an axis", "coordinates", EVERY,
+        "a translational spring", "coordinates", EVERY,
         which=lambda found: ~_is_angle(found) & (found["friction"] == 0.0),
     ),
     Family(

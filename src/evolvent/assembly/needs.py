@@ -19,7 +19,7 @@ from evolvent.model import Model
 
 
 def has_explicit_forces(model: Model) -> bool:
-    """Whether a model has beams, rods, joints by penalties, hinges or user-defined laws between points."""
+    """Whether a model has beams, rods, joints by penalties, joint coordinates or user-defined laws between points."""
     return bool(
         model.beams.size or model.rods.size or model.info.penalties or model.coordinates.size
         or model.custom_forces.size or model.body_contacts.size

@@ -137,14 +137,6 @@ def skew(a: Array) -> Array:
     return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
 
 
-def from_quaternions(q: Array) -> Array:
-    """Rotation matrices (n, 3, 3) of unit quaternions (n, 4), scalar part first."""
-    from scipy.spatial.transform import Rotation
-
-    found: Array = Rotation.from_quat(np.array(q), scalar_first=True).as_matrix()
-    return found
-
-
 def quaternion(R: Array) -> Array:
     """Quaternion (4,), scalar part first and not below zero, of a rotation matrix."""
     from scipy.spatial.transform import Rotation

@@ -1,4 +1,4 @@
-"""Events: nodes leave and reach their spools, whole threads are released, a user's events, hinges latch."""
+"""Events: nodes leave and reach their spools, whole threads are released, a user's events, joint coordinates latch."""
 
 import numpy as np
 from numba import types, void
@@ -38,7 +38,7 @@ def event_values(t, y, s, model, g):
 
     Parameters
     ----------
-    g : (ne,) float, output: release and capture of every thread, the user's events, the latch of every hinge, the
+    g : (ne,) float, output: release and capture of every thread, the user's events, the latch of every coordinate, the
         changes of every spool with friction
     """
     threads = model.threads

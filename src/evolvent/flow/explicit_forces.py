@@ -1,4 +1,4 @@
-"""Beams, rods, contacts, hinges, penalty joints, laws between points under explicit methods: forces, energies.
+"""Beams, rods, contacts, coordinates, penalty joints, laws between points under explicit methods: forces, energies.
 
 Joints and gears without `stiffness` are rows of `evolvent.kernels.constraint_rows`. Bristles of frictions at the start
 of a step are among the accounts. `evolvent.solvers.explicit_modes` finds the fastest mode.
@@ -51,7 +51,7 @@ def has_explicit_forces(model):
 
 @indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def add_explicit_forces(t, y, s, model, dy):
-    """Forces of beams, rods, contacts, hinges, penalties, users' laws: onto bodies and points, into F and P.
+    """Forces of beams, rods, contacts, joint coordinates, penalties, users' laws: onto bodies and points, into F and P.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def add_explicit_forces(t, y, s, model, dy):
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def add_explicit_inventory(t, y, s, model, out):
-    """Add beams, rods, contacts, hinges, penalties, laws to an inventory (beams' momenta are those of bodies)."""
+    """Add beams, rods, contacts, coordinates, penalties, laws to an inventory (beams' momenta are those of bodies)."""
     F = model.F
     for i in range(F.size):
         F[i] = 0.0

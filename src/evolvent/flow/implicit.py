@@ -139,7 +139,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     """matrix = c_mass M + c_rate dF/dv + dF/dq, and `scale` times the constraints; after `residual` only.
 
     At rest it is exact but for contacts and gears. Left out is what only slows Newton's method: how a turn of a body or
-    of a line of action changes the rates of springs, hinges and user-defined laws (beside what is kept it is the angle
+    of a line of action changes the rates of springs, coordinates, custom forces (beside what is kept it is the angle
     turned in a step), how the torques of a gear turn with its bodies, how light on threads and loads on their ends
     change, how the direction of friction follows that of the normal (beside the bristle's stiffness: slip by radius),
     and that turns within a step do not commute (half the angle turned in a step).
@@ -179,7 +179,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
 def energies(t, y, model, out):
     """out : (3,) = kinetic and elastic energy of everything, and the part of bending in beams and rods, J.
 
-    Contacts, hinges and penalties are those of the last `residual`.
+    Contacts, joint coordinates and penalties are those of the last `residual`.
     """
     for i in range(3):
         out[i] = 0.0

@@ -1,4 +1,4 @@
-"""Coordinates of joints with spring, damper, stops, latch and friction: angles of hinges, and travels.
+"""Coordinates of joints with spring, damper, stops, latch and friction: angles of joint coordinates, and travels.
 
 They are measured by `axial`; an angle is continuous over any number of turns. Each has two switches in the state: the
 angle of the last step in quarter turns, rounded, which gives the number of whole turns, and whether the latch has
@@ -28,7 +28,7 @@ from evolvent.kernels.coordinate_laws import (
 from evolvent.model import BY_FRICTION, FRICTION_FORCE, MODEL, family_type
 
 _I = types.int64
-#: Angle that a step may turn a hinge by, rad; the quarter turns of its start distinguish turns up to 3/4 pi.
+#: Angle that a step may turn a joint coordinate by, rad; the quarter turns of its start distinguish turns up to 3/4 pi.
 MOST_TURNED = 1.5
 #: An angle this near to the latch's, rad, has reached it.
 REACHED = 1e-10
@@ -189,7 +189,7 @@ def note_turns(t, y, s, model):
 
 @inlined
 def longest_step(coordinates):
-    """Time in which a hinge turns by `MOST_TURNED` at the rate of the last step, s; infinity where none turns."""
+    """Time in which a coordinate turns by `MOST_TURNED` at the rate of the last step, s; infinity where none turns."""
     pace = 0.0
     for k in range(coordinates.size):
         pace = max(pace, coordinates[k].pace)
@@ -223,14 +223,14 @@ def until_latch(s, coordinates):
 
 @inlined
 def latch_reached(s, coordinates, k):
-    """Whether the open latch of hinge k is reached at the angle of the last step."""
+    """Whether the open latch of joint coordinate k is reached at the angle of the last step."""
     if s[coordinates[k].switch + 1] != 0 or not math.isfinite(coordinates[k].latch):
         return False
     return coordinates[k].side * (coordinates[k].angle - coordinates[k].latch) <= REACHED
 
 
 def coordinate_bound(coordinates):
-    """Stiffness (N m/rad) and damping (N m s/rad) of all hinges, every stop reached and every latch locked.
+    """Stiffness (N m/rad) and damping (N m s/rad) of all joint coordinates, every stop reached and every latch locked.
 
     Not compiled.
     """

@@ -26,7 +26,7 @@ _I = types.int64
 
 @indirect(void(VECTOR, REAL, MODEL, SPARSE))
 def add_coordinate_tangents(y, c_rate, model, matrix):
-    """Tangents of all hinges, at the angles of the last forces.
+    """Tangents of all joint coordinates, at the angles of the last forces.
 
     Notes
     -----
@@ -80,7 +80,7 @@ def add_coordinate_tangents(y, c_rate, model, matrix):
 
 @inlined
 def _add_between_bodies(model, k, u, g, torque, slope, damping, K, matrix):
-    """Tangent of hinge k between two bodies; K[3:6, 3:6] = H.
+    """Tangent of joint coordinate k between two bodies; K[3:6, 3:6] = H.
 
     Notes
     -----

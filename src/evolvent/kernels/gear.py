@@ -1,6 +1,6 @@
 """Gears: q_1 + ratio q_2 keeps its value, of two angles or travels between bodies; a kind of the family `joints`.
 
-The coordinates are measured as those of hinges (`kernels.axial`). The sum of angles counts modulo 2 pi/teeth, so that
+The coordinates are measured as others (`kernels.axial`). The sum of angles counts modulo 2 pi/teeth, so that
 angles need no counted turns: whole numbers of teeth make it the same after any number of them.
 """
 

@@ -1,4 +1,4 @@
-"""Sides: vectors of coordinates, or fixed to a body, that joints, hinges and contacts couple.
+"""Sides: vectors of coordinates, or fixed to a body, that joints, joint coordinates and contacts couple.
 
 A side is a vector u: a point or a direction, of coordinates, fixed to a body, or a combination of the slopes of a node
 of 24-coordinate elements. Its columns J : (3, n) are du over the side's unknowns: 3 coordinates; 6 of a free body

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 #: The accounts at the end of the state vector: integrals over time, then what events brought in.
-ACCOUNTS = ("dissipated", "spool", "load", "drive", "release")
 DISSIPATED, SPOOL, LOAD, DRIVE, RELEASE = range(5)
 JUMP_ANGULAR, JUMP_LINEAR, N_ACCOUNTS = 5, 8, 11
 #: Accounts that follow in a model with beams or rods, under explicit methods: what causes have taken, and the impulse
@@ -128,7 +127,7 @@ RECORDS: dict[str, np.dtype] = {
     # sides a and b of one body, point mass or beam, b of an earlier row or earlier in the same one; mass: of vectors,
     # inverse of their entry in M^-1
     "row_pairs": _record("a b", "mass"),
-    # flexible beams; a node's coordinates stand together, node after node; first_node: number of the first among
+    # beams; a node's coordinates stand together, node after node; first_node: number of the first among
     # the nodes of all beams and rods; paper: 1 where the damping is the paper's, which a turn of the whole feels; held:
     # 1 where rows of constraint act on its nodes; axes: rows x along, y and z of the root
     "beams": _record(
@@ -219,7 +218,7 @@ RECORDS: dict[str, np.dtype] = {
     # stated: 1 once the law has given an energy or a power
     "custom_forces": _record("law first last first_marker points", "", "balanced symmetric stated"),
     # angles and travels of gears, which are joints (`kernels.gear`); first, last of a joint: its coordinates; fields as
-    # those of hinges
+    # those of joint coordinates
     "gear_coordinates": _record(
         "kind body on other iq iv", "axis zero local factor", "angle before rate u g p0 q0 p1 q1",
         axis=_3, zero=_3, local=_3, u=_3, g=_3,

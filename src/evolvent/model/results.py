@@ -67,7 +67,7 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "rate": ("rate", "rad s-1", "rate of the angle"),
         "torque": ("torque", "N m", "torque of the joint, sum of {parts}, positive against the angle"),
         "stored": ("energy_elastic", "J", "elastic energy of spring, stops and latch"),
-        "lost": ("dissipation", "W", "power dissipated by the dampers of hinge and latch"),
+        "lost": ("dissipation", "W", "power dissipated by the dampers of spring and latch"),
         "rubs": ("friction_torque", "N m", "torque of friction, part of that of the joint"),
         "latch_torque": ("latch_torque", "N m", "torque in the latch, part of that of the joint"),
         "u": ("ends", "m", "point of travel 0 on the first part, and the second end, inertial axes"),

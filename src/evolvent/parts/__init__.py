@@ -6,7 +6,6 @@ from evolvent.parts.beam_load import DistributedTorque, LineLoad, SlopeLoad
 from evolvent.parts.body_contact import BodyContact
 from evolvent.parts.curve import Parabola
 from evolvent.parts.custom_force import CustomForce
-from evolvent.parts.cylinder_contact import CylinderContact
 from evolvent.parts.drive import ConstantDrive, ExpressionDrive, FreeSpool, LawDrive, RampDrive, TableDrive
 from evolvent.parts.event import Event
 from evolvent.parts.field import AccelerationField, Orbit
@@ -26,7 +25,7 @@ from evolvent.parts.rotational_spring import RotationalSpring
 from evolvent.parts.self_contact import SelfContact
 from evolvent.parts.shapes import Box, Capsule, Cylinder, Plane, Sphere
 from evolvent.parts.spring import Spring
-from evolvent.parts.surface_contact import CapsuleContact, PlaneContact, SphereContact
+from evolvent.parts.surface_contact import CapsuleContact, CylinderContact, PlaneContact, SphereContact
 from evolvent.parts.synchronization import Synchronization
 from evolvent.parts.thermal_load import ThermalLoad
 from evolvent.parts.thread import Thread

@@ -22,7 +22,7 @@ import numpy as np
 from evolvent.compiled.jit import inlined
 
 #: Energies now. elastic: of elements, springs, threads and contacts, of which bending (of beams) and contact; coupled:
-#: of hinges and penalties.
+#: of joint coordinates and penalties.
 ENERGIES = ("kinetic", "elastic", "bending", "contact", "coupled")
 #: What came in since the start: work of loads, of drives and of spools, and what nodes brought in at their release.
 WORK = ("loads", "drives", "spools", "released")

@@ -147,7 +147,7 @@ def restart(model, work):
 
 @indirect(REAL(REAL, MODEL, WORKSPACE))
 def coupled_energy(t, model, work):
-    """Energy of penalties and hinges at the end of the step, J."""
+    """Energy of penalties and joint coordinates at the end of the step, J."""
     joints, coupled = model.joints, 0.0
     for k in range(joints.size):
         if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):

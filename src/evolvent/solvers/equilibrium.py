@@ -476,7 +476,7 @@ def probe(t, step, factor, shift, model, matrix, b):
 
 @indirect(void(REAL, MODEL, _WORKSPACE, VECTOR))
 def accept(t, model, b, out):
-    """Make the state the start of what follows; out : (5,) energies (3), of contacts, of hinges and penalties."""
+    """Make the state the start of what follows; out : (5,) energies (3), of contacts, of coordinates and penalties."""
     contact.end_contacts(b.y, model)
     if model.coordinates.size > 0:
         coordinate_laws.end_coordinate_step(0.0, 1.0, b.y, model.switches, model)

@@ -108,7 +108,7 @@ def _spool(graph: _Graph, thread: np.record) -> int:
 
 
 def _couple_forces(graph: _Graph) -> None:
-    """What threads, springs, hinges, custom forces and contacts couple, but for turns on one another."""
+    """What threads, springs, joint coordinates, custom forces and contacts couple, but for turns on one another."""
     model = graph.model
     for thread in model.threads:  # its departure moves from node to node
         for i in range(thread["n"]):
@@ -125,9 +125,9 @@ def _couple_forces(graph: _Graph) -> None:
         graph.couple(*ends)
     for element in model.rod_elements:
         graph.couple(graph.body[element["a"]], graph.body[element["b"]])
-    for hinge in model.coordinates:
-        second = graph.body[hinge["other"]] if hinge["on"] == sides.ON_BODY else graph.of(int(hinge["iv"]))
-        graph.couple(second, graph.body[hinge["body"]])
+    for row in model.coordinates:
+        second = graph.body[row["other"]] if row["on"] == sides.ON_BODY else graph.of(int(row["iv"]))
+        graph.couple(second, graph.body[row["body"]])
     coordinates = model.coordinates
     for cable in model.synchronizations:
         ends = []

@@ -111,7 +111,7 @@ def note_drives(t, h, model, work):
 
 @indirect(void(REAL, MODEL, WORKSPACE))
 def fill_energies(t, model, work):
-    """Energies of the state at t into the balance; contacts and hinges are those of the last residual."""
+    """Energies of the state at t into the balance; contacts and joint coordinates are those of the last residual."""
     balance = work.balance
     if work.options.midpoint != 0:  # whose bodies are at the mean of a step
         rigid.kinematics(t, work.y, model)

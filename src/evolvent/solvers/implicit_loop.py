@@ -269,7 +269,7 @@ def accept_step(t1, t_end, h, model, work):
 
 @inlined
 def _latch(t, model, work):
-    """Latch the hinges that have reached their latches at the end of a step; returns whether any has."""
+    """Latch the joint coordinates that have reached their latches at the end of a step; returns whether any has."""
     coordinates, s, loop, found = model.coordinates, model.switches, work.loop, False
     for k in range(coordinates.size):
         if coordinate.latch_reached(s, coordinates, k):
@@ -286,7 +286,7 @@ def _latch(t, model, work):
 
 @inlined
 def book_release(before, t, model, work):
-    """Count the energy that a penalty or hinge loses where it is released as a loss of the joints.
+    """Count the energy that a penalty or joint coordinate loses where it is released as a loss of the joints.
 
     Parameters
     ----------

@@ -167,7 +167,7 @@ def end_step(t, h, model, work):
 
 @inlined
 def coupled_energy(t, model, work):
-    """Energy of penalties and hinges at the end of the step, J."""
+    """Energy of penalties and joint coordinates at the end of the step, J."""
     if work.options.method == ENERGY:
         return energy_step.coupled_energy(t, model, work)
     return work.powers[0, eq.COUPLED_ENERGY]

@@ -75,7 +75,7 @@ class Workspace(Struct):
     samples : (nt,) float; stops : (ns,) float, times on which the loop lands and restarts
     R0, x0, R1, x1 : (nb, 3, 3) and (nb, 3) float, rotations and positions of the bodies at both ends of a step
     ends, end_times : (nt, 2, ny) and (nt, 2) float, s, of the steps with the samples, where reactions are evaluated
-    log_t, log_k : (nh + ne,) float and int, s, times of latches and events; their hinges, and -1 - k of event k
+    log_t, log_k : (nh + ne,) float and int, s, times of latches and events; their coordinates, and -1 - k of event k
     out_* : what is kept at the samples; of no row where it is not
     """
 

@@ -191,7 +191,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
 
     Notes
     -----
-    Energies of penalties and hinges stand in `coupled`. Normal impulses are those that the method integrates.
+    Energies of penalties and coordinates stand in `coupled`. Normal impulses are those that the method integrates.
     """
     model = assembly.model
     y, s = np.ascontiguousarray(y), np.ascontiguousarray(s)

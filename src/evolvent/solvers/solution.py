@@ -32,7 +32,7 @@ Array = np.ndarray
 
 
 def first_latch(model: Any) -> int:
-    """Kind of the event by which the first hinge of a model latches (`Solution.event_kinds`); then the others."""
+    """Kind of the event by which the first coordinate of a model latches (`Solution.event_kinds`); then the others."""
     return int(2 * model.threads.size + model.events.size)
 
 
@@ -83,7 +83,7 @@ class Solution:
         `evolvent.solvers.balance`) and what else a method counts
     event_times, event_kinds : (ne,) float and int, s, and what each is: 2 p, a node or the whole of thread p is
         released; 2 p + 1, a node is taken up; then the events that the user has added, in their order; then, from
-        `first_latch` on, the latch of each hinge
+        `first_latch` on, the latch of each joint coordinate
     wall_time, compile_time : float, s
     kept : Sampled, what the method has kept at its samples; None of explicit methods
     path : Path, of a static solution; None of a motion

@@ -1,4 +1,4 @@
-"""Observations of contacts of beams with cylinders and with one another."""
+"""Observations of contacts of beams with surfaces and with one another."""
 
 from __future__ import annotations
 
