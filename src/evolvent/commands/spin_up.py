@@ -9,9 +9,10 @@ import click
 from pydantic import Field
 
 from evolvent.base import files, progress, units
-from evolvent.base.console import echo, once, showing_progress
+from evolvent.base.console import echo, showing_progress
 from evolvent.base.errors import RunFailed
 from evolvent.base.schema import Section
+from evolvent.commands import options as shared
 
 
 class Options(Section):
@@ -29,18 +30,12 @@ class _Lengths(Section):
 
 @click.command("permissible-torque")
 @click.argument("case", metavar="CASE|FILE")
-@click.option(
-    "--lengths",
-    multiple=True,
-    callback=once,
-    metavar="1m,2m,5m",
-    help="Lengths of the blades.  [default: blade.length]",
-)
-@click.option("--rate", multiple=True, callback=once, metavar="0.3rad/s", help="Spin before the torque acts.")
-@click.option("--ramp", multiple=True, callback=once, metavar="10s", help="Time over which the torque grows smoothly.")
-@click.option("-o", "--output", multiple=True, callback=once, metavar="FIGURE.PNG", help="Draw torque over length.")
-@click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
-@click.option("--quiet", is_flag=True, help="Print no table and no progress.")
+@shared.single("--lengths", metavar="1m,2m,5m", text="Lengths of the blades.  [default: blade.length]")
+@shared.single("--rate", metavar="0.3rad/s", text="Spin before the torque acts.")
+@shared.single("--ramp", metavar="10s", text="Time over which the torque grows smoothly.")
+@shared.output("FIGURE.PNG", "Draw torque over length.")
+@shared.assignments
+@shared.quiet()
 def permissible_torque(
     case: str, lengths: str | None, rate: str | None, ramp: str | None, output: str | None,
     assignments: tuple[str, ...], quiet: bool,

@@ -126,10 +126,9 @@ def hub_lag(case: Any, length: float, rate: float, torque: float, *, ramp: float
     given = {
         "body.rate": rate, "blade.length": length, "blade.separates": False,
         "spool.start_length": length, "spool.start_lag": 0.0,
-        "spool.rate": 0.0, "spool.ramp": 0.0, "spool.changes": [], "spool.table": None, "spool.free": None,
         "spin_up": {"torque": torque, "ramp": ramp}, "solver.duration": until, "output.every": until / SAMPLES,
     }  # fmt: skip
-    solution = links.solve(case, given)
+    solution = links.solve(case, given | links.spool_keys(rate=0.0))
     lag = derived.hub_lag([observe_thread(View(solution), "blade-1").variables], 1)[:, 0]
     beyond = np.flatnonzero(lag >= 0.5 * math.pi)
     if not beyond.size and solution.status != "success":
