@@ -9,7 +9,7 @@ import click
 
 from evolvent.base import files
 from evolvent.base.console import echo, once
-from evolvent.base.errors import InputError, RunFailed
+from evolvent.base.errors import RunFailed
 from evolvent.commands import options as shared
 
 
@@ -23,10 +23,7 @@ def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
 
 def _check_targets(output: str | None, figures: str | None, case: str) -> None:
     """Refuse files and folders that could not be written, and results in place of the case, before any work is done."""
-    if output is not None:
-        files.check_writable(output)
-        if os.path.exists(output) and os.path.exists(case) and os.path.samefile(case, output):
-            raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
+    shared.check_output(output, case, "run.nc")
     if figures is not None:
         files.check_writable_folder(figures)
 

@@ -66,8 +66,8 @@ def design_drive(
     bounds = _read(file, options)
     if figure is not None:
         plots.format_of(figure)
-    for path in filter(None, (output, figure)):
-        files.check_writable(path)
+        files.check_writable(figure)
+    shared.check_output(output, case, "drive.yaml")
 
     def show(runs: int, _: float) -> None:
         progress.report("searching", runs, unit="runs")
@@ -97,7 +97,7 @@ def _read(file: str | None, options: dict[str, str | None]) -> Any:
     if not isinstance(content, dict):
         raise InputError(f"{file}: bounds are a mapping of keys to values, such as peak_lag: 14 deg; this is not")
     given = {str(key): value for key, value in content.items()}
-    return Bounds(**given | {key: value for key, value in options.items() if value is not None})
+    return shared.section(Bounds, given | {key: value for key, value in options.items() if value is not None})
 
 
 def _print(found: Design) -> None:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+import os
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 import click
 
+from evolvent.base import files
 from evolvent.base.console import once
+from evolvent.base.errors import InputError
+from evolvent.base.schema import Section
 
 Decorator = Callable[[Any], Any]
+Kind = TypeVar("Kind", bound=Section)
 
 
 def single(*names: str, metavar: str, text: str) -> Decorator:
@@ -38,3 +43,25 @@ def quiet(text: str = "Print no table and no progress.") -> Decorator:
 assignments = click.option(
     "--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case."
 )
+
+
+def section(kind: type[Kind], given: Mapping[str, Any]) -> Kind:
+    """The checked section of what is not None; messages have its keys alone, which are what the user knows."""
+    try:
+        return kind(**{key: value for key, value in given.items() if value is not None})
+    except InputError as error:
+        raise InputError(str(error).removeprefix(f"{kind.__name__}.")) from None
+
+
+def check_output(path: str | None, case: str, instead: str) -> None:
+    """Refuse a file that could not be written, and the case file itself, before any work is done.
+
+    Parameters
+    ----------
+    instead : str, an example of a name
+    """
+    if path is None:
+        return
+    files.check_writable(path)
+    if os.path.exists(path) and os.path.exists(case) and os.path.samefile(case, path):
+        raise InputError(f"-o {path!r} is the case file itself; name another, such as {instead!r}")

@@ -18,14 +18,9 @@ from evolvent.commands import options as shared
 class Options(Section):
     """Values of the options, with units."""
 
+    lengths: Annotated[tuple[units.Length, ...], Field(min_length=1)] | None = None
     rate: units.PositiveRate | None = None
     ramp: units.DurationOrZero = 0.0
-
-
-class _Lengths(Section):
-    """The option --lengths."""
-
-    lengths: Annotated[tuple[units.Length, ...], Field(min_length=1)]
 
 
 @click.command("permissible-torque")
@@ -54,17 +49,14 @@ def permissible_torque(
     from evolvent.view import plots
 
     overrides = cases.parse_assignments(assignments)
-    given: dict[str, Any] = {key: value for key, value in (("rate", rate), ("ramp", ramp)) if value is not None}
-    options = Options(**given)
-    asked: tuple[float, ...] | None = None
-    if lengths is not None:
-        asked = _Lengths(lengths=tuple(one.strip() for one in lengths.split(","))).lengths
+    asked = None if lengths is None else tuple(one.strip() for one in lengths.split(","))
+    options = shared.section(Options, {"lengths": asked, "rate": rate, "ramp": ramp})
     if output is not None:
         plots.format_of(output)
         files.check_writable(output)
     with showing_progress(quiet=quiet):
         found = spin_up.permissible_torque(
-            case, asked, overrides, rate=options.rate, ramp=options.ramp,
+            case, options.lengths, overrides, rate=options.rate, ramp=options.ramp,
             progress=lambda done, count: progress.report("searching", done, count, "lengths"),
         )  # fmt: skip
     if not quiet:

@@ -18,6 +18,8 @@ from evolvent.systems.heliogyro import straight
 Array = np.ndarray
 #: Relative width at which the bisection ends; times that its bracket is widened.
 WIDTH, MOST_WIDENED = 1e-3, 6
+#: Longest ramp, over the period of the lag.
+MOST_PERIODS = 100.0
 #: Samples of a run.
 SAMPLES = 400
 
@@ -85,9 +87,14 @@ def permissible_torque(
         if progress is not None:
             progress(k, len(lengths))
         left = momentum / closed_forms.rotor_inertia(rotor, float(length)) if rate is None else rate
+        period = 2.0 * math.pi / closed_forms.lag_frequency(rotor, length, left)
+        if ramp > MOST_PERIODS * period:
+            most = MOST_PERIODS * period
+            raise InputError(f"ramp is {ramp:g} s; with blades of {length:g} m it must be at most {most:.6g} s, "
+                             f"{MOST_PERIODS:g} periods of the lag")  # fmt: skip
         slow = closed_forms.slow_torque_limit(rotor, length, left)
         rigid = closed_forms.step_torque_limit(rotor, length, left, ramp=ramp)
-        until = ramp + 2.0 * math.pi / closed_forms.lag_frequency(rotor, length, left)
+        until = ramp + period
         try:
             thread = _thread_limit(loaded, length, left, ramp, until, rigid if math.isfinite(rigid) else slow)
         except RunFailed as error:
@@ -141,7 +148,10 @@ def _thread_limit(case: Any, length: float, rate: float, ramp: float, until: flo
     """The torque at which the lag of the thread just reaches 90 degrees, N m, by bisection about `near`."""
 
     def winds(torque: float) -> bool:
-        return bool(hub_lag(case, length, rate, torque, ramp=ramp, until=until).max() >= 0.5 * math.pi)
+        try:
+            return bool(hub_lag(case, length, rate, torque, ramp=ramp, until=until).max() >= 0.5 * math.pi)
+        except InputError as error:
+            raise InputError(f"a blade of {length:g} m at {rate:.4g} rad/s cannot be run: {error}") from None
 
     low = high = near
     begins = winds(near)

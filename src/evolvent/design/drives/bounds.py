@@ -16,6 +16,8 @@ from evolvent.systems.heliogyro import straight
 
 #: Peak lag over the steady one, and time over that of the constant rate, where no bounds are given.
 PEAK_SHARE, TIME_SHARE = 1.02, 1.1
+#: Largest time of a drive, over that of the constant rate, and the inverse of the least.
+MOST_TIME = 100.0
 #: Share of the length by which a drive ends short of a whole blade: of rounded rates it must not unwind too much.
 SHORT = 1e-6
 #: Errors of inertia and spin are below this: the factor 1 - error of the smallest is that of a body that still spins.
@@ -143,6 +145,11 @@ def task(case: Any, bounds: Bounds) -> Task:
             f"spool.rate is {spool.rate:g} rad/s, at which there is no steady lag; use a slower one, or give peak_lag"
         )
     constant = (angles[1] - angles[0]) / rate
+    if bounds.time is not None and not constant / MOST_TIME <= bounds.time <= constant * MOST_TIME:
+        raise InputError(
+            f"time is {bounds.time:g} s; it must be from {constant / MOST_TIME:.4g} to {constant * MOST_TIME:.6g} s, a "
+            f"hundredth to a hundred times the time of the constant rate"
+        )
     full = bounds.replaced(
         peak_lag=PEAK_SHARE * steady if bounds.peak_lag is None else bounds.peak_lag,
         time=TIME_SHARE * constant if bounds.time is None else bounds.time,
