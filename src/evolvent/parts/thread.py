@@ -111,8 +111,8 @@ class Thread(Part):
     A boundary segment whose stiffness k follows its natural length b stores k (l - b)^2/2 at the length l: what the
     spool pays out changes it by -T (1 + strain/2) per length. A driven spool takes up that much power, and a free one
     is turned by that force, which is the tension T plus the strain energy per length. A released node starts on a
-    segment without strain, as under 'constant'. When a node has gone back onto the spool, the next segment is longer than
-    l0, by up to `capture_fraction` l0, and softer by as much, also where `shortest_fraction` is 1.
+    segment without strain, as under 'constant'. When a node has gone back onto the spool, the next segment is longer
+    than l0, by up to `capture_fraction` l0, and softer by as much, also where `shortest_fraction` is 1.
     """
 
     kind: Literal["thread"] = "thread"
