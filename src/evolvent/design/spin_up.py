@@ -176,13 +176,13 @@ def figure(found: Permissible) -> Figure:
     rigid = np.where(np.isfinite(found.rigid), found.rigid, np.nan)
     lines = [
         Line(x=found.length, y=1e3 * found.thread, label=f"thread, torque {course}", marker="o"),
-        Line(x=found.length, y=1e3 * rigid, label=f"rigid blade, torque {course}", color=1, marker="s"),
+        Line(x=found.length, y=1e3 * rigid, label=f"rigid blade, torque {course}", color=1, style=" ", marker="s"),
         Line(x=found.length, y=1e3 * found.slow, label="rigid blade, slow torque", color=2, style="--"),
     ]
-    ratio = [Line(x=found.length, y=found.thread / rigid, marker="o")]
+    above = [Line(x=found.length, y=100.0 * (found.thread / rigid - 1.0), marker="o")]
     panels = [
         Panel(x_label="length of the blades, m", y_label="permissible torque, mN m", lines=lines, log=True),
-        Panel(x_label="length of the blades, m", y_label="thread over rigid blade", lines=ratio, y_zero=True),
+        Panel(x_label="length of the blades, m", y_label="thread above rigid blade, %", lines=above, y_zero=True),
     ]
     title = "Spin-up torque before the blades wind onto the body"
     return Figure(name="spin_up", title=title, panels=panels, height=stacked(2), columns=1)
