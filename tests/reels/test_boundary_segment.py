@@ -13,6 +13,7 @@ import evolvent
 from evolvent import InputError, System, cases, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import energy_momentum as flow
+from evolvent.kernels.thread import boundary
 from evolvent.papers.thread_variants import Data, deploy
 from evolvent.parts.thread import Thread
 from evolvent.solvers import energy_momentum, solve
@@ -245,6 +246,32 @@ def test_the_step_limit_follows_the_stiffest_segment(shortest: float) -> None:
         largest = max(largest, math.sqrt(np.linalg.eigvalsh(found[np.ix_(at, at)] / np.outer(root, root)).max()))
     assert largest <= first.frequency <= 1.42 * largest
     assert limit == pytest.approx(2.0 * math.sqrt(2.0) / first.frequency, rel=0.02)
+
+
+@pytest.mark.parametrize(("damping", "factor"), [(0.0, math.sqrt(5.5)), (3.0, 5.5)])
+def test_the_step_is_shorter_by_what_limits_it(damping: float, factor: float) -> None:
+    """(1 + l0/S)/2 where damping limits it, its root where stiffness does; l0/S is 10."""
+    steps = [
+        stable_step(heliogyro(segments="springs", stiffness=1e4, damping=damping, **own), "rk4", 10.0)[1]
+        for own in ({}, BY_LENGTH)
+    ]
+    assert steps[0] / steps[1] == pytest.approx(factor, rel=0.01)
+
+
+def test_a_segment_after_a_take_back_is_longer_than_a_whole_one() -> None:
+    """By the capture fraction; with `shortest_fraction` 1 it is softer by as much, and stiffer never."""
+    system = System()
+    system.add(parts.RigidBody(motion="driven", rate=0.0), "hub")
+    drive = parts.ConstantDrive(rate=-1.0, angle=5.5)
+    system.add(parts.Reel(body="hub", radius=0.1, centre=(0.0, 0.0, -0.1), drive=drive), "reel")
+    own = {"line_density": RHO, "stiffness": 4 * EA, "wound_mass": "carried", "capture_fraction": 0.05, "damping": 0.5}
+    system.add(parts.Thread(reel="reel", length=1.0, nodes=4, shortest_fraction=1.0, **own, **BY_LENGTH), "thread")
+    assembly = system.assemble()
+    found = solve(assembly, samples=[0.0, 0.3, 0.6], method="dopri5", rtol=1e-8, atol=1e-10)
+    assert found.event_times == pytest.approx([0.375], abs=1e-6)
+    threads, l0 = assembly.model.threads, 0.25
+    factors = [boundary.length_factor(threads, 0, share * l0)[0] for share in (0.5, 1.0, 1.05)]
+    assert factors == pytest.approx([1.0, 1.0, 1.0 / 1.05], rel=1e-14)
 
 
 def test_a_step_that_a_constant_stiffness_allows_is_refused() -> None:

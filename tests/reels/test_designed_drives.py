@@ -126,10 +126,14 @@ def test_what_is_missed_is_reported(tmp_path: pathlib.Path, monkeypatch: pytest.
     ("options", "sentence"),
     [
         (["inertia-stand"], "'inertia-stand'"),
-        (["heliogyro", "--peak-lag", "-1deg"], "it must be above 0"),
+        (["heliogyro", "--peak-lag", "-1deg"], "peak_lag is '-1deg'; it must be an angle above 0"),
+        (["heliogyro", "--tension", "0 mN"], "tension is '0 mN'; it must be a force above 0"),
+        (["heliogyro", "--spool-torque", "-2 mN m"], "spool_torque is '-2 mN m'; it must be a torque above 0"),
         (["heliogyro", "--tension", "3 m"], "tension is '3 m'"),
         (["heliogyro", "--time", "0s"], "time is '0s'"),
-        (["heliogyro", "--error", "0.95"], "it must be below 0.9"),
+        (["heliogyro", "--time", "1 ms"], "a hundredth to a hundred times the time of the constant rate"),
+        (["heliogyro", "--time", "1e25s"], "a hundredth to a hundred times the time of the constant rate"),
+        (["heliogyro", "--error", "0.95"], "error is '0.95'; it must be a plain number of 0 or above and below 0.9"),
         (["heliogyro", "--length", "6m"], "it must be at most blade.length, 5 m"),
         (["heliogyro", "--length", "1m", "--set", "spool.start_length=1"], "as spool.start_length"),
         (["heliogyro", "--set", "spool.rate=16"], "there is no steady lag"),
@@ -143,6 +147,51 @@ def test_bounds_that_cannot_be_used_are_refused(options: list[str], sentence: st
     found = CliRunner().invoke(commands, ["design-drive", *options], standalone_mode=False)
     assert isinstance(found.exception, InputError), found.exception
     assert sentence in str(found.exception)
+
+
+def test_bounds_come_from_one_file() -> None:
+    files = ["--bounds", "one.yaml", "--bounds", "two.yaml"]
+    found = CliRunner().invoke(commands, ["design-drive", "heliogyro", *files], standalone_mode=False)
+    assert "--bounds is given 2 times, as 'one.yaml', 'two.yaml'" in str(found.exception)
+
+
+def test_the_case_is_no_output(tmp_path: pathlib.Path) -> None:
+    file = tmp_path / "own.yaml"
+    file.write_text("system: heliogyro\n")
+    found = CliRunner().invoke(commands, ["design-drive", str(file), "-o", str(file)], standalone_mode=False)
+    assert "is the case file itself; name another, such as 'drive.yaml'" in str(found.exception)
+
+
+def test_the_built_in_drive_is_of_the_built_in_case() -> None:
+    """The case beside the drive, and its end: 1.1 times that of the constant rate, then one period of the lag."""
+    designed = cases.load("heliogyro-designed")
+    asked = task(cases.load("heliogyro", {}), Bounds())
+    end = designed.spool.table[-1][0]
+    assert end == pytest.approx(asked.bounds.time, abs=1e-6)
+    duration = {"solver.duration": round(end + asked.period(5.0), 3)}
+    assert designed == cases.load("heliogyro", motion.table_keys(designed.spool.table) | duration)
+    assert asked.corners == [(0.9, 0.9), (0.9, 1.1), (1.1, 0.9), (1.1, 1.1)]
+
+
+@pytest.mark.parametrize(("missed", "checks"), [(0, 1), (2, 3), (99, 1 + search.MOST_FURTHER)])
+def test_rounds_go_on_while_a_bound_is_missed(missed: int, checks: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a sum of squares that falls slowly: the drive is checked after the first rounds and after each other."""
+    seen: list[float] = []
+
+    class Checked:
+        def missed(self) -> list[int]:
+            return [0] * (missed - len(seen) + 1 if len(seen) <= missed else 0)
+
+    def verified(_: search.Search, table: list[list[float]]) -> Checked:
+        seen.append(table[3][1])
+        return Checked()
+
+    monkeypatch.setattr(search, "ROUNDS", (2, 2))
+    monkeypatch.setattr(search.Search, "residuals", lambda _, x: (x - 0.5) ** 3)
+    monkeypatch.setattr(search.Search, "verified", verified)
+    drives.design("heliogyro", {"error": 0.0}, SHORT)
+    assert len(seen) == checks
+    assert len(set(seen)) == checks
 
 
 def test_an_unknown_bound_names_the_nearest(tmp_path: pathlib.Path) -> None:

@@ -93,6 +93,24 @@ def test_a_torque_at_once_tends_to_the_limit_of_constant_spin() -> None:
     assert gaps[0] / gaps[1] == pytest.approx(10.0, rel=0.15)
 
 
+def test_closed_forms_without_spin() -> None:
+    """The limits for a rate that tends to 0, or a sentence where there is none."""
+    for form in (cf.lag_frequency, cf.slow_torque_limit, cf.step_acceleration_limit):
+        assert form(ROTOR, 1.0, 0.0) == 0.0
+    for ramp in (0.0, 2.0):
+        assert cf.step_torque_limit(ROTOR, 1.0, 0.0, ramp=ramp) == 0.0
+        slow = [cf.step_torque_limit(ROTOR, 1.0, rate, ramp=ramp) for rate in (2e-2, 1e-2)]
+        assert slow[0] / slow[1] == pytest.approx(4.0, rel=0.01)
+    assert math.isnan(cf.payout_lag(ROTOR, 0.1, 0.0))
+    assert math.isnan(cf.spin_up_lag(ROTOR, 1.0, 0.1, 0.0))
+    with pytest.raises(InputError, match="rate is 0 rad/s and acceleration is 0"):
+        cf.spin_up_lag(ROTOR, 1.0, 0.0, 0.0)
+    with pytest.raises(InputError, match=r"rate is 0 rad/s, .* give until"):
+        cf.spin_up_swing(ROTOR, 1.0, 1e-3, 0.0)
+    assert float(cf.spin_up_swing(ROTOR, 1.0, 1e-3, 0.0, until=10.0)[1].max()) > 0.5 * math.pi
+    assert cf.lag_frequency(ROTOR, 1.0, -2.0) == cf.lag_frequency(ROTOR, 1.0, 2.0)
+
+
 def test_the_permissible_torque_of_one_link_is_that_of_the_rigid_blade(book: Book) -> None:
     found = spin_up.permissible_torque("heliogyro", [1.0], LINK, rate=2.0)
     error = abs(float(found.thread[0] / cf.step_torque_limit(ROTOR, 1.0, 2.0)) - 1.0)
@@ -134,7 +152,9 @@ def test_times_out_of_order_name_the_key() -> None:
     ("options", "sentence"),
     [
         (["heliogyro", "--lengths", "0m"], "above 0"),
-        (["heliogyro", "--lengths", "1kg"], "lengths.0"),
+        (["heliogyro", "--lengths", "1kg"], "lengths.0 is '1kg'"),
+        (["heliogyro", "--lengths", "1m", "--ramp", "1e20s"], "ramp is 1e+20 s; with blades of 1 m it must be at most"),
+        (["heliogyro", "--rate", "1e20"], "a blade of 5 m at 1e+20 rad/s cannot be run"),
         (["heliogyro", "--rate", "-1rad/s"], "rate is '-1rad/s'"),
         (["heliogyro", "--ramp", "-1s"], "ramp is '-1s'"),
         (["inertia-stand", "--lengths", "1m"], "'inertia-stand'"),

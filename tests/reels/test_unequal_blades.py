@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import evolvent
 from evolvent import InputError, cases
+from evolvent.design.studies.record import REDUCTIONS
 from evolvent.systems.heliogyro import chart, free_body
 from evolvent.systems.heliogyro.free_figures import crossing
 
@@ -124,12 +125,43 @@ def test_the_limit_of_the_difference_is_near_that_of_the_run() -> None:
 def test_the_study_draws_the_difference_at_the_bound() -> None:
     rate, nutation = np.array([3.5, 3.325, 3.15]), np.radians([0.0, 0.5, 1.5])
     dataset = xr.Dataset(
-        {"nutation_max": ("spool.rate.1", nutation), "nutation_threads_max": ("spool.rate.1", nutation)},
+        {"nutation_max": ("spool.rate.1", nutation), "nutation_threads_max": ("spool.rate.1", nutation),
+         "rate_difference": ("spool.rate.1", 1.0 - rate / 3.5)},
         {"spool.rate.1": rate}, {"keys": '["spool.rate.1"]', "sample": "grid"},
     )  # fmt: skip
     (figure,) = chart.study_figures(dataset).values()
     assert figure.panels[0].title == "1 deg is reached at 7.5 %"
     assert np.isnan(crossing(np.arange(3.0), np.arange(3.0), 5.0))
+
+
+def test_the_difference_is_that_of_each_run() -> None:
+    """Rates in any order, of 0 and below; runs without rates are left out."""
+    rate = np.array([2.8, 0.0, 4.2, 3.5])
+    cases_of = [cases.load(NAME, {"spool.rate": [3.5, one]}) for one in rate]
+    shares = np.array([free_body.rate_difference(case) for case in cases_of])
+    assert shares == pytest.approx([0.2, 1.0, 1.0 / 6.0, 0.0])
+    assert np.isnan(free_body.rate_difference(cases.load(NAME, {"spool.rate": 0.0})))
+    nutation = np.radians([2.0, 9.0, 1.5, 0.0])
+    dataset = xr.Dataset(
+        {"nutation_max": ("spool.rate.1", nutation), "rate_difference": ("spool.rate.1", shares)},
+        {"spool.rate.1": rate}, {"keys": '["spool.rate.1"]', "sample": "grid"},
+    )  # fmt: skip
+    (figure,) = chart.study_figures(dataset).values()
+    assert figure.panels[0].lines[0].x == pytest.approx([0.0, 100.0 / 6.0, 20.0, 100.0])
+    assert np.degrees(np.sort(nutation)) == pytest.approx(figure.panels[0].lines[0].y)
+    assert chart.study_figures(dataset.assign(rate_difference=np.nan * dataset.rate_difference)) == {}
+
+
+def test_a_spool_at_rest_and_an_offset_of_either_sign() -> None:
+    """The study keeps the largest magnitude of the offset, whichever blade is longer."""
+    short = {"solver.duration": 5.0, "output.every": 1.0, "output.fine": False, "spool.start_length": 0.2}
+    offsets = []
+    for rates in ([3.5, 0.0], [0.0, 3.5]):
+        found = evolvent.run(NAME, short | {"spool.rate": rates})
+        assert float(found.rate_difference) == 1.0
+        offsets.append(REDUCTIONS["abs_max"](found.mass_centre.values)[0])
+    assert offsets[0] == pytest.approx(offsets[1], rel=1e-9)
+    assert offsets[0] > 1e-6
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,8 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from evolvent.base.errors import InputError
+
 Array = np.ndarray
 Length = TypeVar("Length", float, Array)
 
@@ -46,7 +48,7 @@ def payout_lag(rotor: Rotor, speed: float, momentum: float) -> float:
     Parameters
     ----------
     speed : float, m/s, of the thread at the spool
-    momentum : float, kg m2/s, angular momentum of body and blades, H
+    momentum : float, kg m2/s, angular momentum of body and blades, H; with 0 there is no steady lag
 
     Notes
     -----
@@ -54,12 +56,16 @@ def payout_lag(rotor: Rotor, speed: float, momentum: float) -> float:
     `rotor_inertia`, T = W^2 S, and J_t' = 2 N S v, both up to terms of the order L0 / l. At the start of a deployment
     H = J W0 gives sin d = 2 v / (L0 W0), which holds exactly on a body driven at W0, for any masses.
     """
-    sine = 2.0 * speed * rotor.inertia / (momentum * rotor.offset)
-    return math.asin(sine) if abs(sine) < 1.0 else math.nan
+    load, pull = 2.0 * speed * rotor.inertia, momentum * rotor.offset
+    return math.asin(load / pull) if abs(load) < abs(pull) else math.nan
 
 
 def lag_frequency(rotor: Rotor, length: float, rate: float) -> float:
-    """Angular frequency of small oscillations of the lag about zero, rad/s, body and blades free.
+    """Angular frequency of small oscillations of the lag about zero, rad/s, body and blades free; 0 without spin.
+
+    Parameters
+    ----------
+    rate : float, rad/s, of body and blades, in either sense
 
     Notes
     -----
@@ -67,7 +73,7 @@ def lag_frequency(rotor: Rotor, length: float, rate: float) -> float:
     """
     M, S, I = blade_moments(rotor, length)  # noqa: E741
     B, LS = rotor.inertia / rotor.blades + M * rotor.offset**2, rotor.offset * S
-    return rate * math.sqrt(LS * (B + I + 2.0 * LS) / (I * B - LS**2))
+    return abs(rate) * math.sqrt(LS * (B + I + 2.0 * LS) / (I * B - LS**2))
 
 
 def spin_up_lag(rotor: Rotor, length: float, acceleration: float, rate: float) -> float:
@@ -77,6 +83,11 @@ def spin_up_lag(rotor: Rotor, length: float, acceleration: float, rate: float) -
     ----------
     acceleration : float, rad/s2
 
+    Raises
+    ------
+    InputError
+        If rate and acceleration are both 0: then a blade is at rest with any lag.
+
     Notes
     -----
     Moments about the hinge, of the centrifugal and of the tangential inertial forces: W^2 L0 S sin d =
@@ -85,6 +96,8 @@ def spin_up_lag(rotor: Rotor, length: float, acceleration: float, rate: float) -
     """
     _, S, I = blade_moments(rotor, length)  # noqa: E741
     k = rotor.offset * S / I
+    if rate == 0.0 and acceleration == 0.0:
+        raise InputError("rate is 0 rad/s and acceleration is 0 rad/s2, with which any lag is one of rest; give either")
     sine = acceleration / (k * math.hypot(rate**2, acceleration))
     return math.atan2(acceleration, rate**2) + math.asin(sine) if abs(sine) <= 1.0 else math.nan
 
@@ -125,11 +138,17 @@ def spin_up_swing(
     torque : float, N m, on the body
     rate : float, rad/s, of body and blades at the start
     ramp : float, s, over which the torque grows as 3 s^2 - 2 s^3
-    until : float, s, end of the motion; after the ramp one period of `lag_frequency` if left out
+    until : float, s, end of the motion; after the ramp one period of `lag_frequency` if left out, which a rate of 0
+        does not have
 
     Returns
     -------
     time, lag, rate : (nt,) float, s, rad and rad/s, of the body; up to a lag of `WOUND_LAG`
+
+    Raises
+    ------
+    InputError
+        If the rate is 0 and `until` is left out.
 
     Notes
     -----
@@ -141,6 +160,8 @@ def spin_up_swing(
 
     M, S, I = blade_moments(rotor, length)  # noqa: E741
     LS, B = rotor.offset * S, rotor.inertia / rotor.blades + M * rotor.offset**2
+    if until is None and rate == 0.0:
+        raise InputError("rate is 0 rad/s, with which the lag has no period that ends the motion; give until")
     end = ramp + 2.0 * math.pi / lag_frequency(rotor, length, rate) if until is None else until
 
     def rates(t: float, y: Array) -> list[float]:
@@ -173,9 +194,13 @@ def step_torque_limit(rotor: Rotor, length: float, rate: float, *, ramp: float =
     Returns
     -------
     float
-        Infinite where no torque up to 64 times the `slow_torque_limit` reaches 90 degrees.
+        Infinite where no torque up to 64 times the `slow_torque_limit` reaches 90 degrees; 0 without spin, to which
+        it tends as the square of the rate: the period of the lag then is long beside any ramp.
     """
     from scipy.optimize import brentq
+
+    if rate == 0.0:
+        return 0.0
 
     def over(torque: float) -> float:
         return float(spin_up_swing(rotor, length, torque, rate, ramp=ramp)[1].max()) - 0.5 * math.pi

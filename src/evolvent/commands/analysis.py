@@ -9,7 +9,8 @@ import click
 
 from evolvent.base import files
 from evolvent.base.console import echo, once
-from evolvent.base.errors import InputError, RunFailed
+from evolvent.base.errors import RunFailed
+from evolvent.commands import options as shared
 
 
 def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
@@ -22,20 +23,14 @@ def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
 
 def _check_targets(output: str | None, figures: str | None, case: str) -> None:
     """Refuse files and folders that could not be written, and results in place of the case, before any work is done."""
-    if output is not None:
-        files.check_writable(output)
-        if os.path.exists(output) and os.path.exists(case) and os.path.samefile(case, output):
-            raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
+    shared.check_output(output, case, "run.nc")
     if figures is not None:
         files.check_writable_folder(figures)
 
 
-_SET = click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
-
-
 @click.command()
 @click.argument("case", metavar="CASE|FILE")
-@_SET
+@shared.assignments
 @click.option("--count", type=click.IntRange(min=1), help="How many modes.  [default: the case's modes.count, or 10]")
 @click.option("-o", "--output", multiple=True, callback=once, metavar="MODES.NC", help="Keep the modes as NetCDF.")
 @click.option("--figures", multiple=True, callback=once, metavar="DIR", help="Folder for an animation of every mode.")
@@ -60,7 +55,7 @@ def modes(case: str, assignments: tuple[str, ...], count: int | None, output: st
 
 @click.command()
 @click.argument("case", metavar="CASE|FILE")
-@_SET
+@shared.assignments
 @click.option("-o", "--output", multiple=True, callback=once, metavar="RUN.NC", help="Keep the results as NetCDF.")
 @click.option(
     "--figures", multiple=True, callback=once, metavar="DIR", help="Folder for figures and a page of the shape."

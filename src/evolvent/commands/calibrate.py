@@ -5,7 +5,8 @@ from __future__ import annotations
 import click
 
 from evolvent.base import files, progress
-from evolvent.base.console import INTERRUPTED, echo, once, showing_progress
+from evolvent.base.console import INTERRUPTED, echo, showing_progress
+from evolvent.commands import options as shared
 
 
 @click.command()
@@ -19,17 +20,15 @@ from evolvent.base.console import INTERRUPTED, echo, once, showing_progress
     help="Keys that are fitted; for a list, all its entries.",
 )
 @click.option("--observe", multiple=True, required=True, metavar="VARIABLE[=COLUMN]", help="What was measured.")
-@click.option("--std", metavar="X[,X]", help="Standard deviation of each observed variable, in its unit.")
-@click.option(
-    "--model", default="auto", show_default=True, metavar="auto|runs|closed-form",
-    help="What is fitted; auto takes the system's closed form where it has one.",
+@shared.single("--std", metavar="X[,X]", text="Standard deviation of each observed variable, in its unit.")
+@shared.single(
+    "--model", metavar="auto|runs|closed-form",
+    text="What is fitted; auto takes the system's closed form where it has one.  [default: auto]",
 )  # fmt: skip
-@click.option(
-    "-o", "--output", multiple=True, callback=once, metavar="DIR", help="Folder.  [default: CASE-calibration]"
-)
-@click.option("--quiet", is_flag=True, help="Print no progress.")
+@shared.output("DIR", "Folder.  [default: CASE-calibration]")
+@shared.quiet("Print no progress.")
 def calibrate(
-    case: str, data: str, fit: tuple[str, ...], observe: tuple[str, ...], std: str | None, model: str,
+    case: str, data: str, fit: tuple[str, ...], observe: tuple[str, ...], std: str | None, model: str | None,
     output: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Fit parameters of a case to measured DATA by least squares.
@@ -58,8 +57,8 @@ def calibrate(
     with showing_progress(quiet=quiet) as say:
         try:
             found = fitting.calibrate(
-                case, data, fit=fit, observe=observe, model=model, deviations=deviations, folder=folder,
-                progress=show, report=say,
+                case, data, fit=fit, observe=observe, model="auto" if model is None else model,
+                deviations=deviations, folder=folder, progress=show, report=say,
             )  # fmt: skip
         except KeyboardInterrupt:
             say(f"stopped; every evaluation is kept in {folder}, and the same command continues")

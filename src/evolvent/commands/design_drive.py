@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from evolvent.base import files, progress
-from evolvent.base.console import echo, once, showing_progress
+from evolvent.base.console import echo, showing_progress
 from evolvent.base.errors import InputError, RunFailed
+from evolvent.commands import options as shared
 
 if TYPE_CHECKING:
     from evolvent.design.drives import Design
@@ -20,7 +21,10 @@ _BOUNDS = {
     "lag-rate": ("5deg/s", "Largest rate of the lag."),
     "tension": ("20mN", "Largest tension at the spool."),
     "spool-torque": ("'0.2 mN m'", "Largest torque of the thread on the spool."),
-    "time": ("150s", "Duration of the drive.  [default: 1.1 times that of the constant rate]"),
+    "time": (
+        "150s",
+        "Time that the drive takes, neither more nor less.  [default: 1.1 times that of the constant rate]",
+    ),
     "length": ("50cm", "Length out at the end; below spool.start_length it reels in.  [default: blade.length]"),
     "error": ("0.1", "Relative error of inertia and spin.  [default: 0.1]"),
 }
@@ -29,25 +33,18 @@ _BOUNDS = {
 def _bounds(command: Any) -> Any:
     """The options of the bounds."""
     for name, (example, what) in reversed(_BOUNDS.items()):
-        command = click.option(f"--{name}", multiple=True, callback=once, metavar=example, help=what)(command)
+        command = shared.single(f"--{name}", metavar=example, text=what)(command)
     return command
 
 
 @click.command("design-drive")
 @click.argument("case", metavar="CASE|FILE")
 @_bounds
-@click.option("--bounds", "file", metavar="FILE", help="Bounds in a YAML file: keys as the options, with _ for -.")
-@click.option(
-    "-o",
-    "--output",
-    multiple=True,
-    callback=once,
-    metavar="DRIVE.YAML",
-    help="The case with the drive, for evolvent run.",
-)
-@click.option("--figure", multiple=True, callback=once, metavar="DRIVE.PNG", help="Draw the drive and the lag.")
-@click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
-@click.option("--quiet", is_flag=True, help="Print no table and no progress.")
+@shared.single("--bounds", "file", metavar="FILE", text="Bounds in a YAML file: keys as the options, with _ for -.")
+@shared.output("DRIVE.YAML", "The case with the drive, for evolvent run.")
+@shared.single("--figure", metavar="DRIVE.PNG", text="Draw the drive and the lag.")
+@shared.assignments
+@shared.quiet()
 def design_drive(
     case: str, file: str | None, output: str | None, figure: str | None, assignments: tuple[str, ...], quiet: bool,
     **options: str | None,
@@ -69,8 +66,8 @@ def design_drive(
     bounds = _read(file, options)
     if figure is not None:
         plots.format_of(figure)
-    for path in filter(None, (output, figure)):
-        files.check_writable(path)
+        files.check_writable(figure)
+    shared.check_output(output, case, "drive.yaml")
 
     def show(runs: int, _: float) -> None:
         progress.report("searching", runs, unit="runs")
@@ -100,7 +97,7 @@ def _read(file: str | None, options: dict[str, str | None]) -> Any:
     if not isinstance(content, dict):
         raise InputError(f"{file}: bounds are a mapping of keys to values, such as peak_lag: 14 deg; this is not")
     given = {str(key): value for key, value in content.items()}
-    return Bounds(**given | {key: value for key, value in options.items() if value is not None})
+    return shared.section(Bounds, given | {key: value for key, value in options.items() if value is not None})
 
 
 def _print(found: Design) -> None:

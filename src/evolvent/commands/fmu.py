@@ -9,11 +9,12 @@ import click
 from evolvent.base import files
 from evolvent.base.console import echo, once
 from evolvent.base.errors import InputError
+from evolvent.commands import options as shared
 
 
 @click.command()
 @click.argument("case", metavar="CASE|FILE")
-@click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
+@shared.assignments
 @click.option("-o", "--output", multiple=True, callback=once, metavar="UNIT.FMU", help="[default: CASE.fmu]")
 @click.option(
     "--inputs", multiple=True, callback=once, metavar="BODY,BODY", help="Bodies on which the importer sets forces."

@@ -14,6 +14,7 @@ import click
 from evolvent.base import files, progress
 from evolvent.base.console import INTERRUPTED, figure_format, note, once, say, showing_progress
 from evolvent.base.errors import InputError, RunFailed, visible
+from evolvent.commands import options as shared
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("case", metavar="CASE|FILE")
-@click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
+@shared.assignments
 @click.option(
     "-o",
     "--output",
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 )
 @click.option("--no-figures", is_flag=True, help="Write the results only: no figures, animation or report.")
 @figure_format
-@click.option("--quiet", is_flag=True, help="Print no table and no progress.")
+@shared.quiet()
 def run(
     case: str,
     assignments: tuple[str, ...],

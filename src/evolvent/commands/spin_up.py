@@ -9,38 +9,28 @@ import click
 from pydantic import Field
 
 from evolvent.base import files, progress, units
-from evolvent.base.console import echo, once, showing_progress
+from evolvent.base.console import echo, showing_progress
 from evolvent.base.errors import RunFailed
 from evolvent.base.schema import Section
+from evolvent.commands import options as shared
 
 
 class Options(Section):
     """Values of the options, with units."""
 
+    lengths: Annotated[tuple[units.Length, ...], Field(min_length=1)] | None = None
     rate: units.PositiveRate | None = None
     ramp: units.DurationOrZero = 0.0
 
 
-class _Lengths(Section):
-    """The option --lengths."""
-
-    lengths: Annotated[tuple[units.Length, ...], Field(min_length=1)]
-
-
 @click.command("permissible-torque")
 @click.argument("case", metavar="CASE|FILE")
-@click.option(
-    "--lengths",
-    multiple=True,
-    callback=once,
-    metavar="1m,2m,5m",
-    help="Lengths of the blades.  [default: blade.length]",
-)
-@click.option("--rate", multiple=True, callback=once, metavar="0.3rad/s", help="Spin before the torque acts.")
-@click.option("--ramp", multiple=True, callback=once, metavar="10s", help="Time over which the torque grows smoothly.")
-@click.option("-o", "--output", multiple=True, callback=once, metavar="FIGURE.PNG", help="Draw torque over length.")
-@click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
-@click.option("--quiet", is_flag=True, help="Print no table and no progress.")
+@shared.single("--lengths", metavar="1m,2m,5m", text="Lengths of the blades.  [default: blade.length]")
+@shared.single("--rate", metavar="0.3rad/s", text="Spin before the torque acts.")
+@shared.single("--ramp", metavar="10s", text="Time over which the torque grows smoothly.")
+@shared.output("FIGURE.PNG", "Draw torque over length.")
+@shared.assignments
+@shared.quiet()
 def permissible_torque(
     case: str, lengths: str | None, rate: str | None, ramp: str | None, output: str | None,
     assignments: tuple[str, ...], quiet: bool,
@@ -59,17 +49,14 @@ def permissible_torque(
     from evolvent.view import plots
 
     overrides = cases.parse_assignments(assignments)
-    given: dict[str, Any] = {key: value for key, value in (("rate", rate), ("ramp", ramp)) if value is not None}
-    options = Options(**given)
-    asked: tuple[float, ...] | None = None
-    if lengths is not None:
-        asked = _Lengths(lengths=tuple(one.strip() for one in lengths.split(","))).lengths
+    asked = None if lengths is None else tuple(one.strip() for one in lengths.split(","))
+    options = shared.section(Options, {"lengths": asked, "rate": rate, "ramp": ramp})
     if output is not None:
         plots.format_of(output)
         files.check_writable(output)
     with showing_progress(quiet=quiet):
         found = spin_up.permissible_torque(
-            case, asked, overrides, rate=options.rate, ramp=options.ramp,
+            case, options.lengths, overrides, rate=options.rate, ramp=options.ramp,
             progress=lambda done, count: progress.report("searching", done, count, "lengths"),
         )  # fmt: skip
     if not quiet:

@@ -20,6 +20,17 @@ LINKS: dict[str, Any] = {
 }  # fmt: skip
 
 
+def spool_keys(**motion: Any) -> dict[str, Any]:
+    """Keys of the case with which its spools turn as `motion` says alone; other keys of their motion are left out.
+
+    Parameters
+    ----------
+    motion : keys of `spool` that say how it turns: rate, ramp, changes, table, free
+    """
+    still: dict[str, Any] = {"rate": None, "ramp": 0.0, "changes": [], "table": None, "free": None}
+    return {f"spool.{key}": value for key, value in (still | motion).items()}
+
+
 def solve(case: Any, given: Mapping[str, Any], times: np.ndarray | None = None) -> Solution:
     """A run of a checked case with other values of its keys, without results of the system.
 

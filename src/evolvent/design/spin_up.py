@@ -18,6 +18,8 @@ from evolvent.systems.heliogyro import straight
 Array = np.ndarray
 #: Relative width at which the bisection ends; times that its bracket is widened.
 WIDTH, MOST_WIDENED = 1e-3, 6
+#: Longest ramp, over the period of the lag.
+MOST_PERIODS = 100.0
 #: Samples of a run.
 SAMPLES = 400
 
@@ -85,9 +87,14 @@ def permissible_torque(
         if progress is not None:
             progress(k, len(lengths))
         left = momentum / closed_forms.rotor_inertia(rotor, float(length)) if rate is None else rate
+        period = 2.0 * math.pi / closed_forms.lag_frequency(rotor, length, left)
+        if ramp > MOST_PERIODS * period:
+            most = MOST_PERIODS * period
+            raise InputError(f"ramp is {ramp:g} s; with blades of {length:g} m it must be at most {most:.6g} s, "
+                             f"{MOST_PERIODS:g} periods of the lag")  # fmt: skip
         slow = closed_forms.slow_torque_limit(rotor, length, left)
         rigid = closed_forms.step_torque_limit(rotor, length, left, ramp=ramp)
-        until = ramp + 2.0 * math.pi / closed_forms.lag_frequency(rotor, length, left)
+        until = ramp + period
         try:
             thread = _thread_limit(loaded, length, left, ramp, until, rigid if math.isfinite(rigid) else slow)
         except RunFailed as error:
@@ -126,10 +133,9 @@ def hub_lag(case: Any, length: float, rate: float, torque: float, *, ramp: float
     given = {
         "body.rate": rate, "blade.length": length, "blade.separates": False,
         "spool.start_length": length, "spool.start_lag": 0.0,
-        "spool.rate": 0.0, "spool.ramp": 0.0, "spool.changes": [], "spool.table": None, "spool.free": None,
         "spin_up": {"torque": torque, "ramp": ramp}, "solver.duration": until, "output.every": until / SAMPLES,
     }  # fmt: skip
-    solution = links.solve(case, given)
+    solution = links.solve(case, given | links.spool_keys(rate=0.0))
     lag = derived.hub_lag([observe_thread(View(solution), "blade-1").variables], 1)[:, 0]
     beyond = np.flatnonzero(lag >= 0.5 * math.pi)
     if not beyond.size and solution.status != "success":
@@ -142,7 +148,10 @@ def _thread_limit(case: Any, length: float, rate: float, ramp: float, until: flo
     """The torque at which the lag of the thread just reaches 90 degrees, N m, by bisection about `near`."""
 
     def winds(torque: float) -> bool:
-        return bool(hub_lag(case, length, rate, torque, ramp=ramp, until=until).max() >= 0.5 * math.pi)
+        try:
+            return bool(hub_lag(case, length, rate, torque, ramp=ramp, until=until).max() >= 0.5 * math.pi)
+        except InputError as error:
+            raise InputError(f"a blade of {length:g} m at {rate:.4g} rad/s cannot be run: {error}") from None
 
     low = high = near
     begins = winds(near)
@@ -167,13 +176,13 @@ def figure(found: Permissible) -> Figure:
     rigid = np.where(np.isfinite(found.rigid), found.rigid, np.nan)
     lines = [
         Line(x=found.length, y=1e3 * found.thread, label=f"thread, torque {course}", marker="o"),
-        Line(x=found.length, y=1e3 * rigid, label=f"rigid blade, torque {course}", color=1, marker="s"),
+        Line(x=found.length, y=1e3 * rigid, label=f"rigid blade, torque {course}", color=1, style=" ", marker="s"),
         Line(x=found.length, y=1e3 * found.slow, label="rigid blade, slow torque", color=2, style="--"),
     ]
-    ratio = [Line(x=found.length, y=found.thread / rigid, marker="o")]
+    above = [Line(x=found.length, y=100.0 * (found.thread / rigid - 1.0), marker="o")]
     panels = [
         Panel(x_label="length of the blades, m", y_label="permissible torque, mN m", lines=lines, log=True),
-        Panel(x_label="length of the blades, m", y_label="thread over rigid blade", lines=ratio, y_zero=True),
+        Panel(x_label="length of the blades, m", y_label="thread above rigid blade, %", lines=above, y_zero=True),
     ]
     title = "Spin-up torque before the blades wind onto the body"
     return Figure(name="spin_up", title=title, panels=panels, height=stacked(2), columns=1)

@@ -20,10 +20,9 @@ def drive() -> Numbers:
     found = motion.run(asked, table, end=end).measures()
     refined = motion.run(asked, table, end=end, nodes=2 * asked.case.blade.nodes).measures()
     constant = motion.run(asked, motion.constant_table(asked), end=asked.constant_time).measures()
-    corners = [(inertia, spin) for inertia in (0.9, 1.1) for spin in (0.9, 1.1)]
     swings = [
         motion.run(asked, table, end=end, inertia=inertia, spin=spin).measures().residual_swing
-        for inertia, spin in corners
+        for inertia, spin in asked.corners
     ]
     return {
         "time": end,

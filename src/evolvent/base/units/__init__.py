@@ -46,6 +46,7 @@ _ANGULAR_RATE = Quantity(what="an angular rate", unit="rad/s", example="6 rad/s"
 Inertia = Annotated[float, _INERTIA]
 Inertias = Annotated[float | tuple[float, ...], OneOrMore(quantity=_INERTIA, each="the three principal moments")]
 Angle = Annotated[float, Quantity(what="an angle", unit="rad", example="10 deg")]
+PositiveAngle = Annotated[float, Quantity(what="an angle", unit="rad", example="10 deg", above=0.0)]
 AngularRate = Annotated[float, _ANGULAR_RATE]
 AngularRates = Annotated[float | tuple[float, ...], OneOrMore(quantity=_ANGULAR_RATE, each="one per blade")]
 PositiveRate = Annotated[float, Quantity(what="an angular velocity", unit="rad/s", example="1.1e-3 rad/s", above=0.0)]
@@ -63,6 +64,8 @@ _PLAIN = Quantity(what="a plain number", unit="", example="0.5")
 _FREQUENCY = Quantity(what="a frequency", unit="Hz", example="0.25 Hz", above=0.0)
 Force = Annotated[float, _FORCE]
 Torque = Annotated[float, _TORQUE]
+PositiveForce = Annotated[float, Quantity(what="a force", unit="N", example="20 mN", above=0.0)]
+PositiveTorque = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 mN m", above=0.0)]
 LineForce = Annotated[float, Quantity(what="a force per length", unit="N/m", example="0.1 N/m")]
 Frequency = Annotated[float, _FREQUENCY]
 Speed = Annotated[float, _SPEED]

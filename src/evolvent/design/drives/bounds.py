@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -17,11 +16,12 @@ from evolvent.systems.heliogyro import straight
 
 #: Peak lag over the steady one, and time over that of the constant rate, where no bounds are given.
 PEAK_SHARE, TIME_SHARE = 1.02, 1.1
+#: Largest time of a drive, over that of the constant rate, and the inverse of the least.
+MOST_TIME = 100.0
 #: Share of the length by which a drive ends short of a whole blade: of rounded rates it must not unwind too much.
 SHORT = 1e-6
-
-
-_UNITS = {"peak_lag": "rad", "residual_swing": "rad", "tension": "N", "spool_torque": "N m"}
+#: Errors of inertia and spin are below this: the factor 1 - error of the smallest is that of a body that still spins.
+MOST_ERROR = 0.9
 
 
 class Bounds(Section):
@@ -40,30 +40,23 @@ class Bounds(Section):
     spool_torque : float, N m
         Largest torque of the thread on the spool.
     time : float, s
-        Duration that the drive takes; left out: 1.1 times that of the case's constant rate.
+        Duration that the drive takes, neither more nor less; left out: 1.1 times that of the case's constant rate.
     length : float, m
         Deployed length at the end; left out: that of the blade. Below `spool.start_length` the drive reels in.
     error : float
         Relative error of inertia and spin at the corners of the search, which are no bounds.
     """
 
-    peak_lag: units.Angle | None = None
-    residual_swing: units.Angle = math.radians(0.2)
+    peak_lag: units.PositiveAngle | None = None
+    residual_swing: units.PositiveAngle = math.radians(0.2)
     lag_rate: units.PositiveRate | None = None
-    tension: units.Force | None = None
-    spool_torque: units.Torque | None = None
+    tension: units.PositiveForce | None = None
+    spool_torque: units.PositiveTorque | None = None
     time: units.Duration | None = None
     length: units.Length | None = None
-    error: units.Fraction = 0.1
-
-    def refusals(self) -> Iterator[str]:
-        """Bounds that nothing can keep."""
-        for key in ("peak_lag", "residual_swing", "tension", "spool_torque"):
-            value = getattr(self, key)
-            if value is not None and value <= 0.0:
-                yield f"{key} is {value:g} {_UNITS[key]}; it must be above 0"
-        if self.error >= 0.9:
-            yield f"error is {self.error:g}; it must be below 0.9"
+    error: Annotated[
+        float, units.Quantity(what="a plain number", unit="", example="0.1", least=0.0, below=MOST_ERROR)
+    ] = 0.1
 
 
 @dataclasses.dataclass(frozen=True)
@@ -88,6 +81,13 @@ class Task:
     constant_time: float
     steady_lag: float
     angles: tuple[float, float]
+
+    @property
+    def corners(self) -> list[tuple[float, float]]:
+        """Factors of inertia and spin by which the drive does not know them; none without `Bounds.error`."""
+        error = self.bounds.error
+        each = (1.0 - error, 1.0 + error)
+        return [(inertia, spin) for inertia in each for spin in each] if error > 0.0 else []
 
     def period(self, length: float) -> float:
         """Period of the lag of a straight blade, s; of a free body at the spin that its momentum leaves."""
@@ -145,6 +145,11 @@ def task(case: Any, bounds: Bounds) -> Task:
             f"spool.rate is {spool.rate:g} rad/s, at which there is no steady lag; use a slower one, or give peak_lag"
         )
     constant = (angles[1] - angles[0]) / rate
+    if bounds.time is not None and not constant / MOST_TIME <= bounds.time <= constant * MOST_TIME:
+        raise InputError(
+            f"time is {bounds.time:g} s; it must be from {constant / MOST_TIME:.4g} to {constant * MOST_TIME:.6g} s, a "
+            f"hundredth to a hundred times the time of the constant rate"
+        )
     full = bounds.replaced(
         peak_lag=PEAK_SHARE * steady if bounds.peak_lag is None else bounds.peak_lag,
         time=TIME_SHARE * constant if bounds.time is None else bounds.time,

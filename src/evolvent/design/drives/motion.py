@@ -127,4 +127,4 @@ def constant_table(task: Task) -> list[list[float]]:
 
 def table_keys(table: Any) -> dict[str, Any]:
     """Keys of the case that give a table of rates."""
-    return {"spool.rate": None, "spool.ramp": 0.0, "spool.changes": [], "spool.table": [list(row) for row in table]}
+    return links.spool_keys(table=[list(row) for row in table])

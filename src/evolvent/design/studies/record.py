@@ -22,8 +22,14 @@ REDUCTIONS: dict[str, Callable[[np.ndarray], Any]] = {
     "last": lambda values: values[-1],
     "min": lambda values: np.fmin.reduce(values, axis=0),
     "max": lambda values: np.fmax.reduce(values, axis=0),
+    "abs_max": lambda values: np.fmax.reduce(np.abs(values), axis=0),
     "mean": lambda values: values.mean(axis=0, dtype=float),
 }
+#: Words of each of them.
+_HOW = {
+    "first": "at the start", "last": "at the end", "min": "least", "max": "largest", "abs_max": "largest magnitude",
+    "mean": "mean",
+}  # fmt: skip
 #: Attributes of a run that differ between two computations of the same case.
 _CLOCKS = ("wall_time_s", "compile_time_s")
 
@@ -159,8 +165,7 @@ def _reduced(values: xr.DataArray, reduction: str) -> xr.DataArray:
     """`values` over time in one value."""
     ordered = values.transpose("time", ...)
     reduced = ordered.isel(time=0, drop=True).copy(data=REDUCTIONS[reduction](ordered.values))
-    how = {"first": "at the start", "last": "at the end", "min": "least", "max": "largest", "mean": "mean"}[reduction]
-    reduced.attrs = {**values.attrs, "long_name": f"{values.attrs.get('long_name', values.name)}, {how}"}
+    reduced.attrs = {**values.attrs, "long_name": f"{values.attrs.get('long_name', values.name)}, {_HOW[reduction]}"}
     return reduced
 
 

@@ -18,13 +18,14 @@ SINCE = 1.0
 
 
 def study_figures(dataset: xr.Dataset) -> dict[str, Figure]:
-    """Nutation over a blade's rate, or the largest change of the tip's lag between values of a grid's last key.
+    """Nutation over the difference of the rates of blades, or the change of the tip's lag over a grid's last key.
 
-    The latter has a line for each value of the other key.
+    The latter is the largest change to the next value; it has a line for each value of the other key.
     """
     keys = [key for key in json.loads(dataset.attrs["keys"]) if dataset[key].size > 1]
-    if len(keys) == 1 and keys[0].startswith("spool.rate.") and "nutation_max" in dataset:
-        return {"rate_difference": difference_figure(dataset, keys[0])}
+    if len(keys) == 1 and {"rate_difference", "nutation_max"} <= set(dataset):
+        drawn = bool(np.isfinite(dataset.rate_difference.values).any())
+        return {"rate_difference": difference_figure(dataset)} if drawn else {}
     if dataset.attrs["sample"] != "grid" or not 1 <= len(keys) <= 2 or "tip_lag" not in dataset:
         return {}
     *others, key = keys

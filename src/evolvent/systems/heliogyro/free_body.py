@@ -130,6 +130,13 @@ def thread_nutation(case: Case, lengths: Array, lags: Array | float = 0.0) -> Ar
     return np.asarray(np.where(held, np.arctan(np.linalg.norm(nu, axis=1)), np.nan))
 
 
+def rate_difference(case: Case) -> float:
+    """Difference between the largest and the least `spool.rate`, over the largest size of one; NaN where all are 0."""
+    rates = np.asarray(case.spool.rate, dtype=float)
+    size = float(np.abs(rates).max())
+    return float(np.ptp(rates)) / size if size > 0.0 else float("nan")
+
+
 def largest_difference(case: Case, nutation: float) -> float:
     """Share by which the last blade may be paid out more slowly, by `thread_nutation` when the others are all out.
 
@@ -209,6 +216,10 @@ def variables(case: Case, view: View, blades: list[dict]) -> dict[str, tuple[tup
         ),
         "momentum_direction": (("time", "axis"), own / size, "1", "direction of that momentum, body axes"),
     }  # fmt: skip
+    if case.spool.rate is not None and case.body.blades > 1:
+        found["rate_difference"] = (
+            (), np.array(rate_difference(case)), "1", "difference of the slowest spool from the fastest, of its rate",
+        )  # fmt: skip
     return found if case.spin_up is not None else found | _straight(case, view, blades)
 
 

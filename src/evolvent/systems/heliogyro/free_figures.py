@@ -70,12 +70,11 @@ def crossing(x: Array, y: Array, bound: float) -> float:
     return float(x[k - 1] + (bound - y[k - 1]) / (y[k] - y[k - 1]) * (x[k] - x[k - 1]))
 
 
-def difference_figure(dataset: xr.Dataset, key: str) -> Figure:
-    """Largest nutation and offset of the mass centre over the difference of one blade's rate from the first value."""
-    rate = dataset[key].values
-    percent = 100.0 * (rate / rate[0] - 1.0)
-    order = np.argsort(np.abs(percent))
-    x = np.abs(percent)[order]
+def difference_figure(dataset: xr.Dataset) -> Figure:
+    """Largest nutation and offset of the mass centre over each run's `rate_difference`."""
+    percent = 100.0 * dataset.rate_difference.values
+    order = np.argsort(percent)[: np.isfinite(percent).sum()]
+    x = percent[order]
     panels = []
     for what, factor, curves, bound in (
         (
@@ -85,7 +84,7 @@ def difference_figure(dataset: xr.Dataset, key: str) -> Figure:
         ),
         (
             "largest offset of the mass centre along x, mm", 1e3,
-            {"mass_centre_x_max": "run", "mass_centre_straight_x_max": "straight blades"}, None,
+            {"mass_centre_x_abs_max": "run", "mass_centre_straight_x_abs_max": "straight blades"}, None,
         ),
     ):  # fmt: skip
         lines = [
