@@ -6,7 +6,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.flow.implicit import residual
-from evolvent.kernels import attitude, contact, coordinate_laws, joint, rigid, sparse_lu
+from evolvent.kernels import attitude, contact, coordinate_laws, joint, rigid, sparse_lu, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import ROTATION, displace
 from evolvent.kernels.rotations import cross
@@ -125,7 +125,7 @@ def start_accelerations(model, matrix, work):
         return NOT_FINITE
     for i in range(n_v):
         work.a1[i] = A[i]
-    if model.threads.size > 0:
+    if thread.has_springs(model) or thread.leaves_spool(model):
         thread_accelerations(model, matrix, work)
         work.loop.last = h
         return DONE

@@ -48,7 +48,7 @@ class Run(run.Run):
         self.ranks = redundancy.Ranks(of.assembly)
         began = clock.perf_counter()
         self._hold_joints()
-        self.releases = Releases(self.model) if self.model.threads.size else None
+        self.releases = Releases(of.assembly) if self.model.threads.size else None
         self._load()
         self.work: Workspace = of.workspace()
         self.compile_time = clock.perf_counter() - began

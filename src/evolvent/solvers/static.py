@@ -14,6 +14,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled import codecache
 from evolvent.parts.checks import number, positive
+from evolvent.solvers.fixed_lengths import with_positions
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.static_search import FIRST_STEP, Search
@@ -87,7 +88,7 @@ def solve_static(
     if isinstance(most_steps, bool) or not isinstance(most_steps, int) or most_steps < 1:
         raise InputError(f"most_steps is {most_steps!r}; it must be a whole number from 1")
     families.check(assembly, families.STATIC)
-    assembly = dataclasses.replace(assembly, model=assembly.model.copy())
+    assembly = with_positions(dataclasses.replace(assembly, model=assembly.model.copy()))
     try_laws(assembly, time, time)
     if assembly.model.threads.size:
         assembly, y = at_time(assembly, y, time)
