@@ -18,7 +18,8 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.checks import redundant_part
 from evolvent.assembly.constraints import constraint_families
 from evolvent.base.errors import InputError
-from evolvent.flow.fixed_lengths import write_positions
+from evolvent.flow.fixed_lengths import write_directions, write_positions
+from evolvent.flow.rhs import rhs
 from evolvent.kernels import joint, rigid, sides, thread
 
 Array = np.ndarray
@@ -70,6 +71,27 @@ def with_positions(assembly: Assembly, t: float = 0.0) -> Assembly:
     parts = [*assembly.joint_parts, *(names[int(p)] for p in segments["first"])]
     hold_segments(t, y, assembly.s, found)
     return dataclasses.replace(assembly, model=found, y=y, joint_parts=parts, directions=model)
+
+
+def evaluate_tensions(assembly: Assembly, t: Array, y: Array, s: Array, la: Array) -> None:
+    """Write tensions of states (nt, ny) with positions as multipliers of the segments into la : (nt, nj).
+
+    They are those of explicit methods, by the accelerations of the state: the multipliers of a step are means over it
+    (energy-momentum), or oscillate where the method damps little.
+    """
+    if assembly.directions is None:
+        return
+    model, joints = assembly.directions.copy(), assembly.model.joints
+    needs.load(model, rhs, write_directions)
+    own = np.flatnonzero(joints["kind"] == joint.SEGMENT)
+    nodes = model.threads["node"][joints["first"][own]] + joints["last"][own]
+    dy = np.zeros_like(assembly.y)
+    for k in range(t.size):
+        state = y[k].copy()
+        write_directions(t[k], state, s[k], model)
+        model.nodes["tension"] = 0.0
+        rhs(t[k], state, s[k], model, dy)
+        la[k, own] = model.nodes["tension"][nodes]
 
 
 def hold_segments(t: float, y: Array, s: Array, model: mdl.Model) -> None:

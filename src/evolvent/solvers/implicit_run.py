@@ -15,6 +15,7 @@ from evolvent.flow.implicit import residual, tangent
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.solvers import balance as eb, implicit_loop, implicit_samples, reactions, redundancy, run
 from evolvent.solvers.alpha_state import SHORT
+from evolvent.solvers.fixed_lengths import evaluate_tensions
 from evolvent.solvers.implicit_method import METHODS
 from evolvent.solvers.implicit_setup import acts_from_outside, matrix_of
 from evolvent.solvers.implicit_state import AT_RESTART, AT_STOP, BUDGET, DONE, STOPPED, Workspace
@@ -262,6 +263,7 @@ class Run(run.Run):
         work = self.work
         if reactions.applies(self.model, self.plan.options):
             reactions.evaluate(self.model, self.matrix, work, n, self.ranks.use)
+        evaluate_tensions(self.assembly, work.samples[:n], work.out_y[:n], work.out_s[:n], work.out_la[:n])
         return Sampled(
             work.out_a[:n],
             work.out_la[:n],

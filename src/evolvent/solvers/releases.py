@@ -18,7 +18,8 @@ from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
 from evolvent.flow.fixed_lengths import write_directions, write_positions
 from evolvent.flow.implicit import residual
 from evolvent.flow.powers import DRIVEN, SPOOLS
-from evolvent.kernels import joint
+from evolvent.flow.rhs import rhs
+from evolvent.kernels import joint, thread
 from evolvent.kernels.drive import FREE, drive
 from evolvent.solvers.fixed_lengths import hold_segments
 from evolvent.solvers.balance import dissipated, energy, extend, lost, potential, worked
@@ -28,6 +29,8 @@ from evolvent.solvers.implicit_state import Workspace
 
 #: Intervals in which changes of a drive's direction are looked for.
 _INTERVALS = 4096
+#: Part of a segment that leaves its spool while velocities change, of the difference that gives accelerations.
+_SHORT = 1e-4
 
 
 def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
@@ -84,6 +87,7 @@ class Releases:
     Attributes
     ----------
     times, kinds : events so far, as in `evolvent.solvers.Solution`
+    acceleration : (nv,) float, m/s2, of nodes of threads with segments of fixed length after the last event
     """
 
     def __init__(self, assembly: Assembly) -> None:
@@ -94,8 +98,9 @@ class Releases:
             needs.load(self.model, event_values, apply_event)
         else:
             self.directions = self.directions.copy()
-            needs.load(self.directions, event_values, apply_event, write_positions, write_directions)
+            needs.load(self.directions, event_values, apply_event, write_positions, write_directions, rhs)
         self._values = np.zeros(int(self.model.info.ne))
+        self.acceleration = np.zeros(int(self.model.info.nv))
 
     def fire(self, t: float, y: np.ndarray) -> int:
         """Carry out what is due at t on the state y; returns how many events, -1 where a drive outruns its thread."""
@@ -109,6 +114,7 @@ class Releases:
         write_positions(t, start, s, by)
         count = self._fire(t, state, by)
         if count > 0:
+            self.acceleration = self._accelerations(t, state)
             write_positions(t, state, s, by)
             # nodes keep what the method leaves of their constraints, and with it the momentum
             y += state - start
@@ -118,6 +124,18 @@ class Releases:
                     y[first + 3 * low : first + 3 * high] = state[first + 3 * low : first + 3 * high]
             hold_segments(t, y, s, self.model)
         return count
+
+    def _accelerations(self, t: float, y: np.ndarray) -> np.ndarray:
+        """Accelerations (nv,) of a state with directions, as those of positions, by a difference of velocities."""
+        by, s, dy = self.directions, self.model.switches, np.zeros_like(y)
+        rhs(t, y, s, by, dy)
+        speed = np.abs(by.threads["b"][:, 1])
+        d = _SHORT * float(np.min(by.threads["segment"][speed > 0.0] / speed[speed > 0.0], initial=np.inf))
+        now, later = y.copy(), y + d * dy
+        write_positions(t, now, s, by)
+        write_positions(t + d, later, s, by)
+        first, count = int(by.info.nq), int(by.info.nv)
+        return (later - now)[first : first + count] / d
 
     def _fire(self, t: float, y: np.ndarray, model: mdl.Model) -> int:
         """Carry out what is due at t on a state of the model."""
@@ -161,6 +179,9 @@ class Releases:
                 k = at + 3 * i
                 for values in kept:
                     values[k : k + 3] = values[k - 3 : k] if i > 0 else 0.0
+                if row["kind"] == thread.JOINED and not work.options.midpoint:
+                    work.a1[k : k + 3] += self.acceleration[k : k + 3] - work.dv1[k : k + 3]
+                    work.dv1[k : k + 3] = self.acceleration[k : k + 3]
             for i in range(now, was):
                 for values in kept:
                     values[at + 3 * i : at + 3 * i + 3] = 0.0
