@@ -21,6 +21,7 @@ from evolvent.base.errors import InputError
 from evolvent.flow.fixed_lengths import write_directions, write_positions
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import joint, rigid, sides, thread
+from evolvent.solvers import payout
 
 Array = np.ndarray
 
@@ -71,6 +72,23 @@ def with_positions(assembly: Assembly, t: float = 0.0) -> Assembly:
     parts = [*assembly.joint_parts, *(names[int(p)] for p in segments["first"])]
     hold_segments(t, y, assembly.s, found)
     return dataclasses.replace(assembly, model=found, y=y, joint_parts=parts, directions=model)
+
+
+def given_positions(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
+    """`with_positions` of an assembly and of a state of it at a time (s), or None.
+
+    The nodes that are out then follow from the drives.
+    """
+    found = with_positions(assembly)
+    if found is assembly or y is None or np.shape(y) != assembly.y.shape:
+        return found, y
+    model, s, state = assembly.model, assembly.s.copy(), np.array(y, dtype=float)
+    lengths = payout.deployed_lengths(assembly, np.array([time]))[0]
+    for p, row in enumerate(model.threads):
+        out = np.ceil(round(float(lengths[p] / row["segment"]), 9))
+        s[p] = min(max(int(out), 0), int(row["n"]))
+    write_positions(time, state, s, model)
+    return found, state
 
 
 def evaluate_tensions(assembly: Assembly, t: Array, y: Array, s: Array, la: Array) -> None:
