@@ -1,4 +1,4 @@
-"""Threads with segments of fixed length under implicit methods and in equilibrium: as under dopri5, and closed forms."""
+"""Threads with segments of fixed length under implicit methods and in equilibrium: as under dopri5, closed forms."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def thread_on(body: parts.RigidBody, drive: Any, *, gravity: Any = (0.0, 0.0, 0.
 
 
 PAID_OUT = parts.ConstantDrive(rate=2.0, angle=2.0)
-#: Systems in which two nodes leave or come back within 1.5 s.
+#: Systems with two events within 1.5 s: nodes leave or come back, or the whole thread leaves.
 SYSTEMS = {
     "paid out on a free body": lambda: thread_on(FREE_BODY, PAID_OUT, wound_mass="carried"),
     "two threads, a tape, on a body that spins": lambda: thread_on(
@@ -43,6 +43,9 @@ SYSTEMS = {
     ),
     "a free spool": lambda: thread_on(
         FREE_BODY, parts.FreeSpool(inertia=0.02, angle=2.0, rate=1.0, viscous_damping=1e-3), wound_mass="carried"
+    ),
+    "a thread that leaves": lambda: thread_on(
+        SPINNING, parts.ConstantDrive(rate=2.0, angle=1.0), length=0.35, nodes=2, separates=True
     ),
     "taken up": lambda: thread_on(SPINNING, parts.ConstantDrive(rate=-2.0, angle=6.0), wound_mass="carried"),
 }  # fmt: skip

@@ -31,8 +31,8 @@ _3D, _4D = types.Array(REAL, 3, "C"), types.Array(REAL, 4, "C")
 
 @indirect(
     void(
-        VECTOR, MATRIX, types.Array(types.int64, 2, "C"), MATRIX, MODEL, _3D, _3D, MATRIX, _3D, _4D, _3D, _3D, _3D, MATRIX,
-        _3D,
+        VECTOR, MATRIX, types.Array(types.int64, 2, "C"), MATRIX, MODEL, _3D, _3D, MATRIX, _3D, _4D, _3D, _3D, _3D,
+        MATRIX, _3D,
     )
 )  # fmt: skip
 def fill_observations(times, Y, S, LA, model, position, velocity, tension, spool, R, X, V, W, sums, thread_sums):

@@ -1,8 +1,8 @@
 """Threads with segments of fixed length under implicit methods and statics.
 
 Explicit methods have the directions of their segments as coordinates. Here positions of the nodes take their place, and
-each segment that is out is a constraint, a row of the family joints behind those of the parts: |x_i - x_i+1| = l0, at
-the spool |x_i - Q| = b with the length b that is paid out. Rows of wound nodes do not hold.
+each segment that is out is a constraint, a row of the family joints behind those of the parts: a node keeps the distance
+l0 from the next one, or at the spool the length b that is paid out from Q. Rows of wound nodes do not hold.
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ from evolvent.flow.powers import DRIVEN, SPOOLS
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import joint, thread
 from evolvent.kernels.drive import FREE, drive
-from evolvent.solvers.fixed_lengths import hold_segments
 from evolvent.solvers.balance import dissipated, energy, extend, lost, potential, worked
+from evolvent.solvers.fixed_lengths import hold_segments
 from evolvent.solvers.implicit_balance import fill_energies
 from evolvent.solvers.implicit_samples import begin_next
 from evolvent.solvers.implicit_state import Workspace
