@@ -47,7 +47,7 @@ SYSTEMS = {
     "a thread that leaves": lambda: thread_on(
         SPINNING, parts.ConstantDrive(rate=2.0, angle=1.0), length=0.35, nodes=2, separates=True
     ),
-    "taken up": lambda: thread_on(SPINNING, parts.ConstantDrive(rate=-2.0, angle=6.0), wound_mass="carried"),
+    "taken up": lambda: thread_on(SPINNING, parts.ConstantDrive(rate=-2.5, angle=6.0), wound_mass="carried"),
 }  # fmt: skip
 TIMES = np.linspace(0.0, 1.5, 16)
 

@@ -1,7 +1,7 @@
 """Threads with segments of fixed length under implicit methods and statics.
 
 Explicit methods have the directions of their segments as coordinates. Here positions of the nodes take their place, and
-each segment that is out is a constraint, a row of the family joints behind those of the parts: a node keeps the distance
+each segment that is out is a constraint, a row of the family joints behind those of the parts: a node keeps the length
 l0 from the next one, or at the spool the length b that is paid out from Q. Rows of wound nodes do not hold.
 """
 

@@ -87,6 +87,8 @@ class Run(run.Run):
         """
         if self.releases is not None and self.releases.fire(self.reached, self.work.y) < 0:
             return outrun(self.reached)
+        if self.releases is not None and self.releases.directions is not None:
+            self.work.dv1[:] = self.releases.accelerations(self.reached, self.work.y)
         self.find_rank(self.reached, self.work.y)
         code = implicit_loop.begin(self.model, self.matrix, self.work)
         if self.has_layers:

@@ -125,12 +125,18 @@ class Releases:
             hold_segments(t, y, s, self.model)
         return count
 
+    def accelerations(self, t: float, y: np.ndarray) -> np.ndarray:
+        """Accelerations (nv,) of a state with positions, by the equations of explicit methods."""
+        state = y.copy()
+        write_directions(t, state, self.model.switches, self.directions)
+        return self._accelerations(t, state)
+
     def _accelerations(self, t: float, y: np.ndarray) -> np.ndarray:
         """Accelerations (nv,) of a state with directions, as those of positions, by a difference of velocities."""
         by, s, dy = self.directions, self.model.switches, np.zeros_like(y)
         rhs(t, y, s, by, dy)
         speed = np.abs(by.threads["b"][:, 1])
-        d = _SHORT * float(np.min(by.threads["segment"][speed > 0.0] / speed[speed > 0.0], initial=np.inf))
+        d = _SHORT * float(np.min(by.threads["segment"][speed > 0.0] / speed[speed > 0.0], initial=1.0))
         now, later = y.copy(), y + d * dy
         write_positions(t, now, s, by)
         write_positions(t + d, later, s, by)

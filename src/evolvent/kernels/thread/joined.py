@@ -1,6 +1,6 @@
 """Threads with segments of fixed length under implicit methods: positions of nodes, and a constraint a segment.
 
-The constraints are joints of the kind SEGMENT (`evolvent.kernels.gaps`): a node keeps the distance l0 from the next one,
+The constraints are joints of the kind SEGMENT (`evolvent.kernels.gaps`): a node keeps the distance l0 to the next one,
 or at the spool the distance b from Q. Their multipliers are the tensions, which the nodes' records hold from the last
 forces of the joints on. Of a wound node the joint does not hold.
 """
