@@ -12,6 +12,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual, tangent
+from evolvent.kernels import joint
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.solvers import balance as eb, implicit_loop, implicit_samples, reactions, redundancy, run
 from evolvent.solvers.alpha_state import SHORT
@@ -87,7 +88,7 @@ class Run(run.Run):
         """
         if self.releases is not None and self.releases.fire(self.reached, self.work.y) < 0:
             return outrun(self.reached)
-        if self.releases is not None and self.releases.directions is not None:
+        if self.releases is not None:
             self.work.dv1[:] = self.releases.accelerations(self.reached, self.work.y)
         self.find_rank(self.reached, self.work.y)
         code = implicit_loop.begin(self.model, self.matrix, self.work)
@@ -280,4 +281,5 @@ def rows_of_part(assembly: Assembly, name: str) -> slice:
     """Rows of the multipliers `la` that belong to the joint called `name`."""
     start = assembly.index(name, "joints")
     others = [index for family, index in assembly.names.values() if family == "joints" and index > start]
-    return slice(start, min(others, default=assembly.model.joints.size))
+    segments = assembly.model.joints["kind"] == joint.SEGMENT  # which stand behind those of parts
+    return slice(start, min(others, default=int(np.sum(~segments))))

@@ -114,7 +114,7 @@ class Releases:
         write_positions(t, start, s, by)
         count = self._fire(t, state, by)
         if count > 0:
-            self.acceleration = self._accelerations(t, state)
+            self.acceleration = self._accelerations(t, state, by)
             write_positions(t, state, s, by)
             # nodes keep what the method leaves of their constraints, and with it the momentum
             y += state - start
@@ -126,14 +126,16 @@ class Releases:
         return count
 
     def accelerations(self, t: float, y: np.ndarray) -> np.ndarray:
-        """Accelerations (nv,) of a state with positions, by the equations of explicit methods."""
+        """Accelerations (nv,) of a state with positions, by the equations of explicit methods; zeros without these."""
+        if self.directions is None:
+            return np.zeros(int(self.model.info.nv))
         state = y.copy()
         write_directions(t, state, self.model.switches, self.directions)
-        return self._accelerations(t, state)
+        return self._accelerations(t, state, self.directions)
 
-    def _accelerations(self, t: float, y: np.ndarray) -> np.ndarray:
+    def _accelerations(self, t: float, y: np.ndarray, by: mdl.Model) -> np.ndarray:
         """Accelerations (nv,) of a state with directions, as those of positions, by a difference of velocities."""
-        by, s, dy = self.directions, self.model.switches, np.zeros_like(y)
+        s, dy = self.model.switches, np.zeros_like(y)
         rhs(t, y, s, by, dy)
         speed = np.abs(by.threads["b"][:, 1])
         d = _SHORT * float(np.min(by.threads["segment"][speed > 0.0] / speed[speed > 0.0], initial=1.0))
@@ -141,7 +143,8 @@ class Releases:
         write_positions(t, now, s, by)
         write_positions(t + d, later, s, by)
         first, count = int(by.info.nq), int(by.info.nv)
-        return (later - now)[first : first + count] / d
+        found: np.ndarray = (later - now)[first : first + count] / d
+        return found
 
     def _fire(self, t: float, y: np.ndarray, model: mdl.Model) -> int:
         """Carry out what is due at t on a state of the model."""
