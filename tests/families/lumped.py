@@ -406,7 +406,7 @@ def slack_thread() -> Case:
 
 @of("a thread with segments of fixed length")
 def fixed_thread() -> Case:
-    """One segment, all of it out: a pendulum."""
+    """One segment, all of it out: a pendulum, that hangs and swings at sqrt(g/l) about both axes."""
     start = 1.0
 
     def motion(t: Array) -> Array:
@@ -414,7 +414,8 @@ def fixed_thread() -> Case:
         return columns(np.sin(angle), 0.0, -np.cos(angle))
 
     return Case(
-        part="thread", seen=outer_node, end=2.0, step=5e-3, motion=motion,
+        part="thread", seen=outer_node, end=2.0, step=5e-3, motion=motion, still=(0.0, 0.0, -1.0),
+        poles=springs_poles(G, G),
         system=lambda: reeled(
             parts.ConstantDrive(rate=0.0, angle=10.0), gravity=DOWN, length=1.0, nodes=1, segments="inextensible",
             direction=(math.sin(start), 0.0, -math.cos(start)),

@@ -17,6 +17,7 @@ from evolvent.assembly import families as table
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit, inventory
 from evolvent.solvers import solve
+from evolvent.solvers.fixed_lengths import with_positions
 from evolvent.solvers.implicit import solve_implicit
 from families.case import CASES, Array
 from helpers import derivative
@@ -42,6 +43,8 @@ def numbers(name: str) -> dict[str, list[float]]:
         found["rates"], found["sums"] = derivative(assembly)(0.0, y).tolist(), sums.tolist()
         found["explicit"] = solve(assembly, samples=samples, step=case.step, method="rk4").y[-1].tolist()
     if table.IMPLICIT in row.solvers:
+        assembly = with_positions(assembly)
+        model, y = assembly.model, disturbed(assembly)
         model.switches[:] = assembly.s
         n_v, n_j, energies = int(model.info.nv), model.joints.size, np.zeros(5)
         equations = Equations(assembly, 0.0, y, 0.1 * np.cos(np.arange(n_v)), 0.0, 0.0)

@@ -9,7 +9,7 @@ import pytest
 
 import evolvent
 from book import Book
-from evolvent import InputError, parts
+from evolvent import parts
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
 from evolvent.solvers.explicit_plan import choose_step
@@ -152,14 +152,16 @@ def test_a_thread_separates_at_its_end() -> None:
     assert found.solution.s[-1].tolist() == explicit.solution.s[-1].tolist() == [20, 1]
 
 
-def test_what_is_refused() -> None:
-    with pytest.raises(InputError, match=r"'blade' is a thread with segments of fixed length.*springs"):
-        solve_implicit(heliogyro(out=1.0), samples=[0.0, 1.0], step=1e-3)
-    free = heliogyro(segments="inextensible", drive=parts.FreeSpool(angle=1.0 / R, inertia=1e-5))
-    with pytest.raises(InputError, match="'blade' is a thread with segments of fixed length on a free spool"):
-        solve_implicit(free, samples=[0.0, 1.0], step=1e-3)
-    with pytest.raises(
-        InputError,
-        match="'blade-1' is a thread with segments of fixed length, which generalized-alpha does not support",
-    ):
-        evolvent.run("heliogyro", {"solver.method": "generalized-alpha", "blade.segments": "inextensible"})
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["generalized-alpha", "energy-momentum"])
+def test_the_heliogyro_with_segments_of_fixed_length(method: str) -> None:
+    """A deployment of 1 m in 10 segments, which leave the spool one by one: lag, rate and tension are dopri5's."""
+    given = {"blade.segments": "inextensible", "blade.length": "1 m", "blade.nodes": 10, "output.every": "0.1 s"}
+    exact = evolvent.run("heliogyro", given | {"solver.method": "dopri5"})
+    found = evolvent.run("heliogyro", given | {"solver.method": method, "solver.step": "2.5 ms"})
+    assert found.attrs["status"] == exact.attrs["status"] == "success"
+    lag, wanted = np.degrees(found["blade-1"].tip_lag.values), np.degrees(exact["blade-1"].tip_lag.values)
+    assert np.abs(lag - wanted).max() < 0.02
+    assert found["hub"].rate.values == pytest.approx(exact["hub"].rate.values, abs=1e-3)
+    tension = exact["blade-1"].hub_tension.values
+    assert found["blade-1"].hub_tension.values == pytest.approx(tension, abs=5e-3 * float(tension.max()))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
 import pytest
 
 from evolvent import System, parts
+from evolvent.assembly import families
 from evolvent.base.errors import InputError
 from evolvent.elements import Circle, Material
 
@@ -116,7 +118,10 @@ def test_a_synchronization_is_written_with_its_units() -> None:
     assert parts.Synchronization(**written) == part
 
 
-def test_a_refusal_names_all_parts_and_the_method_that_supports_them() -> None:
+def test_a_refusal_names_all_parts_and_the_method_that_supports_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    name, explicit = "a thread with segments of fixed length", frozenset({families.EXPLICIT})
+    rows = [dataclasses.replace(row, solvers=explicit) if row.name == name else row for row in families.FAMILIES]
+    monkeypatch.setattr(families, "FAMILIES", tuple(rows))  # of which two are refused beside one another
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=1.0), "hub")
     system.add(parts.Reel(body="hub", centre=(1.0, 0.0, 0.0), radius=0.1, drive=parts.ConstantDrive(rate=0.1)), "reel")

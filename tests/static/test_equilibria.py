@@ -14,7 +14,6 @@ from evolvent.kernels import rigid
 from evolvent.solvers.implicit import rows_of_part
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
-from helpers import heliogyro
 from static.composing import EI, STEEL, STRIP, beam, nodes, solved, tip_force
 
 # ------------------------------------------------------------------------------------------------ cantilevers
@@ -379,13 +378,6 @@ def test_bad_arguments(options, told):
     assert a.model.bodies["motion"][a.index("hub", "bodies")] == rigid.SPIN
     with pytest.raises(InputError, match=told):
         solve_static(a, **options)
-
-
-def test_threads_of_fixed_lengths_are_refused():
-    with pytest.raises(
-        InputError, match=r"'blade' is a thread with .* fixed length, which equilibrium does not support"
-    ):
-        solve_static(heliogyro(segments="inextensible"))
 
 
 def test_a_search_that_takes_too_long_is_given_up():

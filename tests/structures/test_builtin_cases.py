@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import html
 import math
@@ -17,6 +18,7 @@ from scipy.optimize import brentq, least_squares
 import evolvent as ev
 from book import Book
 from evolvent import cases
+from evolvent.assembly import families
 from evolvent.assembly.references import OF_THE_RUN
 from evolvent.results.fine_samples import MARK
 from evolvent.view import show
@@ -455,7 +457,15 @@ def test_names_of_results_of_the_run_are_those_that_no_part_takes() -> None:
     assert set(run("yo-yo-despin").to_dataset().variables) == OF_THE_RUN - {MARK}
 
 
-def test_a_method_that_does_not_support_a_part_names_it(call: Callable[..., tuple[int, str, str]]) -> None:
+def test_a_method_that_does_not_support_a_part_names_it(
+    call: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name, advice = "a thread with segments of fixed length", "use dopri5"
+    rows = [
+        dataclasses.replace(row, solvers=frozenset({families.EXPLICIT}), advice=advice) if row.name == name else row
+        for row in families.FAMILIES
+    ]
+    monkeypatch.setattr(families, "FAMILIES", tuple(rows))
     fixed = ("--set", "parts.tether.segments=inextensible", "--set", "parts.tether.end=")
     code, _, err = call("run", "orbit-tether", *fixed, "--no-figures")
     assert code == 2

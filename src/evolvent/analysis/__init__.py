@@ -117,6 +117,9 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
         return energy_momentum.NAME, f"{what}: steps of any length gain no energy"
     if model.body_contacts.size and families.ENERGY not in refused:
         return energy_momentum.NAME, "contact: steps of any length gain no energy"
+    fixed = model.threads["kind"] == thread.INEXTENSIBLE
+    if fixed.size and np.all(fixed) and families.EXPLICIT not in refused:
+        return "dopri5", "threads with segments of fixed length have no stiffness: adaptive steps of fifth order"
     stiff = _better_implicit(assembly)
     if stiff and families.EXPLICIT not in refused and len(refused) < 2:
         refused[families.EXPLICIT] = f"{stiff}; "

@@ -36,6 +36,8 @@ class Assembly:
     joint_parts : list of str, the part that wrote each row of the family `joints`
     parts : dict, name -> part, as the user wrote them
     expressions : dict, first index of its parameters -> the compiled function that runs it, and the text
+    directions : Model, optional, that of explicit methods, where the model has positions as coordinates of threads with
+        segments of fixed length (`evolvent.solvers.fixed_lengths`)
     """
 
     model: mdl.Model
@@ -46,6 +48,7 @@ class Assembly:
     joint_parts: list[str]
     parts: dict[str, Any] = dataclasses.field(default_factory=dict)
     expressions: dict[int, tuple[Any, str]] = dataclasses.field(default_factory=dict)
+    directions: mdl.Model | None = None
 
     def index(self, name: str, family: str | None = None) -> int:
         """Index of the part called `name` in its family."""

@@ -93,7 +93,8 @@ def _is(field: str, value: Any) -> Callable[[Array], Array]:
 
 
 _NOT_ENERGY = EVERY - {ENERGY}
-_EXPLICIT = frozenset({EXPLICIT})
+#: Kinds of threads with segments of fixed length.
+_FIXED = (thread.INEXTENSIBLE, thread.JOINED)
 
 FAMILIES = (
     Family(
@@ -119,10 +120,8 @@ FAMILIES = (
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] != 0),
     ),
     Family(
-        "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
-        "use segments 'springs' (equilibrium and modes: on a driven spool), or dopri5 for motions: fixed lengths have "
-        "directions as unknowns, which explicit methods move",
-        which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] != FREE),
+        "a thread with segments of fixed length", "threads", EVERY,
+        which=lambda t: np.isin(t["kind"], _FIXED) & (t["drive"] != FREE),
     ),
     Family(
         "a thread on a free spool", "threads", EVERY - {STATIC, MODES},
@@ -130,10 +129,9 @@ FAMILIES = (
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] == FREE),
     ),
     Family(
-        "a thread with segments of fixed length on a free spool", "threads", _EXPLICIT,
-        "use segments 'springs' (equilibrium and modes: on a driven spool), or dopri5 for motions: fixed lengths have "
-        "directions as unknowns, which explicit methods move",
-        which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] == FREE),
+        "a thread with segments of fixed length on a free spool", "threads", EVERY - {STATIC, MODES},
+        "use a drive that prescribes the spool's angle: the number of nodes that are out follows from it",
+        which=lambda t: np.isin(t["kind"], _FIXED) & (t["drive"] == FREE),
     ),
     Family(
         "a load on a thread", "loads", EVERY,

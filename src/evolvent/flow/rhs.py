@@ -88,15 +88,18 @@ def apply_forces(t, y, s, model, dy):
             load_power += thread.wound_fields(t, s, model)
     for p in range(threads.size):
         if loaded:
-            if threads[p].kind == thread.SPRINGS:
-                thread.spring_points(y, s, threads, model.nodes, p)
-            else:
+            if threads[p].kind == thread.INEXTENSIBLE:
                 thread.chain_points(y, s, model, p)
+            else:
+                thread.spring_points(y, s, threads, model.nodes, p)
             load_power += thread.node_loads(t, s, model, p)
         if threads[p].kind == thread.SPRINGS:
             d, power = thread.spring_thread(y, 0.0, s, model, p, loaded, dy)
             dissipated += d
             spool_power += power
+        elif threads[p].kind == thread.JOINED:
+            thread.spring_points(y, s, threads, model.nodes, p)
+            thread.pull_joined(s, model, p)
     if threads.size > 0:
         dissipated += thread.spool_losses(y, model)
     return dissipated, load_power, spool_power, loaded

@@ -32,15 +32,16 @@ _3D, _4D = types.Array(REAL, 3, "C"), types.Array(REAL, 4, "C")
 
 @indirect(
     void(
-        VECTOR, MATRIX, types.Array(types.int64, 2, "C"), MODEL, _3D, _3D, MATRIX, _3D, _4D, _3D, _3D, _3D, MATRIX, _3D
+        VECTOR, MATRIX, types.Array(types.int64, 2, "C"), MATRIX, MODEL, _3D, _3D, MATRIX, _3D, _4D, _3D, _3D, _3D,
+        MATRIX, _3D,
     )
 )  # fmt: skip
-def fill_observations(times, Y, S, model, position, velocity, tension, spool, R, X, V, W, sums, thread_sums):
-    """Fill `observations.Observations`, all but the first four arguments, from the states Y, S at `times`."""
+def fill_observations(times, Y, S, LA, model, position, velocity, tension, spool, R, X, V, W, sums, thread_sums):
+    """Fill `observations.Observations`, all but the first five arguments, from the states Y, S, LA at `times`."""
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     for n in range(times.size):
         if threads.size > 0:
-            evaluate_threads(times[n], Y[n], S[n], model)
+            evaluate_threads(times[n], Y[n], S[n], LA[n], model)
         for k in range(nodes.size):
             tension[n, k] = nodes[k].tension
             for c in range(3):
@@ -59,9 +60,13 @@ def fill_observations(times, Y, S, model, position, velocity, tension, spool, R,
                     R[n, b, c, d] = bodies[b].R[c, d]
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
-def evaluate_threads(t, y, s, model):
-    """Fields of threads and nodes that are results, into the records; tensions are those of explicit methods."""
+@indirect(void(REAL, VECTOR, INTEGERS, VECTOR, MODEL))
+def evaluate_threads(t, y, s, la, model):
+    """Fields of threads and nodes that are results, into the records.
+
+    Tensions are those of explicit methods, or the multipliers la of the joints that are segments.
+    """
+    thread.note_tensions(la, model)
     rhs(t, y, s, model, model.dy[0])
     for p in range(model.threads.size):
         thread.note_results(y, s, model, p)
@@ -121,7 +126,7 @@ def evaluate(n, times, y, s, la, factor, model):
     for k in range(model.fields.size):
         model.fields[k].scale = factor
     if model.threads.size > 0:
-        evaluate_threads(t, y, s, model)
+        evaluate_threads(t, y, s, la, model)
     rigid.kinematics(t, y, model)
     rigid.evaluate_bodies(y, model.bodies)
     points.evaluate_points(y, model.points)

@@ -9,15 +9,17 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import MATRIX, REAL, entry, indirect, inlined
-from evolvent.kernels.sides import add_product, write_axial
+from evolvent.kernels.sides import ON_BODY, add_product, write_axial
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 
 _I = types.int64
 # kinds of joints: points coincide along a direction; directions keep their product; points keep their distance;
 # a spinning body keeps to an angle; a cord winds onto a drum of side a; points coincide along a direction that turns
-# two angles or travels stay in a ratio (`evolvent.kernels.gear`)
-POINT, DIRECTION, DISTANCE, ANGLE, CORD, ALONG, GEAR = 0, 1, 2, 3, 4, 5, 6
+# two angles or travels stay in a ratio (`evolvent.kernels.gear`); a segment of a thread keeps its length
+POINT, DIRECTION, DISTANCE, ANGLE, CORD, ALONG, GEAR, SEGMENT = 0, 1, 2, 3, 4, 5, 6, 7
+#: Length of a segment (m) below which its direction is that in which the thread leaves its spool.
+TINY = 1e-9
 
 
 @entry(_I)
@@ -28,6 +30,15 @@ def side_count(kind):
 
 
 @inlined
+def copies_at(k, side, model):
+    """How many times joint k acts on a side: the segment at a spool on its body for each of identical threads."""
+    joints = model.joints
+    if joints[k].kind == SEGMENT and joints[k].on[side] == ON_BODY:
+        return float(model.threads[joints[k].first].copies)
+    return 1.0
+
+
+@inlined
 def is_place(kind, side):
     """Whether a side of a joint is a point; else it is a direction."""
     return kind != DIRECTION and side < 2
@@ -35,7 +46,7 @@ def is_place(kind, side):
 
 @inlined
 def measure_gap(joints, k, a, b, d):
-    """Gap, rate and gradients of joint k, DIRECTION, ALONG or DISTANCE; `bends`: second derivative by rates.
+    """Gap, rate and gradients of joint k, DIRECTION, ALONG, DISTANCE or SEGMENT; `bends`: second derivative by rates.
 
     Parameters
     ----------
@@ -62,10 +73,15 @@ def measure_gap(joints, k, a, b, d):
         g[2, 0], g[2, 1], g[2, 2] = dx, dy, dz
     else:
         distance = math.sqrt(dx * dx + dy * dy + dz * dz)
-        nx, ny, nz = dx / distance, dy / distance, dz / distance
+        if kind == SEGMENT and distance <= TINY:
+            nx, ny, nz = joints[k].along[0], joints[k].along[1], joints[k].along[2]
+        else:
+            nx, ny, nz = dx / distance, dy / distance, dz / distance
         joints[k].measured, joints[k].gap = distance, distance - joints[k].value
         joints[k].rate = rate = nx * vx + ny * vy + nz * vz
-        joints[k].bends = (vx * vx + vy * vy + vz * vz - rate * rate) / distance
+        joints[k].bends = 0.0
+        if kind == DISTANCE or distance > TINY:
+            joints[k].bends = (vx * vx + vy * vy + vz * vz - rate * rate) / distance
     g[0, 0], g[0, 1], g[0, 2] = -nx, -ny, -nz
     g[1, 0], g[1, 1], g[1, 2] = nx, ny, nz
 
@@ -76,8 +92,8 @@ def secant_gap(joints, k, h):
 
     Those of a product of two vectors are so already.
     """
-    if joints[k].kind == DISTANCE:
-        scale = 2.0 * (joints[k].gap + joints[k].value) / (joints[k].gap0 + joints[k].gap1 + 2.0 * joints[k].value)
+    if joints[k].kind in (DISTANCE, SEGMENT) and joints[k].length0 + joints[k].length1 > TINY:
+        scale = 2.0 * joints[k].measured / (joints[k].length0 + joints[k].length1)
         for i in range(2):
             for c in range(3):
                 joints[k].g[i, c] *= scale
@@ -93,7 +109,7 @@ def add_gap_tangent(k, la, model, matrix, a, n, Ja, b, m, Jb, d, n_d, Jd):
     """
     joints, K = model.joints, model.K12
     kind, g, u = joints[k].kind, joints[k].g, joints[k].u
-    write_axial(K, 1.0, -1.0 if kind in (DISTANCE, CORD) else 0.0, g[1])
+    write_axial(K, 1.0, -1.0 if kind in (DISTANCE, CORD, SEGMENT) else 0.0, g[1])
     if kind == DIRECTION:
         add_product(matrix, a, n, Ja, K, 0, 0, b, m, Jb, la)
         add_product(matrix, b, m, Jb, K, 0, 0, a, n, Ja, la)
@@ -102,9 +118,12 @@ def add_gap_tangent(k, la, model, matrix, a, n, Ja, b, m, Jb, d, n_d, Jd):
         add_product(matrix, b, m, Jb, K, 0, 0, d, n_d, Jd, la)
         add_product(matrix, d, n_d, Jd, K, 0, 0, a, n, Ja, -la)
         add_product(matrix, a, n, Ja, K, 0, 0, d, n_d, Jd, -la)
-    elif kind in (DISTANCE, CORD):
-        s = la / math.sqrt((u[1, 0] - u[0, 0]) ** 2 + (u[1, 1] - u[0, 1]) ** 2 + (u[1, 2] - u[0, 2]) ** 2)
-        add_product(matrix, a, n, Ja, K, 0, 0, a, n, Ja, s)
+    elif kind in (DISTANCE, CORD, SEGMENT):
+        length = math.sqrt((u[1, 0] - u[0, 0]) ** 2 + (u[1, 1] - u[0, 1]) ** 2 + (u[1, 2] - u[0, 2]) ** 2)
+        if kind == SEGMENT and length <= TINY:
+            return
+        s, times = la / length, copies_at(k, 0, model)
+        add_product(matrix, a, n, Ja, K, 0, 0, a, n, Ja, times * s)
         add_product(matrix, b, m, Jb, K, 0, 0, b, m, Jb, s)
-        add_product(matrix, a, n, Ja, K, 0, 0, b, m, Jb, -s)
+        add_product(matrix, a, n, Ja, K, 0, 0, b, m, Jb, -times * s)
         add_product(matrix, b, m, Jb, K, 0, 0, a, n, Ja, -s)

@@ -16,6 +16,8 @@ from evolvent.kernels.gaps import (
     DISTANCE,
     GEAR,
     POINT,
+    SEGMENT,
+    copies_at,
     is_place,
     measure_gap,
     secant_gap,
@@ -30,11 +32,12 @@ from evolvent.kernels.sides import (
     pull,
     side_vector,
 )
+from evolvent.kernels.thread.joined import length_at_spool
 from evolvent.model import MODEL, family_type
 
 __all__ = [
-    "ALONG", "ANGLE", "CORD", "DIRECTION", "DISTANCE", "GEAR", "INVOLUTE", "LINEAR", "POINT", "STILL", "acts",
-    "add_joint_force", "add_joint_residual", "add_penalty", "holds", "is_penalty", "is_place", "joint_geometry",
+    "ALONG", "ANGLE", "CORD", "DIRECTION", "DISTANCE", "GEAR", "INVOLUTE", "LINEAR", "POINT", "SEGMENT", "STILL",
+    "acts", "add_joint_force", "add_joint_residual", "add_penalty", "holds", "is_penalty", "is_place", "joint_geometry",
     "measure_joints", "note_reaction", "penalty_energy", "penalty_loss", "penalty_values", "side_count",
 ]  # fmt: skip
 
@@ -69,9 +72,9 @@ def joint_geometry(t, y, k, model):
     Notes
     -----
     POINT: along . (u_b - u_a) - value - path; ALONG: u_d . (u_b - u_a) - value; DIRECTION: u_a . u_b - value;
-    DISTANCE: |u_b - u_a| - value; ANGLE: the body's angle less value and path. The path is radius phi of a drive, or
-    for an INVOLUTE the point of the end of a taut thread of length `value` that has been wound by phi onto a circle,
-    from the direction `zero` on.
+    DISTANCE, SEGMENT: |u_b - u_a| - value; ANGLE: the body's angle less value and path. The path is radius phi of a
+    drive, or for an INVOLUTE the point of the end of a taut thread of length `value` that has been wound by phi onto a
+    circle, from the direction `zero` on.
     """
     joints, bodies, parameters = model.joints, model.bodies, model.parameters
     kind = joints[k].kind
@@ -92,7 +95,9 @@ def joint_geometry(t, y, k, model):
     if kind == GEAR:
         gear_geometry(k, 0.0, y, model)
         return
-    points = is_place(kind, 0)
+    points, paid = is_place(kind, 0), 0.0
+    if kind == SEGMENT and joints[k].on[0] == ON_BODY:
+        joints[k].value, paid = length_at_spool(t, y, model, joints[k].first, joints[k].last)
     a = _vector(y, joints, bodies, k, 0, points)
     b = _vector(y, joints, bodies, k, 1, points)
     for c in range(3):
@@ -100,6 +105,7 @@ def joint_geometry(t, y, k, model):
     if kind != POINT:
         d = _vector(y, joints, bodies, k, 2, False) if side_count(kind) == 3 else a
         measure_gap(joints, k, a, b, d)
+        joints[k].rate -= paid
         return
     dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = b[3] - a[3], b[4] - a[4], b[5] - a[5]
@@ -178,9 +184,9 @@ def measure_joints(end, t, y, model):
         if joints[k].kind == GEAR:
             measure_gear(k, end, y, model)
         if end == 0:
-            joints[k].gap0 = joints[k].gap
+            joints[k].gap0, joints[k].length0 = joints[k].gap, joints[k].measured
         else:
-            joints[k].gap1 = joints[k].gap
+            joints[k].gap1, joints[k].length1 = joints[k].gap, joints[k].measured
 
 
 @inlined
@@ -227,8 +233,10 @@ def add_joint_force(y, h, k, la, model, F):
     if kind == CORD and h > 0.0:
         _add_cord_force(y, h, k, la, model, F)
         return
+    if kind == SEGMENT:
+        model.nodes[model.threads[joints[k].first].node + joints[k].last].tension = la
     for side in range(side_count(kind)):
-        g = joints[k].g[side]
+        g, force = joints[k].g[side], la * copies_at(k, side, model)
         if joints[k].on[side] == ON_NODE:
             at, local = joints[k].iv[side] - n_q, joints[k].local[side]
             for i in range(3):
@@ -238,7 +246,7 @@ def add_joint_force(y, h, k, la, model, F):
         pull(
             F, bodies, n_q, joints[k].on[side], joints[k].index[side], joints[k].iv[side], joints[k].u[side],
             is_place(kind, side),
-            la * g[0], la * g[1], la * g[2],
+            force * g[0], force * g[1], force * g[2],
         )  # fmt: skip
 
 

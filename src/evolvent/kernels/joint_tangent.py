@@ -4,18 +4,19 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined, kernel
 from evolvent.kernels import rigid
-from evolvent.kernels.gaps import ANGLE, GEAR, add_gap_tangent, is_place, side_count
+from evolvent.kernels.gaps import ANGLE, GEAR, SEGMENT, add_gap_tangent, copies_at, is_place, side_count
 from evolvent.kernels.gear import add_gear
 from evolvent.kernels.joint import holds, joint_geometry
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
+from evolvent.kernels.thread.joined import couple_spool, turn_spool
 from evolvent.model import MODEL
 
 
 @kernel
-def _add_gradient(matrix, row, at, n, g, J, scale, damped):
-    """Add scale J^T g as column `row`, and as row `row` times `damped`; of n unknowns from `at` on."""
+def _add_gradient(matrix, row, at, n, g, J, scale, damped, times):
+    """Add scale J^T g as column `row`, `times` so much, and as row `row` times `damped`; of n unknowns from `at` on."""
     if n == 0:
         return
     values = matrix.values
@@ -26,7 +27,7 @@ def _add_gradient(matrix, row, at, n, g, J, scale, damped):
     for c in range(n):
         value = scale * (g[0] * J[0, c] + g[1] * J[1, c] + g[2] * J[2, c])
         values[to + c * right] += value * damped
-        values[of + c * down] += value
+        values[of + c * down] += value * times
 
 
 @indirect(void(types.int64, REAL, types.int64, REAL, REAL, MODEL, SPARSE))
@@ -48,22 +49,24 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
     a, n = side_columns(model, joints[k].on[0], joints[k].index[0], joints[k].iv[0], joints[k].local[0], points, Ja)
     b, m = side_columns(model, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], points, Jb)
     ga, gb = joints[k].g[0], joints[k].g[1]
-    _add_gradient(matrix, row, a, n, ga, Ja, scale, damped)
-    _add_gradient(matrix, row, b, m, gb, Jb, scale, damped)
+    _add_gradient(matrix, row, a, n, ga, Ja, scale, damped, copies_at(k, 0, model))
+    _add_gradient(matrix, row, b, m, gb, Jb, scale, damped, 1.0)
+    if kind == SEGMENT and joints[k].on[0] == ON_BODY:
+        couple_spool(matrix, joints[k].first, row, scale, damped, model)
     d, n_d = 0, 0
     if side_count(kind) == 3:
         d, n_d = side_columns(
             model, joints[k].on[2], joints[k].index[2], joints[k].iv[2], joints[k].local[2], False, Jd
         )
-        _add_gradient(matrix, row, d, n_d, joints[k].g[2], Jd, scale, damped)
+        _add_gradient(matrix, row, d, n_d, joints[k].g[2], Jd, scale, damped, 1.0)
     if la == 0.0:
         return
     for side in range(side_count(kind)):
         if joints[k].on[side] == ON_BODY:
-            g = joints[k].g[side]
+            g, force = joints[k].g[side], la * copies_at(k, side, model)
             add_turning(
                 matrix, model, joints[k].index[side], joints[k].local[side],
-                la * g[0], la * g[1], la * g[2],
+                force * g[0], force * g[1], force * g[2],
             )  # fmt: skip
     add_gap_tangent(k, la, model, matrix, a, n, Ja, b, m, Jb, d, n_d, Jd)
 
@@ -107,6 +110,8 @@ def add_end_row(t, y, dq, k, row, scale, c_rate, model, matrix):
         at = joints[k].iv[1] - n_q
         add_entry(matrix, row, at, factor / (1.0 + 0.25 * dq[at] * dq[at]))
         return
+    if kind == SEGMENT and joints[k].on[0] == ON_BODY:
+        turn_spool(matrix, y, joints[k].first, row, factor, model)
     J = model.J[0]
     for side in range(side_count(kind)):
         on, index, g = joints[k].on[side], joints[k].index[side], joints[k].g[side]

@@ -20,7 +20,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.implicit import keep_momentum, residual
-from evolvent.kernels import rigid
+from evolvent.kernels import rigid, thread
 from evolvent.kernels.blocks import displace, largest_turn
 from evolvent.model import MODEL
 from evolvent.solvers.implicit_state import WORKSPACE
@@ -37,7 +37,7 @@ def start_step(h, model, work):
     for i in range(work.dq.size):
         work.a0[i], work.dv0[i] = work.a1[i], work.dv1[i]
         work.loads0[i] = work.loads1[i]
-    if model.threads.size == 0:  # algorithmic accelerations lie off the true ones in proportion to the step
+    if not thread.has_springs(model):  # algorithmic accelerations lie off the true ones in proportion to the step
         for i in range(work.dq.size):
             work.a0[i] = work.dv1[i] + (work.a1[i] - work.dv1[i]) * min(h / work.loop.last, 1.0)
     for i in range(work.la.size):

@@ -6,7 +6,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.flow.implicit import residual
-from evolvent.kernels import attitude, contact, coordinate_laws, joint, rigid, sparse_lu
+from evolvent.kernels import attitude, contact, coordinate_laws, joint, rigid, sparse_lu, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import ROTATION, displace
 from evolvent.kernels.rotations import cross
@@ -110,22 +110,25 @@ def start_accelerations(model, matrix, work):
     """
     n_q, n_v, t, h, options = model.info.nq, model.info.nv, work.loop.time, work.loop.step, work.options
     y, la, A, blocks = work.y, work.la, work.dv1, model.blocks
-    for i in range(n_v):
-        A[i] = 0.0
     for i in range(la.size):
         la[i] = 0.0
+    residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
+    begins = thread.leaves_spool(model)  # where the directions of the step before the start are not known
+    for i in range(n_v):
+        A[i] = A[i] if begins else 0.0
     residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
     c_mass = short_c_mass(options)
     found = factor_at(t, y, la, c_mass, 0.0, c_mass * options.mass, model, matrix, work)
     work.loop.factored = 0.0
     if found != 0:
         return SINGULAR if found < 0 else REDUNDANT
-    accelerations_at(t, y, model, matrix, work, A, la)
+    if not begins:
+        accelerations_at(t, y, model, matrix, work, A, la)
     if not is_finite(A):
         return NOT_FINITE
     for i in range(n_v):
         work.a1[i] = A[i]
-    if model.threads.size > 0:
+    if thread.has_springs(model) or begins:
         thread_accelerations(model, matrix, work)
         work.loop.last = h
         return DONE
@@ -195,7 +198,7 @@ def thread_accelerations(model, matrix, work):
     n_v, h, t, options = work.dq.size, work.loop.step, work.loop.time, work.options
     am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
     options.alpha_m, options.alpha_f, options.beta, options.gamma = -1.0, 0.0, 1.0, 1.5
-    A, half, found = work.loads0, work.spare, 1
+    A, half, found, springs = work.loads0, work.spare, 1, thread.has_springs(model)
     for i in range(work.y.size):
         work.y0[i] = work.y[i]
     for i in range(work.la.size):
@@ -211,6 +214,9 @@ def thread_accelerations(model, matrix, work):
             for i in range(work.y.size):
                 work.y[i] = work.y0[i]
             for i in range(work.la.size):
+                if side == 0:
+                    work.la1[i] = work.la[i]
+                work.la0[i] = 2.0 * work.la1[i] - work.la[i] if side == 1 and not springs else work.la0[i]
                 work.la[i] = work.la0[i]
             for i in range(n_v):
                 if side == 0:

@@ -158,12 +158,22 @@ def _couple_layers(graph: _Graph) -> None:
             graph.couple(*upper, graph.of(below), graph.of(below + 3 * half))
 
 
+def _segment_ends(graph: _Graph, row: np.record) -> list[int]:
+    """Blocks that a segment of fixed length acts on, at the spool and when it has left it."""
+    thread, i = graph.model.threads[row["first"]], int(row["last"])
+    nodes = [graph.of(int(thread["iv"]) + 3 * j) for j in range(i, min(i + 2, int(thread["n"])))]
+    return [*nodes, int(graph.body[thread["body"]]), _spool(graph, thread)]
+
+
 def _add_multipliers(graph: _Graph) -> None:
     """A block for the multipliers of all joints between the same two blocks."""
     groups: dict[tuple[int, ...], list[int]] = {}
     for k, row in enumerate(graph.model.joints):
-        found = ends_of(row, graph.model.gear_coordinates)
-        ends = [int(graph.body[index]) if what == "bodies" else graph.of(index) for what, index in found]
+        if row["kind"] == joint.SEGMENT:
+            ends = _segment_ends(graph, row)
+        else:
+            found = ends_of(row, graph.model.gear_coordinates)
+            ends = [int(graph.body[index]) if what == "bodies" else graph.of(index) for what, index in found]
         groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
         if row["kind"] not in (joint.POINT, joint.ANGLE, joint.GEAR):  # the force turns with the other side
             graph.couple(*ends)

@@ -12,11 +12,12 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
-from evolvent.kernels import rigid
+from evolvent.kernels import rigid, thread
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.solvers import balance as eb, reactions
 from evolvent.solvers.explicit_plan import STEP_ALLOWED, sample_times
+from evolvent.solvers.fixed_lengths import with_positions
 from evolvent.solvers.implicit_method import ENERGY_MOMENTUM, METHODS, NAME
 from evolvent.solvers.implicit_run import Run, rows_of_part
 from evolvent.solvers.implicit_setup import acts_from_outside, check_start, energy_floor, matrix_of, sizes, workspace
@@ -121,7 +122,7 @@ def plan(
     newton = None if newton is None else positive("newton", newton)
     longest = span if longest_step is None else positive("longest_step", longest_step)
     families.check(assembly, of.solver)
-    own = dataclasses.replace(assembly, model=assembly.model.copy())
+    own = with_positions(dataclasses.replace(assembly, model=assembly.model.copy()), float(times[0]))
     try_laws(own, times[0], times[-1])
     with refusing_laws(own):
         check_start(own, float(times[0]))
@@ -161,7 +162,7 @@ def _newton(assembly: Assembly, conserves: bool, step: float | None, tolerance: 
     model = assembly.model
     if conserves:
         return LEAST_NEWTON if step is not None or not acts_from_outside(model) else min(1e-3 * tolerance, 1e-6)
-    if model.threads.size:  # whose springs are so stiff that little lengths are large forces
+    if np.any(model.threads["kind"] == thread.SPRINGS):  # so stiff that little lengths are large forces
         return 1e-13
     free = np.sum(model.bodies["motion"] == rigid.FREE) - np.sum(model.rods["elements"] + 1)
     spins = bool(free > 0)  # bodies but the nodes of rods, whose error adds up step by step

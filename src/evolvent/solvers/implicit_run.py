@@ -12,9 +12,11 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual, tangent
+from evolvent.kernels import joint
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.solvers import balance as eb, implicit_loop, implicit_samples, reactions, redundancy, run
 from evolvent.solvers.alpha_state import SHORT
+from evolvent.solvers.fixed_lengths import evaluate_tensions
 from evolvent.solvers.implicit_method import METHODS
 from evolvent.solvers.implicit_setup import acts_from_outside, matrix_of
 from evolvent.solvers.implicit_state import AT_RESTART, AT_STOP, BUDGET, DONE, STOPPED, Workspace
@@ -48,7 +50,7 @@ class Run(run.Run):
         self.ranks = redundancy.Ranks(of.assembly)
         began = clock.perf_counter()
         self._hold_joints()
-        self.releases = Releases(self.model) if self.model.threads.size else None
+        self.releases = Releases(of.assembly) if self.model.threads.size else None
         self._load()
         self.work: Workspace = of.workspace()
         self.compile_time = clock.perf_counter() - began
@@ -86,6 +88,8 @@ class Run(run.Run):
         """
         if self.releases is not None and self.releases.fire(self.reached, self.work.y) < 0:
             return outrun(self.reached)
+        if self.releases is not None:
+            self.work.dv1[:] = self.releases.accelerations(self.reached, self.work.y)
         self.find_rank(self.reached, self.work.y)
         code = implicit_loop.begin(self.model, self.matrix, self.work)
         if self.has_layers:
@@ -262,6 +266,7 @@ class Run(run.Run):
         work = self.work
         if reactions.applies(self.model, self.plan.options):
             reactions.evaluate(self.model, self.matrix, work, n, self.ranks.use)
+        evaluate_tensions(self.assembly, work.samples[:n], work.out_y[:n], work.out_s[:n], work.out_la[:n])
         return Sampled(
             work.out_a[:n],
             work.out_la[:n],
@@ -276,4 +281,5 @@ def rows_of_part(assembly: Assembly, name: str) -> slice:
     """Rows of the multipliers `la` that belong to the joint called `name`."""
     start = assembly.index(name, "joints")
     others = [index for family, index in assembly.names.values() if family == "joints" and index > start]
-    return slice(start, min(others, default=assembly.model.joints.size))
+    segments = assembly.model.joints["kind"] == joint.SEGMENT  # which stand behind those of parts
+    return slice(start, min(others, default=int(np.sum(~segments))))

@@ -14,6 +14,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels import fields
 from evolvent.solvers.eigenproblem import Problem, along_axes
+from evolvent.solvers.fixed_lengths import hold_segments, with_positions
 from evolvent.solvers.laws import law_failure
 from evolvent.solvers.linear_motion import has_symmetric_stiffness, matrices
 from evolvent.solvers.modal import Modes
@@ -107,7 +108,7 @@ def at_equilibrium(
     families.check(assembly, families.MODES)
     if np.any(assembly.model.fields["kind"] == fields.ORBIT):
         refuse_thread_mass(assembly, "gyroscopic forces in an orbital frame modes leave out")
-    assembly = dataclasses.replace(assembly, model=assembly.model.copy())
+    assembly = with_positions(dataclasses.replace(assembly, model=assembly.model.copy()))
     if equilibrium is None:
         equilibrium = solve_static(assembly, y=y, time=time, rotating=rotating, centre=centre)
     elif y is not None or rotating is not None or centre is not None or time != 0.0:
@@ -118,6 +119,7 @@ def at_equilibrium(
         raise RunFailed(f"there is no equilibrium to vibrate about: {equilibrium.message}", equilibrium)
     still = freeze_spools(assembly.model, float(equilibrium.t[-1]))
     assembly = dataclasses.replace(assembly, model=still, s=equilibrium.s[-1].copy())
+    hold_segments(float(equilibrium.t[-1]), equilibrium.y[-1], assembly.s, still)
     try:
         work = Work(assembly, equilibrium.y[-1], float(equilibrium.t[-1]), equilibrium.path.spin)
         work.allow_redundant()

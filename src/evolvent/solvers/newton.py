@@ -7,7 +7,7 @@ import math
 from numba import types
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.kernels import contact, coordinate_laws, sparse_lu
+from evolvent.kernels import contact, coordinate_laws, sparse_lu, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.passing import note_places
 from evolvent.kernels.sparse import SPARSE
@@ -75,7 +75,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
     # what keeps momenta or energy takes its own tangent, and one correction more: both converge to round-off
     keeps = conserves and work.step.step.chi_v == 0.0 and not soft
     limit = newton_limit(options.newton, options.sharp, options.rates, loop.fastest, h)
-    rounding = 0.0 if model.threads.size > 0 else ROUND_OFF
+    rounding = 0.0 if thread.has_springs(model) else ROUND_OFF
     if conserves:
         inexact = model.elements.size + model.rods.size + work.la.size
         rounding = min(ROUND_OFF, 1e4 * options.newton) if inexact > 0 else 0.0

@@ -57,17 +57,18 @@ def empty_observations(model: Model, n_t: int) -> Observations:
     )
 
 
-def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observations:
+def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray, la: np.ndarray | None = None) -> Observations:
     """Evaluate all quantities at the samples of a run.
 
     Parameters
     ----------
     model : Model
-    t, y, s : (nt,), (nt, ny), (nt, ns), as in `evolvent.solvers.Solution`
+    t, y, s, la : (nt,), (nt, ny), (nt, ns), (nt, nj), as in `evolvent.solvers.Solution`; la of implicit methods
     """
     out = empty_observations(model, t.size)
     needs.load(model, fill_observations)
-    fill_observations(t, np.ascontiguousarray(y), np.ascontiguousarray(s), model, *out)
+    la = np.zeros((t.size, model.joints.size)) if la is None else np.ascontiguousarray(la)
+    fill_observations(t, np.ascontiguousarray(y), np.ascontiguousarray(s), la, model, *out)
     return out
 
 

@@ -148,7 +148,8 @@ class Ranks:
         if not joints.size:
             return False
         last = self.found[-1] if self.found else None
-        return last is None or last.latches != latches or not np.array_equal(last.held, is_held(joints, t))
+        own = joints["kind"] != joint.SEGMENT  # those of threads are independent of the others
+        return last is None or last.latches != latches or not np.array_equal(last.held[own], is_held(joints, t)[own])
 
     def find(
         self, t: float, y: Array, matrix: SparseBlocks, weight: Array, inertia: tuple[float, float], latches: int = 0

@@ -15,16 +15,22 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
+from evolvent.flow.fixed_lengths import write_directions, write_positions
 from evolvent.flow.implicit import residual
 from evolvent.flow.powers import DRIVEN, SPOOLS
+from evolvent.flow.rhs import rhs
+from evolvent.kernels import joint, thread
 from evolvent.kernels.drive import FREE, drive
 from evolvent.solvers.balance import dissipated, energy, extend, lost, potential, worked
+from evolvent.solvers.fixed_lengths import hold_segments
 from evolvent.solvers.implicit_balance import fill_energies
 from evolvent.solvers.implicit_samples import begin_next
 from evolvent.solvers.implicit_state import Workspace
 
 #: Intervals in which changes of a drive's direction are looked for.
 _INTERVALS = 4096
+#: Part of a segment that leaves its spool while velocities change, of the difference that gives accelerations.
+_SHORT = 1e-4
 
 
 def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
@@ -81,28 +87,78 @@ class Releases:
     Attributes
     ----------
     times, kinds : events so far, as in `evolvent.solvers.Solution`
+    acceleration : (nv,) float, m/s2, of nodes of threads with segments of fixed length after the last event
     """
 
-    def __init__(self, model: mdl.Model) -> None:
-        self.model = model
+    def __init__(self, assembly: Assembly) -> None:
+        self.model, self.directions = assembly.model, assembly.directions
         self.times: list[float] = []
         self.kinds: list[int] = []
-        needs.load(model, event_values, apply_event)
-        self._values = np.zeros(int(model.info.ne))
+        if self.directions is None:
+            needs.load(self.model, event_values, apply_event)
+        else:
+            self.directions = self.directions.copy()
+            needs.load(self.directions, event_values, apply_event, write_positions, write_directions, rhs)
+        self._values = np.zeros(int(self.model.info.ne))
+        self.acceleration = np.zeros(int(self.model.info.nv))
 
     def fire(self, t: float, y: np.ndarray) -> int:
         """Carry out what is due at t on the state y; returns how many events, -1 where a drive outruns its thread."""
-        s, n, count = self.model.switches, self.model.threads.size, 0
+        if self.directions is None:
+            return self._fire(t, y, self.model)
+        s, by = self.model.switches, self.directions
+        before, state = s.copy(), y.copy()
+        by.joints["until"] = self.model.joints["until"][: by.joints.size]
+        write_directions(t, state, s, by)
+        start = state.copy()
+        write_positions(t, start, s, by)
+        count = self._fire(t, state, by)
+        if count > 0:
+            self.acceleration = self._accelerations(t, state, by)
+            write_positions(t, state, s, by)
+            # nodes keep what the method leaves of their constraints, and with it the momentum
+            y += state - start
+            for p, row in enumerate(by.threads):
+                low, high = sorted((int(before[p]), int(s[p])))
+                for first in (int(row["iq"]), int(row["iv"])):
+                    y[first + 3 * low : first + 3 * high] = state[first + 3 * low : first + 3 * high]
+            hold_segments(t, y, s, self.model)
+        return count
+
+    def accelerations(self, t: float, y: np.ndarray) -> np.ndarray:
+        """Accelerations (nv,) of a state with positions, by the equations of explicit methods; zeros without these."""
+        if self.directions is None:
+            return np.zeros(int(self.model.info.nv))
+        state = y.copy()
+        write_directions(t, state, self.model.switches, self.directions)
+        return self._accelerations(t, state, self.directions)
+
+    def _accelerations(self, t: float, y: np.ndarray, by: mdl.Model) -> np.ndarray:
+        """Accelerations (nv,) of a state with directions, as those of positions, by a difference of velocities."""
+        s, dy = self.model.switches, np.zeros_like(y)
+        rhs(t, y, s, by, dy)
+        speed = np.abs(by.threads["b"][:, 1])
+        d = _SHORT * float(np.min(by.threads["segment"][speed > 0.0] / speed[speed > 0.0], initial=1.0))
+        now, later = y.copy(), y + d * dy
+        write_positions(t, now, s, by)
+        write_positions(t + d, later, s, by)
+        first, count = int(by.info.nq), int(by.info.nv)
+        found: np.ndarray = (later - now)[first : first + count] / d
+        return found
+
+    def _fire(self, t: float, y: np.ndarray, model: mdl.Model) -> int:
+        """Carry out what is due at t on a state of the model."""
+        s, n, count = self.model.switches, model.threads.size, 0
         for _ in range(2 * n + 64):
-            event_values(t, y, s, self.model, self._values)
+            event_values(t, y, s, model, self._values)
             due = np.flatnonzero(self._values[: 2 * n] >= DUE)
             if not due.size:
                 break
             first = int(due[0])
-            free = self.model.threads["n"]
+            free = model.threads["n"]
             leaves = [int(k) for k in due if k % 2 == 0 and s[k // 2] < free[k // 2]]
             together = leaves if first in leaves else [first]
-            if apply_event(t, y, s, self.model, first, self._values) < 0:
+            if apply_event(t, y, s, model, first, self._values) < 0:
                 return -1
             self.times += [t] * len(together)
             self.kinds += together
@@ -132,10 +188,19 @@ class Releases:
                 k = at + 3 * i
                 for values in kept:
                     values[k : k + 3] = values[k - 3 : k] if i > 0 else 0.0
+                if row["kind"] == thread.JOINED and not work.options.midpoint:
+                    work.a1[k : k + 3] += self.acceleration[k : k + 3] - work.dv1[k : k + 3]
+                    work.dv1[k : k + 3] = self.acceleration[k : k + 3]
             for i in range(now, was):
                 for values in kept:
                     values[at + 3 * i : at + 3 * i + 3] = 0.0
                 work.y[n_q + at + 3 * i : n_q + at + 3 * i + 3] = 0.0
+        for k in np.flatnonzero(model.joints["kind"] == joint.SEGMENT):  # tensions go on as the neighbour's
+            p, i = int(model.joints["first"][k]), int(model.joints["last"][k])
+            if before[p] <= i < model.switches[p]:
+                work.la[k] = work.la[k - 1] if i > 0 else 0.0
+            elif i >= model.switches[p]:
+                work.la[k] = 0.0
         if not work.options.midpoint:  # whose powers and loads are those of whole steps
             residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, work.r, work.powers[0])
             whole = slice(model.threads.size, 2 * model.threads.size)

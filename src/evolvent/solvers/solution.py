@@ -76,7 +76,8 @@ class Solution:
     assembly : Assembly, what was solved; its model is the solver's own copy
     method : str, "rk4", "heun", "dopri5", "generalized-alpha" or "static"
     t : (nt,) float, s, times of the samples; of a static solution the time at which drives and loads stand
-    y, s : (nt, ny) float and (nt, ns) int, states [q | v | accounts] and switches there
+    y, s : (nt, ny) float and (nt, ns) int, states [q | v | accounts] and switches there; of threads with segments of
+        fixed length explicit methods have directions and their rates, all others positions and velocities
     status : {"success", "stopped by event", "interrupted", "failed"}
     message : str, one sentence; for a failure: what, where, when, what to try
     statistics : dict of steps, rejected_steps, events, step (s), energy_moved (J), energy_defect (beside that; see
@@ -121,7 +122,7 @@ class Solution:
     @functools.cached_property
     def observations(self) -> Observations:
         """Positions and tensions of threads, and motion of bodies, at the samples."""
-        return observe(self.model, self.t, self.y, self.s)
+        return observe(self.model, self.t, self.y, self.s, None if self.kept is None else self.kept.la)
 
     @functools.cached_property
     def sums(self) -> Array:

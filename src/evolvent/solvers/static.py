@@ -14,6 +14,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled import codecache
 from evolvent.parts.checks import number, positive
+from evolvent.solvers.fixed_lengths import given_positions
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.static_search import FIRST_STEP, Search
@@ -48,7 +49,7 @@ def solve_static(
     Parameters
     ----------
     assembly : Assembly; its initial state is left as it is
-    y : (ny,) float, state to start from; the assembly's own if left out
+    y : (ny,) float, state to start from, with the coordinates of the assembly; the assembly's own if left out
     load_steps : int or sequence of float, optional
         Load factors on whose equilibria the path lands, n for 1/n, 2/n, ... 1; along an arc, the first step is 1/n.
     arc_length : bool
@@ -87,7 +88,7 @@ def solve_static(
     if isinstance(most_steps, bool) or not isinstance(most_steps, int) or most_steps < 1:
         raise InputError(f"most_steps is {most_steps!r}; it must be a whole number from 1")
     families.check(assembly, families.STATIC)
-    assembly = dataclasses.replace(assembly, model=assembly.model.copy())
+    assembly, y = given_positions(dataclasses.replace(assembly, model=assembly.model.copy()), y, time)
     try_laws(assembly, time, time)
     if assembly.model.threads.size:
         assembly, y = at_time(assembly, y, time)

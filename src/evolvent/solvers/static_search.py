@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly.families import bodies_of
-from evolvent.kernels import loads, springs
+from evolvent.kernels import joint, loads, springs
 from evolvent.solvers import balance as eb, equilibrium as eq
 from evolvent.solvers.linear_motion import growing_motions, has_gyroscopic_forces, has_symmetric_stiffness
 from evolvent.solvers.rod_messages import bending_hint
@@ -141,7 +141,26 @@ class Search:
         self._end(1.0)
         by_energy = has_symmetric_stiffness(w) and not has_gyroscopic_forces(w)
         if self.unstable > 0 and self.slides == 0 and by_energy:
-            self._follow_again(targets)
+            if np.any(w.model.joints["kind"] == joint.SEGMENT):
+                self._start_lower(targets, whole=whole)
+            else:
+                self._follow_again(targets)
+
+    def _start_lower(self, targets: Array, *, whole: bool) -> None:
+        """Go over the targets again from where the start slides to under the whole load.
+
+        Segments of fixed length far from their equilibrium have no stiffness across them but what unbalanced
+        multipliers give: Newton's method may lead to one in which a thread stands on end.
+        """
+        w, b = self.work, self.work.balance
+        state, kept = self._state(), (self.kept, self.marks, self.newton, self.message, self.unstable)
+        b.y[:], b.la[:], w.model.switches[:] = self._start, 0.0, w.assembly.s
+        self.kept, self.marks, self.newton, self.message, self.unstable = [], [], [], CARRIED, -1
+        if self._slide(1.0):
+            self.by_steps(targets, whole=whole)
+        else:
+            self._back(state)
+            self.kept, self.marks, self.newton, self.message, self.unstable = kept
 
     def _follow_again(self, targets: Array) -> None:
         """Follow the path again from the last stable point on, with steps between which no direction becomes unstable.

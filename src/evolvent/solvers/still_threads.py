@@ -13,6 +13,7 @@ from evolvent.kernels import loads, rigid, springs
 from evolvent.kernels.blocks import idle, indices
 from evolvent.kernels.drive import FREE, RAMPS
 from evolvent.solvers import payout
+from evolvent.solvers.fixed_lengths import hold_segments
 
 Array = np.ndarray
 
@@ -118,7 +119,9 @@ def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
             line = R @ (R0.T @ away) / size if size > 0.0 else R @ row["payout_axis"]
         first_own = int(row["end"] >= 0)
         nodes[first_own : s[p]] = Q + (out - np.arange(first_own, s[p]) * l0)[:, None] * line
-    return dataclasses.replace(assembly, model=freeze_spools(model, time), s=s), state if y is None or given else y
+    found = freeze_spools(model, time)
+    hold_segments(time, state, s, found)
+    return dataclasses.replace(assembly, model=found, s=s), state if y is None or given else y
 
 
 def _departures(model: mdl.Model, time: float, y: Array) -> list[tuple[Array, Array]]:

@@ -6,13 +6,14 @@ b = r (phi - (s - 1) l0 / r). Tangents e point outwards, from node i + 1 (or Q) 
 
 Spring segments hold positions and velocities of the nodes in the state (inertial axes). Segments of fixed length hold
 the tangent e_i and its rate u_i = e_i' in the same slots, so that lengths are exact; once the whole thread is released
-the slot of the last node holds that node's position and velocity.
+the slot of the last node holds that node's position and velocity. Implicit methods hold positions and velocities of
+their nodes as well, and each segment is a constraint.
 
 Source: Tenenbaum (2014), equations 1 to 15; see `evolvent.systems.heliogyro`.
 
 `wound` : the drive, the departure point and the thread on the spool; `springs`, `chain` : the released part by the kind
-of its segments; `loads` : on released nodes; `energy` : energies and momenta; `implicit` : residual and tangent;
-`free` : free spools there; `bound` : of the explicit step.
+of its segments; `joined` : those of fixed length under implicit methods; `loads` : on released nodes; `energy` :
+energies and momenta; `implicit` : residual and tangent; `free` : free spools there; `bound` : of the explicit step.
 """
 
 from evolvent.kernels.drive import FREE as FREE_SPOOL
@@ -36,6 +37,7 @@ from evolvent.kernels.thread.energy import add_thread_energies, thread_inventory
 from evolvent.kernels.thread.fields import add_node_fields, wound_fields
 from evolvent.kernels.thread.free import add_spool_tangent, has_release, until_release
 from evolvent.kernels.thread.implicit import add_thread_residual, add_thread_tangent
+from evolvent.kernels.thread.joined import has_springs, leaves_spool, note_tensions, pull_joined
 from evolvent.kernels.thread.loads import add_node_load_tangents, evaluate_thread_loads, node_loads
 from evolvent.kernels.thread.results import note_results
 from evolvent.kernels.thread.spool import (
@@ -51,6 +53,7 @@ from evolvent.kernels.thread.springs import longest_step, spring_points, spring_
 from evolvent.kernels.thread.step import add_thread_step, add_thread_step_tangent, measure_threads
 from evolvent.kernels.thread.wound import (
     INEXTENSIBLE,
+    JOINED,
     SPRINGS,
     carry_power,
     carry_wound,
@@ -65,6 +68,7 @@ from evolvent.kernels.thread.wound import (
 __all__ = [
     "FREE_SPOOL",
     "INEXTENSIBLE",
+    "JOINED",
     "SHORT",
     "SPRINGS",
     "TINY",
@@ -89,18 +93,22 @@ __all__ = [
     "departure_acceleration",
     "evaluate_thread_loads",
     "has_release",
+    "has_springs",
     "hold_torque",
     "is_end",
     "is_loose",
     "kick_chain",
     "leave_spool",
+    "leaves_spool",
     "lock_spools",
     "longest_step",
     "measure_threads",
     "node_loads",
     "note_results",
+    "note_tensions",
     "paid_out",
     "project_chain",
+    "pull_joined",
     "reels",
     "regular_rate",
     "spool",

@@ -12,7 +12,7 @@ from evolvent.kernels.springs import spring_energy
 from evolvent.kernels.thread.chain import chain_points
 from evolvent.kernels.thread.spool import ring_radius, spool_direction
 from evolvent.kernels.thread.springs import natural_segment, spring_points
-from evolvent.kernels.thread.wound import SPRINGS, reels, spool_axis, wound_mass
+from evolvent.kernels.thread.wound import INEXTENSIBLE, SPRINGS, reels, spool_axis, wound_mass
 from evolvent.model import ELASTIC, H_CARRIED, H_RELEASED, H_WOUND, KINETIC, MODEL, N_INVENTORY, P_ALL
 
 
@@ -22,10 +22,10 @@ def thread_inventory(y, s, model, p, out):
     threads, nodes, bodies = model.threads, model.nodes, model.bodies
     first, j, body = threads[p].node, s[p], threads[p].body
     copies = float(threads[p].copies)
-    if threads[p].kind == SPRINGS:
-        spring_points(y, s, threads, nodes, p)
-    else:
+    if threads[p].kind == INEXTENSIBLE:
         chain_points(y, s, model, p)
+    else:
+        spring_points(y, s, threads, nodes, p)
     part = model.sums[1]  # momenta of this thread, then summed over its copies
     for i in range(N_INVENTORY):
         part[i] = 0.0

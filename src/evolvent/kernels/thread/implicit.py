@@ -1,4 +1,4 @@
-"""Residual and tangent of threads with segments of springs, as implicit methods need them.
+"""Residual and tangent of threads, but for segments of fixed length (`joined`), as implicit methods need them.
 
 The switches of the state (nodes and whole threads released) stand in `Model.switches`. Wound nodes keep their
 places; what wound thread adds to a body's mass and forces is as under explicit methods (see `wound`).
@@ -16,6 +16,7 @@ from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.kernels.thread.end import TINY, is_end
 from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.free import add_spool_residual, add_spool_tangent, turn_spools
+from evolvent.kernels.thread.joined import joined_thread
 from evolvent.kernels.thread.loads import add_node_load_tangents, node_loads
 from evolvent.kernels.thread.springs import (
     add_segment_tangent,
@@ -26,7 +27,7 @@ from evolvent.kernels.thread.springs import (
     spring_points,
     spring_thread,
 )
-from evolvent.kernels.thread.wound import carry_power, carry_wound, reels
+from evolvent.kernels.thread.wound import JOINED, carry_power, carry_wound, reels
 from evolvent.model import MODEL
 
 
@@ -54,13 +55,15 @@ def add_thread_residual(t, y, a, step, model, F):
     given += power
     for p in range(threads.size):
         v = threads[p].iv
-        _note_segments(t, y, step, model, p)
+        if threads[p].kind != JOINED:
+            _note_segments(t, y, step, model, p)
         for i in range(threads[p].n):
             m = nodes[threads[p].node + i].mass
             for c in range(v + 3 * i, v + 3 * i + 3):
-                F[c - n_q] = m * (a[c - n_q] - (dy[c] if i < s[p] else 0.0))
                 if is_end(threads, p, i):  # these coordinates stand still
                     F[c - n_q] = a[c - n_q]
+                else:  # beside the forces of joints
+                    F[c - n_q] += m * (a[c - n_q] - (dy[c] if i < s[p] else 0.0))
     model.strands[nodes.size, 0] = t
     for b in range(bodies.size):
         _add_inertia(a, n_q, bodies, b, F)
@@ -84,6 +87,9 @@ def add_forces(t, y, h, loaded, model, dy):
         if loaded:
             spring_points(y, s, threads, model.nodes, p)
             given += node_loads(t, s, model, p)
+        if threads[p].kind == JOINED:
+            spools += joined_thread(y, s, model, p, loaded, dy)
+            continue
         lost, driven = spring_thread(y, h, s, model, p, loaded, dy)
         dissipated += lost
         spools += driven
@@ -205,7 +211,7 @@ def add_segment_tangents(y, h, c_rate, model, matrix):
     """Tangents of all segments; of a state with the tensions that `_note_segments` gives them."""
     threads, nodes, strands, s = model.threads, model.nodes, model.strands, model.switches
     for p in range(threads.size):
-        for i in range(segment_count(s, threads, p)):
+        for i in range(segment_count(s, threads, p) if threads[p].kind != JOINED else 0):
             k = threads[p].node + i
             T = strands[k, 7] if h == 0.0 else nodes[k].tension
             add_segment_tangent(y, h, segment_slope(h, c_rate, p, i, model), T, p, i, model, matrix)

@@ -1,4 +1,4 @@
-"""Threads with segments of springs over a step of energy-momentum: forces, and the mass of theirs that bodies carry.
+"""Threads over a step of energy-momentum: forces, and the mass of theirs that bodies carry.
 
 Wound thread that is carried and the end of a thread on a body are parts of that body, whose centre of mass and inertia
 they change: its velocities and momenta are those of the whole.

@@ -44,7 +44,8 @@ Where the paper is in error, or silent:
   differs from that of links of fixed length by 0.0015 deg at 1e4 N/m, the default, and by 2e-6 deg at 1e7 N/m.
 
 `segments: inextensible` is the limit of infinite stiffness: links of fixed length, whose tensions follow from one
-tridiagonal solve at every stage. In steady pay-out the hub's lag is sin(delta) = 2 v / (L0 W), whatever the masses.
+tridiagonal solve at every stage; implicit methods have a constraint a link. In
+steady pay-out the hub's lag is sin(delta) = 2 v / (L0 W), whatever the masses.
 
 Source: Tenenbaum (2014), deployment of the heliogyro sail BMSTU-Sail.
 """
