@@ -65,7 +65,7 @@ def initial_state(case: Case) -> Start:
 
 
 def _straight(case: Case) -> Array:
-    """A straight rib at the hub; one whose tip will be carried is taut already."""
+    """A straight rib at the hub, or one of its stress-free shape; one whose tip will be carried is taut already."""
     from evolvent.elements import nodal
 
     drive, rib = case.drive, case.rib
@@ -73,9 +73,30 @@ def _straight(case: Case) -> Array:
     level = np.array([math.cos(case.first_direction), math.sin(case.first_direction), 0.0])
     up, c, s = np.array([0.0, 0.0, 1.0]), math.cos(case.helix_angle), math.sin(case.helix_angle)
     direction = c * level + s * up
+    if rib.shape is not None:
+        return _curved(case, level)
     arc = np.linspace(0.0, taut * rib.length, rib.elements + 1)
     places = np.array([case.hub.radius, 0.0, case.root_height]) + arc[:, None] * direction
     return nodal(places, np.tile(taut * direction, (arc.size, 1)), c * up - s * level, vectors=rib.vectors)
+
+
+def _curved(case: Case, level: Array) -> Array:
+    """A rib of its stress-free shape, whose tangent at the root has the direction `level` (3,)."""
+    from evolvent import parts
+
+    rib = case.rib
+    beam = parts.Beam(
+        length=rib.length,
+        section=rib.profile,
+        material=rib.material,
+        elements=rib.elements,
+        formulation=rib.formulation,
+        position=(case.hub.radius, 0.0, case.root_height),
+        direction=tuple(level),
+        normal=(-float(level[1]), float(level[0]), 0.0),
+        shape=rib.shape,
+    )
+    return beam.start_nodes("rib")
 
 
 def _wound(case: Case) -> Array:
@@ -144,3 +165,5 @@ def check_follows(before: Case, after: Case) -> None:
         if mine != its:
             run = f"the run {after.start!r}, from which this one starts"
             raise InputError(f"{section}.{key} is {mine:g}, but {run}, has {its:g}")
+    if before.rib.shape != after.rib.shape:
+        raise InputError(f"rib.shape is not that of the run {after.start!r}, from which this one starts; use the same")
