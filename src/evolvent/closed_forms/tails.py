@@ -226,30 +226,32 @@ def spun_tail(rib: Strip, rate: float, alpha: float) -> SpunTail:
         raise InputError(f"rate is {rate:g} rad/s; it must be a finite number other than 0")
     if not (math.isfinite(alpha) and alpha >= 0.0):
         raise InputError(f"alpha is {alpha:g} 1/s; it must be a finite number, 0 or above")
-    R, L, step = rib.radius, rib.length, 1e-6
+    R, L = rib.radius, rib.length
     size = math.hypot(1.0, alpha / abs(rate))
-    k = complex(1.0, -alpha / abs(rate)) / size
+    k, step = complex(1.0, -alpha / abs(rate)) / size, 1e-6 / size
 
     def rates(_: float, y: Array) -> list[float]:
+        """By the arc over the distance from the axis, through which no step leads."""
         z, force = complex(y[0], y[1]), complex(y[2], y[3])
-        along, grown = -force / abs(force), k * z
-        return [along.real, along.imag, grown.real, grown.imag]
+        r = abs(z)
+        along, grown = -r * force / abs(force), r * k * z
+        return [along.real, along.imag, grown.real, grown.imag, r]
 
     def tangent(_: float, y: Array) -> float:
         return float(y[0] * y[2] + y[1] * y[3])
 
-    def hinge(s: float, y: Array) -> float:
-        return float(s * R - L * math.hypot(y[0], y[1]))
+    def hinge(_: float, y: Array) -> float:
+        return float(y[4] * R - L * math.hypot(y[0], y[1]))
 
     tangent.terminal = hinge.terminal = True  # type: ignore[attr-defined]
     z, force = 1.0 - step * k, k * step
-    begin = [z.real, z.imag, force.real, force.imag]
-    found = solve_ivp(rates, (step, 100.0), begin, events=(tangent, hinge), method="DOP853", rtol=1e-10, atol=1e-12)
+    begin = [z.real, z.imag, force.real, force.imag, step]
+    found = solve_ivp(rates, (0.0, 100.0), begin, events=(tangent, hinge), method="DOP853", rtol=1e-10, atol=1e-15)
     if found.status != 1:
         raise ArithmeticError(f"the tail at {rate:g} rad/s in a drag of {alpha:g} 1/s is not found: {found.message}")
-    x, y, fx, fy = found.y[:, -1]
+    x, y, fx, fy, arc = found.y[:, -1]
     scale = R / math.hypot(x, y)  # of the tip's radius, which is 1 above
-    tail = min(float(found.t[-1]) * scale, L)
+    tail = min(float(arc) * scale, L)
     turned = abs(float(np.unwrap(np.arctan2(found.y[1], found.y[0]))[-1]))
     wrap = (L - tail) / R + turned - math.acos(min(R / scale, 1.0))
     pull = rib.line_density * size * (rate * scale) ** 2 * math.hypot(fx, fy)
