@@ -114,17 +114,18 @@ def short_tail(rib: Strip, torque: float) -> float:
     return tail
 
 
-def held_tails(rib: Strip, *, samples: int = 40) -> HeldTail:
+def held_tails(rib: Strip, *, samples: int = 40, curvature: float = 0.0) -> HeldTail:
     """Tails of any length that a field torque holds at rest, as elastica; uniform ribs without friction.
 
     Parameters
     ----------
     samples : int, number of tails, 2 or more, up to 4 R or the length of the rib
+    curvature : float, 1/m, k of the tail without stress, in the winding sense, below 1/R
 
     Raises
     ------
     InputError
-        For a rib with a taper, and fewer samples.
+        For a rib with a taper, fewer samples, and a greater curvature.
     ArithmeticError
         If the boundary-value problem is not solved.
 
@@ -132,7 +133,7 @@ def held_tails(rib: Strip, *, samples: int = 40) -> HeldTail:
     -----
     The tail leaves the hub with the curvature 1/R, a free end under the field g m z x r, g m = T / int r^2 ds:
 
-        x' = cos(ph), y' = sin(ph), EI ph' = M, M' = Fx sin(ph) - Fy cos(ph), F' = -g m z x r
+        x' = cos(ph), y' = sin(ph), EI (ph' - k) = M, M' = Fx sin(ph) - Fy cos(ph), F' = -g m z x r
 
     a boundary-value problem for (x, y, ph, M, F) and g m. Tails are longer until the rib would be pressed along its
     axis where it leaves the hub: what lies on the hub would then lift off, and the rib no longer rests in this shape.
@@ -143,20 +144,27 @@ def held_tails(rib: Strip, *, samples: int = 40) -> HeldTail:
         raise InputError(f"samples is {samples}; it must be 2 or more tails")
     if rib.taper != 1.0:
         raise InputError(f"the rib's taper is {rib.taper:g}; tails at rest are known of uniform ribs, of a taper of 1")
-    whole = rib.length / rib.radius  # lengths in R, forces in EI/R^2
+    whole, own = rib.length / rib.radius, curvature * rib.radius  # lengths in R, forces in EI/R^2
+    if not own < 1.0:
+        raise InputError(f"curvature is {curvature:g} 1/m; it must be below 1/R = {1.0 / rib.radius:.4g} 1/m")
     longest = min(4.0, whole)
     tails = np.linspace(min(0.1, longest / samples), longest, samples)
     found: list[tuple[float, ...]] = []
     field, u = SHORT_TAIL / tails[0] ** 3, np.linspace(0.0, 1.0, 60)
     nodes, values = u, np.array([1.0 + 0.0 * u, tails[0] * u, 0.5 * math.pi + 0.0 * u, 1.0 - u, 0.0 * u, 1.0 - u])
+    values[3] *= 1.0 - own
     values[5] *= field * tails[0]
     for tail in tails:
 
         def rates(_: Array, v: Array, p: Array, length: float = tail) -> Array:
             c, s = np.cos(v[2]), np.sin(v[2])
-            return length * np.array([c, s, v[3], v[4] * s - v[5] * c, p[0] * v[1], -p[0] * v[0]])
+            return length * np.array([c, s, v[3] + own, v[4] * s - v[5] * c, p[0] * v[1], -p[0] * v[0]])
 
-        solution = solve_bvp(rates, _tail_ends, nodes, values, p=[field], tol=1e-6, max_nodes=4000)
+        def ends(a: Array, b: Array, _: Array) -> Array:
+            """What vanishes: it leaves the hub along the tangent with the curvature 1/R, and is free."""
+            return np.array([a[0] - 1.0, a[1], a[2] - 0.5 * math.pi, a[3] + own - 1.0, b[3], b[4], b[5]])
+
+        solution = solve_bvp(rates, ends, nodes, values, p=[field], tol=1e-6, max_nodes=4000)
         if not solution.success:
             raise ArithmeticError(f"the tail of {tail * rib.radius:.4g} m is not found: {solution.message}")
         nodes, values, field = solution.x, solution.y, float(solution.p[0])
@@ -169,11 +177,6 @@ def held_tails(rib: Strip, *, samples: int = 40) -> HeldTail:
         found.append((tail * rib.radius, moment * rib.bending_stiffness / rib.radius, radius * rib.radius, wrap))
         field *= (tail / (tail + tails[1] - tails[0])) ** 3
     return HeldTail(*np.array(found).T)
-
-
-def _tail_ends(a: Array, b: Array, _: Array) -> Array:
-    """What vanishes at the ends of a tail: it leaves the hub along the tangent with the curvature 1/R, and is free."""
-    return np.array([a[0] - 1.0, a[1], a[2] - 0.5 * math.pi, a[3] - 1.0, b[3], b[4], b[5]])
 
 
 class SpunTail(NamedTuple):
