@@ -13,6 +13,7 @@ from scipy.special import airy
 
 import evolvent
 from evolvent import cases, closed_forms
+from evolvent.base.errors import InputError
 from evolvent.closed_forms import Strip
 from evolvent.systems import wrapped_rib as system
 
@@ -85,8 +86,56 @@ def test_a_spun_tail_is_in_balance_of_moments(ratio):
 
 
 def test_a_slowly_dragged_tail_is_that_of_the_balance_of_moments():
-    found = closed_forms.spun_tail(STIFF, 1.0, 0.01)
+    found = closed_forms.spun_tail(STIFF._replace(length=200.0), 1.0, 0.01)
     assert found.tail == pytest.approx(1.5 * 0.6 / 0.01, rel=1e-3)
+
+
+def test_a_string_that_no_drag_holds_points_outwards():
+    """The tension at the hinge is the integral of m W^2 r over the string."""
+    found = closed_forms.spun_tail(STIFF, 0.5, 0.0)
+    assert (found.tail, found.tip_radius, found.wrap) == pytest.approx((12.0, 12.6, 0.0))
+    assert found.tension == pytest.approx(0.0144 * 0.25 * (12.6**2 - 0.6**2) / 2.0)
+
+
+def test_a_slow_drag_leaves_all_of_a_string_in_the_air():
+    slow, longer = (closed_forms.spun_tail(STIFF, 0.5, alpha) for alpha in (0.03, 0.04))
+    assert slow.tail == pytest.approx(12.0)
+    assert slow.wrap == 0.0
+    assert 11.0 < longer.tail < 12.0
+    assert longer.wrap == pytest.approx((12.0 - longer.tail) / 0.6, abs=0.1)
+
+
+def test_a_fast_drag_leaves_a_tail_along_the_hub():
+    """The force on a short tail leads the hub's tangent by W/alpha, less half of the angle l/R that the tail covers."""
+    found = closed_forms.spun_tail(STIFF, 0.5, 1e4)
+    assert found.tail == pytest.approx(2.0 * 0.6 * 0.5 / 1e4, rel=1e-3)
+    assert found.tension == pytest.approx(2.0 * 0.0144 * (0.5 * 0.6) ** 2, rel=1e-3)
+
+
+@pytest.mark.parametrize("length", [0.03, 0.3, 1.0])
+def test_tails_of_a_short_rib_are_no_longer_than_it(length):
+    found = closed_forms.held_tails(STIFF._replace(length=length), samples=6)
+    assert found.tail[-1] == pytest.approx(length)
+    assert np.all(np.isfinite(np.array(found)))
+    short = closed_forms.short_tail(STIFF._replace(length=length), found.torque[0])
+    assert short == pytest.approx(found.tail[0], rel=2e-2 if length < 1.0 else 0.1)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: closed_forms.spun_tail(STIFF, 0.0, 0.1), "rate is 0 rad/s"),
+        (lambda: closed_forms.spun_tail(STIFF, np.inf, 0.1), "rate is inf rad/s"),
+        (lambda: closed_forms.spun_tail(STIFF, 0.5, -1.0), "alpha is -1 1/s"),
+        (lambda: closed_forms.short_tail(STIFF, 0.0), "torque is 0 N m"),
+        (lambda: closed_forms.short_tail(STIFF, 1e-6), "a tail of 47.11 m, longer than the rib of 12 m"),
+        (lambda: closed_forms.held_tails(STIFF, samples=1), "samples is 1"),
+        (lambda: closed_forms.held_tails(STIFF._replace(taper=0.5)), "taper is 0.5"),
+    ],
+)
+def test_tails_that_cannot_be_are_refused(call, words):
+    with pytest.raises(InputError, match=words):
+        call()
 
 
 @pytest.mark.slow
@@ -143,3 +192,37 @@ def test_figures_of_studies_over_torque_and_rate(key, values, unit, extra):
         assert ratio == pytest.approx(closed_forms.spun_tail(STIFF, 1.0, 0.2).wrap)
     assert system.study_figures(data.assign_attrs(sample="list")) == {}
     assert system.study_figures(data.drop_vars("wrap_angle")) == {}
+
+
+@pytest.mark.parametrize(
+    ("other", "values", "unit"), [("rib.length", [12.0, 9.0], "m"), ("hub.radius", [0.6, 0.5], "m")]
+)
+def test_tails_of_a_study_over_length_or_radius_are_those_of_each(other, values, unit):
+    data = _study("drive.torque", [0.02, 0.06], "N m", {"drive": {"kind": "torque", "torque": 0.2}})
+    data = data.rename({"damping.alpha": other}).assign_coords({other: (other, values, {"units": unit})})
+    data.attrs["keys"] = json.dumps(["drive.torque", other])
+    lines = system.study_figures(data)["wound"].panels[0].lines
+    tails = [line for line in lines if line.style == "--"]
+    assert [line.color for line in tails] == [0, 1]
+    strip = STIFF._replace(length=values[1]) if other == "rib.length" else STIFF._replace(radius=values[1])
+    held = closed_forms.held_tails(strip)
+    least = closed_forms.least_winding_torque(strip)
+    assert tails[1].y[-1] == pytest.approx(held.wrap[-1] * strip.radius / strip.length)
+    assert tails[1].x[-1] == pytest.approx(held.torque[-1] / least)
+
+
+def test_runs_of_refused_cases_are_left_out_of_a_figure():
+    given = {"drive": {"kind": "hub", "rate": 1.0}, "hub": {"motion": "driven"}}
+    lines = system.study_figures(_study("drive.rate", [0.0, 0.5, 1.0], "rad/s", given))["wound"].panels[0].lines
+    assert [line.x.size for line in lines if line.marker == "o"] == [2, 2]
+    assert min(line.x.min() for line in lines) == pytest.approx(0.25)
+
+
+def test_no_tails_are_drawn_where_they_are_not_found(monkeypatch):
+    def fails(*_: Any) -> None:
+        raise ArithmeticError("not found")
+
+    monkeypatch.setattr(closed_forms, "held_tails", fails)
+    data = _study("drive.torque", [0.02, 0.06], "N m", {"drive": {"kind": "torque", "torque": 0.2}})
+    lines = system.study_figures(data)["wound"].panels[0].lines
+    assert [line.style for line in lines] == ["", "", ":"]

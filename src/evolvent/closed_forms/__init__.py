@@ -31,11 +31,8 @@ from evolvent.closed_forms.blades import (
     step_torque_limit,
 )
 from evolvent.closed_forms.strips import (
-    SHORT_TAIL,
     STIFF,
     WOUND,
-    HeldTail,
-    SpunTail,
     Strip,
     Winding,
     axial_stiffness_at,
@@ -44,18 +41,25 @@ from evolvent.closed_forms.strips import (
     deployed_tip_radius,
     deployment_speed,
     deployment_time,
-    held_tails,
-    least_winding_torque,
     membrane_energy,
     peel,
     root_strain,
-    short_tail,
-    spun_tail,
     string_shape,
     string_winding,
     wound_contact_force,
     wound_pressure,
     wound_tension,
+)
+from evolvent.closed_forms.tails import (
+    SHORT_TAIL,
+    HeldTail,
+    SpunTail,
+    held_tails,
+    least_winding_torque,
+    parabola_energy,
+    short_tail,
+    spun_tail,
+    winding_share,
 )
 
 __all__ = [
@@ -80,6 +84,7 @@ __all__ = [
     "lag_frequency",
     "least_winding_torque",
     "membrane_energy",
+    "parabola_energy",
     "payout_lag",
     "peel",
     "root_strain",
@@ -93,6 +98,7 @@ __all__ = [
     "step_torque_limit",
     "string_shape",
     "string_winding",
+    "winding_share",
     "wound_contact_force",
     "wound_pressure",
     "wound_tension",

@@ -25,7 +25,12 @@ _CABLES = ("cable", "cable_stretch")
 
 
 def bent_element(
-    formulation: str, length: float, section: CrossSection, material: Material, angle: float
+    formulation: str,
+    length: float,
+    section: CrossSection,
+    material: Material,
+    angle: float,
+    rest: tuple[float, ...] | None = None,
 ) -> tuple[float, Array]:
     """Least energy (J) of an element whose ends' directions differ by `angle` about its z axis, and its sizes there.
 
@@ -34,6 +39,7 @@ def bent_element(
     formulation : as of `evolvent.parts.Beam`
     length : float, m, of the element without stress
     angle : float, rad, above 0
+    rest : (24,) float, optional, coordinates of a beam's shape without stress; straight if left out
 
     Returns
     -------
@@ -48,7 +54,7 @@ def bent_element(
     every[2, :2, 2], every[6, :2, 2] = (s, c), (-s, c)
     every[3, 2, 3] = every[7, 2, 3] = 1.0
     B = every[[0, 1, 4, 5], :, :2].reshape(12, 2) if formulation in _CABLES else every.reshape(24, 4)
-    energy = _energy(formulation, length, section, material)
+    energy = _energy(formulation, length, section, material, rest)
     return _least(lambda p: energy(product(B, p)), np.array([length * s / (0.5 * angle), *np.ones(B.shape[1] - 1)]))
 
 
@@ -63,13 +69,20 @@ def bending_stiffness_ratio(
 
 
 @functools.lru_cache(maxsize=8)
-def _energy(formulation: str, length: float, section: CrossSection, material: Material) -> Callable[[Array], Any]:
+def _energy(
+    formulation: str,
+    length: float,
+    section: CrossSection,
+    material: Material,
+    rest: tuple[float, ...] | None = None,
+) -> Callable[[Array], Any]:
     """Strain energy of an element as an analytic function of its coordinates."""
     if formulation == "cable_stretch":
         return functools.partial(cable_stretch_energy, cable_stretch_form(length, section, material))
     if formulation == "cable":
         return cable_form(length, section, material).energy
-    return beam_form(formulation, length, section, material).energy
+    unloaded = None if rest is None else np.array(rest)
+    return beam_form(formulation, length, section, material, rest=unloaded).energy
 
 
 def _least(energy: Callable[[Array], Any], p: Array) -> tuple[float, Array]:
@@ -122,6 +135,7 @@ def coil(
     points: int = 1,
     thickness: float = 0.0,
     beams: int = 1,
+    rest: Array | None = None,
 ) -> Array:
     """Nodes of a beam that is wound on a cylinder about z without stretch, from (radius, 0, 0), counterclockwise.
 
@@ -134,6 +148,7 @@ def coil(
     points : contact points of each element, evenly spaced, its second node included: none lies below the surface
     thickness : float, m, by which each turn lies above the one below; 0: all turns at the same radius
     beams : number of beams that are wound side by side, evenly spaced
+    rest : (count + 1, 4, 3) float, optional, nodes of the shape without stress; straight if left out
 
     Returns
     -------
@@ -143,7 +158,9 @@ def coil(
     -----
     Chord and slopes of an element are those of least energy when bent by its angle; the angle is such that the contact
     point nearest to the axis lies on the cylinder. With a thickness a spiral: the first turn leaves the cylinder until
-    it meets the root below, its own or the next beam's.
+    it meets the root below, its own or the next beam's. Of a curved shape without stress every element has its own
+    chord, and a node the mean of the slopes and directors of both of its elements, turned as that shape's: where its
+    curvature changes, an element's ends do not lie symmetrically about its chord, which counts as shear.
     """
     from scipy.optimize import brentq
 
@@ -165,23 +182,51 @@ def coil(
         rate = (chord - bent_element(formulation, length, section, material, 0.99 * angle)[1][0]) / (0.01 * angle)
         growth = (thickness + float(np.ptp(distance))) * beams / (2.0 * math.pi)
     start = 0.5 * chord / math.sin(0.5 * angle)
+    sizes, leads = np.tile([chord, slope, *directors], (count, 1)), np.zeros(count)
+    if rest is not None:
+        leads = _leads(rest)
+        element = (formulation, length, section, material, angle)
+        sizes = np.array([bent_element(*element, tuple(rest[k : k + 2].ravel()))[1] for k in range(count)])
+    at_nodes, lead = _at_nodes(sizes), _at_nodes(leads)
 
     def node(phi: Any) -> tuple[Array, Any]:
         """Position at the angle phi, and the direction there."""
         r = start + growth * phi
         return np.stack([r * np.cos(phi), r * np.sin(phi), 0.0 * phi]), phi + 0.5 * math.pi - np.arctan2(growth, r)
 
-    def excess(phi: float, before: float) -> float:
+    def excess(phi: float, before: float, chord: float) -> float:
         (at, facing), (place, direction) = node(phi), node(before)
         return math.dist(at, place) - (chord + rate * (facing - direction - angle))
 
     angles = [0.0]
-    for _ in range(count):
+    for k in range(count):
         low, high = angles[-1] + 0.5 * angle, angles[-1] + 1.5 * angle
-        angles.append(brentq(excess, low, high, args=(angles[-1],), xtol=1e-15) if growth else angles[-1] + angle)
+        if growth:
+            angles.append(brentq(excess, low, high, args=(angles[-1], sizes[k, 0]), xtol=1e-15))
+        else:
+            turn = angle if rest is None else 2.0 * math.asin(0.5 * sizes[k, 0] / start)
+            angles.append(angles[-1] + turn)
     positions, faced = node(np.array(angles))
-    slopes = slope * np.stack([np.cos(faced), np.sin(faced), 0.0 * faced], axis=1)
-    return nodal(positions.T, slopes, np.array([0.0, 0.0, 1.0]), *directors, vectors=2 + len(directors))
+    faced = faced + lead
+    slopes = np.stack([np.cos(faced), np.sin(faced), 0.0 * faced], axis=1)
+    found = nodal(positions.T, slopes, np.array([0.0, 0.0, 1.0]), vectors=2 + len(directors))
+    found[:, 1:] *= at_nodes[:, 1:, None]
+    return found
+
+
+def _at_nodes(values: Array) -> Array:
+    """Means of both elements of each node, (n + 1, ...), of values (n, ...) of elements."""
+    found: Array = 0.5 * (np.concatenate([values[:1], values]) + np.concatenate([values, values[-1:]]))
+    return found
+
+
+def _leads(nodes: Array) -> Array:
+    """Angle about z from each element's chord to the mean direction of its ends, (n,), rad, of nodes (n + 1, 4, 3)."""
+    along, chords = np.unwrap(np.arctan2(nodes[:, 1, 1], nodes[:, 1, 0])), np.diff(nodes[:, 0], axis=0)
+    mean = 0.5 * (along[1:] + along[:-1])
+    off = mean - np.arctan2(chords[:, 1], chords[:, 0])
+    found: Array = (off + np.pi) % (2.0 * np.pi) - np.pi
+    return found
 
 
 def resampled(nodes: Array, rates: Array, length: float, count: int, *, vectors: int, z: Array) -> tuple[Array, Array]:

@@ -23,6 +23,10 @@ class Curve(Section):
         """Positions (n, 2), m, along and across the tangent at the root, and angles (n,), rad, from that tangent."""
         raise NotImplementedError(f"{type(self).__name__} has no plane()")
 
+    def curvature(self, arc: Array) -> Array:
+        """Curvature (n,), 1/m, towards y, at arc lengths from the root (n,), m."""
+        raise NotImplementedError(f"{type(self).__name__} has no curvature()")
+
 
 class Parabola(Curve):
     """A parabola, such as the rib of a reflector.
@@ -62,6 +66,16 @@ class Parabola(Curve):
         x, y, angle = 2.0 * f * (u - root), f * (u * u - root * root), np.arctan(root)
         c, s = np.cos(angle), np.sin(angle)
         return np.stack([c * x + s * y, c * y - s * x], axis=-1), np.arctan(u) - angle
+
+    @property
+    def root_angle(self) -> float:
+        """Angle of the tangent at the root from that at the vertex, rad."""
+        return float(np.arctan(self.offset / (2.0 * self.focal_length)))
+
+    def curvature(self, arc: Array) -> Array:
+        """As of `Curve`."""
+        found: Array = np.cos(self.plane(arc)[1] + self.root_angle) ** 3 / (2.0 * self.focal_length)
+        return found
 
 
 AnyCurve = Annotated[Curve, OneOf({"parabola": Parabola})]

@@ -85,6 +85,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
     always, factored = model.threads.size > 0 or info.redundant != 0, loop.factored
     stale = soft or keeps or always or (factored != h if conserves else abs(factored - h) > 1e-6 * h)
     last, ratio, touching, kept, sharpened = math.inf, 0.0, loop.contact_set, conserves and not stale, 0
+    first = 0  # iteration from the prediction
     loop.factored = 0.0
     for iteration in range(most):
         if not is_finite(work.r):
@@ -104,19 +105,20 @@ def iterate(t1, h, most, searches, model, matrix, work):
         if sharpened > 0 and norm >= last:  # it cannot be sharpened further
             return _converged(iteration - 1, last, touching, 0.0 if soft else factored, work)
         if kept and iteration == 1 and norm > SLOW * last:  # the tangent of a step before does not serve here
-            kept, stale, ratio, touching = False, True, 0.0, -1
+            # and its corrections say nothing of those from here on
+            kept, stale, ratio, touching, last, first = False, True, 0.0, -1, math.inf, iteration + 1
             method.predict(h, model, work)
             method.evaluate(t1, h, model, work)
             continue
         for k in range(work.la.size):
             work.la[k] += scale / method.tangent_factor(options) * work.x[info.nv + k]
-        s = method.correct(t1, h, searches and (work.la.size == 0 or iteration > 0), model, work)
-        if iteration > 0:
+        s = method.correct(t1, h, searches and (work.la.size == 0 or iteration > first), model, work)
+        if iteration > first:
             ratio = norm / last if last > 0.0 else 0.0
         left = norm * ratio / (1.0 - ratio) if 0.0 < ratio < 0.9 else norm
         rounded = fresh and ratio > 0.5 and norm <= rounding  # a new tangent does not reduce it any more
         # of redundant constraints a second iteration corrects what the compliance leaves
-        settled = s == 1.0 and (iteration > 0 or info.redundant == 0)
+        settled = s == 1.0 and (iteration > first or info.redundant == 0)
         if settled and (min(norm, left) <= limit or rounded):
             sharp = sharpened > 0 and (left <= SHARPER * limit or ratio > 0.5)
             if not conserves or _count_touching(model) == touching:

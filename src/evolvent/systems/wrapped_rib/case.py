@@ -106,6 +106,13 @@ class Case(Section):
                 f"the rib would pass through the hub, {2.0 * R:.4g} m across; it must be "
                 f"{int(rib.length / (rib.elements * 2.0 * R)) + 1} or more"
             )
+        if rib.curvatures[1] * R >= 1.0:
+            yield (
+                f"rib.shape has a curvature of {rib.curvatures[1]:.4g} 1/m, not below 1/hub.radius = {1.0 / R:.4g} "
+                f"1/m: the rib would press on the hub with its ends alone; use a greater focal_length"
+            )
+        if rib.shape is not None and self.drive is not None and self.drive.kind == "tip":
+            yield "rib.shape is given, but a carried tip starts from a straight, taut rib; use another drive.kind"
         if contact.self and contact.law == "conservative":
             yield "contact.law is 'conservative', which contact.self does not support; use hunt-crossley"
         if isinstance(numbers, tuple) and max(numbers) > rib.elements:

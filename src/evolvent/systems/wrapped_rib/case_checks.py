@@ -84,9 +84,10 @@ def _of_drive(case: Case) -> Iterator[str]:
     if strain > STRAIN_WARNED:
         yield f"{torque} strains the wound rib's root by {100.0 * strain:.3g} %, {BEYOND}"
     # the work T for each radian wound must exceed the bending energy, EI/(2 R) with EI of the mesh
-    needed = bending_stiffness_ratio(case) * strip.bending_stiffness / (2.0 * strip.radius)
+    needed = bending_stiffness_ratio(case) * closed_forms.least_winding_torque(strip, rib.curvatures[1])
     if drive.kind == "torque" and case.phase == "wind" and drive.torque <= needed:
-        yield f"{torque} cannot wind the rib: bending it onto the hub takes EI/(2 R) = {needed:.3g} N m, EI of the mesh"
+        takes = "EI/(2 R)" if rib.shape is None else "EI (1/R - k)/2 where its curvature k is largest"
+        yield f"{torque} cannot wind the rib: bending it onto the hub takes {takes} = {needed:.3g} N m, EI of the mesh"
     turned = 0.5 * math.pi - rib.start_angle
     size = math.sqrt(strip.bending_stiffness * strip.radius / drive.torque)
     if rib.root == "clamp" and case.begins == "straight" and turned >= 0.1 and size <= rib.element_length:

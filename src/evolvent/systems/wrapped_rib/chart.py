@@ -86,36 +86,54 @@ def _wound_figures(study: xr.Dataset) -> dict[str, Figure]:
         return {}
     draws = {"drive.torque": _over_torque, "drive.rate": _over_rate}
     over = [key for key in draws if key in study.dims and study[key].size > 1]
-    return {"wound": draws[over[0]](_rows(study, over[0]))} if len(over) == 1 else {}
+    rows = _rows(study, over[0]) if len(over) == 1 else []
+    return {"wound": draws[over[0]](rows)} if rows else {}
 
 
 def _rows(study: xr.Dataset, key: str) -> list[_Row]:
-    """Runs of a grid, a row for each choice of the other keys."""
+    """Runs of a grid, a row for each choice of the other keys; those of refused cases are left out."""
     content = cases.parse_yaml(study.attrs["study"], "the study")
     fixed, keys = dict(content.get("set") or {}), json.loads(study.attrs["keys"])
     last, others, rows = study.wrap_angle.isel(time=-1, rib=0), [one for one in keys if one != key], []
     for choice in itertools.product(*(study[one].values for one in others)):
         given = {one: value.item() for one, value in zip(others, choice, strict=True)}
-        made = [cases.load(content["case"], fixed | given | {key: value.item()}) for value in study[key].values]
-        units = {one: str(study[one].attrs.get("units", "")) for one in others}
-        label = ", ".join(f"{one} {value:.4g} {units[one]}".strip() for one, value in given.items()) or "runs"
-        lengths = np.array([case.rib.length / case.hub.radius for case in made])
-        rows.append(_Row(label, made, study[key].values, last.sel(given).values / lengths))
+        made = [_loaded(content["case"], fixed | given | {key: value.item()}) for value in study[key].values]
+        there = np.array([case is not None for case in made])
+        if not there.any():
+            continue
+        found = [case for case in made if case is not None]
+        lengths = np.array([case.rib.length / case.hub.radius for case in found])
+        label = ", ".join(_written(study, one, value) for one, value in given.items()) or "runs"
+        rows.append(_Row(label, found, study[key].values[there], last.sel(given).values[there] / lengths))
     return rows
 
 
+def _loaded(base: Any, changes: dict[str, Any]) -> Any:
+    """A case, or None where it is refused."""
+    try:
+        return cases.load(base, changes)
+    except InputError:
+        return None
+
+
+def _written(study: xr.Dataset, key: str, value: Any) -> str:
+    """A key of a study with a value, for a legend."""
+    text = f"{value:.4g}" if isinstance(value, (int, float)) else str(value)
+    return f"{key} {text} {study[key].attrs.get('units', '')}".removesuffix(" 1").strip()
+
+
 def _over_torque(rows: list[_Row]) -> Figure:
-    """Over the torque, of EI/(2 R), with the equilibria of the tail."""
-    lines = []
+    """Over the torque, of EI/(2 R), with the equilibria of the tail, which depend on length over radius alone."""
+    lines, held = [], {}
     for k, row in enumerate(rows):
         least = np.array([closed_forms.least_winding_torque(case.strip) for case in row.cases])
         lines.append(Line(x=row.at / least, y=row.wound, label=row.label, color=k, style="", marker="o"))
-    strip, top = rows[0].cases[0].strip, max(float(line.x.max()) for line in lines)
-    held = closed_forms.held_tails(strip)
-    x = held.torque / closed_forms.least_winding_torque(strip)
-    shown = x <= 1.3 * top
-    share = held.wrap[shown] * strip.radius / strip.length
-    lines.append(Line(x=x[shown], y=share, label="tail at rest, elastica", color="black", style="--", width=1.2))
+        first = row.cases[0]
+        if first.strip.taper == 1.0 and first.rib.shape is None:
+            held.setdefault(round(first.strip.length / first.strip.radius, 9), (k, first.strip))
+    top = max((float(line.x.max()) for line in lines), default=0.0)
+    for n, (k, strip) in enumerate(held.values()):
+        lines += _elastica(strip, 1.3 * top, k if len(held) > 1 else "black", first=n == 0)
     limit = Line(x=np.ones(2), y=np.array([0.0, 1.0]), label="EI/(2R), least torque", color="gray", style=":")
     panel = Panel(
         x_label="torque over EI/(2R)",
@@ -127,18 +145,35 @@ def _over_torque(rows: list[_Row]) -> Figure:
     return Figure(name="wound", title="Wound at the end, over the torque", panels=[panel], height=100.0)
 
 
+def _elastica(strip: closed_forms.Strip, top: float, color: int | str, *, first: bool) -> list[Line]:
+    """Tails at rest up to a torque of `top` times EI/(2 R); none where they are not found."""
+    try:
+        held = closed_forms.held_tails(strip)
+    except ArithmeticError:
+        return []
+    x = held.torque / closed_forms.least_winding_torque(strip)
+    shown = x <= top
+    share = held.wrap[shown] * strip.radius / strip.length
+    label = "tail at rest, elastica" if first else ""
+    return [Line(x=x[shown], y=share, label=label, color=color, style="--", width=1.2)]
+
+
 def _over_rate(rows: list[_Row]) -> Figure:
-    """Over the rate of the hub, with a string at rest in the hub's axes."""
-    lines = []
+    """Over the rate of the hub, with a string at rest in the hub's axes where the hub winds."""
+    lines, labelled = [], False
     for k, row in enumerate(rows):
         lines.append(Line(x=row.at, y=row.wound, label=row.label, color=k, style="", marker="o"))
-        alpha, strip = row.cases[0].damping.alpha, row.cases[0].strip
-        if alpha == 0.0:
+        case, positive = row.cases[0], row.at[row.at > 0.0]
+        if case.damping.alpha == 0.0 or case.damped_arcs is not None or case.phase != "wind" or not positive.size:
             continue
-        rates = np.linspace(0.5 * row.at.min(), row.at.max(), 30)
-        wraps = np.array([closed_forms.spun_tail(strip, rate, alpha).wrap for rate in rates])
-        share = np.maximum(wraps, 0.0) * strip.radius / strip.length
-        label = "" if k else "string at rest on the turning hub"
+        rates = np.linspace(0.5 * positive.min(), positive.max(), 30)
+        try:
+            wraps = np.array([closed_forms.spun_tail(case.strip, rate, case.damping.alpha).wrap for rate in rates])
+        except ArithmeticError:
+            continue
+        share = wraps * case.strip.radius / case.strip.length
+        label = "" if labelled else "string at rest on the turning hub"
         lines.append(Line(x=rates, y=share, label=label, color=k, style="--", width=1.2))
+        labelled = True
     panel = Panel(x_label="rate of the hub, rad/s", y_label="share of the rib on the hub", lines=lines, y_zero=True)
     return Figure(name="wound", title="Wound at the end, over the rate of the hub", panels=[panel], height=100.0)

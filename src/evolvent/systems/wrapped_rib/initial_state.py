@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from evolvent.base.errors import InputError
 from evolvent.elements.dense import product
 from evolvent.results.motion import rotation_matrices
 from evolvent.systems.wrapped_rib.case import Case
+
+if TYPE_CHECKING:
+    from evolvent.parts import Beam
 
 Array = np.ndarray
 
@@ -65,7 +68,7 @@ def initial_state(case: Case) -> Start:
 
 
 def _straight(case: Case) -> Array:
-    """A straight rib at the hub; one whose tip will be carried is taut already."""
+    """A straight rib at the hub, or one of its stress-free shape; one whose tip will be carried is taut already."""
     from evolvent.elements import nodal
 
     drive, rib = case.drive, case.rib
@@ -73,9 +76,29 @@ def _straight(case: Case) -> Array:
     level = np.array([math.cos(case.first_direction), math.sin(case.first_direction), 0.0])
     up, c, s = np.array([0.0, 0.0, 1.0]), math.cos(case.helix_angle), math.sin(case.helix_angle)
     direction = c * level + s * up
+    if rib.shape is not None:
+        return _curved(case, level).start_nodes("rib")
     arc = np.linspace(0.0, taut * rib.length, rib.elements + 1)
     places = np.array([case.hub.radius, 0.0, case.root_height]) + arc[:, None] * direction
     return nodal(places, np.tile(taut * direction, (arc.size, 1)), c * up - s * level, vectors=rib.vectors)
+
+
+def _curved(case: Case, level: Array) -> Beam:
+    """A rib of its stress-free shape, whose tangent at the root has the direction `level` (3,)."""
+    from evolvent import parts
+
+    rib = case.rib
+    return parts.Beam(
+        length=rib.length,
+        section=rib.profile,
+        material=rib.material,
+        elements=rib.elements,
+        formulation=rib.formulation,
+        position=(case.hub.radius, 0.0, case.root_height),
+        direction=tuple(level),
+        normal=(-float(level[1]), float(level[0]), 0.0),
+        shape=rib.shape,
+    )
 
 
 def _wound(case: Case) -> Array:
@@ -88,7 +111,9 @@ def _wound(case: Case) -> Array:
         nodes = helix(*mesh, radius=case.hub.radius, pitch=rib.pitch, points=contact.points)
     else:
         thickness = max(rib.thickness, rib.tip_thickness or 0.0) if contact.self else 0.0
-        nodes = coil(*mesh, radius=case.hub.radius, points=contact.points, beams=rib.count, thickness=thickness)
+        rest = None if rib.shape is None else _curved(case, np.array([1.0, 0.0, 0.0])).rest_nodes("rib")
+        sizes: dict[str, Any] = {"radius": case.hub.radius, "points": contact.points, "thickness": thickness}
+        nodes = coil(*mesh, beams=rib.count, rest=rest, **sizes)
     nodes[:, 0, 2] += case.root_height
     return nodes
 
@@ -144,3 +169,5 @@ def check_follows(before: Case, after: Case) -> None:
         if mine != its:
             run = f"the run {after.start!r}, from which this one starts"
             raise InputError(f"{section}.{key} is {mine:g}, but {run}, has {its:g}")
+    if before.rib.shape != after.rib.shape:
+        raise InputError(f"rib.shape is not that of the run {after.start!r}, from which this one starts; use the same")

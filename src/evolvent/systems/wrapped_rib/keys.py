@@ -6,10 +6,12 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field
 
 from evolvent.base import units
 from evolvent.base.schema import Section
+from evolvent.parts.curve import AnyCurve
 
 if TYPE_CHECKING:
     from evolvent.elements import CrossSection, Material
@@ -78,7 +80,7 @@ def key(default: Any, text: str) -> Any:
 
 
 class Rib(Section):
-    """Every rib: a thin strip, straight at rest, that winds with its flat side on the hub."""
+    """Every rib: a thin strip, straight at rest or of a `shape`, that winds with its flat side on the hub."""
 
     formulation: Literal["cable", "cable_stretch", "assumed_strain", "elastic_line", "nu_split", "full"] = key(
         "cable",
@@ -105,6 +107,11 @@ class Rib(Section):
         "auto", "of the root above the hub's middle; auto: a helix lies evenly about the middle, other ribs in it"
     )
     start_angle: units.Angle = key(0.0, "of the straight rib from outwards, in the winding sense; not of a carried tip")
+    shape: AnyCurve | None = key(
+        None,
+        "stress-free shape of a deployed rib that is curved in the winding sense, such as {parabola: {focal_length: "
+        "2 m}}; with formulation assumed_strain; left out: straight",
+    )
 
     def refusals(self) -> Iterator[str]:
         """Rules between the keys."""
@@ -124,6 +131,21 @@ class Rib(Section):
         for key in ("root_stiffness", "root_damping", "root_friction"):
             if self.root == "clamp" and getattr(self, key) > 0.0:
                 yield f"rib.{key} is given, but rib.root is 'clamp', which does not turn; use a hinge"
+        if self.shape is not None and self.vectors == 2:
+            yield (
+                f"rib.shape is given and rib.formulation is {self.formulation!r}; a cable is straight at rest, use "
+                f"assumed_strain"
+            )
+        if self.shape is not None and self.pitch > 0.0:
+            yield "rib.shape and rib.pitch are both given; a curved rib is wound in its plane, leave one of them out"
+
+    @property
+    def curvatures(self) -> tuple[float, float]:
+        """Least and largest curvature of the stress-free shape in the winding sense, 1/m."""
+        if self.shape is None:
+            return 0.0, 0.0
+        found = self.shape.curvature(np.linspace(0.0, self.length, 1001))
+        return float(found.min()), float(found.max())
 
     @property
     def element_length(self) -> float:

@@ -58,10 +58,15 @@ def estimating_string(case: Case) -> closed_forms.Winding | None:
 def comparable_string(case: Case) -> closed_forms.Winding | None:
     """The string, where the rib is as flexible; None as well where drag on a part bends the tail."""
     drive, strip = case.drive, case.strip
-    if drive is None or drive.torque is None or strip.taper != 1.0 or _bends_the_tail(case):
+    if drive is None or drive.torque is None or not _is_straight_and_uniform(case) or _bends_the_tail(case):
         return None
     is_flexible = strip.bending_stiffness <= 2.0 * FLEXIBLE * strip.radius * drive.torque
     return estimating_string(case) if is_flexible else None
+
+
+def _is_straight_and_uniform(case: Case) -> bool:
+    """Whether a rib is straight without stress, and has no taper."""
+    return case.rib.shape is None and case.strip.taper == 1.0
 
 
 def _bends_the_tail(case: Case) -> bool:
@@ -70,16 +75,18 @@ def _bends_the_tail(case: Case) -> bool:
 
 
 def comparable_release(case: Case) -> bool:
-    """Whether the closed form of deployment holds: a uniform rib without stretch, damping, friction or drive."""
+    """Whether the closed form of deployment holds: a straight uniform rib without damping, friction or drive."""
     free = case.phase == "deploy" and case.drive is None and case.hub.motion == "fixed"
     undamped = case.damping.alpha == 0.0 and case.damping.beta == 0.0 and case.contact.friction == 0.0
-    return free and undamped and case.begins == "wound" and case.strip.taper == 1.0
+    return free and undamped and case.begins == "wound" and _is_straight_and_uniform(case)
 
 
 def _resting_torque(case: Case) -> float | None:
     """The torque under which a wound rib comes to rest as the closed form says, N m; None if it does not."""
     drive = case.drive
     if drive is None or drive.kind != "torque" or case.hub.motion != "fixed" or case.contact.friction > 0.0:
+        return None
+    if case.rib.shape is not None:  # whose moment is not constant on the hub
         return None
     return drive.torque
 

@@ -42,6 +42,7 @@ def build(case: Case, begin: Start) -> System:
     damping, law = case.damping, _law(case, begin)
     beam: dict[str, Any] = {"length": rib.length, "section": rib.profile, "material": rib.material}
     beam |= {"elements": rib.elements, "formulation": rib.formulation, "damping": damping.kind, "damped": case.damped}
+    beam["shape"] = rib.shape
     beam |= {"mass_damping": damping.alpha, "stiffness_damping": damping.beta}
     cylinder = {"body": "hub", "radius": hub.radius, "half_length": 0.5 * hub.height, **law}
     cylinder["initial_overlap"] = 1e-3 if case.begins in ("straight", "wound") else SUNK
