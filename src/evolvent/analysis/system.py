@@ -198,7 +198,7 @@ class System:
         Returns
         -------
         evolvent.analysis.margins.MarginResults
-            ``margins.least``, ``margins.negative``, ``margins["hinge 1"].margin("margin")``;
+            ``margins.least``, ``margins.negative``, ``margins["hinge 1"].margin("motorization")``;
             ``margins.plot("margins.png")``, ``margins.save("margins.json")``.
 
         Raises
@@ -221,9 +221,7 @@ class System:
             solution, _, _ = analysis.solve(assembly, progress=progress, **settings)
             if solution.status == "failed":
                 raise RunFailed(solution.message, solution)
-        return margins.margins(
-            assembly, asked, solution=solution, title=self.title, case=self._case(self.settings)
-        )
+        return margins.margins(assembly, asked, solution=solution, title=self.title, case=self._case(self.settings))
 
     def equilibrium(
         self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,

@@ -1,4 +1,4 @@
-"""The command line: list, show, parts, schema, run, modes, equilibrium, margin, sweep, identify, studio, info, plot and so on.
+"""The command line: list, show, parts, schema, run, modes, equilibrium, margin, sweep, identify, studio and so on.
 
 All that a user asked for is left on disk even where nobody reads what is printed.
 """

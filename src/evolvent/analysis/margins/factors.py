@@ -7,7 +7,7 @@ import importlib.resources
 import math
 import os
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from pydantic import Field
@@ -18,17 +18,18 @@ from evolvent.base.schema import Section
 
 Array = np.ndarray
 
-SPRING, FRICTION, HYSTERESIS, HARNESS = "spring", "friction", "hysteresis", "harness"
-MOTOR_LOSSES, ADHESION, INERTIA, ACCELERATION, LOAD, MOTOR, DAMPING = (
-    "motor losses", "adhesion", "inertia", "acceleration", "load", "motor", "damping",
-)  # fmt: skip
+SPRING, FRICTION, INERTIA, ACCELERATION = "spring", "friction", "inertia", "acceleration"
+LOAD, MOTOR, DAMPING = "load", "motor", "damping"
+Category = Literal[
+    "motor", "spring", "inertia", "friction", "hysteresis", "harness", "motor losses", "adhesion", "load",
+    "acceleration", "damping",
+]  # fmt: skip
+Stated = Literal["friction", "hysteresis", "harness", "motor losses", "adhesion", "load", "acceleration"]
 #: What drives or resists, in the order of tables.
-CATEGORIES = (
-    MOTOR, SPRING, INERTIA, FRICTION, HYSTERESIS, HARNESS, MOTOR_LOSSES, ADHESION, LOAD, ACCELERATION, DAMPING,
-)  # fmt: skip
+CATEGORIES: tuple[str, ...] = get_args(Category)
 #: Resistances that a case states, or declares to be zero: what it is silent about must not become a margin. The others
 #: follow from parts that a mechanism cannot do without.
-STATED = (FRICTION, HYSTERESIS, HARNESS, MOTOR_LOSSES, ADHESION, LOAD, ACCELERATION)
+STATED: tuple[str, ...] = get_args(Stated)
 
 Factor = float | dict[str, float]
 
@@ -62,7 +63,7 @@ class Standard(Section):
         """Sentences on categories, words and numbers that cannot be."""
         if not self.evidence or not self.requirements:
             yield "evidence and requirements must not be empty"
-        tables = [("driving", self.driving)]
+        tables: list[tuple[str, Mapping[str, Any]]] = [("driving", self.driving)]
         for name, one in self.requirements.items():
             tables += [(f"requirements.{name}.resisting", one.resisting), (f"requirements.{name}.added", one.added)]
             for twice in set(one.resisting) & set(one.added):
@@ -121,7 +122,7 @@ def built_in() -> Mapping[str, Standard]:
 
 
 def standard(name: str) -> tuple[str, Standard]:
-    """Name and table of a standard of the package, or of a YAML file that has one table, or a mapping of one name to it.
+    """Name and table of a standard, or of a YAML file with one table, or with a mapping of one name to it.
 
     Raises
     ------

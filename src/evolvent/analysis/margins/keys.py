@@ -7,16 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from evolvent.analysis.margins.factors import CATEGORIES, STATED
+from evolvent.analysis.margins.factors import Category, Stated
 from evolvent.base import units
-from evolvent.base.errors import nearest
 from evolvent.base.schema import Section
-
-
-def _refused_zeros(zero: tuple[str, ...]) -> Iterator[str]:
-    for category in zero:
-        if category not in STATED:
-            yield f"zero has {category!r}; {nearest(category, STATED)}"
 
 
 class MarginLine(Section):
@@ -35,27 +28,21 @@ class MarginLine(Section):
     duration: units.Duration | None = Field(
         None, description="time for the travel from rest; it asks for the acceleration 2 travel/duration^2"
     )
-    zero: tuple[str, ...] = Field((), description="resistances of this coordinate that are zero")
+    zero: tuple[Stated, ...] = Field((), description="resistances of this coordinate that are zero")
     leave_out: str = Field("", description="why the coordinate has no margin; it is then left out")
 
     def refusals(self) -> Iterator[str]:
         """Sentences on keys that do not go together."""
         if self.acceleration is not None and self.duration is not None:
-            yield "acceleration and duration are both given; leave one of them out"
-        yield from _refused_zeros(self.zero)
+            yield "margin.lines: acceleration and duration of a coordinate are both given; leave one of them out"
 
 
 class MarginPart(Section):
     """How a part counts."""
 
-    category: str | None = Field(None, description="category in place of that of its kind")
+    category: Category | None = Field(None, description="category in place of that of its kind")
     evidence: str | None = Field(None, description="how it is known, by a word of the table of factors")
     source: str = Field("", description="where that is written, such as the number of a test report")
-
-    def refusals(self) -> Iterator[str]:
-        """Sentences on categories that are not known."""
-        if self.category is not None and self.category not in CATEGORIES:
-            yield f"category is {self.category!r}; {nearest(self.category, CATEGORIES)}"
 
 
 class Margin(Section):
@@ -67,7 +54,7 @@ class Margin(Section):
     evidence: str | None = Field(
         None, description="how parts are known that have no own key; left out, the first word of the table"
     )
-    zero: tuple[str, ...] = Field((), description="resistances that are zero in every coordinate")
+    zero: tuple[Stated, ...] = Field((), description="resistances that are zero in every coordinate")
     stations: Annotated[int, units.Whole(least=2, most=10_000)] = Field(
         37, description="positions along each travel, both ends included"
     )
@@ -78,8 +65,6 @@ class Margin(Section):
     spin: units.AngularVelocity | None = Field(None, description="steady turn of everything, inertial axes")
     centre: units.Position = Field((0.0, 0.0, 0.0), description="a point on the axis of the turn")
     lines: dict[str, MarginLine] = Field({}, description="what is asked of a coordinate, by its name")
-    parts: dict[str, MarginPart] = Field({}, description='how a part counts, by its name; "hinge.friction" is one share')
-
-    def refusals(self) -> Iterator[str]:
-        """Sentences on resistances that are not known."""
-        yield from _refused_zeros(self.zero)
+    parts: dict[str, MarginPart] = Field(
+        {}, description='how a part counts, by its name; "hinge.friction" is one share'
+    )

@@ -22,8 +22,8 @@ def latch_of(assembly: Assembly, coordinate: MarginCoordinate, table: Table, sol
     Returns
     -------
     dict
-        time (s) and rate (rad/s or m/s) at the latch, or at the first sample at the end of the travel; energy (J) of the
-        coordinate's motion there, by the inertia reflected to it; peak_load (N m or N) of the latch over all steps;
+        time (s) and rate (rad/s or m/s) at the latch, or at the first sample at the end of the travel; energy (J) of
+        the coordinate's motion there, by the inertia reflected to it; peak_load (N m or N) of the latch over all steps;
         joint, and root_force (N), root_moment (N m), its largest reactions at the samples from then on. Not a number
         where the run does not tell.
     """

@@ -74,7 +74,9 @@ def coordinates_of(mechanism: Mechanism, keys: Margin, y: Array) -> list[MarginC
         asked = [k for k in same if names[k] in keys.lines]
         if len(asked) > 1:
             first, second = (names[k] for k in asked[:2])
-            raise InputError(f"margin.lines has {first!r} and {second!r}, which are one coordinate; leave one of them out")
+            raise InputError(
+                f"margin.lines has {first!r} and {second!r}, which are one coordinate; leave one of them out"
+            )
         ends = [k for k in same if math.isfinite(rows["latch"][k])] or [
             k for k in same if np.isfinite(rows[["low", "high"]][k].tolist()).any()
         ]
@@ -94,7 +96,9 @@ def coordinates_of(mechanism: Mechanism, keys: Margin, y: Array) -> list[MarginC
             )
         )  # fmt: skip
     if not found:
-        raise InputError("no coordinate of the system has a margin; it needs a hinge or slide that moves to a latch or stop")
+        raise InputError(
+            "no coordinate of the system has a margin; it needs a hinge or slide that moves to a latch or stop"
+        )
     return found
 
 
@@ -171,8 +175,8 @@ def refuse_unstated(coordinate: MarginCoordinate, given: Set[str], known: of.Sta
             raise InputError(f"margin: {category} of {name!r} is declared to be zero, but the case gives it")
     missing = [c for c in of.STATED if c in asked and c not in given and c not in coordinate.zero]
     if missing:
-        words = ", ".join(missing)
+        verb, them = ("is", "it") if len(missing) == 1 else ("are", "them")
         raise InputError(
-            f"margin: {words} of {name!r} {'is' if len(missing) == 1 else 'are'} neither given nor declared to be zero; "
-            f"add a part, or name {'it' if len(missing) == 1 else 'them'} under margin.zero or margin.lines.{name}.zero"
+            f"margin: {', '.join(missing)} of {name!r} {verb} neither given nor declared to be zero; add a part, or "
+            f"name {them} under margin.zero or margin.lines.{name}.zero"
         )

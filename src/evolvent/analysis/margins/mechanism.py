@@ -26,7 +26,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import axial
+from evolvent.kernels import axial, coordinate_laws
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
 from evolvent.solvers import equilibrium
@@ -120,8 +120,28 @@ class Mechanism:
             J[k] = self.left(t, y, self.bare._replace(coordinates=one))[: self.n_v] - zero
         return J, x
 
-    def power(self, share: Share, t: float, y: Array, direction: Direction) -> float:
-        """Virtual power of a share along a direction: N m or N, above 0 where it drives."""
+    def power(self, share: Share, t: float, y: Array, direction: Direction, *, still: bool = False) -> float:
+        """Virtual power of a share along a direction: N m or N, above 0 where it drives.
+
+        Parameters
+        ----------
+        still : bool, whether the mechanism is at rest: a motor that follows a motion then has its limit, since where
+            its reference would be is not known
+
+        Raises
+        ------
+        InputError
+            For such a motor without a limit.
+        """
+        if still and share.family == "motors":
+            (row,) = (self.whole.motors[k] for k in share.rows)
+            if row["kind"] == coordinate_laws.BY_MOTION:
+                if not math.isfinite(row["limit"]):
+                    raise InputError(
+                        f"{share.part!r} follows a motion, and its torque at rest is its limit; give "
+                        f"{share.part}.limit, the torque or force that it has at the worst"
+                    )
+                return float(row["limit"]) * abs(float(direction.rates[int(row["coordinate"])]))
         zero = self.left(t, y, self.bare)[: self.n_v]
         parts = (zero - self._force(share, t, y, direction)) * direction.v
         found = float(parts.sum())
@@ -197,7 +217,6 @@ class Mechanism:
 
     def held_with(self, k: int, t: float, y: Array) -> tuple[list[int], list[int]]:
         """Coordinates that can be held while k moves, and those that follow it, by the constraints."""
-        J, _ = self.coordinates(t, y)
         held: list[int] = []
         follow: list[int] = []
         for j in range(len(self.names)):

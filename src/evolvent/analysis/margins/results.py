@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 #: Endings of the files that `MarginResults.save` writes.
 ENDINGS = (".nc", ".json", ".csv")
-#: Colour of the area between what is available and what is required.
+#: Colours of the area between what is available and what is required, where that is above 0 and where it is below.
 _ENOUGH, _LACKING = "#cfe8cf", "#f3c9c9"
 
 
@@ -135,7 +135,9 @@ class MarginResults:
             f"stations: the other coordinates stand at their {self.keys.others}; kinetic energy does not count",
         ]
         if any(share.category == DAMPING for share in self.still[0].shares) and DAMPING not in self._counted():
-            found.append("dampers are in no requirement of this table: what they take vanishes as the motion slows down")
+            found.append(
+                "dampers are in no requirement of this table: what they take vanishes as the motion slows down"
+            )
         for still, moving in zip(self.still, self.moving, strict=True):
             one = still.coordinate
             if one.follow:
@@ -183,8 +185,11 @@ class MarginResults:
             scale, unit = (np.degrees(1.0), "deg") if one.angle else (1.0, "m")
             name, _, margin = least_of(still)
             x, up, down = scale * still.x, still.available, still.required(name)
-            area = np.concatenate([x, x[::-1]]), np.concatenate([up, down[::-1]])
-            drawn = [Line(x=area[0], y=area[1], style="", fill=_ENOUGH if margin >= 0.0 else _LACKING)]
+            top, back = np.maximum(up, down), np.concatenate([x, x[::-1]])
+            drawn = [
+                Line(x=back, y=np.concatenate([top, low[::-1]]), style="", fill=color)
+                for low, color in ((down, _ENOUGH), (up, _LACKING))
+            ]
             drawn.append(Line(x=x, y=up, label="actuation that counts"))
             drawn.append(Line(x=x, y=down, label="required", color=1))
             drawn.append(Line(x=x, y=still.values.sum(axis=0), label="sum, without factors", color="gray", width=0.9))
@@ -318,13 +323,14 @@ def dataset_of(table: Table) -> xr.Dataset:
     x, unit = one.units
     shares = [share.label for share in table.shares]
     what = "angle" if one.angle else "travel"
+    inertia = {"units": "kg m2" if one.angle else "kg", "long_name": "reflected inertia"}
     data: dict[str, Any] = {
         "position": ("station", table.x, {"units": x, "long_name": what}),
         "share": (("part", "station"), table.values, {"units": unit, "long_name": "what drives (+) or resists (-)"}),
         "category": ("part", [share.category for share in table.shares]),
         "evidence": ("part", [share.evidence for share in table.shares]),
         "source": ("part", [share.source for share in table.shares]),
-        "inertia": ("station", table.inertia, {"units": "kg m2" if one.angle else "kg", "long_name": "reflected inertia"}),
+        "inertia": ("station", table.inertia, inertia),
         "available": ("station", table.available, {"units": unit, "long_name": "actuation that counts"}),
     }  # fmt: skip
     if table.time.size:

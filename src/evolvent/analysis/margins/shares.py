@@ -116,8 +116,13 @@ def coordinate_names(assembly: Assembly) -> list[str]:
 
 
 def _records_of(assembly: Assembly, family: str) -> dict[str, tuple[int, ...]]:
-    """Records of a family by the part that wrote them: a part's stand together, named by the first."""
+    """Records of a family by the part that wrote them: a part's stand together, named by the first.
+
+    Coordinates have one record each; one that a motor gave its joint makes no torque and has no name.
+    """
     firsts = sorted((index, name) for name, (of_, index) in assembly.names.items() if of_ == family)
+    if family == "coordinates":
+        return {name: (index,) for index, name in firsts}
     size = families.records(assembly.model, family).size
     if not size:
         return {}
@@ -143,11 +148,7 @@ def shares_of(assembly: Assembly, parts: Any, evidence: str, *, spins: bool) -> 
     """
     found: list[Share] = []
     for family, rules in RULES.items():
-        if family == "coordinates":
-            rows = {name: (k,) for k, name in enumerate(coordinate_names(assembly)) if name in assembly.names}
-            rows = {name: own for name, own in rows.items() if assembly.names[name][0] == "coordinates"}
-        else:
-            rows = _records_of(assembly, family)
+        rows = _records_of(assembly, family)
         for name, own in rows.items():
             for rule in rules:
                 records = families.records(assembly.model, family)

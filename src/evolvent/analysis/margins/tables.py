@@ -139,7 +139,7 @@ def along_travel(
     for n, x in enumerate(xs):
         y = mechanism.move({**held, coordinate.k: float(x)}, t, y)
         direction = mechanism.direction(coordinate.k, list(held), coordinate.sense, t, y)
-        values[:, n], inertia[n] = _at(mechanism, shares, direction, t, y), direction.inertia
+        values[:, n], inertia[n] = _at(mechanism, shares, direction, t, y, still=True), direction.inertia
     return Table(coordinate, shares, xs, np.zeros(0), values, inertia, *known)
 
 
@@ -160,7 +160,7 @@ def along_motion(
         if coordinate.sense * (here - coordinate.end) >= 0.0:
             break
         direction = mechanism.direction(coordinate.k, held, coordinate.sense, float(t), y)
-        found.append((float(t), here, _at(mechanism, shares, direction, float(t), y), direction.inertia))
+        found.append((float(t), here, _at(mechanism, shares, direction, float(t), y, still=False), direction.inertia))
     if not found:
         return None
     time, xs, values, inertia = zip(*found, strict=True)
@@ -170,5 +170,5 @@ def along_motion(
     )  # fmt: skip
 
 
-def _at(mechanism: Mechanism, shares: list[Share], direction: Direction, t: float, y: Array) -> Any:
-    return np.array([mechanism.power(share, t, y, direction) for share in shares])
+def _at(mechanism: Mechanism, shares: list[Share], direction: Direction, t: float, y: Array, *, still: bool) -> Any:
+    return np.array([mechanism.power(share, t, y, direction, still=still) for share in shares])
