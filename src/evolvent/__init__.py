@@ -119,7 +119,7 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> System:
     system.settings = {name: value for name, value in definition.settings(loaded).items() if value is not None}
     if loaded.system == "structure":
         given = loaded.model_dump(mode="json", exclude_defaults=True)
-        system.sections = {name: given[name] for name in ("equilibrium", "modes") if name in given}
+        system.sections = {name: given[name] for name in ("equilibrium", "modes", "margin") if name in given}
     return system
 
 

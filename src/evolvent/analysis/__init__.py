@@ -393,38 +393,46 @@ def observed(
     return found
 
 
-def simulate(
+def solve(
     assembly: Assembly,
     *,
-    case: str,
     until: float,
     every: float | None = None,
     fine: bool = True,
-    title: str = "",
     progress: Callable[[float], None] | None = None,
     **settings: Any,
-) -> xr.DataTree:
-    """Run an assembled system.
+) -> tuple[Solution, str, Times]:
+    """The motion of an assembled system, why its method is taken, and the times of its samples.
 
     Parameters
     ----------
-    case : str, as YAML
     until, every : float, s
     fine : bool, whether finer samples are kept where the motion is fast
-    title : str, as of `tree`
     settings : method and options of `plan`
-
-    Raises
-    ------
-    RunFailed
-        If the run did not reach its end; ``.run`` holds what was computed.
     """
     samples = sample_times(until, every, values=assembly.y.size)
     check_run(assembly, samples, settings.get("step"))
     times = Times.of(samples, fine=fine, values=assembly.y.size)
     prepared, why = plan(assembly, times.all, **settings)
     solution, _ = times.chosen(prepared.run(progress).or_start(float(samples[0])))
-    solution = check_energy_gain(solution)
+    return check_energy_gain(solution), why, times
+
+
+def simulate(assembly: Assembly, *, case: str, title: str = "", **settings: Any) -> xr.DataTree:
+    """Run an assembled system.
+
+    Parameters
+    ----------
+    case : str, as YAML
+    title : str, as of `tree`
+    settings : as of `solve`
+
+    Raises
+    ------
+    RunFailed
+        If the run did not reach its end; ``.run`` holds what was computed.
+    """
+    solution, why, times = solve(assembly, **settings)
     found = tree(solution, case=case, why=why, title=title, root=times.mark(solution.t))
     if solution.status == "failed":
         raise RunFailed(solution.message, found)

@@ -23,6 +23,7 @@ from evolvent.cases import Plan
 if TYPE_CHECKING:
     import xarray as xr
 
+    from evolvent.analysis.margins import MarginResults
     from evolvent.analysis.modal import ModalResults
     from evolvent.analysis.system import System
     from evolvent.assembly.assembled import Assembly
@@ -325,6 +326,28 @@ class SystemDefinition:
             found = error.run
             if found is None:
                 raise
+        return found
+
+    def margin(
+        self, case: Any, *, motion: bool | None = None, progress: Callable[[float], None] | None = None, **keys: Any
+    ) -> MarginResults:
+        """Margins of a case, by its key `margin` where it has one.
+
+        Parameters
+        ----------
+        motion, progress, keys : as of `System.margin`
+
+        Raises
+        ------
+        InputError, RunFailed
+            As of `System.margin`.
+        """
+        system = self.build(case)
+        system.settings = {name: value for name, value in self.settings(case).items() if value is not None}
+        section = getattr(case, "margin", None)
+        if section is not None:
+            system.sections = {"margin": section.model_dump(mode="json", exclude_defaults=True)}
+        found: MarginResults = system.margin(motion=motion, progress=progress, **keys)
         return found
 
     def _given(self, laws: Any) -> dict[str, Any]:

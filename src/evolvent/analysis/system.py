@@ -160,7 +160,18 @@ class System:
 
         given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
         given |= {"tolerance": tolerance, "spectral_radius": spectral_radius}
-        own = self.settings
+        settings = self._run_settings(given)
+        if progress is None:
+            progress = on_stderr(settings["until"])
+        return analysis.simulate(
+            self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
+        )
+
+    def _run_settings(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """How the motion is run: `settings` with what is given in their place, times in seconds."""
+        from evolvent import analysis
+
+        own, method = self.settings, given.get("method")
         if method is not None and method != own.get("method", method):  # step and tolerances are of another method
             own = {name: value for name, value in own.items() if name in ("until", "every", "fine")}
         settings = own | {name: value for name, value in given.items() if value is not None}
@@ -169,11 +180,48 @@ class System:
         for name in ("until", "every", "step"):
             if name in settings:
                 settings[name] = analysis.seconds(name, settings[name])
-        if progress is None:
-            progress = on_stderr(settings["until"])
-        return analysis.simulate(
-            self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
-        )
+        return settings
+
+    def margin(
+        self, *, motion: bool | None = None, progress: Callable[[float], None] | None = None, **keys: Any
+    ) -> Any:
+        """Torque and force margins of every hinge and slide over its whole travel.
+
+        Parameters
+        ----------
+        motion : bool, whether the margins along the simulated motion are found as well; left out, where the system has
+            settings that say how long it is simulated
+        progress : as of `simulate`
+        keys : keys of the section `margin` of a case, in place of those of the case that the system was read from:
+            factors, evidence, zero, stations, others, time, spin, centre, lines, parts
+
+        Returns
+        -------
+        evolvent.analysis.margins.MarginResults
+            ``margins.least``, ``margins.negative``, ``margins["hinge 1"].margin("motorization")``;
+            ``margins.plot("margins.png")``, ``margins.save("margins.json")``.
+
+        Raises
+        ------
+        InputError
+            For parts that margins do not support, a coordinate without an end of its travel, and a resistance that is
+            neither given nor declared to be zero; the sentence names it.
+        RunFailed
+            If the run did not reach its end; ``.run`` holds what was computed.
+        """
+        from evolvent import analysis
+        from evolvent.analysis import margins
+
+        asked = margins.with_keys(self.sections.get("margin", {}), keys)
+        assembly = self.assemble()
+        solution = None
+        if motion or (motion is None and "until" in self.settings):
+            settings = self._run_settings({})
+            progress = on_stderr(settings["until"]) if progress is None else progress
+            solution, _, _ = analysis.solve(assembly, progress=progress, **settings)
+            if solution.status == "failed":
+                raise RunFailed(solution.message, solution)
+        return margins.margins(assembly, asked, solution=solution, title=self.title, case=self._case(self.settings))
 
     def equilibrium(
         self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,

@@ -1,4 +1,4 @@
-"""The command line: list, show, parts, schema, run, modes, equilibrium, sweep, identify, studio, info, plot and so on.
+"""The command line: list, show, parts, schema, run, modes, equilibrium, margin, sweep, identify, studio and so on.
 
 All that a user asked for is left on disk even where nobody reads what is printed.
 """
@@ -26,6 +26,7 @@ from evolvent.commands.design_drive import design_drive
 from evolvent.commands.export import export, report
 from evolvent.commands.figure import figure
 from evolvent.commands.fmu import fmu
+from evolvent.commands.margin import margin
 from evolvent.commands.massprops import identify
 from evolvent.commands.plan import plan
 from evolvent.commands.run import beside, draw, list_names, print_rows, run, table
@@ -288,6 +289,7 @@ def plot(path: str, figures: str | None, variables: str | None, kind: str) -> No
 commands.add_command(run)
 commands.add_command(modes)
 commands.add_command(equilibrium)
+commands.add_command(margin)
 commands.add_command(sweep)
 commands.add_command(figure)
 commands.add_command(claims)

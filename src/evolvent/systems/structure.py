@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field
 
 from evolvent.analysis.definition import SystemDefinition
+from evolvent.analysis.margins.keys import Margin
 from evolvent.base import units
 from evolvent.base.schema import Section
 from evolvent.parts.registry import PartsByName
@@ -66,6 +67,7 @@ class StructureCase(Section):
     simulate: Simulate | None = None
     equilibrium: Equilibrium = Equilibrium()
     modes: Modes = Modes()
+    margin: Margin = Margin()
 
 
 class Structure(SystemDefinition):

@@ -1,0 +1,399 @@
+"""Margins with what shows them: tables, a figure, a tree of named variables, files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent.analysis.margins.factors import CATEGORIES, DAMPING, Standard
+from evolvent.analysis.margins.keys import Margin
+from evolvent.analysis.margins.tables import Table
+from evolvent.base import files
+from evolvent.base.errors import InputError, nearest
+from evolvent.results.figures import Figure, Line, Panel, stacked
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Endings of the files that `MarginResults.save` writes.
+ENDINGS = (".nc", ".json", ".csv")
+#: Colours of the area between what is available and what is required, where that is above 0 and where it is below.
+_ENOUGH, _LACKING = "#cfe8cf", "#f3c9c9"
+
+
+class MarginResults:
+    """Margins of all coordinates.
+
+    Attributes
+    ----------
+    label : str, name of the table of factors; standard : Standard
+    keys : Margin, what was asked
+    still : list of Table, along the travel at rest, one a coordinate
+    moving : list of Table or None, along the run
+    latches : list of dict, of `latches.latch_of`; empty without a run
+    title, case : str
+    """
+
+    def __init__(
+        self, label: str, standard: Standard, keys: Margin, still: Sequence[Table], moving: Sequence[Table | None],
+        latches: Sequence[dict[str, Any]], *, title: str = "", case: str = "",
+    ) -> None:  # fmt: skip
+        self.label, self.standard, self.keys = label, standard, keys
+        self.still, self.moving, self.latches = list(still), list(moving), list(latches)
+        self.title, self.case = title, case
+
+    def __repr__(self) -> str:
+        """Name of the standard and the least margin."""
+        return f"<MarginResults: {len(self.still)} coordinates by {self.label}, least margin {self.least:.4g}>"
+
+    def __getitem__(self, name: str) -> Table:
+        """The table at rest of a coordinate."""
+        for table in self.still:
+            if table.coordinate.name == name:
+                return table
+        raise InputError(f"no margin is that of {name!r}; {nearest(name, [one.coordinate.name for one in self.still])}")
+
+    def motion(self, name: str) -> Table | None:
+        """The table along the motion of a coordinate, None without a run."""
+        return self.moving[self.still.index(self[name])]
+
+    @property
+    def least(self) -> float:
+        """Least margin of all coordinates, requirements and tables."""
+        return min(least_of(table)[2] for table in (*self.still, *self.moving) if table is not None)
+
+    @property
+    def negative(self) -> list[str]:
+        """Names of the coordinates whose margin is below 0 in one of the tables."""
+        both = zip(self.still, self.moving, strict=True)
+        return [
+            still.coordinate.name
+            for still, moving in both
+            if any(least_of(table)[2] < 0.0 for table in (still, moving) if table is not None)
+        ]
+
+    # -------------------------------------------------------------------------------------------------- tables
+
+    def rows(self) -> list[list[str]]:
+        """A table for the screen: its head, then a row a coordinate."""
+        found = [["coordinate", "requirement", "margin", "governed at", "margin in the run", "verdict"]]
+        for still, moving in zip(self.still, self.moving, strict=True):
+            name, n, margin = least_of(still)
+            run = "-" if moving is None else shown_margin(least_of(moving)[2])
+            verdict = "NEGATIVE" if still.coordinate.name in self.negative else "holds"
+            found.append([still.coordinate.name, name, shown_margin(margin), _place(still, n), run, verdict])
+        return found
+
+    def balance_rows(self) -> list[list[str]]:
+        """What counts and what is asked for at the governing positions, and what it takes to reach a margin of 0."""
+        found = [["coordinate", "counts", "required", "spring", "friction"]]
+        for table in self.still:
+            name, n, _ = least_of(table)
+            unit = table.coordinate.units[1]
+            found.append([
+                table.coordinate.name, f"{table.available[n]:.4g} {unit}", f"{table.required(name)[n]:.4g} {unit}",
+                _change(table.spring_to_add(), unit, "add", "spare"),
+                _change(table.friction_to_lose(), unit, "lose", "spare"),
+            ])  # fmt: skip
+        return found
+
+    def contributions(self, name: str) -> list[list[str]]:
+        """What drives and resists a coordinate at its governing station: its head, then a row a share."""
+        table = self[name]
+        requirement, n, _ = least_of(table)
+        unit = table.coordinate.units[1]
+        found = [["share", "category", "evidence", f"value, {unit}", "factor", f"counts, {unit}"]]
+        for share, value in zip(table.shares, table.values[:, n], strict=True):
+            if not np.any(table.values[table.shares.index(share)] != 0.0):
+                continue
+            drives = value >= 0.0
+            factor = self.standard.driving.get(share.category, 0.0) if drives else -self.standard.requirements[
+                requirement
+            ].factor(share.category, share.evidence)  # fmt: skip
+            found.append([
+                share.label, share.category, share.evidence, f"{value:.4g}", f"{abs(factor):.4g}",
+                f"{abs(factor) * value:.4g}",
+            ])  # fmt: skip
+        if table.coordinate.acceleration > 0.0:
+            factor = self.standard.requirements[requirement].factor("acceleration", table.evidence)
+            value = -table.inertia[n] * table.coordinate.acceleration
+            found.append(["specified acceleration", "acceleration", table.evidence, f"{value:.4g}", f"{factor:.4g}",
+                          f"{factor * value:.4g}"])  # fmt: skip
+        return found
+
+    def notes(self) -> list[str]:
+        """Sentences on what was assumed, and on dead points that only speed passes."""
+        found = [
+            f"factors: {self.label}, {self.standard.revision}",
+            f"stations: the other coordinates stand at their {self.keys.others}; kinetic energy does not count",
+        ]
+        if any(share.category == DAMPING for share in self.still[0].shares) and DAMPING not in self._counted():
+            found.append(
+                "dampers are in no requirement of this table: what they take vanishes as the motion slows down"
+            )
+        for still, moving in zip(self.still, self.moving, strict=True):
+            one = still.coordinate
+            if one.follow:
+                found.append(f"{one.name!r} moves {', '.join(map(repr, one.follow))} along, by constraints or cables")
+            if one.zero:
+                zero = [category for category in CATEGORIES if category in one.zero]
+                found.append(f"{one.name!r}: declared to be zero: {', '.join(zero)}")
+            stuck = np.flatnonzero(still.values.sum(axis=0) < 0.0)
+            if stuck.size and moving is not None and self._arrives(one.name):
+                found.append(
+                    f"{one.name!r} passes {_place(still, int(stuck[0]))} in the run by its speed alone: at rest the "
+                    f"resistances are larger than what drives there"
+                )
+        return found
+
+    def _counted(self) -> set[str]:
+        """Categories that the requirements have."""
+        return {category for one in self.standard.requirements.values() for category in (*one.resisting, *one.added)}
+
+    def _arrives(self, name: str) -> bool:
+        """Whether a coordinate reaches its end in the run."""
+        index = self.still.index(self[name])
+        return bool(self.latches) and math.isfinite(self.latches[index]["time"])
+
+    def latch_rows(self) -> list[list[str]]:
+        """A table of the latches and stops: its head, then a row a coordinate; the head alone without a run."""
+        found = [["coordinate", "time", "rate", "energy", "peak load", "at the root"]]
+        for table, latch in zip(self.still, self.latches, strict=False):
+            x, unit = table.coordinate.units
+            force, moment = _shown(latch["root_force"], "N"), _shown(latch["root_moment"], "N m")
+            found.append([
+                table.coordinate.name, _shown(latch["time"], "s"), _shown(latch["rate"], f"{x}/s"),
+                _shown(latch["energy"], "J"), _shown(latch["peak_load"], unit),
+                f"{latch['joint']}: {force}, {moment}" if latch["joint"] else "-",
+            ])  # fmt: skip
+        return found
+
+    # --------------------------------------------------------------------------------------------------- figure
+
+    def figure(self) -> Figure:
+        """Actuation and requirement over the coordinate, the margin between them shaded; a panel a coordinate."""
+        panels = []
+        for still, moving in zip(self.still, self.moving, strict=True):
+            one = still.coordinate
+            scale, unit = (np.degrees(1.0), "deg") if one.angle else (1.0, "m")
+            name, _, margin = least_of(still)
+            x, up, down = scale * still.x, still.available, still.required(name)
+            top, back = np.maximum(up, down), np.concatenate([x, x[::-1]])
+            drawn = [
+                Line(x=back, y=np.concatenate([top, low[::-1]]), style="", fill=color)
+                for low, color in ((down, _ENOUGH), (up, _LACKING))
+            ]
+            drawn.append(Line(x=x, y=up, label="actuation that counts"))
+            drawn.append(Line(x=x, y=down, label="required", color=1))
+            drawn.append(Line(x=x, y=still.values.sum(axis=0), label="sum, without factors", color="gray", width=0.9))
+            if moving is not None:
+                drawn.append(Line(x=scale * moving.x, y=moving.available, label="in the run", style="--", width=1.0))
+                drawn.append(Line(x=scale * moving.x, y=moving.required(name), style="--", color=1, width=1.0))
+            what = "torque" if one.angle else "force"
+            label = f"{one.name}: margin {shown_margin(margin)} ({name})"
+            panels.append(
+                Panel(x_label=f"{one.name}, {unit}", y_label=f"{what}, {one.units[1]}", lines=drawn, title=label)
+            )
+        title = f"Margins by {self.label}"
+        return Figure(name="margins", title=title, panels=panels, height=stacked(len(panels)))
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> Any:
+        """Draw `figure`.
+
+        Parameters
+        ----------
+        path : str, optional, file that ends with .png, .svg or .pdf
+
+        Returns
+        -------
+        matplotlib.figure.Figure, or the path that was written
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
+        from evolvent.view import plots
+
+        return plots.sheet(self.figure()) if path is None else plots.save(self.figure(), path)
+
+    # ---------------------------------------------------------------------------------------------------- files
+
+    def to_tree(self) -> xr.DataTree:
+        """All tables as an `xarray.DataTree`: a group a coordinate, and one within it for the motion."""
+        import xarray as xr
+
+        root = xr.Dataset(attrs={
+            "title": self.title or "margins by evolvent", "factors": self.label, "revision": self.standard.revision,
+            "others": self.keys.others, "case": self.case, "least_margin": self.least,
+        })  # fmt: skip
+        tree = {"/": root}
+        for n, (still, moving) in enumerate(zip(self.still, self.moving, strict=True)):
+            name = still.coordinate.name.replace("/", "-")
+            found = dataset_of(still)
+            if self.latches:
+                for key, value in self.latches[n].items():
+                    found.attrs[f"latch_{key}"] = value
+            tree[f"/{name}"] = found
+            if moving is not None:
+                tree[f"/{name}/motion"] = dataset_of(moving)
+        return xr.DataTree.from_dict(tree)
+
+    def to_dict(self) -> dict[str, Any]:
+        """All tables as numbers and texts, as the JSON file has them; what is infinite or not known is None."""
+        found: dict[str, Any] = {
+            "factors": self.label, "revision": self.standard.revision, "others": self.keys.others,
+            "least_margin": _plain(self.least), "negative": self.negative, "notes": self.notes(), "coordinates": {},
+        }  # fmt: skip
+        for n, (still, moving) in enumerate(zip(self.still, self.moving, strict=True)):
+            one = _as_dict(still)
+            one["motion"] = None if moving is None else _as_dict(moving)
+            one["latch"] = {key: _plain(value) for key, value in self.latches[n].items()} if self.latches else None
+            found["coordinates"][still.coordinate.name] = one
+        return found
+
+    def save(self, path: str | os.PathLike[str]) -> str:
+        """Write the margins as NetCDF (.nc), JSON (.json) or a table (.csv, one row a station); returns the path.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written, or its ending is another one.
+        """
+        target = os.fspath(path)
+        ending = os.path.splitext(target)[1]
+        check_ending(target)
+        if ending == ".json":
+            files.write_file(target, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
+        elif ending == ".csv":
+            files.write_file(target, self._csv())
+        else:
+            from evolvent.base import netcdf
+
+            files.write_file(target, netcdf.image(self.to_tree()))
+        return target
+
+    def _csv(self) -> str:
+        """One row a station of every coordinate, in both tables."""
+        names = list(self.standard.requirements)
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        head = ["coordinate", "table", "time [s]", "position [rad or m]", *(f"{c} [N m or N]" for c in CATEGORIES)]
+        head += ["available", *(f"required ({name})" for name in names), *(f"margin ({name})" for name in names)]
+        writer.writerow(head)
+        for still, moving in zip(self.still, self.moving, strict=True):
+            for kind, table in (("at rest", still), ("in the run", moving)):
+                if table is None:
+                    continue
+                of = table.by_category()
+                columns = [np.zeros(table.x.size) + of.get(c, 0.0) for c in CATEGORIES] + [table.available]
+                columns += [table.required(name) for name in names] + [table.margin(name) for name in names]
+                for n, x in enumerate(table.x):
+                    time = f"{table.time[n]:.9g}" if table.time.size else ""
+                    values = [f"{float(column[n]):.9g}" for column in columns]
+                    writer.writerow([table.coordinate.name, kind, time, f"{x:.9g}", *values])
+        return out.getvalue()
+
+
+def check_ending(path: str) -> None:
+    """Refuse a file whose ending is none of `ENDINGS`."""
+    ending = os.path.splitext(path)[1]
+    if ending not in ENDINGS:
+        raise InputError(f"{path!r} ends with {ending!r}; margins are written as {', '.join(ENDINGS)}")
+
+
+def least_of(table: Table) -> tuple[str, int, float]:
+    """Requirement, station and value of the least margin of a table."""
+    name, n = table.governing()
+    return name, n, float(table.margin(name)[n])
+
+
+def dataset_of(table: Table) -> xr.Dataset:
+    """One table as a data set: dimension `station`, shares by name."""
+    import xarray as xr
+
+    one = table.coordinate
+    x, unit = one.units
+    shares = [share.label for share in table.shares]
+    what = "angle" if one.angle else "travel"
+    inertia = {"units": "kg m2" if one.angle else "kg", "long_name": "reflected inertia"}
+    data: dict[str, Any] = {
+        "position": ("station", table.x, {"units": x, "long_name": what}),
+        "share": (("part", "station"), table.values, {"units": unit, "long_name": "what drives (+) or resists (-)"}),
+        "category": ("part", [share.category for share in table.shares]),
+        "evidence": ("part", [share.evidence for share in table.shares]),
+        "source": ("part", [share.source for share in table.shares]),
+        "inertia": ("station", table.inertia, inertia),
+        "available": ("station", table.available, {"units": unit, "long_name": "actuation that counts"}),
+    }  # fmt: skip
+    if table.time.size:
+        data["time"] = ("station", table.time, {"units": "s", "long_name": "time"})
+    for name in table.standard.requirements:
+        data[f"required_{name}"] = ("station", table.required(name), {"units": unit, "long_name": f"T_min, {name}"})
+        data[f"margin_{name}"] = ("station", table.margin(name), {"units": "1", "long_name": f"margin, {name}"})
+    found = xr.Dataset(data, {"part": shares, "station": np.arange(table.x.size)})
+    name, n, margin = least_of(table)
+    found.attrs = {
+        "acceleration": one.acceleration, "held": json.dumps(one.held), "follow": json.dumps(one.follow),
+        "zero": json.dumps(sorted(one.zero)), "requirement": name, "governing": n, "least_margin": margin,
+        "spring_to_add": table.spring_to_add(), "friction_to_lose": table.friction_to_lose(),
+    }  # fmt: skip
+    return found
+
+
+def _as_dict(table: Table) -> dict[str, Any]:
+    """One table as numbers and texts."""
+    one = table.coordinate
+    name, n, margin = least_of(table)
+    numbers = {"position": table.x, "inertia": table.inertia, "available": table.available}
+    numbers |= {"time": table.time} if table.time.size else {}
+    for requirement in table.standard.requirements:
+        numbers[f"required_{requirement}"] = table.required(requirement)
+        numbers[f"margin_{requirement}"] = table.margin(requirement)
+    return {
+        "units": list(one.units), "held": list(one.held), "follow": list(one.follow), "zero": sorted(one.zero),
+        "acceleration": one.acceleration, "requirement": name, "governing_station": n, "least_margin": _plain(margin),
+        "spring_to_add": _plain(table.spring_to_add()), "friction_to_lose": _plain(table.friction_to_lose()),
+        **{key: [_plain(value) for value in values] for key, values in numbers.items()},
+        "shares": [
+            {"name": share.label, "category": share.category, "evidence": share.evidence, "source": share.source,
+             "values": [_plain(value) for value in values]}
+            for share, values in zip(table.shares, table.values, strict=True)
+        ],
+    }  # fmt: skip
+
+
+def _plain(value: Any) -> Any:
+    """A number as JSON has it, None where it is not finite; texts as they are."""
+    if isinstance(value, str):
+        return value
+    return float(value) if math.isfinite(value) else None
+
+
+def _place(table: Table, n: int) -> str:
+    """Position of a station, for tables."""
+    if table.coordinate.angle:
+        return f"{math.degrees(table.x[n]):.4g} deg"
+    return f"{table.x[n]:.4g} m"
+
+
+def shown_margin(margin: float) -> str:
+    """A margin with its sign."""
+    return "unlimited" if margin == math.inf else f"{margin:+.4f}"
+
+
+def _change(value: float, unit: str, lacks: str, spares: str) -> str:
+    """What is lacking or to spare, '-' where it does not help."""
+    return f"{lacks if value > 0.0 else spares} {abs(value):.4g} {unit}" if math.isfinite(value) else "-"
+
+
+def _shown(value: float, unit: str) -> str:
+    """A value with its unit, '-' where there is none."""
+    return f"{value:.4g} {unit}" if math.isfinite(value) else "-"

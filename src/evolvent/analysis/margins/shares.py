@@ -1,0 +1,173 @@
+"""What each part gives to a coordinate: the shares of a mechanism, and the category of each by the part's kind."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evolvent import model as mdl
+from evolvent.analysis.margins import factors as of
+from evolvent.assembly import families
+from evolvent.assembly.assembled import Assembly
+from evolvent.base.errors import InputError
+
+Array = np.ndarray
+
+
+class Rule(NamedTuple):
+    """Where the records of a family stand in the tables.
+
+    Attributes
+    ----------
+    category : str
+    aspect : str, name of the share after that of the part, '' for the part as a whole
+    fields : fields that a record keeps of those in `OWN`; the others are 0
+    """
+
+    category: str
+    aspect: str = ""
+    fields: tuple[str, ...] = ()
+
+
+#: Fields of a coordinate's record that make a torque.
+OWN = ("stiffness", "damping", "friction", "stop", "latch_stiffness", "latch_damping")
+#: Category of each family of parts with forces. A new kind of part that resists is a row here.
+RULES: dict[str, tuple[Rule, ...]] = {
+    "coordinates": (
+        Rule(of.SPRING, "stiffness", ("stiffness",)),
+        Rule(of.DAMPING, "damping", ("damping",)),
+        Rule(of.FRICTION, "friction", ("friction",)),
+        Rule(of.SPRING, "stop", ("stop",)),
+        Rule(of.SPRING, "latch", ("latch_stiffness", "latch_damping")),
+    ),
+    "springs": (Rule(of.SPRING),),
+    "custom_forces": (Rule(of.LOAD),),
+    "synchronizations": (Rule(of.SPRING),),
+    "motors": (Rule(of.MOTOR),),
+    "loads": (Rule(of.LOAD),),
+    "fields": (Rule(of.INERTIA),),
+}
+#: Families that hold or carry and make no force of their own along a motion that the constraints allow.
+_WITHOUT_FORCE = ("bodies", "points", "joints", "links", "guides", "events", *families.PARTS_OF_OTHERS)
+#: Shares that are no part's.
+GRAVITY, SPIN = "gravity", "spin"
+
+
+@dataclasses.dataclass(frozen=True)
+class Share:
+    """A force of one part.
+
+    Attributes
+    ----------
+    label : str, such as "hinge 1.stiffness", "motor" or "gravity"
+    part : str, '' of what is no part's
+    category : str
+    evidence : str, a word of the table of factors
+    source : str
+    family : str, and rows : (n,) int, its records
+    fields : as of `Rule`
+    """
+
+    label: str
+    part: str
+    category: str
+    evidence: str
+    source: str
+    family: str = ""
+    rows: tuple[int, ...] = ()
+    fields: tuple[str, ...] = ()
+
+
+def refuse_unsupported(assembly: Assembly) -> None:
+    """Refuse, by name, parts whose forces are not evaluated along a coordinate.
+
+    Raises
+    ------
+    InputError
+    """
+    for name in mdl.RECORDS:
+        if name not in RULES and name not in _WITHOUT_FORCE and families.records(assembly.model, name).size:
+            who = families.owner(assembly, name, 0)
+            raise InputError(
+                f"{who!r} is one of the {name.replace('_', ' ')}, which margins do not support; they support rigid "
+                f"bodies and points with joints, gears, springs, synchronizations, motors, loads and fields"
+            )
+
+
+def coordinate_names(assembly: Assembly) -> list[str]:
+    """Name of each row of the family `coordinates`: its spring's, or the joint's that a motor or a cable names."""
+    found = [""] * assembly.model.coordinates.size
+    for name, (family, index) in assembly.names.items():
+        if family == "coordinates":
+            found[index] = name
+    for name, (family, index) in assembly.names.items():
+        part = assembly.parts.get(name)
+        if family == "motors" and part is not None:
+            k = int(assembly.model.motors["coordinate"][index])
+            found[k] = found[k] or str(part.joint)
+        if family == "synchronizations" and part is not None:
+            for i, joint in enumerate(part.joints[:-1]):
+                rows = assembly.model.synchronizations[index + i]
+                for k, own in ((int(rows["a"]), joint), (int(rows["b"]), part.joints[i + 1])):
+                    found[k] = found[k] or str(own)
+    return found
+
+
+def _records_of(assembly: Assembly, family: str) -> dict[str, tuple[int, ...]]:
+    """Records of a family by the part that wrote them: a part's stand together, named by the first.
+
+    Coordinates have one record each; one that a motor gave its joint makes no torque and has no name.
+    """
+    firsts = sorted((index, name) for name, (of_, index) in assembly.names.items() if of_ == family)
+    if family == "coordinates":
+        return {name: (index,) for index, name in firsts}
+    size = families.records(assembly.model, family).size
+    if not size:
+        return {}
+    if not firsts or firsts[0][0] != 0:
+        raise InputError(f"the {family.replace('_', ' ')} of the system have no name, by which margins list them")
+    ends = [*(index for index, _ in firsts[1:]), size]
+    return {name: tuple(range(index, end)) for (index, name), end in zip(firsts, ends, strict=True)}
+
+
+def shares_of(assembly: Assembly, parts: Any, evidence: str, *, spins: bool) -> list[Share]:
+    """Shares of all parts with forces, and of the weight and the turn.
+
+    Parameters
+    ----------
+    parts : mapping, name of a part or of a share -> `keys.MarginPart`
+    evidence : of parts that have no own key
+    spins : bool, whether everything turns steadily
+
+    Raises
+    ------
+    InputError
+        For a name that is no part's with a force.
+    """
+    found: list[Share] = []
+    for family, rules in RULES.items():
+        rows = _records_of(assembly, family)
+        for name, own in rows.items():
+            for rule in rules:
+                records = families.records(assembly.model, family)
+                if rule.fields and not any(records[field][own[0]] != 0.0 for field in rule.fields):
+                    continue
+                label = f"{name}.{rule.aspect}" if rule.aspect else name
+                found.append(Share(label, name, rule.category, evidence, "", family, own, rule.fields))
+    if np.any(assembly.model.info.gravity):
+        found.append(Share(GRAVITY, "", of.INERTIA, evidence, ""))
+    if spins:
+        found.append(Share(SPIN, "", of.INERTIA, evidence, ""))
+    return [_with_keys(share, parts) for share in found]
+
+
+def _with_keys(share: Share, parts: Any) -> Share:
+    """A share as the case's keys have it: those of the part, then those of the share."""
+    for name in (share.part, share.label):
+        keys = parts.get(name) if name else None
+        if keys is not None:
+            changes = {key: getattr(keys, key) for key in ("category", "evidence", "source") if getattr(keys, key)}
+            share = dataclasses.replace(share, **changes)
+    return share

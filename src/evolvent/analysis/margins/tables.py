@@ -1,0 +1,174 @@
+"""Tables of margins: along the travel at rest, and along the simulated motion."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent.analysis.margins import factors as of
+from evolvent.analysis.margins.factors import Standard
+from evolvent.analysis.margins.lines import MarginCoordinate
+from evolvent.analysis.margins.mechanism import Direction, Mechanism
+from evolvent.analysis.margins.shares import Share
+
+if TYPE_CHECKING:
+    from evolvent.solvers.solution import Solution
+
+Array = np.ndarray
+
+
+@dataclasses.dataclass(frozen=True)
+class Table:
+    """What drives and resists one coordinate, station by station.
+
+    Attributes
+    ----------
+    coordinate : MarginCoordinate
+    shares : list of Share
+    x : (n,) float, rad or m, the coordinate; time : (n,) float, s, of a motion, else empty
+    values : (number of shares, n) float, N m or N, above 0 where a share drives
+    inertia : (n,) float, kg m2 or kg, reflected to the coordinate
+    standard : Standard
+    """
+
+    coordinate: MarginCoordinate
+    shares: list[Share]
+    x: Array
+    time: Array
+    values: Array
+    inertia: Array
+    standard: Standard
+    evidence: str
+
+    def drives(self) -> dict[str, Array]:
+        """What drives, by category: (n,) each."""
+        found: dict[str, Array] = {}
+        for share, value in zip(self.shares, self.values, strict=True):
+            found[share.category] = found.get(share.category, 0.0) + np.maximum(value, 0.0)
+        return found
+
+    def resists(self) -> dict[tuple[str, str], Array]:
+        """What resists, by category and evidence: (n,) each; the specified acceleration among it."""
+        found: dict[tuple[str, str], Array] = {}
+        for share, value in zip(self.shares, self.values, strict=True):
+            key = share.category, share.evidence
+            found[key] = found.get(key, 0.0) + np.maximum(-value, 0.0)
+        if self.coordinate.acceleration > 0.0:
+            key = of.ACCELERATION, self.evidence
+            found[key] = found.get(key, 0.0) + self.inertia * self.coordinate.acceleration
+        return found
+
+    def by_category(self) -> dict[str, Array]:
+        """Sum of what drives less what resists, by category: (n,) each."""
+        found = dict(self.drives())
+        for (category, _), value in self.resists().items():
+            found[category] = found.get(category, 0.0) - value
+        return found
+
+    @property
+    def available(self) -> Array:
+        """What counts as actuation: (n,), N m or N."""
+        return np.zeros(self.x.size) + self.standard.available(self.drives())
+
+    def required(self, name: str) -> Array:
+        """What a requirement asks for, T_min: (n,), N m or N."""
+        return np.zeros(self.x.size) + self.standard.required(name, self.resists())
+
+    def margin(self, name: str) -> Array:
+        """Margin by a requirement: (n,)."""
+        found: Array = of.ratio(self.available, self.required(name))
+        return found
+
+    def governing(self) -> tuple[str, int]:
+        """Requirement and station of the least margin; of equal margins that with the largest deficit."""
+        found = []
+        for order, name in enumerate(self.standard.requirements):
+            margin, deficit = self.margin(name), self.required(name) - self.available
+            n = int(np.lexsort((-deficit, margin))[0])
+            found.append((float(margin[n]), -float(deficit[n]), order, n))
+        _, _, order, n = min(found)
+        return list(self.standard.requirements)[order], n
+
+    def spring_to_add(self) -> float:
+        """Driving torque of springs (N m or N) over the whole travel that brings the least margin to 0.
+
+        Below 0: what springs may lose.
+        """
+        counts = self.standard.driving.get(of.SPRING, 0.0)
+        if counts == 0.0:
+            return np.nan
+        return max(float((self.required(name) - self.available).max()) for name in self.standard.requirements) / counts
+
+    def friction_to_lose(self) -> float:
+        """Friction (N m or N) that has to go for the least margin to be 0; not a number where no friction does it.
+
+        Below 0: what friction may grow by.
+        """
+        friction = {key: value for key, value in self.resists().items() if key[0] == of.FRICTION}
+        there = np.zeros(self.x.size) + sum(friction.values())
+        words = [evidence for _, evidence in friction] or [self.evidence]
+        lost = -np.inf
+        for name, one in self.standard.requirements.items():
+            factor = min(one.factor(of.FRICTION, evidence) for evidence in words)
+            deficit = self.required(name) - self.available
+            if factor == 0.0:
+                lost = np.nan if np.any(deficit > 0.0) else lost
+                continue
+            asked = deficit / factor
+            if np.any(asked > there * (1.0 + 1e-12)):
+                return np.nan
+            lost = max(lost, float(asked.max()))
+        return lost
+
+
+def along_travel(
+    mechanism: Mechanism, coordinate: MarginCoordinate, shares: list[Share], held: dict[int, float], stations: int,
+    t: float, y: Array, known: tuple[Standard, str],
+) -> Table:  # fmt: skip
+    """The table at rest, station by station.
+
+    Parameters
+    ----------
+    held : values of the coordinates that are held, by row
+    known : the table of factors, and the evidence of what has no own
+    """
+    xs = np.linspace(coordinate.start, coordinate.end, stations)
+    values, inertia = np.zeros((len(shares), stations)), np.zeros(stations)
+    for n, x in enumerate(xs):
+        y = mechanism.move({**held, coordinate.k: float(x)}, t, y)
+        direction = mechanism.direction(coordinate.k, list(held), coordinate.sense, t, y)
+        values[:, n], inertia[n] = _at(mechanism, shares, direction, t, y, still=True), direction.inertia
+    return Table(coordinate, shares, xs, np.zeros(0), values, inertia, *known)
+
+
+def along_motion(
+    mechanism: Mechanism, coordinate: MarginCoordinate, shares: list[Share], held: list[int], solution: Solution,
+    known: tuple[Standard, str],
+) -> Table | None:  # fmt: skip
+    """The table along a run, until the coordinate reaches its end; None where no sample of the run is before that.
+
+    Positions and rates are those of the run; the direction is that of the coordinate with the others held.
+    """
+    found: list[tuple[float, float, Array, float]] = []
+    for n, t in enumerate(solution.t):
+        y = solution.y[n]
+        mechanism.bare.switches[:] = solution.s[n]
+        _, x = mechanism.coordinates(float(t), y)
+        here = float(x[coordinate.k])
+        if coordinate.sense * (here - coordinate.end) >= 0.0:
+            break
+        direction = mechanism.direction(coordinate.k, held, coordinate.sense, float(t), y)
+        found.append((float(t), here, _at(mechanism, shares, direction, float(t), y, still=False), direction.inertia))
+    if not found:
+        return None
+    time, xs, values, inertia = zip(*found, strict=True)
+    return Table(
+        coordinate, shares, np.array(xs), np.array(time), np.array(values).reshape(len(xs), len(shares)).T,
+        np.array(inertia), *known,
+    )  # fmt: skip
+
+
+def _at(mechanism: Mechanism, shares: list[Share], direction: Direction, t: float, y: Array, *, still: bool) -> Any:
+    return np.array([mechanism.power(share, t, y, direction, still=still) for share in shares])

@@ -1,0 +1,98 @@
+"""The command `evolvent margin`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from evolvent.base import files
+from evolvent.base.console import echo, once, showing_progress
+from evolvent.base.errors import RunFailed
+
+if TYPE_CHECKING:
+    from evolvent.analysis.margins import MarginResults
+
+
+@click.command()
+@click.argument("case", metavar="CASE|FILE")
+@click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
+@click.option(
+    "--factors", multiple=True, callback=once, metavar="NAME|FILE.YAML",
+    help="Table of factors: a standard, or an own table.  [default: the case's margin.factors, or ECSS-E-ST-33-01C]",
+)  # fmt: skip
+@click.option("--at-rest", is_flag=True, help="Leave out the margins along the simulated motion.")
+@click.option("--details", is_flag=True, help="Print every share at the governing positions.")
+@click.option("--check", is_flag=True, help="Exit with code 1 where a margin is below 0.")
+@click.option(
+    "-o", "--output", multiple=True, callback=once, metavar="MARGINS.NC|JSON|CSV", help="Keep all tables as a file."
+)
+@click.option("--figure", multiple=True, callback=once, metavar="MARGINS.PNG", help="Draw torque over angle.")
+@click.option("--report", multiple=True, callback=once, metavar="MARGINS.HTML", help="Write everything on one page.")
+@click.option("--quiet", is_flag=True, help="Print no tables and no progress.")
+def margin(
+    case: str, assignments: tuple[str, ...], factors: str | None, at_rest: bool, details: bool, check: bool,
+    output: str | None, figure: str | None, report: str | None, quiet: bool,
+) -> None:  # fmt: skip
+    """Find the torque and force margins of a CASE: every hinge and slide, over its whole travel.
+
+    What drives and what resists is the mechanism's that is simulated, part by part; the factors are a standard's. The
+    exit code is 0 whatever the margins are, unless --check is given.
+
+    \b
+    evolvent margin solar-array
+    evolvent margin solar-array --factors NASA-STD-5017B --check -o margins.json
+    """  # noqa: D301
+    from evolvent import cases
+    from evolvent.analysis.margins.results import check_ending
+    from evolvent.view import plots
+
+    if output is not None:
+        check_ending(output)
+    if figure is not None:
+        plots.format_of(figure)
+    for path in filter(None, (output, figure, report)):
+        files.check_writable(path)
+    loaded = cases.load(case, cases.parse_assignments(assignments))
+    definition = cases.system(loaded.system)
+    with showing_progress(quiet=quiet):
+        found = definition.margin(loaded, motion=False if at_rest else None, factors=factors)
+    if not quiet:
+        _print(found, details=details)
+    if output is not None:
+        echo(f"margins: {found.save(output)}")
+    if figure is not None:
+        echo(f"figure: {found.plot(figure)}")
+    if report is not None:
+        from evolvent.exports import margins_page
+
+        echo(f"report: {margins_page.write(found, report)}")
+    if check and found.negative:
+        raise RunFailed(f"the margin of {', '.join(map(repr, found.negative))} is below 0", found)
+
+
+def _print(found: MarginResults, *, details: bool) -> None:
+    """Print margins, what governs them, latches and notes."""
+    from rich.console import Console
+
+    from evolvent.commands.massprops import made_table
+
+    console = Console(highlight=False)
+
+    def show(title: str, rows: list[list[str]]) -> None:
+        table = made_table(title, *rows[0])
+        for row in rows[1:]:
+            table.add_row(*row)
+        console.print(table)
+        console.print()
+
+    show(f"margins by {found.label}", found.rows())
+    show("at the governing positions, and what brings the margin to 0", found.balance_rows())
+    if details:
+        for table in found.still:
+            name = table.coordinate.name
+            show(f"{name} where its margin is least", found.contributions(name))
+    if found.latches:
+        show("latches and stops in the run", found.latch_rows())
+    for text in found.notes():
+        console.print(text, soft_wrap=True)
