@@ -18,12 +18,12 @@ import numpy as np
 from evolvent import cases
 from evolvent.base import progress, safe_open, schema
 from evolvent.base.errors import InputError, nearest
-from evolvent.design.studies import catalogue, stages as st
+from evolvent.design.studies import catalogue, draws, stages as st
 from evolvent.design.studies.axes import MOST_CASES, Axis, annotation, axes, whole_number
 from evolvent.design.studies.record import REDUCTIONS, check_names, stored_name
 
-SAMPLES = ("grid", "list", "latin-hypercube", "monte-carlo")
-_KEYS = ("study", "case", "set", "stages", "sample", "over", "samples", "seed", "keep", "batch")
+SAMPLES = ("grid", "list", *draws.DRAWN)
+_KEYS = ("study", "case", "set", "stages", "sample", "over", "samples", "correlation", "seed", "keep", "batch")
 #: Most cases that are planned before anything runs.
 _CORNERS = 16
 #: Cases of a grid that are all checked before it begins.
@@ -145,12 +145,15 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     sample = content.get("sample", "grid")
     if sample not in SAMPLES:
         raise InputError(f"sample is {schema.shown(sample)}; {nearest(str(sample), SAMPLES)}")
-    random = sample in ("latin-hypercube", "monte-carlo")
+    random = sample in draws.DRAWN and sample != "corners"
     seed = whole_number(content, "seed", 0, least=0, most=2**63 - 1)
     if random and "samples" not in content:
         raise InputError(f"samples is missing; sample: {sample} needs the number of cases, such as 100")
     if not random and "samples" in content:
-        raise InputError(f"samples is given, but sample: {sample} takes the values listed in 'over'")
+        takes = "the ends of all ranges" if sample == "corners" else "the values listed in 'over'"
+        raise InputError(f"samples is given, but sample: {sample} takes {takes}")
+    if "correlation" in content and sample not in draws.DRAWN:
+        raise InputError(f"correlation is given, but sample: {sample} draws nothing; leave it out")
     samples = whole_number(content, "samples", 0, least=1, most=MOST_CASES)
     case = _case(content, folder)
     fixed = _section(content, "set")
@@ -161,6 +164,7 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     stages = st.read(content)
     names = [stage.name for stage in stages]
     start_key = st.start_key(stages, module, system, fixed)
+    own = functools.cache(lambda: cases.load(case, fixed))
     varying = axes(
         _section(content, "over"),
         sample,
@@ -169,6 +173,8 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
         seed=seed,
         stages=names,
         content=cases.content_of(case, fixed),
+        correlation=content.get("correlation"),
+        nominal=lambda path: _at(own(), path),
     )
     varied = {axis.path for axis in varying}
     for axis in varying:
