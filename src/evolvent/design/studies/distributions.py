@@ -209,7 +209,9 @@ def _of_text(where: str, text: str, read_: _Reading) -> tuple[str, list[float]]:
     kind, arguments = match[1], [one.strip() for one in match[2].split(",")]
     if kind not in KINDS:
         raise InputError(f"{where} is {schema.shown(text)}; no distribution is called {kind!r}; {nearest(kind, KINDS)}")
-    counts = {"table": range(1, _MOST + 1), "tolerance": range(1, 3)}.get(kind, range(len(KINDS[kind]), 1 + len(KINDS[kind])))
+    counts = {"table": range(1, _MOST + 1), "tolerance": range(1, 3)}.get(
+        kind, range(len(KINDS[kind]), 1 + len(KINDS[kind]))
+    )
     if len(arguments) not in counts or not all(arguments):
         form = f"{kind}({', '.join(KINDS[kind])})" + (" or tolerance(LOWER, UPPER)" if kind == "tolerance" else "")
         raise InputError(f"{where} is {schema.shown(text)}; it must have the form {form}")
@@ -240,9 +242,13 @@ def _checked(where: str, text: str, found: Distribution) -> Distribution:
         listed = ", ".join(f"{one:.6g}" for one in limits)
         raise InputError(f"{where} is {schema.shown(text)}; its limits must rise, but are {listed}")
     if found.kind.endswith("normal") and not found.values[1] > 0.0:
-        raise InputError(f"{where} is {schema.shown(text)}; its standard deviation is {found.values[1]:g}, but must be above zero")
+        raise InputError(
+            f"{where} is {schema.shown(text)}; its standard deviation is {found.values[1]:g}, but must be above zero"
+        )
     if found.whole and found.kind == "uniform" and any(v != round(v) for v in found.values):
-        raise InputError(f"{where} is {schema.shown(text)}; the key takes whole numbers, so its limits must be whole numbers")
+        raise InputError(
+            f"{where} is {schema.shown(text)}; the key takes whole numbers, so its limits must be whole numbers"
+        )
     return found
 
 

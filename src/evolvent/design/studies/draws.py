@@ -172,7 +172,9 @@ def correlation_matrix(given: Any, draw_of: Mapping[str, int], draws: int) -> Ar
 def _pair(place: int, one: Any, draw_of: Mapping[str, int]) -> Sequence[int]:
     """The draws of a statement, in order."""
     if not isinstance(one, list) or len(one) != 3 or not all(isinstance(key, str) for key in one[:2]):
-        raise InputError(f"correlation.{place} is {schema.shown(one)}; it must be [key, key, value], such as [a, b, 0.5]")
+        raise InputError(
+            f"correlation.{place} is {schema.shown(one)}; it must be [key, key, value], such as [a, b, 0.5]"
+        )
     for key in one[:2]:
         if key not in draw_of:
             raise InputError(f"correlation.{place} names {key!r}, which over does not vary; {nearest(key, draw_of)}")

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
+from evolvent.analysis.system import System
 from evolvent.base import progress, safe_open, schema
 from evolvent.base.errors import InputError, nearest
 from evolvent.design.studies import catalogue, draws, stages as st
@@ -121,13 +122,15 @@ def _digest(content: Any) -> str:
 # ------------------------------------------------------------------------------------------------ reading
 
 
-def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
+def read(study: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str, Any] | None = None) -> Study:
     """A checked study.
 
     Parameters
     ----------
     study : str, path or mapping
-        Name of a built-in study, a YAML file, or content.
+        Name of a built-in study, a YAML file, or content. The case in a mapping may be a `System`.
+    changes : mapping, optional
+        Keys of the study that replace its own; those of ``set`` and ``over`` are added.
 
     Raises
     ------
@@ -136,6 +139,8 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
         of a grid of more than 10 000 cases every value, while others of its cases are checked when they are run.
     """
     content, folder = _content(study)
+    for key, value in (changes or {}).items():
+        content[key] = {**_section(content, key), **value} if key in ("set", "over") else value
     for key in content:
         if key not in _KEYS:
             raise InputError(f"unknown key {key!r} in the study; {nearest(str(key), _KEYS)}")
@@ -212,10 +217,22 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     return _checked(found, module)
 
 
+def is_study(name: str) -> bool:
+    """Whether a name is that of a built-in study, or of a file that holds one rather than a case."""
+    if name in catalogue.files():
+        return True
+    if name in cases.built_in() or not os.path.isfile(name):
+        return False
+    content = cases.parse_yaml(safe_open.text(name), name)
+    return isinstance(content, dict) and "case" in content and "system" not in content
+
+
 def _content(study: Any) -> tuple[dict[str, Any], pathlib.Path]:
     """Content of a study, and the folder that its case file may stand in."""
     if isinstance(study, Mapping):
-        return _plain(study), pathlib.Path()
+        given = study.get("case")
+        own = {"case": cases.parse_yaml(given.to_yaml(), "the system")} if isinstance(given, System) else {}
+        return _plain({**study, **own}), pathlib.Path()
     if not isinstance(study, (str, os.PathLike)):
         raise InputError(f"a study is a name, a file or a mapping, not {type(study).__name__}")
     name = os.fspath(study)
