@@ -1,7 +1,7 @@
 """One-sided bounds and quantiles from order statistics of independent samples; no distribution is assumed.
 
-The k-th smallest of n independent samples lies at or above the quantile of probability p with the probability that fewer
-than k samples lie below it, that is the binomial distribution function B(k - 1; n, p) (Wilks, Ann. Math. Stat. 12
+The k-th smallest of n independent samples lies at or above the quantile of probability p with the probability that
+fewer than k samples lie below it, that is the binomial distribution function B(k - 1; n, p) (Wilks, Ann. Math. Stat. 12
 (1941) 91; David and Nagaraja, Order Statistics, 3rd ed. (2003), section 7.1). For ties and discrete distributions these
 confidences are lower bounds.
 """

@@ -299,7 +299,7 @@ def write(found: Dispersion, path: str | os.PathLike[str], *, date: datetime.dat
                 "heads": sensitivity_heads(one),
                 "quantiles": quantile_rows(one),
                 "worst": worst(found, one),
-            }  # fmt: skip
+            }
         )
     failures = [
         (str(f.case), f.reason, ", ".join(f"{key} = {_short(value)}" for key, value in f.keys.items()))
@@ -358,13 +358,10 @@ def write_netcdf(found: Dispersion, path: str | os.PathLike[str]) -> None:
     """
     dataset = found.dataset.copy()
     dataset = dataset.reset_coords([c for c in dataset.coords if c not in dataset.dims])  # no blanks in lists of names
-    stated = {
-        one.name: {
-            "lower": _plain(one.lower.value), "upper": _plain(one.upper.value), "confidence": _plain(one.upper.confidence),
-            "lacking": one.lacking, **{key: _plain(value) for key, value in one.moments.items()},
-        }
-        for one in found.outputs
-    }  # fmt: skip
+    stated = {}
+    for one in found.outputs:
+        own = {**one.moments, "lower": one.lower.value, "upper": one.upper.value, "confidence": one.upper.confidence}
+        stated[one.name] = {**{key: _plain(value) for key, value in own.items()}, "lacking": one.lacking}
     dataset.attrs = {**dataset.attrs, "coverage": found.coverage, "confidence": found.confidence}
     dataset.attrs["dispersion"] = json.dumps(stated)
     results.save(dataset, path)

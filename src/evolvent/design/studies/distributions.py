@@ -137,8 +137,8 @@ def read(where: str, given: Any, reader: Any, nominal: Callable[[], Any]) -> Dis
         first, last = (number(where, given, key, reader) for key in ("from", "to"))
         return Distribution(kind="uniform", values=(first, last), whole=whole)
     raise InputError(
-        f"{where} is {schema.shown(given)}; it must be {{from, to}} (uniform), {{mean, std}} (normal) or a text such as "
-        f"'normal(nominal, 5%)'; distributions: {', '.join(KINDS)}"
+        f"{where} is {schema.shown(given)}; it must be {{from, to}} (uniform), {{mean, std}} (normal) or a text such "
+        f"as 'normal(nominal, 5%)'; distributions: {', '.join(KINDS)}"
     )
 
 

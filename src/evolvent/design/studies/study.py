@@ -27,8 +27,8 @@ SAMPLES = ("grid", "list", *draws.DRAWN)
 _KEYS = ("study", "case", "set", "stages", "sample", "over", "samples", "correlation", "seed", "keep", "batch")
 #: Most cases that are planned before anything runs.
 _CORNERS = 16
-#: Cases of a grid that are all checked before it begins.
-_ALL = 10_000
+#: Cases of a grid that are all checked before it begins, and samples, whose others differ by drawn numbers alone.
+_ALL, _DRAWN = 10_000, 100
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -136,7 +136,8 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str
     ------
     InputError
         One sentence that names the key, its value and what is allowed. Every case has been checked against its schema;
-        of a grid of more than 10 000 cases every value, while others of its cases are checked when they are run.
+        of a grid of more than 10 000 cases every value, of more than 100 samples the smallest and largest value of
+        every key, while others of its cases are checked when they are run.
     """
     content, folder = _content(study)
     for key, value in (changes or {}).items():
@@ -349,7 +350,10 @@ def _checked(study: Study, module: Any) -> Study:
             for values, axis, k in zip(read_values, study.axes, places, strict=True):
                 if values[int(k)] is None and axis.stage in ("", name):
                     values[int(k)] = _at(case, axis.path)
-    axes = tuple(dataclasses.replace(a, values=tuple(v)) for a, v in zip(study.axes, read_values, strict=True))
+    axes = tuple(
+        dataclasses.replace(a, values=tuple(given if v is None else v for v, given in zip(own, a.values, strict=True)))
+        for a, own in zip(study.axes, read_values, strict=True)
+    )
     for axis in axes:
         if study.sample == "grid" and len(set(map(repr, axis.values))) < len(axis.values):
             raise InputError(f"over.{axis.key} holds a value twice; the points of a grid must differ")
@@ -372,10 +376,12 @@ def _checked(study: Study, module: Any) -> Study:
 
 
 def _checked_cases(study: Study) -> Sequence[int]:
-    """Indices of the cases that are checked before any is run: all, or of a large grid those along its edges.
+    """Indices of the cases that are checked before any is run: all, or of many those along the edges.
 
-    They hold every value of every key.
+    Of a large grid these hold every value of every key, of drawn values the smallest and the largest of every key.
     """
+    if study.sample in draws.DRAWN:
+        return sorted(corners(study, most=study.count)) if study.count > _DRAWN else range(study.count)
     if study.sample != "grid" or study.count <= _ALL:
         return range(study.count)
     edges = [study.count - 1]
@@ -407,8 +413,8 @@ def _loaded(study: Study, index: int, module: Any) -> Iterator[tuple[str, Any]]:
         before = case
 
 
-def corners(study: Study) -> list[int]:
-    """Indices of cases at the ends of the varied keys, a few of them."""
+def corners(study: Study, most: int = _CORNERS) -> list[int]:
+    """Indices of cases at the ends of the varied keys, at most so many of them."""
     found: list[int] = []
     if study.sample == "grid":
         ends = [sorted({0, n - 1}) for n in study.shape]
@@ -420,7 +426,7 @@ def corners(study: Study) -> list[int]:
         for axis in study.axes:
             if all(isinstance(v, (int, float)) for v in axis.values):
                 found += [int(np.argmin(axis.values)), int(np.argmax(axis.values))]
-    return list(dict.fromkeys(found))[:_CORNERS]
+    return list(dict.fromkeys(found))[:most]
 
 
 def _at(case: Any, key: str) -> Any:

@@ -101,10 +101,11 @@ class View:
     @functools.cached_property
     def fields(self) -> dict[str, dict[str, Array]]:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
+        joints = self.model.joints.size  # reactions are evaluated before the model is copied
+        la = np.ascontiguousarray(self.solution.la) if joints else np.zeros((self.t.size, 0))
         model = self.solution.model.copy()
         if self.solution.path is not None:
             end_ramps(model)
-        la = np.ascontiguousarray(self.solution.la) if model.joints.size else np.zeros((self.t.size, 0))
         records = {name: families.records(model, name) for name in RESULTS}
         found = {
             name: {field: np.empty((self.t.size, *np.shape(rows[field]))) for field in RESULTS[name]}
@@ -112,11 +113,12 @@ class View:
         }
         needs.load(model, evaluate)
         factor = np.resize(self.load_factor, self.t.size)
+        filled = [(values, records[name][field]) for name, kept in found.items() for field, values in kept.items()]
+        filled = [(values, of_record) for values, of_record in filled if of_record.size]
         for k in range(self.t.size):
             evaluate(self.t[k], self.y[k], self.s[k], la[k], factor[k], model)
-            for name, kept in found.items():
-                for field, values in kept.items():
-                    values[k] = records[name][field]
+            for values, of_record in filled:  # views of the records
+                values[k] = of_record
         for k in np.flatnonzero(model.thermal_loads["beam"] >= 0).tolist():
             heated = heating.energies(model, k, self.t, self.y, self.load_factor)
             found["beams"]["elastic"][:, heated.beam] += heated.elastic
