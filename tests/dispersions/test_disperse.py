@@ -2,6 +2,7 @@
 
 import copy
 import csv
+import dataclasses
 import json
 
 import numpy as np
@@ -12,7 +13,7 @@ import evolvent
 from evolvent.base.errors import InputError
 from evolvent.design import dispersions, studies
 from evolvent.design.dispersions import report
-from evolvent.design.studies import label, record
+from evolvent.design.studies import label, record, tasks
 
 #: A closed form stands in for the runs of this study.
 STUDY = {
@@ -206,3 +207,12 @@ def test_a_study_that_draws_nothing_is_no_dispersion():
     outcome = [record.Outcome(index=k, status="success") for k in range(2)]
     with pytest.raises(InputError, match="sample: grid, which draws nothing"):
         dispersions.evaluate(label.dataset(study, record.table(outcome)))
+
+
+def test_a_sample_that_the_case_refuses_is_a_failed_run(read):
+    first = read.axes[0]
+    wrong = dataclasses.replace(first, values=(-1e9, *first.values[1:]))
+    study = dataclasses.replace(read, axes=(wrong, *read.axes[1:]))
+    found = record.decode(tasks.compute(tasks.task(study, [0])).content)
+    assert found.status == ("failed",)
+    assert found.reason[0].startswith("spool.rate is -1000000000.0; it must be")
