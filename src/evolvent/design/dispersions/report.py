@@ -81,6 +81,7 @@ def _ordinal(k: int) -> str:
 
 def sensitivities(found: Dispersion, one: Output) -> tuple[list[tuple[str, ...]], str]:
     """Rows of the keys of a result, the strongest first, and a sentence on what they rest on."""
+    rows: list[tuple[str, ...]] = []
     if one.indices is not None:
         s = one.indices
         if s.why:
@@ -101,7 +102,6 @@ def sensitivities(found: Dispersion, one: Output) -> tuple[list[tuple[str, ...]]
     r = one.regression
     if r.why:
         return [], f"no sensitivities: {r.why}"
-    rows = []
     for k, draw in _ranked(found, np.abs(r.coefficients)):
         interval = "-" if found.sample == "corners" else f"{r.low[k]:+.3f} to {r.high[k]:+.3f}"
         rows.append((draw.name, f"{r.coefficients[k]:+.3f}", interval))
@@ -130,7 +130,7 @@ def quantile_rows(one: Output) -> list[tuple[str, ...]]:
 
 def worst(found: Dispersion, one: Output) -> list[tuple[str, ...]]:
     """Rows of the smallest and the largest value: case, value and its keys."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for which, case in zip(("smallest", "largest"), one.extremes, strict=True):
         if case >= 0:
             keys = ", ".join(f"{d.name} = {d.values[case]:.5g}{f' {d.unit}' if d.unit else ''}" for d in found.draws)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -150,7 +151,7 @@ def axes(
                 raise InputError(f"over names {key!r} twice; a key varies in one way")
             values: Sequence[Any] = ()
             if drawn:
-                spread.append(distributions.read(where, given, reader, lambda path=path: nominal(path)))
+                spread.append(distributions.read(where, given, reader, functools.partial(nominal, path)))
             else:
                 values = _given(where, given, reader, sample)
             found.append(
