@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from evolvent.analysis.stepping import Stepper
     from evolvent.analysis.system import System
     from evolvent.compiled.laws import drive_law, element_law, event_law, force_law, motor_law, spring_law, torque_law
+    from evolvent.design.dispersions import disperse
     from evolvent.design.studies import sweep
     from evolvent.elements.inertia import SectionInertia
     from evolvent.elements.materials import ALUMINIUM, CFRP, KAPTON, STEEL, Material
@@ -41,6 +42,7 @@ __all__ = [
     "System",
     "Taper",
     "Tube",
+    "disperse",
     "drive_law",
     "element_law",
     "event_law",
@@ -74,6 +76,7 @@ _LAZY = {
     "save": "evolvent.results",
     "spring_law": "evolvent.compiled.laws",
     "torque_law": "evolvent.compiled.laws",
+    "disperse": "evolvent.design.dispersions",
     "sweep": "evolvent.design.studies",
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import datetime
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
@@ -34,6 +35,8 @@ SPECTRAL_RADIUS = 0.9
 MOST_VALUES = 200_000_000
 #: Largest number of steps of a given length: at a microsecond each they take a quarter of an hour.
 MOST_STEPS = 1e9
+#: Families of parts whose variables are motions, and laws of them: reactions are not evaluated for these alone.
+_WITHOUT_REACTIONS = {"bodies", "coordinates"}
 _TIME = units.Quantity(what="a time", unit="s", example="20 s", above=0.0)
 
 
@@ -369,6 +372,8 @@ def observed(
     from evolvent.results.variables import SHARED, owner
 
     wanted = list(names)
+    if {solution.assembly.names.get(owner(name), ("",))[0] for name in wanted} <= _WITHOUT_REACTIONS:
+        solution = dataclasses.replace(solution, reactions=None)
     times = {"time": xr.Variable(("time",), solution.t, {"units": "s", "long_name": "time"})}
     data: dict[str, Any] = {}
     for name, seen in observe(solution, [owner(name) for name in wanted]).items():

@@ -23,6 +23,7 @@ from evolvent.commands.analysis import equilibrium, modes
 from evolvent.commands.calibrate import calibrate
 from evolvent.commands.claims import claims
 from evolvent.commands.design_drive import design_drive
+from evolvent.commands.disperse import disperse
 from evolvent.commands.export import export, report
 from evolvent.commands.figure import figure
 from evolvent.commands.fmu import fmu
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 #: Exit codes: a run that failed, input that cannot be used.
 FAILED, BAD_INPUT = 1, 2
 #: Commands that work with arrays of Dask.
-_WITH_DASK = ("sweep", "studio")
+_WITH_DASK = ("sweep", "disperse", "studio")
 
 
 def main() -> NoReturn:
@@ -291,6 +292,7 @@ commands.add_command(modes)
 commands.add_command(equilibrium)
 commands.add_command(margin)
 commands.add_command(sweep)
+commands.add_command(disperse)
 commands.add_command(figure)
 commands.add_command(claims)
 commands.add_command(calibrate)

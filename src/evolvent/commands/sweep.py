@@ -48,7 +48,7 @@ def sweep(
     from evolvent.design.studies import read as read_study, runner, store
 
     runner.check_installed()
-    reached = _Reached()
+    reached = Reached()
     with showing_progress(quiet=quiet) as say:
         asked = read_study(study)  # the variables of a run are found by observing its start: this compiles
         folder = output or asked.name
@@ -75,7 +75,7 @@ def sweep(
         raise RunFailed(f"all {found.status.size} cases failed; the first: {found.reason.values.flat[0]}", found)
 
 
-class _Reached:
+class Reached:
     """How far a sweep is."""
 
     def __init__(self) -> None:
@@ -88,7 +88,7 @@ class _Reached:
         progress.report("running cases", done, count, "cases")
 
 
-def _summary(found: xr.Dataset, folder: str, reached: _Reached) -> None:
+def _summary(found: xr.Dataset, folder: str, reached: Reached) -> None:
     """Print what came of the cases."""
     count = found.status.size
     here = reached.done - reached.before

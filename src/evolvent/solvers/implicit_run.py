@@ -256,6 +256,7 @@ class Run(run.Run):
             wall_time=wall_time,
             compile_time=self.compile_time,
             kept=self._kept(n, balance),
+            reactions=self._reactions(n),
         )
         found.statistics |= {"energy_moved": found.closure.moved, "energy_defect": found.closure.share}
         found.statistics |= self.ranks.statistics
@@ -264,8 +265,6 @@ class Run(run.Run):
     def _kept(self, n: int, balance: Any) -> Sampled:
         """What the loop has kept of the first n samples."""
         work = self.work
-        if reactions.applies(self.model, self.plan.options):
-            reactions.evaluate(self.model, self.matrix, work, n, self.ranks.use)
         evaluate_tensions(self.assembly, work.samples[:n], work.out_y[:n], work.out_s[:n], work.out_la[:n])
         return Sampled(
             work.out_a[:n],
@@ -275,6 +274,13 @@ class Run(run.Run):
             work.out_points[:n] if self.midpoint else None,
             None if self.model.threads.size else work.out_momenta[:n],
         )
+
+    def _reactions(self, n: int) -> reactions.Pending | None:
+        """What evaluates reactions at the first n samples; None where the loop keeps them."""
+        if not reactions.applies(self.model, self.plan.options):
+            return None
+        done = np.zeros(n, dtype=bool)
+        return reactions.Pending(self.model, self.matrix, self.work, self.ranks.use, np.arange(n), done)
 
 
 def rows_of_part(assembly: Assembly, name: str) -> slice:

@@ -8,6 +8,7 @@ in balance with stiff forces as interpolated ones are not, and between them on s
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -48,28 +49,67 @@ def is_held(model: mdl.Model) -> bool:
     return bool(np.any(model.joints["stiffness"] == 0.0))
 
 
-def evaluate(model: mdl.Model, matrix: SparseBlocks, work: Any, count: int, use_rank: Callable[[float], None]) -> None:
-    """Write accelerations, multipliers and wrenches of the first `count` samples into the workspace's records.
+@dataclasses.dataclass(frozen=True, eq=False)
+class Pending:
+    """Accelerations, multipliers and wrenches of a run's samples, evaluated for those that are asked for.
 
-    Parameters
+    Attributes
     ----------
+    model, matrix, work : of the run
     use_rank : gives the model the compliance that its joints had at a time (`redundancy.Ranks.use`)
+    samples : (k,) int, the run's samples that are asked for
+    done : (nt,) bool, of all samples of the run, which have been evaluated
     """
+
+    model: mdl.Model
+    matrix: SparseBlocks
+    work: Any
+    use_rank: Callable[[float], None]
+    samples: np.ndarray
+    done: np.ndarray
+
+    def chosen(self, samples: Any) -> Pending:
+        """Those of some of the samples: (k,) bool, or indices."""
+        return dataclasses.replace(self, samples=self.samples[samples])
+
+    def evaluated(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Accelerations (k, nv), multipliers (k, nj) and forces (k, n) as `sampled.Sampled` holds them."""
+        wanted = np.zeros(self.done.size, dtype=bool)
+        wanted[self.samples] = True
+        _evaluate(self, wanted & ~self.done)
+        self.done[wanted] = True
+        work = self.work
+        return work.out_a[self.samples], work.out_la[self.samples], work.out_forces[self.samples]
+
+
+def _evaluate(run: Pending, wanted: np.ndarray) -> None:
+    """Write accelerations, multipliers and wrenches of the samples `wanted`, (nt,) bool, into the workspace's records.
+
+    A step is evaluated from its first sample, so that values do not depend on which samples are wanted.
+    """
+    model, matrix, work = run.model, run.matrix, run.work
     counted = int(work.loop.factorizations), float(work.loop.quality)
-    at, stiff = np.full(2, np.nan), has_stiffness(model)
+    at, stiff, first_of_step, is_known = np.full(2, np.nan), has_stiffness(model), 0, False
+    carried = np.zeros(0)
     found: list[tuple[np.ndarray, np.ndarray, np.ndarray] | None] = []
-    for n in range(count):
+    for n in range(wanted.size):
         t, times = float(work.samples[n]), work.end_times[n]
+        if not stiff or not np.array_equal(at, times):  # of the next step
+            at, first_of_step, is_known = times, n, False
+            carried = work.out_a[n].copy()
+        if not wanted[n]:
+            continue
         h = float(times[1] - times[0])
         theta = 1.0 if h <= 0.0 or not stiff else min(max((t - float(times[0])) / h, 0.0), 1.0)
-        if not stiff or not np.array_equal(at, times):  # of the next step
-            at = times
-            use_rank(t if not stiff else float(at[1]) - 1e-9 * h)
-            model.switches[:] = work.out_s[n]
+        if not is_known:
+            is_known = True
+            run.use_rank(t if not stiff else float(at[1]) - 1e-9 * h)
+            model.switches[:] = work.out_s[first_of_step]
             states = [(t, work.out_y[n])]
             if stiff:  # loads that begin or end with the step are those within it
-                states = [(at[0] + 1e-9 * h, work.ends[n, 0]), (at[1] - 1e-9 * h, work.ends[n, 1])]
-            found = [_evaluated(time, y, work.out_a[n], model, matrix, work) for time, y in states]
+                ends = work.ends[first_of_step]
+                states = [(at[0] + 1e-9 * h, ends[0]), (at[1] - 1e-9 * h, ends[1])]
+            found = [_evaluated(time, y, carried, model, matrix, work) for time, y in states]
         first, last = found[0], found[-1]
         if first is None or last is None:
             continue  # what the method carries stays

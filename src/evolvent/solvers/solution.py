@@ -27,6 +27,7 @@ from evolvent.solvers.still_threads import stand_still
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
+    from evolvent.solvers.reactions import Pending
 
 Array = np.ndarray
 
@@ -88,6 +89,8 @@ class Solution:
     wall_time, compile_time : float, s
     kept : Sampled, what the method has kept at its samples; None of explicit methods
     path : Path, of a static solution; None of a motion
+    reactions : reactions.Pending, what evaluates accelerations and reactions when they are first asked for; None where
+        `kept` has them
     """
 
     assembly: Assembly
@@ -104,6 +107,7 @@ class Solution:
     compile_time: float
     kept: Sampled | None = None
     path: Path | None = None
+    reactions: Pending | None = None
 
     @property
     def success(self) -> bool:
@@ -134,6 +138,9 @@ class Solution:
     @functools.cached_property
     def sampled(self) -> Sampled:
         """Accelerations, multipliers, energy balance and forces at the samples."""
+        if self.kept is not None and self.reactions is not None:
+            acceleration, la, forces = self.reactions.evaluated()
+            return self.kept._replace(acceleration=acceleration, la=la, forces=forces)
         if self.kept is not None:
             return self.kept
         return evaluate(self.assembly, self.t, self.y, self.s, self.sums)
@@ -152,7 +159,8 @@ class Solution:
     def balance(self) -> Any:
         """See `Sampled`."""
         model = self.assembly.model
-        found = self.sampled.balance if self._is_split else balances(model, self.y, self.sums)
+        of_run = self.sampled if self.kept is None and self._is_split else self.kept
+        found = of_run.balance if of_run is not None else balances(model, self.y, self.sums)
         return less_free_strain(model, self.t, self.y, 1.0 if self.path is None else self.path.factor, found)
 
     @property
@@ -222,7 +230,10 @@ class Solution:
         path = self.path
         if path is not None:
             path = path._replace(factor=path.factor[samples], loads=path.loads[samples])
-        return dataclasses.replace(self, t=self.t[samples], y=self.y[samples], s=self.s[samples], kept=kept, path=path)
+        pending = None if self.reactions is None else self.reactions.chosen(samples)
+        return dataclasses.replace(
+            self, t=self.t[samples], y=self.y[samples], s=self.s[samples], kept=kept, path=path, reactions=pending
+        )
 
     def or_start(self, t: float) -> Solution:
         """The solution; where it has no sample, its start at time t (s), and NaN for what was not computed there."""
@@ -236,4 +247,4 @@ class Solution:
             for name in eb.BALANCE.names or ():
                 kept.balance[name] = np.nan
         y, s = self.assembly.y[None].copy(), self.assembly.s[None].copy()
-        return dataclasses.replace(self, t=np.array([t]), y=y, s=s, kept=kept)
+        return dataclasses.replace(self, t=np.array([t]), y=y, s=s, kept=kept, reactions=None)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Mapping, Sequence
+import functools
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from evolvent.base import schema, units
-from evolvent.base.errors import InputError, nearest
+from evolvent.base.errors import InputError
+from evolvent.design.studies import distributions, draws
 
 #: Most cases that a study may have; every one is checked before the first is run.
 MOST_CASES = 1_000_000
@@ -27,6 +28,8 @@ class Axis:
     values : tuple, one for each point (grid) or for each case
     unit, what : str, of the key, as its schema says
     entry : bool, whether the key is an entry of a list, whose others may have another unit
+    draw : int, which draw its values follow; keys of one draw vary together
+    text : str, the distribution as the study states it; '' of values that are given
     """
 
     key: str
@@ -35,6 +38,8 @@ class Axis:
     what: str
     stage: str = ""
     entry: bool = False
+    draw: int = 0
+    text: str = ""
 
     @property
     def path(self) -> str:
@@ -110,17 +115,21 @@ def axes(
     seed: int,
     stages: Sequence[str] = (),
     content: Any = None,
+    correlation: Any = None,
+    nominal: Callable[[str], Any] = lambda path: None,
 ) -> tuple[Axis, ...]:
     """The keys that vary, with their values.
 
     Parameters
     ----------
-    over : mapping, of the study
+    over : mapping, of the study; where values are drawn, keys joined by commas share one draw
     sample : str, of the study
     kind : pydantic model of the case
     samples, seed : int, of values that are drawn
     stages : sequence of str, names of the study's stages
     content : mapping, the case as it is written
+    correlation : of the study, list of [key, key, value]
+    nominal : function of a key of the case that returns its value in the case
 
     Raises
     ------
@@ -129,76 +138,88 @@ def axes(
     """
     if not over:
         raise InputError("over is missing; it must name the keys that vary, such as blade.nodes: [10, 20]")
-    found = []
-    drawn = _draws(sample, samples, len(over), seed)
-    for k, (key, given) in enumerate(over.items()):
-        stage, _, path = str(key).partition(".")
-        stage = stage if stage in stages and not _is_known(kind, str(key), content) else ""
-        reader, what = annotation(kind, path if stage else str(key), content)
-        where = f"over.{key}"
-        if drawn is not None:
-            values = _spread(where, given, reader, drawn[:, k])
-        elif isinstance(given, dict) and sample == "grid":
-            values = _points(where, given, reader)
-        elif isinstance(given, list) and given:
-            values = given
-        else:
-            allowed = "a list of values, or {from, to, points}" if sample == "grid" else "a list of values"
-            raise InputError(f"{where} is {schema.shown(given)}; with sample: {sample} it must be {allowed}")
-        unit = getattr(reader, "unit", "")
-        entry = str(key).rpartition(".")[2].isdecimal()
-        found.append(Axis(key=str(key), values=tuple(values), unit=unit, what=what, stage=stage, entry=entry))
+    drawn = sample in draws.DRAWN
+    found: list[Axis] = []
+    spread: list[distributions.Distribution] = []
+    for group, (names, given) in enumerate(over.items()):
+        for key in [one.strip() for one in str(names).split(",")] if drawn else [str(names)]:
+            stage, _, path = key.partition(".")
+            stage, path = (stage, path) if stage in stages and not _is_known(kind, key, content) else ("", key)
+            reader, what = annotation(kind, path, content)
+            where = f"over.{key}"
+            if key in [axis.key for axis in found]:
+                raise InputError(f"over names {key!r} twice; a key varies in one way")
+            values: Sequence[Any] = ()
+            if drawn:
+                spread.append(distributions.read(where, given, reader, functools.partial(nominal, path)))
+            else:
+                values = _given(where, given, reader, sample)
+            found.append(
+                Axis(
+                    key=key,
+                    values=tuple(values),
+                    unit=getattr(reader, "unit", ""),
+                    what=what,
+                    stage=stage,
+                    entry=key.rpartition(".")[2].isdecimal(),
+                    draw=group,
+                    text=_shown(given) if drawn else "",
+                )
+            )
     lengths = {axis.key: len(axis.values) for axis in found}
     if sample == "list" and len(set(lengths.values())) > 1:
         listed = ", ".join(f"{key} has {n}" for key, n in lengths.items())
         raise InputError(f"the lists of 'over' must be equally long with sample: list, but {listed}")
-    return tuple(found)
+    return tuple(_drawn(found, spread, sample, samples, seed, correlation) if drawn else found)
 
 
-def _draws(sample: str, n: int, keys: int, seed: int) -> np.ndarray | None:
-    """Numbers in (0, 1), one for each case and key; None where values are given."""
-    if sample in ("grid", "list"):
-        return None
-    rng = np.random.default_rng(np.random.SeedSequence(seed))
-    drawn = rng.random((n, keys))
-    if sample == "latin-hypercube":
-        order = np.stack([rng.permutation(n) for _ in range(keys)], axis=1)
-        drawn = (order + drawn) / n
-    return np.clip(drawn, 2.0**-53, 1.0 - 2.0**-53)
+def _drawn(
+    found: Sequence[Axis],
+    spread: Sequence[distributions.Distribution],
+    sample: str,
+    samples: int,
+    seed: int,
+    correlation: Any,
+) -> list[Axis]:
+    """The axes with the values that are drawn."""
+    size = 1 + max(axis.draw for axis in found)
+    matrix = draws.correlation_matrix(correlation, {axis.key: axis.draw for axis in found}, size)
+    draws.check(sample, samples, size, matrix is not None)
+    cases = draws.count(sample, samples, size)
+    if cases > MOST_CASES:
+        raise InputError(f"the study has {cases:.3g} cases; at most {MOST_CASES} are possible")
+    u = draws.probabilities(sample, samples, size, seed, matrix)
+    listed = []
+    for axis, one in zip(found, spread, strict=True):
+        own = u[:, axis.draw]
+        values = [one.ends()[int(end)] for end in own] if sample == "corners" else one.quantiles(own)
+        listed.append(dataclasses.replace(axis, values=tuple(values)))
+    return listed
 
 
-def _fields(where: str, given: Mapping[str, Any], *allowed: Sequence[str]) -> None:
-    """Refuse keys other than those of one of the `allowed` forms."""
-    known = {key for form in allowed for key in form}
-    for key in given:
-        if key not in known:
-            raise InputError(f"unknown key '{where}.{key}'; {nearest(str(key), known)}")
+def _shown(given: Any) -> str:
+    """A distribution as the study states it."""
+    if isinstance(given, Mapping):
+        kind = "normal" if "mean" in given else "uniform"
+        return f"{kind}({', '.join(str(given[key]) for key in given)})"
+    return str(given)
 
 
-def _number(where: str, given: Mapping[str, Any], key: str, reader: Any) -> float:
-    """A number of a range, in the SI unit of the swept key."""
-    if key not in given:
-        raise InputError(f"{where}.{key} is missing; a range has a 'from' and a 'to'")
-    value, unit = given[key], getattr(reader, "unit", "")
-    problem = "it is not a finite number"
-    try:
-        if not isinstance(value, bool) and isinstance(value, (int, float, str)):
-            number = units.parse(value, unit) if isinstance(value, str) else float(value)
-            if math.isfinite(number):
-                return number
-    except OverflowError:
-        pass
-    except units.UnitError as error:
-        problem = str(error)
-    wanted = f"a number in {unit}, or with a unit of that kind" if unit else "a plain number"
-    raise InputError(f"{where}.{key} is {schema.shown(value)}; it must be {wanted}; {problem}")
+def _given(where: str, given: Any, reader: Any, sample: str) -> Sequence[Any]:
+    """Values that a study lists, or equally spaced ones."""
+    if isinstance(given, dict) and sample == "grid":
+        return _points(where, given, reader)
+    if isinstance(given, list) and given:
+        return given
+    allowed = "a list of values, or {from, to, points}" if sample == "grid" else "a list of values"
+    raise InputError(f"{where} is {schema.shown(given)}; with sample: {sample} it must be {allowed}")
 
 
 def _points(where: str, given: Mapping[str, Any], reader: Any) -> list[Any]:
     """Equally spaced points."""
-    _fields(where, given, ("from", "to", "points", "spacing"))
+    distributions.check_fields(where, given, ("from", "to", "points", "spacing"))
     _numeric(where, reader)
-    first, last = (_number(where, given, key, reader) for key in ("from", "to"))
+    first, last = (distributions.number(where, given, key, reader) for key in ("from", "to"))
     if "points" not in given:
         raise InputError(f"{where}.points is missing; it must be the number of points, such as 11")
     points = whole_number(given, "points", 0, least=1, most=MOST_CASES, where=f"{where}.")
@@ -212,30 +233,6 @@ def _points(where: str, given: Mapping[str, Any], reader: Any) -> list[Any]:
     else:
         raise InputError(f"{where}.spacing is 'log', but the range from {first:g} to {last:g} is not above zero")
     return [int(v) if isinstance(reader, units.Whole) and v.is_integer() else float(v) for v in values]
-
-
-def _spread(where: str, given: Any, reader: Any, drawn: np.ndarray) -> list[Any]:
-    """Values of a distribution at the numbers `drawn` from (0, 1)."""
-    _numeric(where, reader)
-    if not isinstance(given, dict) or not ({"mean", "std"} & set(given) or {"from", "to"} & set(given)):
-        raise InputError(
-            f"{where} is {schema.shown(given)}; it must be {{from, to}} (uniform) or {{mean, std}} (normal)"
-        )
-    if {"mean", "std"} & set(given):
-        from scipy.special import ndtri
-
-        _fields(where, given, ("mean", "std"))
-        mean, std = (_number(where, given, key, reader) for key in ("mean", "std"))
-        if std < 0.0:
-            raise InputError(f"{where}.std is {std:g}; it must not be below zero")
-        values = mean + std * ndtri(drawn)
-    else:
-        _fields(where, given, ("from", "to"))
-        first, last = (_number(where, given, key, reader) for key in ("from", "to"))
-        if isinstance(reader, units.Whole):
-            return [int(v) for v in np.floor(first + (last + 1.0 - first) * drawn)]
-        values = first + (last - first) * drawn
-    return [round(v) for v in values] if isinstance(reader, units.Whole) else [float(v) for v in values]
 
 
 def _numeric(where: str, reader: Any) -> None:

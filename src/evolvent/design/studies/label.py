@@ -30,6 +30,8 @@ def dataset(study: Study, rows: Table) -> xr.Dataset:
             "study": study.text,
             "sample": study.sample,
             "keys": json.dumps([axis.key for axis in study.axes]),
+            "draws": json.dumps([axis.draw for axis in study.axes]),
+            "distributions": json.dumps([axis.text for axis in study.axes]),
             "stages": json.dumps([stage.name for stage in study.stages]),
             "key_stages": json.dumps([axis.stage for axis in study.axes]),
             "version": __version__,

@@ -183,9 +183,9 @@ class _Sweep:
 
     def _warm_up(self) -> None:
         """Compile here what is not compiled yet, by running one case, before several processes do so at once."""
-        first = cases.load(self.study.content, self.study.overrides(self.pending[0]))
-        module = cases.system(first.system)
         try:
+            first = cases.load(self.study.content, self.study.overrides(self.pending[0]))
+            module = cases.system(first.system)
             solver = module.plan(first).solver
         except InputError:
             return

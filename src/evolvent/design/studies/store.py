@@ -41,7 +41,7 @@ _AGAIN = "remove it and sweep the study again, which writes it from the cases th
 _HEAD = struct.Struct("<4sQ32s")
 _MAGIC = b"evc1"
 _PACKAGE = pathlib.Path(evolvent.__file__).parent
-#: What a result cannot depend on: pictures and the command.
+#: What the results of runs cannot depend on: pictures, the command, what is evaluated of them.
 _NOT_SOURCES = (
     "studio/",
     "commands/",
@@ -50,6 +50,7 @@ _NOT_SOURCES = (
     "results/figures.py",
     "results/solids.py",
     "design/studies/draw.py",
+    "design/dispersions/",
 )
 
 

@@ -16,18 +16,19 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
+from evolvent.analysis.system import System
 from evolvent.base import progress, safe_open, schema
 from evolvent.base.errors import InputError, nearest
-from evolvent.design.studies import catalogue, stages as st
+from evolvent.design.studies import catalogue, draws, stages as st
 from evolvent.design.studies.axes import MOST_CASES, Axis, annotation, axes, whole_number
 from evolvent.design.studies.record import REDUCTIONS, check_names, stored_name
 
-SAMPLES = ("grid", "list", "latin-hypercube", "monte-carlo")
-_KEYS = ("study", "case", "set", "stages", "sample", "over", "samples", "seed", "keep", "batch")
+SAMPLES = ("grid", "list", *draws.DRAWN)
+_KEYS = ("study", "case", "set", "stages", "sample", "over", "samples", "correlation", "seed", "keep", "batch")
 #: Most cases that are planned before anything runs.
 _CORNERS = 16
-#: Cases of a grid that are all checked before it begins.
-_ALL = 10_000
+#: Cases of a grid that are all checked before it begins, and samples, whose others differ by drawn numbers alone.
+_ALL, _DRAWN = 10_000, 100
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -121,21 +122,26 @@ def _digest(content: Any) -> str:
 # ------------------------------------------------------------------------------------------------ reading
 
 
-def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
+def read(study: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str, Any] | None = None) -> Study:
     """A checked study.
 
     Parameters
     ----------
     study : str, path or mapping
-        Name of a built-in study, a YAML file, or content.
+        Name of a built-in study, a YAML file, or content. The case in a mapping may be a `System`.
+    changes : mapping, optional
+        Keys of the study that replace its own; those of ``set`` and ``over`` are added.
 
     Raises
     ------
     InputError
         One sentence that names the key, its value and what is allowed. Every case has been checked against its schema;
-        of a grid of more than 10 000 cases every value, while others of its cases are checked when they are run.
+        of a grid of more than 10 000 cases every value, of more than 100 samples the smallest and largest value of
+        every key, while others of its cases are checked when they are run.
     """
     content, folder = _content(study)
+    for key, value in (changes or {}).items():
+        content[key] = {**_section(content, key), **value} if key in ("set", "over") else value
     for key in content:
         if key not in _KEYS:
             raise InputError(f"unknown key {key!r} in the study; {nearest(str(key), _KEYS)}")
@@ -145,12 +151,15 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     sample = content.get("sample", "grid")
     if sample not in SAMPLES:
         raise InputError(f"sample is {schema.shown(sample)}; {nearest(str(sample), SAMPLES)}")
-    random = sample in ("latin-hypercube", "monte-carlo")
+    random = sample in draws.DRAWN and sample != "corners"
     seed = whole_number(content, "seed", 0, least=0, most=2**63 - 1)
     if random and "samples" not in content:
         raise InputError(f"samples is missing; sample: {sample} needs the number of cases, such as 100")
     if not random and "samples" in content:
-        raise InputError(f"samples is given, but sample: {sample} takes the values listed in 'over'")
+        takes = "the ends of all ranges" if sample == "corners" else "the values listed in 'over'"
+        raise InputError(f"samples is given, but sample: {sample} takes {takes}")
+    if "correlation" in content and sample not in draws.DRAWN:
+        raise InputError(f"correlation is given, but sample: {sample} draws nothing; leave it out")
     samples = whole_number(content, "samples", 0, least=1, most=MOST_CASES)
     case = _case(content, folder)
     fixed = _section(content, "set")
@@ -161,6 +170,7 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     stages = st.read(content)
     names = [stage.name for stage in stages]
     start_key = st.start_key(stages, module, system, fixed)
+    own = functools.cache(lambda: cases.load(case, fixed))
     varying = axes(
         _section(content, "over"),
         sample,
@@ -169,6 +179,8 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
         seed=seed,
         stages=names,
         content=cases.content_of(case, fixed),
+        correlation=content.get("correlation"),
+        nominal=lambda path: _at(own(), path),
     )
     varied = {axis.path for axis in varying}
     for axis in varying:
@@ -206,10 +218,22 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     return _checked(found, module)
 
 
+def is_study(name: str) -> bool:
+    """Whether a name is that of a built-in study, or of a file that holds one rather than a case."""
+    if name in catalogue.files():
+        return True
+    if name in cases.built_in() or not os.path.isfile(name):
+        return False
+    content = cases.parse_yaml(safe_open.text(name), name)
+    return isinstance(content, dict) and "case" in content and "system" not in content
+
+
 def _content(study: Any) -> tuple[dict[str, Any], pathlib.Path]:
     """Content of a study, and the folder that its case file may stand in."""
     if isinstance(study, Mapping):
-        return _plain(study), pathlib.Path()
+        given = study.get("case")
+        own = {"case": cases.parse_yaml(given.to_yaml(), "the system")} if isinstance(given, System) else {}
+        return _plain({**study, **own}), pathlib.Path()
     if not isinstance(study, (str, os.PathLike)):
         raise InputError(f"a study is a name, a file or a mapping, not {type(study).__name__}")
     name = os.fspath(study)
@@ -326,7 +350,10 @@ def _checked(study: Study, module: Any) -> Study:
             for values, axis, k in zip(read_values, study.axes, places, strict=True):
                 if values[int(k)] is None and axis.stage in ("", name):
                     values[int(k)] = _at(case, axis.path)
-    axes = tuple(dataclasses.replace(a, values=tuple(v)) for a, v in zip(study.axes, read_values, strict=True))
+    axes = tuple(
+        dataclasses.replace(a, values=tuple(given if v is None else v for v, given in zip(own, a.values, strict=True)))
+        for a, own in zip(study.axes, read_values, strict=True)
+    )
     for axis in axes:
         if study.sample == "grid" and len(set(map(repr, axis.values))) < len(axis.values):
             raise InputError(f"over.{axis.key} holds a value twice; the points of a grid must differ")
@@ -349,10 +376,12 @@ def _checked(study: Study, module: Any) -> Study:
 
 
 def _checked_cases(study: Study) -> Sequence[int]:
-    """Indices of the cases that are checked before any is run: all, or of a large grid those along its edges.
+    """Indices of the cases that are checked before any is run: all, or of many those along the edges.
 
-    They hold every value of every key.
+    Of a large grid these hold every value of every key, of drawn values the smallest and the largest of every key.
     """
+    if study.sample in draws.DRAWN:
+        return sorted(corners(study, most=study.count)) if study.count > _DRAWN else range(study.count)
     if study.sample != "grid" or study.count <= _ALL:
         return range(study.count)
     edges = [study.count - 1]
@@ -384,8 +413,8 @@ def _loaded(study: Study, index: int, module: Any) -> Iterator[tuple[str, Any]]:
         before = case
 
 
-def corners(study: Study) -> list[int]:
-    """Indices of cases at the ends of the varied keys, a few of them."""
+def corners(study: Study, most: int = _CORNERS) -> list[int]:
+    """Indices of cases at the ends of the varied keys, at most so many of them."""
     found: list[int] = []
     if study.sample == "grid":
         ends = [sorted({0, n - 1}) for n in study.shape]
@@ -397,7 +426,7 @@ def corners(study: Study) -> list[int]:
         for axis in study.axes:
             if all(isinstance(v, (int, float)) for v in axis.values):
                 found += [int(np.argmin(axis.values)), int(np.argmax(axis.values))]
-    return list(dict.fromkeys(found))[:_CORNERS]
+    return list(dict.fromkeys(found))[:most]
 
 
 def _at(case: Any, key: str) -> Any:

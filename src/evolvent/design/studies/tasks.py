@@ -121,22 +121,33 @@ def _chains(task: Task, notes: list[str]) -> tuple[list[record.Outcome], str]:
 
 def _outcomes(task: Task) -> list[record.Outcome]:
     """What is kept of every case, in order."""
-    loaded = [cases.load(task.content, overrides[""]) for overrides in task.overrides]
-    module = cases.system(loaded[0].system)
+    loaded = [_loaded(task, overrides[""]) for overrides in task.overrides]
+    sound = [case for case in loaded if not isinstance(case, Exception)]
+    if not sound:
+        return [record.outcome(k, case, task.keep) for k, case in zip(task.indices, loaded, strict=True)]
+    module = cases.system(sound[0].system)
     run_batch = module.run_batch
     runs = None
-    if run_batch is not None and len({case.system for case in loaded}) == 1:
+    if run_batch is not None and len(sound) == len(loaded) and len({case.system for case in sound}) == 1:
         try:
             runs = run_batch(loaded)
         except Exception:  # noqa: BLE001  (the cases one by one then show which of them is to blame)
             runs = None
     found = []
     for k, (index, case) in enumerate(zip(task.indices, loaded, strict=True)):
-        run = _run(module, case, task.keep) if runs is None else runs[k]
+        run = case if isinstance(case, Exception) else runs[k] if runs is not None else _run(module, case, task.keep)
         if not isinstance(run, Exception) and run.attrs["status"] == "interrupted":
             raise KeyboardInterrupt
         found.append(record.outcome(index, run, task.keep))
     return found
+
+
+def _loaded(task: Task, overrides: Mapping[str, Any]) -> Any:
+    """A checked case, or why it is none."""
+    try:
+        return cases.load(task.content, overrides)
+    except InputError as error:
+        return error
 
 
 def _run(module: Any, case: Any, keep: Sequence[str]) -> xr.Dataset | xr.DataTree | Exception:

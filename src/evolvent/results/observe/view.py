@@ -99,10 +99,11 @@ class View:
     @functools.cached_property
     def fields(self) -> dict[str, dict[str, Array]]:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
+        joints = self.model.joints.size  # reactions are evaluated before the model is copied
+        la = np.ascontiguousarray(self.solution.la) if joints else np.zeros((self.t.size, 0))
         model = self.solution.model.copy()
         if self.solution.path is not None:
             end_ramps(model)
-        la = np.ascontiguousarray(self.solution.la) if model.joints.size else np.zeros((self.t.size, 0))
         records = {name: families.records(model, name) for name in RESULTS}
         found = {
             name: {field: np.empty((self.t.size, *np.shape(rows[field]))) for field in RESULTS[name]}
@@ -110,11 +111,12 @@ class View:
         }
         needs.load(model, evaluate)
         factor = np.resize(self.load_factor, self.t.size)
+        filled = [(values, records[name][field]) for name, kept in found.items() for field, values in kept.items()]
+        filled = [(values, of_record) for values, of_record in filled if of_record.size]
         for k in range(self.t.size):
             evaluate(k, self.t, self.y[k], self.s[k], la[k], factor[k], model)
-            for name, kept in found.items():
-                for field, values in kept.items():
-                    values[k] = records[name][field]
+            for values, of_record in filled:  # views of the records
+                values[k] = of_record
         if self.solution.kept is not None and self.solution.kept.points is not None:
             found["contact_points"]["force"] = self.solution.kept.points
         if self.solution.kept is not None or has_explicit_forces(model):  # else there is nothing to evaluate again

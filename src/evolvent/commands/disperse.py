@@ -1,0 +1,175 @@
+"""The command `evolvent disperse`."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from evolvent.base import files
+from evolvent.base.console import INTERRUPTED, figure_format, once, say, showing_progress
+from evolvent.base.errors import InputError, RunFailed
+from evolvent.commands.sweep import Reached
+
+if TYPE_CHECKING:
+    from evolvent.design.dispersions import Dispersion
+    from evolvent.design.studies import Study
+
+#: Names in a key of a case, and several keys that share one draw.
+_KEYS = r"\w+(?:\.\w[\w -]*)*(?:\s*,\s*\w+(?:\.\w[\w -]*)*)*"
+
+
+@click.command()
+@click.argument("case", metavar="CASE|STUDY|FILE")
+@click.option("--vary", multiple=True, metavar="KEY=DISTRIBUTION", help="Draw a key; keys with commas share one draw.")
+@click.option("--correlate", multiple=True, metavar="KEY,KEY=VALUE", help="Correlation of two keys, from -1 to 1.")
+@click.option("--keep", multiple=True, metavar="NAME", help="A result, such as 'hinge 1.latch_time.last'.")
+@click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
+@click.option(
+    "--sample", multiple=True, callback=once, metavar="WAY",
+    help="monte-carlo, latin-hypercube, sobol, saltelli (indices of Sobol) or corners.  [default: monte-carlo]",
+)  # fmt: skip
+@click.option("--samples", type=click.IntRange(min=1), metavar="N", help="Number of samples.  [default: the fewest "
+              "that give the bound; 59 for 95/95]")  # fmt: skip
+@click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of the random numbers.  [default: 0]")
+@click.option("--coverage", type=float, default=95.0, show_default=True, metavar="PERCENT", help="Runs within a bound.")
+@click.option("--confidence", type=float, default=95.0, show_default=True, metavar="PERCENT", help="Of bounds.")
+@click.option("-o", "--output", multiple=True, callback=once, metavar="DIR",
+              help="Folder of runs, report, tables and figures.  [default: CASE-dispersion]")  # fmt: skip
+@click.option(
+    "--workers", type=click.IntRange(min=1), metavar="N", help="Number of processes. [default: chosen automatically]"
+)
+@click.option("--scheduler", metavar="ADDRESS", help="Use the workers of a Dask scheduler, such as tcp://host:8786.")
+@click.option("--no-figures", is_flag=True, help="Write tables only: no figures and no report.")
+@figure_format
+@click.option("--quiet", is_flag=True, help="Print no table and no progress.")
+def disperse(case: str, **options: Any) -> None:
+    """Run a CASE with dispersed keys and state bounds, quantiles and sensitivities of its results.
+
+    \b
+    evolvent disperse solar-array --vary "parts.hinge 1.stiffness=normal(nominal, 5%)" \\
+        --keep "hinge 1.latch_time.last"
+
+    Distributions: 10% (tolerance about the case's value), tolerance(-5%, 10%), uniform(LOW, HIGH), triangular(LOW,
+    MODE, HIGH), normal(MEAN, STD), truncated-normal(MEAN, STD, LOW, HIGH), table(VALUE, VALUE, ...). Run the same
+    command again to continue after Ctrl-C or any other end.
+    """  # noqa: D301
+    from evolvent.design.dispersions import dispersed
+    from evolvent.design.studies import runner, store
+
+    runner.check_installed()
+    coverage, confidence = (_share(name, options[name]) for name in ("coverage", "confidence"))
+    quiet, reached = options["quiet"], Reached()
+    with showing_progress(quiet=quiet) as told:
+        study = _study(case, options, coverage, confidence)
+        folder = options["output"] or f"{study.name}-dispersion"
+        try:
+            found = dispersed.disperse(
+                study, coverage=coverage, confidence=confidence, output=folder, workers=options["workers"],
+                scheduler=options["scheduler"], progress=reached.reach, report=told,
+            )  # fmt: skip
+        except KeyboardInterrupt:
+            told(
+                f"stopped; {store.finished_cases(folder)} of {study.count} runs are kept in {folder}, and the same "
+                f"command continues from there"
+            )
+            raise click.exceptions.Exit(INTERRUPTED) from None
+        written = _write(found, folder, options)
+    if not quiet:
+        from evolvent.design.dispersions import report
+
+        say(report.text(found))
+        say(f"results: {', '.join(written)} in {folder}")
+    if len(found.failures) == found.count:
+        raise RunFailed(f"all {found.count} runs failed; the first: {found.failures[0].reason}", found)
+
+
+def _share(name: str, percent: float) -> float:
+    """A percentage of an option as a share."""
+    if not 0.0 < percent < 100.0:
+        raise InputError(f"--{name} is {percent:g}; it must be above 0 and below 100, in percent")
+    return percent / 100.0
+
+
+def _study(case: str, options: Mapping[str, Any], coverage: float, confidence: float) -> Study:
+    """The study of a case with the options, or the study of that name or file, changed by them."""
+    from evolvent import cases
+    from evolvent.design.dispersions import dispersed, order
+    from evolvent.design.studies import study as st
+
+    changes: dict[str, Any] = {
+        "over": dict(_pairs("--vary", options["vary"], _distribution)),
+        "set": cases.parse_assignments(options["assignments"]),
+    }
+    changes |= {key: options[key] for key in ("sample", "samples", "seed") if options[key] is not None}
+    if options["keep"]:
+        changes["keep"] = list(options["keep"])
+    if options["correlate"]:
+        changes["correlation"] = [[*keys, value] for keys, value in _pairs("--correlate", options["correlate"], _pair)]
+    if st.is_study(case):
+        found = st.read(case, changes)
+    else:
+        if not changes["over"]:
+            raise InputError("no key varies; give --vary 'KEY=DISTRIBUTION', such as 'parts.hinge 1.stiffness=10%'")
+        if not options["keep"]:
+            raise InputError("no result is kept; give --keep NAME, such as 'hinge 1.latch_time.last'")
+        sample = changes.setdefault("sample", "monte-carlo")
+        if sample == "monte-carlo":
+            changes.setdefault("samples", order.least_runs(coverage, confidence))
+        name = re.sub(r"[^\w.-]", "-", os.path.splitext(os.path.basename(case))[0])
+        found = st.read({"study": name, "case": cases.content_of(case)}, changes)
+    dispersed.check_drawn(found)
+    if not found.keep:
+        raise InputError(f"the study {found.name!r} keeps no results; give --keep NAME")
+    return found
+
+
+def _pairs(option: str, given: Iterable[str], read: Callable[[str, str, str], Any]) -> list[tuple[Any, Any]]:
+    """Keys and values of an option that may be given several times; no keys twice."""
+    found: dict[str, Any] = {}
+    for text in given:
+        keys, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not re.fullmatch(_KEYS, keys):
+            form = "KEY=DISTRIBUTION, such as 'parts.hinge 1.stiffness=10%'"
+            form = form if option == "--vary" else "KEY,KEY=VALUE, such as 'parts.a.mass, parts.b.mass=0.5'"
+            raise InputError(f"{option} {text!r} is not of the form {form}")
+        if keys in found:
+            raise InputError(f"{option} gives {keys!r} twice; give it once")
+        found[keys] = read(text, keys, value)
+    return list(found.values())
+
+
+def _distribution(text: str, keys: str, value: str) -> tuple[str, str]:
+    return keys, value
+
+
+def _pair(text: str, keys: str, value: str) -> tuple[list[str], float]:
+    names = [name.strip() for name in keys.split(",")]
+    try:
+        number = float(value)
+    except ValueError:
+        number = 2.0
+    if len(names) != 2 or not -1.0 <= number <= 1.0:
+        raise InputError(f"--correlate {text!r} must name two keys and a number from -1 to 1")
+    return names, number
+
+
+def _write(found: Dispersion, folder: str, options: Mapping[str, Any]) -> list[str]:
+    """Write tables, figures and the report; returns the files' names."""
+    from evolvent.base import progress
+    from evolvent.design.dispersions import report
+    from evolvent.view import plots
+
+    files.make_folder(folder)
+    progress.report("writing tables and figures")
+    names = ["dispersion.csv", "dispersion.nc"]
+    report.write_table(found, os.path.join(folder, names[0]))
+    report.write_netcdf(found, os.path.join(folder, names[1]))
+    if options["no_figures"]:
+        return names
+    drawn = plots.draw(report.figures(found), folder, kind=options["kind"])
+    report.write(found, os.path.join(folder, "report.html"))
+    return [*names, *map(os.path.basename, drawn), "report.html"]

@@ -1,0 +1,362 @@
+"""A study with drawn keys, run and evaluated: every result with its bounds, quantiles and sensitivities."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from evolvent import cases
+from evolvent.base.errors import InputError
+from evolvent.base.units import unit_text
+from evolvent.design.dispersions import order, sensitivity
+from evolvent.design.studies import draws, record, runner
+from evolvent.design.studies.study import Study
+
+Array = np.ndarray
+#: Probabilities of the quantiles that are stated.
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+#: Most entries of a variable that are each a result.
+_MOST_ENTRIES = 24
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Draw:
+    """A draw: the keys that follow it, its distribution as the study states it, and values of its first key.
+
+    Attributes
+    ----------
+    keys : tuple of str
+    text : str
+    unit : str, SI, of the first key
+    values : (n,) float, of the first key; NaN where it takes no numbers
+    """
+
+    keys: tuple[str, ...]
+    text: str
+    unit: str
+    values: Array
+
+    @property
+    def name(self) -> str:
+        """The keys in one text."""
+        return ", ".join(self.keys)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Failure:
+    """A run that failed: its case, why, and the values of its keys."""
+
+    case: int
+    reason: str
+    keys: Mapping[str, Any]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Output:
+    """One result over all runs.
+
+    Attributes
+    ----------
+    name : str, as the study asks for it, with its entry where a variable has several
+    text : str, what it is
+    unit : str
+    values : (n,) float, of all runs; NaN of a run that failed or has no value
+    seen : (k,) bool, the runs that bounds, moments and quantiles rest on: all, of a sample by Saltelli the first two
+        samples
+    moments : mapping: mean, std, least, largest
+    upper, lower : order.Bound
+    quantiles : list of order.Quantile
+    regression : sensitivity.Regression
+    indices : sensitivity.Indices or None
+    """
+
+    name: str
+    text: str
+    unit: str
+    values: Array
+    seen: Array
+    moments: Mapping[str, float]
+    upper: order.Bound
+    lower: order.Bound
+    quantiles: list[order.Quantile]
+    regression: sensitivity.Regression
+    indices: sensitivity.Indices | None
+
+    @property
+    def finite(self) -> Array:
+        """Values that bounds and moments rest on."""
+        own = self.values[self.seen]
+        return own[np.isfinite(own)]
+
+    @property
+    def lacking(self) -> int:
+        """Number of runs without a value among those that bounds rest on."""
+        return int(np.sum(~np.isfinite(self.values[self.seen])))
+
+    @property
+    def extremes(self) -> tuple[int, int]:
+        """Cases with the smallest and the largest value; -1 where none has one."""
+        if not np.isfinite(self.values).any():
+            return -1, -1
+        return int(np.nanargmin(self.values)), int(np.nanargmax(self.values))
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Dispersion:
+    """An evaluated study.
+
+    Attributes
+    ----------
+    dataset : xarray.Dataset, of `evolvent.sweep`
+    name, sample : str, of the study
+    count : int, runs
+    coverage, confidence : float, of the bounds
+    draws : tuple of Draw
+    outputs : tuple of Output
+    failures : tuple of Failure
+    notes : tuple of str, what a reader must know
+    """
+
+    dataset: xr.Dataset
+    name: str
+    sample: str
+    count: int
+    coverage: float
+    confidence: float
+    draws: tuple[Draw, ...]
+    outputs: tuple[Output, ...]
+    failures: tuple[Failure, ...]
+    notes: tuple[str, ...]
+
+    def __getitem__(self, name: str) -> Output:
+        """The result of a name."""
+        for one in self.outputs:
+            if one.name == name:
+                return one
+        raise InputError(f"no result is called {name!r}; known: {', '.join(one.name for one in self.outputs)}")
+
+    @property
+    def statement(self) -> str:
+        """Coverage and confidence in short: "95/95"."""
+        return f"{100 * self.coverage:.6g}/{100 * self.confidence:.6g}"
+
+
+def disperse(
+    study: str | os.PathLike[str] | Mapping[str, Any] | Study,
+    *,
+    coverage: float = 0.95,
+    confidence: float = 0.95,
+    output: str | os.PathLike[str] | None = None,
+    workers: int | None = 1,
+    scheduler: str | None = None,
+    progress: runner.Progress | None = None,
+    report: runner.Report | None = None,
+) -> Dispersion:
+    """Run a study whose keys are drawn, and state bounds, quantiles and sensitivities of its results.
+
+    Parameters
+    ----------
+    study : str, path, mapping or Study
+        As of `evolvent.sweep`, with ``sample: monte-carlo``, ``latin-hypercube``, ``sobol``, ``saltelli`` or
+        ``corners``. Its case may be a `System`.
+    coverage : float
+        Share of all runs that a bound covers.
+    confidence : float
+        Of bounds and intervals.
+    output, workers, scheduler, progress, report
+        As of `evolvent.sweep`.
+
+    Returns
+    -------
+    Dispersion
+
+    Raises
+    ------
+    InputError
+        As of `evolvent.sweep`, or if the study draws nothing.
+
+    Examples
+    --------
+    >>> import evolvent
+    >>> study = {
+    ...     "case": "solar-array", "sample": "monte-carlo", "samples": 59,
+    ...     "over": {"parts.hinge 1.stiffness": "normal(nominal, 5%)"}, "keep": ["hinge 1.latch_time.last"],
+    ... }
+    >>> evolvent.disperse(study)["hinge 1.latch_time.last"].upper.value  # doctest: +SKIP
+    """
+    for name, value in (("coverage", coverage), ("confidence", confidence)):
+        check_share(name, value)
+    found = runner.sweep(study, output=output, workers=workers, scheduler=scheduler, progress=progress, report=report)
+    return evaluate(found, coverage=coverage, confidence=confidence)
+
+
+def check_share(name: str, value: Any) -> None:
+    """Refuse a coverage or a confidence that is none.
+
+    Raises
+    ------
+    InputError
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < 1.0:
+        raise InputError(f"{name} is {value!r}; it must be above 0 and below 1, such as 0.95")
+
+
+def check_drawn(study: Study) -> None:
+    """Refuse a study that draws nothing.
+
+    Raises
+    ------
+    InputError
+    """
+    if study.sample not in draws.DRAWN:
+        raise InputError(
+            f"the study {study.name!r} has sample: {study.sample}, which draws nothing; a dispersion needs one of "
+            f"{', '.join(draws.DRAWN)}"
+        )
+
+
+def evaluate(dataset: xr.Dataset, *, coverage: float = 0.95, confidence: float = 0.95) -> Dispersion:
+    """Bounds, quantiles and sensitivities of a study that was run.
+
+    Parameters
+    ----------
+    dataset : of `evolvent.sweep` or `evolvent.design.studies.open`
+    coverage : share of all runs that a bound covers
+    confidence : of bounds and intervals
+
+    Raises
+    ------
+    InputError
+        If the study drew nothing, or keeps nothing that can be evaluated.
+    """
+    check_share("coverage", coverage)
+    check_share("confidence", confidence)
+    sample = str(dataset.attrs["sample"])
+    content = cases.parse_yaml(dataset.attrs["study"], "the study")
+    if sample not in draws.DRAWN or "draws" not in dataset.attrs:
+        raise InputError(f"the study has sample: {sample}, which draws nothing; a dispersion needs {draws.DRAWN[1]}")
+    own = _draws(dataset)
+    failed = dataset["status"].values == "failed"
+    evaluated = _Evaluation(sample, own, coverage, confidence)
+    outputs: list[Output] = []
+    notes: list[str] = []
+    wanted = {record.stored_name(name): name for name in content.get("keep") or []}
+    for name, variable in dataset.data_vars.items():
+        if name in ("status", "reason") or variable.dtype.kind != "f" or variable.dims[:1] != ("case",):
+            continue
+        if variable[0].size > _MOST_ENTRIES:
+            notes.append(
+                f"{wanted.get(str(name), name)} has {variable[0].size} values in every run and is not evaluated; "
+                f"reduce it with .last, .max or another reduction"
+            )
+            continue
+        outputs += evaluated.of(wanted.get(str(name), str(name)), variable, failed)
+    if not outputs:
+        raise InputError(
+            "the study keeps no number that can be evaluated; give keep a variable with a reduction, such as "
+            "'hinge 1.latch_time.last'"
+        )
+    notes += _notes(sample, outputs, int(failed.sum()), failed.size, confidence)
+    keys = json.loads(dataset.attrs["keys"])
+    failures = tuple(
+        Failure(
+            case=int(k), reason=str(dataset["reason"].values[k]), keys={key: dataset[key].values[k] for key in keys}
+        )
+        for k in np.flatnonzero(failed)
+    )
+    return Dispersion(
+        dataset=dataset, name=str(content.get("study", "study")), sample=sample, count=failed.size, coverage=coverage,
+        confidence=confidence, draws=own, outputs=tuple(outputs), failures=failures, notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _draws(dataset: xr.Dataset) -> tuple[Draw, ...]:
+    keys, of, texts = (json.loads(dataset.attrs[name]) for name in ("keys", "draws", "distributions"))
+    found = []
+    for k in sorted(set(of)):
+        own = [key for key, draw in zip(keys, of, strict=True) if draw == k]
+        first = dataset[own[0]]
+        values = first.values.astype(float) if first.dtype.kind in "iuf" else np.full(first.size, np.nan)
+        unit = str(first.attrs.get("units", "1"))
+        found.append(
+            Draw(keys=tuple(own), text=texts[keys.index(own[0])], unit="" if unit == "1" else unit, values=values)
+        )
+    return tuple(found)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Evaluation:
+    """Evaluates variables of a study."""
+
+    sample: str
+    draws: tuple[Draw, ...]
+    coverage: float
+    confidence: float
+
+    def of(self, name: str, variable: xr.DataArray, failed: Array) -> list[Output]:
+        """The results of a variable, one for every entry."""
+        text, unit = str(variable.attrs.get("long_name", name)), str(variable.attrs.get("units", "1"))
+        unit = "" if unit == "1" else unit_text(unit)
+        found = []
+        for place in np.ndindex(variable.shape[1:]):
+            labels = [
+                str(variable[dim].values[k]) if dim in variable.coords else str(k)
+                for dim, k in zip(variable.dims[1:], place, strict=True)
+            ]
+            entry = f"{name}[{', '.join(labels)}]" if labels else name
+            values = np.where(failed, np.nan, variable.values[(slice(None), *place)])
+            found.append(self._one(entry, text, unit, values))
+        return found
+
+    def _one(self, name: str, text: str, unit: str, values: Array) -> Output:
+        size, d = values.size, len(self.draws)
+        seen = np.arange(size) < (2 * size // (d + 2) if self.sample == "saltelli" else size)
+        own = values[seen]
+        finite, lacking = own[np.isfinite(own)], int(np.sum(~np.isfinite(own)))
+        independent = self.sample == "monte-carlo"
+        return Output(
+            name=name, text=text, unit=unit, values=values, seen=seen, moments=order.moments(finite),
+            upper=self._bound(finite, lacking, upper=True), lower=self._bound(finite, lacking, upper=False),
+            quantiles=[] if self.sample == "corners" else order.quantiles(
+                finite, lacking, QUANTILES, self.confidence, independent=independent
+            ),
+            regression=self._regression(own, seen),
+            indices=sensitivity.sobol(values, d, self.confidence) if self.sample == "saltelli" else None,
+        )  # fmt: skip
+
+    def _bound(self, finite: Array, lacking: int, *, upper: bool) -> order.Bound:
+        if self.sample == "monte-carlo":
+            return order.bound(finite, lacking, upper=upper, coverage=self.coverage, wanted=self.confidence)
+        why = f"runs of sample: {self.sample} are not independent; monte-carlo gives bounds"
+        return order.Bound(value=math.nan, confidence=math.nan, rank=0, why=why)
+
+    def _regression(self, y: Array, seen: Array) -> sensitivity.Regression:
+        x = np.stack([one.values[seen] for one in self.draws], axis=1)
+        kept = np.isfinite(y) & np.all(np.isfinite(x), axis=1)
+        return sensitivity.regression(x[kept], y[kept], self.confidence)
+
+
+def _notes(sample: str, outputs: list[Output], failed: int, count: int, confidence: float) -> list[str]:
+    found = []
+    if failed:
+        if sample == "monte-carlo":
+            low, high = order.failure_interval(failed, count, confidence)
+            share = f"; their probability is between {100 * low:.2g} % and {100 * high:.2g} %"
+            counts = "every bound counts them as beyond it, and sensitivities leave them out"
+        else:
+            share, counts = "", "statistics and sensitivities leave them out"
+        found.append(f"{failed} of {count} runs failed{share}; {counts}")
+    for one in outputs:
+        if one.lacking and int(np.sum(~np.isfinite(one.values))) > failed:
+            found.append(
+                f"{one.name} has no value in {int(np.sum(~np.isfinite(one.values))) - failed} runs that did not fail, "
+                f"which count as failed ones do"
+            )
+    return found

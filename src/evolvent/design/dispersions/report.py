@@ -1,0 +1,371 @@
+"""A dispersion as text, tables, figures, an HTML page, CSV and NetCDF."""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import io
+import json
+import math
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from evolvent import results
+from evolvent.base.errors import visible
+from evolvent.base.files import write_file
+from evolvent.design.dispersions.dispersed import Dispersion, Output
+from evolvent.exports.report import figure_picture
+from evolvent.results import made_with
+from evolvent.results.figures import Figure, Line, Panel
+from evolvent.view import pages
+
+#: Most failed runs that are listed.
+_MOST_FAILURES = 50
+#: Letters of a name on an axis of the tornado.
+_NAME = 40
+
+
+def number(value: float) -> str:
+    """A number of five digits; a dash where there is none."""
+    return (
+        f"{value:.5g}"
+        if math.isfinite(value)
+        else "-"
+        if math.isnan(value)
+        else ("above all" if value > 0 else "below all")
+    )
+
+
+def summary(found: Dispersion) -> list[tuple[str, ...]]:
+    """Rows of results: name with unit, mean, standard deviation, smallest, largest, lower and upper bound."""
+    rows = []
+    for one in found.outputs:
+        m = one.moments
+        row = [_named(one), *(number(m[key]) for key in ("mean", "std", "least", "largest"))]
+        rows.append((*row, number(one.lower.value), number(one.upper.value)))
+    return rows
+
+
+def heads(found: Dispersion) -> tuple[str, ...]:
+    """Heads of the columns of `summary`."""
+    return ("result", "mean", "std", "smallest", "largest", f"{found.statement} lower", f"{found.statement} upper")
+
+
+def sentences(found: Dispersion) -> list[str]:
+    """What the runs are, what they do not give, and why."""
+    ways = {
+        "monte-carlo": "plain random", "latin-hypercube": "a Latin hypercube", "sobol": "a scrambled Sobol sequence",
+        "saltelli": "samples by Saltelli", "corners": "all corners",
+    }  # fmt: skip
+    lines = [f"{found.count} runs, {ways[found.sample]} over {len(found.draws)} draws"]
+    lines += list(found.notes)
+    for why in dict.fromkeys(b.why for one in found.outputs for b in (one.upper, one.lower) if b.why):
+        lines.append(f"no {found.statement} bound: {why}")
+    ranks = {(b.rank, b.confidence) for one in found.outputs for b in (one.upper, one.lower) if b.rank}
+    for rank, reached in sorted(ranks):
+        which = "the extreme value" if rank == 1 else f"the {_ordinal(rank)} most extreme value"
+        lines.append(
+            f"each {found.statement} bound is {which}: one-sided, of any distribution, with a confidence of "
+            f"{100 * reached:.4g} % that {100 * found.coverage:.6g} % of all runs lie within it"
+        )
+    return lines
+
+
+def _ordinal(k: int) -> str:
+    ending = "th" if 10 <= k % 100 <= 20 else {1: "st", 2: "nd", 3: "rd"}.get(k % 10, "th")
+    return f"{k}{ending}"
+
+
+def sensitivities(found: Dispersion, one: Output) -> tuple[list[tuple[str, ...]], str]:
+    """Rows of the keys of a result, the strongest first, and a sentence on what they rest on."""
+    rows: list[tuple[str, ...]] = []
+    if one.indices is not None:
+        s = one.indices
+        if s.why:
+            return [], f"no indices: {s.why}"
+        rows = [
+            (
+                draw.name,
+                f"{s.first[k]:.3f}", f"{s.first_low[k]:.3f} to {s.first_high[k]:.3f}",
+                f"{s.total[k]:.3f}", f"{s.total_low[k]:.3f} to {s.total_high[k]:.3f}",
+            )
+            for k, draw in _ranked(found, s.total)
+        ]  # fmt: skip
+        left = f", {s.left_out} rows left out for lack of a value" if s.left_out else ""
+        return (
+            rows,
+            f"indices of Sobol from {s.rows} rows{left}; intervals of {100 * found.confidence:.6g} % by bootstrap",
+        )
+    r = one.regression
+    if r.why:
+        return [], f"no sensitivities: {r.why}"
+    for k, draw in _ranked(found, np.abs(r.coefficients)):
+        interval = "-" if found.sample == "corners" else f"{r.low[k]:+.3f} to {r.high[k]:+.3f}"
+        rows.append((draw.name, f"{r.coefficients[k]:+.3f}", interval))
+    text = f"linear regression on {r.runs} runs, R2 = {r.r2:.4f}"
+    if r.r2 < 0.9:
+        text += "; what is left is not linear: sample: saltelli gives the indices of Sobol"
+    return rows, text
+
+
+def _ranked(found: Dispersion, strength: Any) -> list[tuple[int, Any]]:
+    places = np.argsort(-np.nan_to_num(strength), kind="stable")
+    return [(int(k), found.draws[int(k)]) for k in places]
+
+
+def sensitivity_heads(one: Output) -> tuple[str, ...]:
+    """Heads of the columns of `sensitivities`."""
+    if one.indices is not None:
+        return ("key", "first order", "interval", "total", "interval")
+    return ("key", "standardised coefficient", "interval")
+
+
+def quantile_rows(one: Output) -> list[tuple[str, ...]]:
+    """Rows of quantiles: probability, value, ends of the interval."""
+    return [(f"{100 * q.probability:.6g} %", number(q.value), number(q.low), number(q.high)) for q in one.quantiles]
+
+
+def worst(found: Dispersion, one: Output) -> list[tuple[str, ...]]:
+    """Rows of the smallest and the largest value: case, value and its keys."""
+    rows: list[tuple[str, ...]] = []
+    for which, case in zip(("smallest", "largest"), one.extremes, strict=True):
+        if case >= 0:
+            keys = ", ".join(f"{d.name} = {d.values[case]:.5g}{f' {d.unit}' if d.unit else ''}" for d in found.draws)
+            rows.append((which, number(float(one.values[case])), str(case), keys))
+    return rows
+
+
+def text(found: Dispersion) -> str:
+    """The result as lines for the screen."""
+    lines = _aligned([heads(found), *summary(found)])
+    lines += ["", *sentences(found)]
+    for failure in found.failures[:3]:
+        keys = ", ".join(f"{key} = {_short(value)}" for key, value in failure.keys.items())
+        lines.append(f"failed: case {failure.case} ({keys}): {failure.reason}")
+    for one in found.outputs:
+        rows, about = sensitivities(found, one)
+        lines += ["", f"{_named(one)}: {about}"]
+        if rows:
+            lines += _aligned([sensitivity_heads(one), *rows])
+        if found.sample == "corners":
+            lines += [f"{row[0]}: {row[1]} in case {row[2]}: {row[3]}" for row in worst(found, one)]
+    return visible("\n".join(lines))
+
+
+def _short(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _named(one: Output) -> str:
+    return f"{one.name} [{one.unit}]" if one.unit else one.name
+
+
+def _aligned(table: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(len(row[k]) for row in table) for k in range(len(table[0]))]
+    return [
+        "  ".join(
+            cell.ljust(width) if k == 0 else cell.rjust(width)
+            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in table
+    ]
+
+
+# ------------------------------------------------------------------------------------------------ figures
+
+
+def figures(found: Dispersion) -> list[Figure]:
+    """A histogram with bounds and a chart of sensitivities for every result."""
+    drawn = []
+    for one in found.outputs:
+        own = record_name(one)
+        if one.finite.size > 1 and np.ptp(one.finite) > 0.0 and found.sample != "corners":
+            drawn.append(_histogram(found, one, f"{own}-histogram"))
+        if not (one.indices.why if one.indices is not None else one.regression.why):
+            drawn.append(_tornado(found, one, f"{own}-sensitivity"))
+    return drawn
+
+
+def record_name(one: Output) -> str:
+    """Name of a result as the beginning of a file's name."""
+    from evolvent.design.studies.record import stored_name
+
+    return stored_name(one.name).strip("_")
+
+
+def _histogram(found: Dispersion, one: Output, name: str) -> Figure:
+    counts, edges = np.histogram(one.finite, bins=np.histogram_bin_edges(one.finite, bins=_bins(one.finite)))
+    x = np.repeat(edges, 2)
+    y = np.concatenate([[0.0], np.repeat(counts.astype(float), 2), [0.0]])
+    lines = [Line(x=x, y=y, color=1, fill="#9ecae1", label=f"{one.finite.size} runs")]
+    top = 1.05 * float(counts.max())
+    for bound, label in ((one.lower, "lower"), (one.upper, "upper")):
+        if bound.rank:
+            at = np.array([bound.value, bound.value])
+            lines.append(
+                Line(
+                    x=at,
+                    y=np.array([0.0, top]),
+                    color=2 if label == "upper" else 3,
+                    label=f"{found.statement} {label} bound",
+                )
+            )
+    median = next((q.value for q in one.quantiles if q.probability == 0.5), math.nan)
+    if math.isfinite(median):
+        lines.append(Line(x=np.array([median, median]), y=np.array([0.0, top]), color=0, style=":", label="median"))
+    x_label = f"{one.name}, {one.unit}" if one.unit else one.name
+    panel = Panel(x_label=x_label, y_label="runs", lines=lines, y_zero=True)
+    lacking = f"; {one.lacking} runs have no value" if one.lacking else ""
+    return Figure(name=name, title=f"{one.text}, dispersed{lacking}", panels=[panel], height=80.0)
+
+
+def _bins(values: Any) -> int:
+    """Number of bins by Freedman and Diaconis, from 5 to 60."""
+    quartiles = np.quantile(values, [0.25, 0.75])
+    width = 2.0 * float(quartiles[1] - quartiles[0]) / np.cbrt(values.size)
+    return 10 if width <= 0.0 else int(np.clip(np.ceil(np.ptp(values) / width), 5, 60))
+
+
+def _tornado(found: Dispersion, one: Output, name: str) -> Figure:
+    """Bars of the sensitivities with their intervals, the strongest on top."""
+    if one.indices is not None:
+        s = one.indices
+        sets = [(s.total, s.total_low, s.total_high, "total index", "#9ecae1"),
+                (s.first, s.first_low, s.first_high, "first-order index", "#fdae6b")]  # fmt: skip
+        label, strength = "index of Sobol", s.total
+    else:
+        r = one.regression
+        sets = [(r.coefficients, r.low, r.high, "standardised coefficient", "#9ecae1")]
+        label, strength = "standardised regression coefficient", np.abs(r.coefficients)
+    ranked = [k for k, _ in _ranked(found, strength)]
+    lines, names = [], {}
+    size = 0.7 / len(sets)
+    for row, k in enumerate(ranked):
+        at = float(len(ranked) - 1 - row)
+        names[at] = _cut(found.draws[k].name)
+        for which, (values, low, high, text_, colour) in enumerate(sets):
+            y0 = at + 0.35 - which * size
+            box = np.array([0.0, values[k], values[k], 0.0, 0.0])
+            lines.append(Line(x=box, y=np.array([y0, y0, y0 - size, y0 - size, y0]), color=1, width=0.8, fill=colour,
+                              label=text_ if row == 0 else ""))  # fmt: skip
+            if found.sample != "corners":
+                middle = y0 - 0.5 * size
+                lines.append(Line(x=np.array([low[k], high[k]]), y=np.array([middle, middle]), color=0, marker="|",
+                                  label="interval" if row == 0 and which == 0 else ""))  # fmt: skip
+    panel = Panel(x_label=label, y_label="", lines=lines, y_names=names)
+    explained = "" if one.indices is not None else f", R2 = {one.regression.r2:.3f}"
+    height = 30.0 + 9.0 * len(ranked) * (1 + 0.3 * (len(sets) - 1))
+    return Figure(name=name, title=f"Sensitivity of {one.name}{explained}", panels=[panel], height=max(height, 50.0))
+
+
+def _cut(name: str) -> str:
+    name = name.replace("parts.", "")
+    return name if len(name) <= _NAME else f"{name[: _NAME - 3]}..."
+
+
+# ------------------------------------------------------------------------------------------------ files
+
+
+def write(found: Dispersion, path: str | os.PathLike[str], *, date: datetime.datetime | None = None) -> None:
+    """Write the report as one HTML page that needs nothing else.
+
+    Parameters
+    ----------
+    found : Dispersion
+    path : str
+    date : the moment that it states; now unless given
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    drawn = {figure.name: figure_picture(figure) for figure in figures(found)}
+    sections = []
+    for one in found.outputs:
+        own = record_name(one)
+        rows, about = sensitivities(found, one)
+        pictures = [drawn[name] for name in (f"{own}-histogram", f"{own}-sensitivity") if name in drawn]
+        sections.append(
+            {
+                "name": _named(one),
+                "text": one.text,
+                "pictures": pictures,
+                "sensitivities": rows,
+                "about": about,
+                "heads": sensitivity_heads(one),
+                "quantiles": quantile_rows(one),
+                "worst": worst(found, one),
+            }
+        )
+    failures = [
+        (str(f.case), f.reason, ", ".join(f"{key} = {_short(value)}" for key, value in f.keys.items()))
+        for f in found.failures[:_MOST_FAILURES]
+    ]
+    moment = date or datetime.datetime.now(datetime.UTC)
+    page = pages.render(
+        "dispersion.html",
+        title=f"Dispersion: {found.name}",
+        sentences=sentences(found),
+        heads=heads(found),
+        summary=summary(found),
+        draws=[
+            (d.name, d.text, number(float(np.mean(d.values))), number(float(np.std(d.values)))) for d in found.draws
+        ],
+        sections=sections,
+        failures=failures,
+        failed=len(found.failures),
+        confidence=f"{100 * found.confidence:.6g} %",
+        study=found.dataset.attrs["study"],
+        made=f"{moment.day} {moment:%B %Y, %H:%M} UTC, {made_with()}",
+    )
+    write_file(path, page.encode())
+
+
+def write_table(found: Dispersion, path: str | os.PathLike[str]) -> None:
+    """Write a row for every run as CSV: case, status, reason, keys and results with their units.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    dataset, stream = found.dataset, io.StringIO()
+    keys = json.loads(dataset.attrs["keys"])
+    writer = csv.writer(stream, lineterminator="\n")
+    units = [dataset[key].attrs.get("units", "1") for key in keys]
+    head = [f"{key} [{unit}]" if unit != "1" else key for key, unit in zip(keys, units, strict=True)]
+    writer.writerow([visible(cell) for cell in ("case", "status", "reason", *head, *map(_named, found.outputs))])
+    columns = [dataset[key].values for key in keys] + [one.values for one in found.outputs]
+    for k in range(found.count):
+        cells = [column[k].item() for column in columns]
+        numbers = [repr(cell) if isinstance(cell, float) else visible(str(cell)) for cell in cells]
+        reason = visible(str(dataset["reason"].values[k]))
+        writer.writerow([k, dataset["status"].values[k], reason, *numbers])
+    write_file(path, stream.getvalue())
+
+
+def write_netcdf(found: Dispersion, path: str | os.PathLike[str]) -> None:
+    """Write all runs as NetCDF, with the bounds of every result as attributes of its variable.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    dataset = found.dataset.copy()
+    dataset = dataset.reset_coords([c for c in dataset.coords if c not in dataset.dims])  # no blanks in lists of names
+    stated = {}
+    for one in found.outputs:
+        own = {**one.moments, "lower": one.lower.value, "upper": one.upper.value, "confidence": one.upper.confidence}
+        stated[one.name] = {**{key: _plain(value) for key, value in own.items()}, "lacking": one.lacking}
+    dataset.attrs = {**dataset.attrs, "coverage": found.coverage, "confidence": found.confidence}
+    dataset.attrs["dispersion"] = json.dumps(stated)
+    results.save(dataset, path)
+
+
+def _plain(value: float) -> float | None:
+    return value if math.isfinite(value) else None
