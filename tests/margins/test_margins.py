@@ -191,6 +191,25 @@ def test_a_dead_point_that_speed_alone_passes():
     assert found.latches[0]["energy"] == pytest.approx(0.5 * 0.51 * rate**2, rel=2e-3)
 
 
+def test_the_table_along_a_run_by_newtons_law():
+    system = hinged(friction=0.01, damping=0.05)
+    system.settings = {"until": "2 s", "every": "0.02 s", "fine": False}
+    zero = [one for one in NONE if one != "friction"]
+    table = system.margin(zero=zero, stations=3).motion("hinge")
+    run = system.simulate()["hinge"]
+    n = table.time.size
+    assert table.time == pytest.approx(run.time.values[:n], abs=1e-12)
+    assert table.x == pytest.approx(run.angle.values[:n], abs=1e-9)
+    labels = [one.label for one in table.shares]
+    assert table.values[labels.index("hinge.damping")] == pytest.approx(-0.05 * run.rate.values[:n], abs=1e-9)
+    assert table.values[labels.index("hinge.friction")] == pytest.approx(np.full(n, -0.01), rel=1e-12)
+    # what all shares give accelerates the arm: (0.2 + 2 0.5^2) kg m2
+    acceleration = np.gradient(run.rate.values, run.time.values)[5 : n - 5]
+    assert table.values.sum(axis=0)[5 : n - 5] == pytest.approx(0.7 * acceleration, rel=1e-3)
+    # dampers are in no requirement
+    assert table.required("motorization") == pytest.approx(np.full(n, 0.06), rel=1e-12)
+
+
 def test_a_neighbours_spring_enters_by_the_ratio_of_the_cable():
     system = hinged()
     system.add(parts.RigidBody(mass=1.0, inertia=(0.2, 0.2, 0.3), position=(0.5, 2.0, 0.0)), "other")

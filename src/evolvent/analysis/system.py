@@ -214,14 +214,19 @@ class System:
 
         asked = margins.with_keys(self.sections.get("margin", {}), keys)
         assembly = self.assemble()
-        solution = None
-        if motion or (motion is None and "until" in self.settings):
+
+        def run() -> Any:
             settings = self._run_settings({})
-            progress = on_stderr(settings["until"]) if progress is None else progress
-            solution, _, _ = analysis.solve(assembly, progress=progress, **settings)
+            tell = on_stderr(settings["until"]) if progress is None else progress
+            solution, _, _ = analysis.solve(assembly, progress=tell, **settings)
             if solution.status == "failed":
                 raise RunFailed(solution.message, solution)
-        return margins.margins(assembly, asked, solution=solution, title=self.title, case=self._case(self.settings))
+            return solution
+
+        moves = motion or (motion is None and "until" in self.settings)
+        return margins.margins(
+            assembly, asked, run=run if moves else None, title=self.title, case=self._case(self.settings)
+        )
 
     def equilibrium(
         self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,

@@ -7,7 +7,7 @@ there (`mechanism`). Kinetic energy never counts.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def margins(
-    assembly: Assembly, keys: Margin, *, solution: Solution | None = None, title: str = "", case: str = ""
+    assembly: Assembly, keys: Margin, *, run: Callable[[], Solution] | None = None, title: str = "", case: str = ""
 ) -> MarginResults:
     """Margins of every coordinate of an assembled system.
 
@@ -35,7 +35,8 @@ def margins(
     ----------
     assembly : Assembly
     keys : Margin, as of the key `margin` of a case
-    solution : Solution, optional, a run of the same assembly, for the tables along the motion
+    run : returns a run of the same assembly, for the tables along the motion; called once all that can be refused
+        before a run is checked; None for no such tables
     title, case : str, of the results
 
     Raises
@@ -56,8 +57,10 @@ def margins(
         asked = lines.with_others(mechanism, lines.coordinates_of(mechanism, keys, y), keys.time, y)
         ends = {one.k: one.end for one in asked} if keys.others == "end" else {}
         still = [_along_travel(mechanism, one, found, ends, keys, (standard, evidence)) for one in asked]
-        moving: list[Table | None] = [None] * len(asked)
-        if solution is not None:
+    moving: list[Table | None] = [None] * len(asked)
+    solution = None if run is None else run()
+    if solution is not None:
+        with refusing_laws(assembly):
             for n, one in enumerate(asked):
                 held = [mechanism.names.index(name) for name in one.held]
                 moving[n] = tables.along_motion(mechanism, one, found, held, solution, (standard, evidence))

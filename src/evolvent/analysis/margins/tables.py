@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Array = np.ndarray
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Table:
     """What drives and resists one coordinate, station by station.
 
@@ -31,6 +31,7 @@ class Table:
     values : (number of shares, n) float, N m or N, above 0 where a share drives
     inertia : (n,) float, kg m2 or kg, reflected to the coordinate
     standard : Standard
+    evidence : str, of what has no own, the specified acceleration among it
     """
 
     coordinate: MarginCoordinate
