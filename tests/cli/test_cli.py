@@ -229,7 +229,7 @@ BAD = {
     "unknown command": (["rn", "heliogyro"], "no command is called 'rn'; did you mean 'run'?"),
     "no command": (
         [],
-        "no command is given; known: calibrate, claims, design-drive, equilibrium, export, figure, fmu, identify, info",
+        "no command is given; known: calibrate, claims, design-drive, disperse, equilibrium, export, figure, fmu",
     ),
     "no case": (["run"], "missing argument 'CASE|FILE'; usage: "),
     "one word too many": (["show", "heliogyro", "more"], "got unexpected extra argument (more); usage: "),

@@ -17,5 +17,5 @@ def test_reactions_are_evaluated_where_they_are_asked_for(monkeypatch):
     assert seen["hinge 1.angle"].values.tobytes() == whole["hinge 1"].angle.values.tobytes()
     assert seen["panel 3.rate"].values.tobytes() == whole["panel 3"].rate.values.tobytes()
     seen = plan.observe(["pivot 1.force"])
-    assert calls == [whole.time.size]
+    assert set(calls) == {whole.time.size}
     assert seen["pivot 1.force"].values.tobytes() == whole["pivot 1"].force.values.tobytes()
