@@ -124,7 +124,8 @@ def _written(study: xr.Dataset, key: str, value: Any) -> str:
 
 def _over_torque(rows: list[_Row]) -> Figure:
     """Over the torque, of EI/(2 R), with the equilibria of the tail, which depend on length over radius alone."""
-    lines, held = [], {}
+    lines: list[Line] = []
+    held: dict[float, tuple[int, Any]] = {}
     for k, row in enumerate(rows):
         least = np.array([closed_forms.least_winding_torque(case.strip) for case in row.cases])
         lines.append(Line(x=row.at / least, y=row.wound, label=row.label, color=k, style="", marker="o"))
