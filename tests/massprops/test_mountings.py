@@ -277,9 +277,7 @@ def test_air_of_a_disc_is_taken_off(book: Book) -> None:
     rho, r = 1.2, 0.5
     mass, moment = 8.0 / 3.0 * rho * r**3, 16.0 / 45.0 * rho * r**5
     signals = centred(8.0 + mass, (0.5 + moment, 0.9, 0.6 + moment))
-    content = level(
-        air={"density": "1.2 kg/m^3", "shapes": [{"shape": "disc", "radius": "0.5 m", "factor": "1 +- 0.1"}]}
-    )
+    content = level(air={"density": "1.2 kg/m^3", "shapes": [{"disc": {"radius": "0.5 m", "factor": "1 +- 0.1"}}]})
     content["body"] |= {"Iyy": "0.9 kg m^2"}
     s = Stand.rectangle(A, B, **(STAND | {"stiffness": 400.0, "support": "guided"}))
     content["stand"] |= {"stiffness": "400 N/m"}
@@ -363,10 +361,10 @@ NO_IYY = {"mass": "unknown", "offset_x": "0 m", "offset_z": "0 m", "height": "0 
         ),
         ({"tare": [], "mounting.body": False}, "mounting.body is false, but tare is missing"),
         ({"air": {"shapes": []}}, "air.shapes"),
-        ({"air": {"shapes": [{"shape": "cone", "radius": "1 m"}]}}, "air.shapes.0"),
-        ({"air": {"shapes": [{"shape": "sphere", "radius": "0 m"}]}}, "radius"),
+        ({"air": {"shapes": [{"cone": {"radius": "1 m"}}]}}, "air.shapes.0"),
+        ({"air": {"shapes": [{"sphere": {"radius": "0 m"}}]}}, "radius"),
         (
-            {"air": {"shapes": [{"shape": "plate", "length": "1 m", "width": "1 m", "along": [0, 1, 0]}]}},
+            {"air": {"shapes": [{"plate": {"length": "1 m", "width": "1 m", "along": [0, 1, 0]}}]}},
             "its length lies across its normal",
         ),
         ({"recordings": {"a.csv": {"mounting.body": False}}}, "mounting.body is false for all recordings"),

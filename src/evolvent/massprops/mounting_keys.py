@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.base.schema import Section
+from evolvent.base.schema import OneOf, Section
 from evolvent.massprops import uncertain
 from evolvent.massprops.inertia import air
 from evolvent.massprops.inertia.stand import inertia_defect
@@ -134,7 +134,6 @@ class _Shape(Section):
 class AirSphere(_Shape):
     """A sphere."""
 
-    shape: Literal["sphere"]
     radius: units.Length
 
     def added(self) -> tuple[np.ndarray, np.ndarray]:
@@ -145,7 +144,6 @@ class AirSphere(_Shape):
 class AirDisc(_Shape):
     """A thin round plate."""
 
-    shape: Literal["disc"]
     radius: units.Length
     axis: units.Direction = (0.0, 1.0, 0.0)
 
@@ -157,7 +155,6 @@ class AirDisc(_Shape):
 class AirCylinder(_Shape):
     """A long cylinder."""
 
-    shape: Literal["cylinder"]
     radius: units.Length
     length: units.Length
     axis: units.Direction = (1.0, 0.0, 0.0)
@@ -170,7 +167,6 @@ class AirCylinder(_Shape):
 class AirPlate(_Shape):
     """A thin rectangular plate."""
 
-    shape: Literal["plate"]
     length: units.Length
     width: units.Length
     axis: units.Direction = Field((0.0, 1.0, 0.0), description="its normal")
@@ -196,7 +192,6 @@ _Fifth = Annotated[float, units.Quantity(what="a fifth power of a length", unit=
 class AirGiven(_Shape):
     """Added mass and moments as known otherwise, over the density of air."""
 
-    shape: Literal["given"]
     mass: tuple[_Volume, _Volume, _Volume] = Field((0.0, 0.0, 0.0), description="along x, y, z")
     moments: tuple[_Fifth, _Fifth, _Fifth] = Field((0.0, 0.0, 0.0), description="about x, y, z")
 
@@ -205,10 +200,12 @@ class AirGiven(_Shape):
         return air.given(self.mass, self.moments)
 
 
+_KINDS = {"sphere": AirSphere, "disc": AirDisc, "cylinder": AirCylinder, "plate": AirPlate, "given": AirGiven}
+_AirShape = Annotated[AirSphere | AirDisc | AirCylinder | AirPlate | AirGiven, OneOf(_KINDS)]
+
+
 class Air(Section):
     """Air that moves with the body or the stand: it adds to the inertia, not to the weight."""
 
     density: uncertain.Density = Uncertain(1.204)
-    shapes: tuple[
-        Annotated[AirSphere | AirDisc | AirCylinder | AirPlate | AirGiven, Field(discriminator="shape")], ...
-    ] = Field(min_length=1)
+    shapes: tuple[_AirShape, ...] = Field(min_length=1)
