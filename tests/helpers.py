@@ -16,10 +16,10 @@ from evolvent.flow.powers import N_POWERS
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import blocks
 from evolvent.kernels.sparse import OUTSIDE
-from evolvent.solvers import Solution, solve
+from evolvent.solvers import Solution, equilibrium, solve
 from evolvent.solvers.implicit import matrix_of
 from evolvent.solvers.observations import Observations, observe
-from evolvent.solvers.static_work import sparse_of
+from evolvent.solvers.static_work import Work, sparse_of
 
 Array = np.ndarray
 
@@ -270,3 +270,24 @@ def flying_apart(t: np.ndarray, square: float, rate: float) -> np.ndarray:
     free = np.arctan2(w, decay) / w
     x, v = moving(free)
     return np.where(t < free, moving(np.minimum(t, free))[0], x + v * (t - free))
+
+
+def stiffness_by_differences(work: Work, step: float) -> tuple[Array, Array]:
+    """Derivatives of all forces (nv, nv) and of the constraints' gaps (nj, nv) about `work`'s state, of fourth order.
+
+    By central differences over once and twice `step`.
+    """
+    b, model, n = work.balance, work.model, work.n_v
+    rest, columns = b.y.copy(), np.empty((n, b.r.size))
+    for j in range(n):
+        sides = []
+        for moved in (step, -step, 2.0 * step, -2.0 * step):
+            b.d[:] = 0.0
+            b.d[j], b.y[:] = moved, rest
+            blocks.displace(b.y, b.d, False, model, b.y)
+            equilibrium.unbalance(work.time, work.step, 1.0, 1.0, model, b, b.r)
+            sides.append(b.r.copy())
+        columns[j] = (8.0 * (sides[0] - sides[1]) - (sides[2] - sides[3])) / (12.0 * step)
+    b.y[:] = rest
+    equilibrium.unbalance(work.time, work.step, 1.0, 1.0, model, b, b.r)
+    return columns[:, :n].T, columns[:, n:].T

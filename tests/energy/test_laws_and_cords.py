@@ -108,3 +108,18 @@ def test_a_cord_round_a_post() -> None:
     sign = -1.0 if s[-1] < free else 1.0
     assert s == pytest.approx(np.sqrt(free**2 + sign * 2.0 * radius * speed * found.t), rel=1e-4)
     assert math.isclose(found.energy[-1], 0.5 * mass * speed**2, rel_tol=1e-9)
+
+
+@pytest.mark.slow
+def test_after_a_tangent_that_does_not_serve_convergence_is_judged_anew() -> None:
+    """A mass meets a stiff law: the tangent of the steps before corrects by far too much, which says nothing more."""
+    system = System()
+    system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0), velocity=(1.0, 0.0, 0.0)), "mass")
+    law = {"law": "k*max(x - c, 0)**2", "constants": {"k": 1e12, "c": 0.03}}
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", length=1.0, **law))
+    rough, exact = (
+        solve_energy(system.assemble(), samples=np.linspace(0.0, 0.06, 7), step=0.01, newton=newton, largest_gain=1e9)
+        for newton in (1e-6, 1e-13)
+    )
+    assert exact.y[-1, 0] < 1.03  # it has come back
+    assert rough.y[:, 0] == pytest.approx(exact.y[:, 0], abs=1e-5)

@@ -9,13 +9,12 @@ from scipy.optimize import brentq
 
 from evolvent import InputError, RunFailed, System, parts
 from evolvent.elements import General, Material, Rectangle
-from evolvent.kernels.blocks import displace
-from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.eigenproblem import DENSE
 from evolvent.solvers.linear_motion import matrices
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
 from evolvent.solvers.static_work import Work, spin_of
+from helpers import stiffness_by_differences
 from static.composing import EI, STEEL, beam, solved, tip_force
 
 BAR = Rectangle(thickness=1e-3, width=2e-3)
@@ -247,6 +246,28 @@ def test_damping_of_a_beam_is_that_of_its_parts(formulation, beta, book):
     )  # fmt: skip
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("taut", [1e-4, 1e-6, 1e-8])
+def test_cords_that_are_hardly_taut(taut, book):
+    """A body between two cords without compression: along them k alone, across them and in turns the tension."""
+    k, length, arm, mass, inertia = 2e4, 1.0, 0.3, 2.0, 0.05
+    system = System()
+    system.add(parts.RigidBody(motion="free", mass=mass, inertia=inertia), "body")
+    for side in (1.0, -1.0):
+        cord = {"length": length - taut, "law": "max(k*x, 0)", "constants": {"k": k}}
+        system.add(parts.Spring(a=(side * (arm + length), 0.0, 0.0), b=("body", (side * arm, 0.0, 0.0)), **cord))
+    found = modes(system.assemble(), count=6).square
+    across, turn = 2.0 * k * taut / length / mass, 2.0 * k * taut * arm * (1.0 + arm / length) / inertia
+    wanted = [across, across, turn, turn, 2.0 * k / mass]
+    assert abs(found[0]) < 1e-6 * across  # nothing holds turns about the cords
+    assert_allclose(found[1:], wanted, rtol=1e-6)
+    book(
+        "Modes", f"Body between two cords, taut by {taut:g} m of 1 m: squares of five frequencies",
+        reference="2T/(L m), 2T r (1 + r/L)/J, 2k/m", source="closed form",
+        error=np.abs(found[1:] / wanted - 1.0).max(), allowed=1e-6,
+    )  # fmt: skip
+
+
 # ------------------------------------------------------------------------------------------------ turning
 
 FLAP = {2.0: 4.137320, 6.0: 7.360373, 12.0: 13.170150}
@@ -352,22 +373,10 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
     b, model = work.balance, work.model
     b.la[:] = rng.standard_normal(work.n_j)
     _, _, K, G = matrices(work)
-    rest, columns, gaps = b.y.copy(), [], []
-    for j in range(work.n_v):
-        sides = []
-        for step in (1e-4, -1e-4, 2e-4, -2e-4):
-            b.d[:] = 0.0
-            b.d[j], b.y[:] = step, rest
-            displace(b.y, b.d, False, model, b.y)
-            eq.unbalance(0.0, 0.0, 1.0, 1.0, model, b, b.r)
-            sides.append(b.r.copy())
-        slope = (8.0 * (sides[0] - sides[1]) - (sides[2] - sides[3])) / (12.0 * 1e-4)
-        columns.append(slope[: work.n_v])
-        gaps.append(slope[work.rows])
+    wanted, gaps = stiffness_by_differences(work, 1e-4)
     assert model.contact_surfaces["touching"][0] > 0.0
-    wanted = np.array(columns).T
     assert_allclose(K.toarray(), wanted, atol=1e-6 * np.abs(wanted).max())
-    assert_allclose(G.toarray(), np.array(gaps).T, atol=1e-8)
+    assert_allclose(G.toarray(), gaps, atol=1e-8)
 
 
 # ------------------------------------------------------------------------------------------------ refused

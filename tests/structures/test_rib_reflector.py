@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any
 
 import numpy as np
 import pytest
+import scipy.linalg
 import yaml
 
 import evolvent as ev
 from evolvent import cases
+from evolvent.elements.materials import CFRP
+from evolvent.parts import Parabola
+from evolvent.solvers.static import solve_static
+from evolvent.solvers.static_work import Work
+from helpers import stiffness_by_differences
 
 RIBS = 6
 
@@ -46,6 +53,61 @@ def test_bending_moment_along_a_rib():
     middle = 0.5 * (places[1:, 2] + places[:-1, 2])
     wanted = 2.0 * tension * np.sin(np.pi / RIBS) * (places[-1, 2] - middle)
     assert np.abs(rib.bending_moment_z.values[-1]) == pytest.approx(wanted, rel=0.02, abs=0.02 * wanted[0])
+
+
+@functools.cache
+def slowest(angle: float = 0.0) -> Any:
+    """Modes of the reflector turned about its axis, degrees."""
+    content, c, s = cases.content_of("rib-reflector"), math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    for name, part in content["parts"].items():
+        turned = [part[key] for key in ("position", "direction", "normal", "axis") if key in part]
+        if name.startswith("hinge"):
+            turned.append(part["a"][1])
+        for vector in turned:
+            vector[:2] = c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]
+    return ev.load(content).modes(count=5)
+
+
+@pytest.mark.slow
+def test_the_alternating_mode(book):
+    """Ribs turn about their hinges in turn up and down, so that no cord is stretched: springs and tension hold them.
+
+    With T, L of the cords, rho and h from hinge to tip, each rib has k + T/L (4 rho^2 + 3 h^2) - 2 T sin(pi/6) rho.
+    """
+    found = tensioned()
+    tip, tension = found["rib 1"].position.values[-1][-1], float(found["cord 1"].force.values[-1])
+    rho, h = tip[0] - 0.3, tip[2] - 0.01875
+    stiffness = 1.0 + tension / tip[0] * (4.0 * rho**2 + 3.0 * h**2) - tension * rho
+    arc = np.linspace(0.0, 2.0, 2001)
+    places, _ = Parabola(focal_length=1.2, offset=0.3).plane(arc)
+    inertia = CFRP.density * math.pi * (0.008**2 - 0.0075**2) * np.trapezoid(np.sum(places**2, axis=1), arc)
+    wanted = math.sqrt(stiffness / inertia)
+    assert slowest().frequency[2] == pytest.approx(wanted, rel=2e-3)
+    book(
+        "Wrapped rib", "Ribs with a ring of cords that turn in turn up and down: frequency", reference="rigid ribs",
+        source="closed form", allowed=2e-3, error=abs(slowest().frequency[2] / wanted - 1.0),
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+def test_modes_of_the_reflector_come_in_pairs_and_turn_with_it():
+    """Of six equal ribs cos and sin of an angle and of twice that are alike, wherever the first rib is."""
+    frequency = slowest().frequency
+    assert frequency[[1, 4]] == pytest.approx(frequency[[0, 3]], rel=1e-7)
+    assert slowest(20.0).frequency == pytest.approx(frequency, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_modes_of_the_reflector_by_differences_of_its_forces():
+    """Steps of 3 um leave the cords taut: they are so by 40 um."""
+    assembly = ev.load("rib-reflector").assemble()
+    found = solve_static(assembly)
+    work = Work(assembly, found.y[-1], 0.0, np.zeros(6))
+    work.balance.la[:] = found.la[-1]
+    K, G = stiffness_by_differences(work, 3e-6)
+    T = scipy.linalg.null_space(G)
+    squares = scipy.linalg.eigh(T.T @ (0.5 * (K + K.T)) @ T, T.T @ work.mass() @ T, eigvals_only=True)
+    assert np.sqrt(squares[:5]) == pytest.approx(slowest().frequency, rel=1e-6)
 
 
 def test_the_cords_are_slack_until_the_ribs_are_open():

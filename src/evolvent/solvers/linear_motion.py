@@ -8,7 +8,6 @@ import numpy as np
 import scipy.sparse as sparse
 
 from evolvent.assembly import families
-from evolvent.assembly.families import bodies_of
 from evolvent.kernels import fields, joint, loads, rigid, sides, springs
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE, displace
@@ -19,6 +18,8 @@ from evolvent.solvers.static_work import Work, velocity_slice
 from evolvent.solvers.still_threads import idle_nodes
 
 Array = np.ndarray
+#: Step of differences of forces, beside the size of the unknowns: what touches or is taut must stay so.
+DIFFERENCE = 1e-7
 
 
 def growing_motions(work: Work) -> Array | None:
@@ -171,65 +172,49 @@ def _skew(a: Array) -> Array:
     return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
 
 
-def _attached(model: Any) -> set[int]:
-    """Bodies on which anything but elements of rods acts."""
-    markers = model.markers
-    found = [
-        markers["index"][markers["kind"] == springs.ON_BODY],
-        model.coordinates["body"],
-        model.contact_surfaces["body"],
-    ]
-    found.append(model.joints["index"][model.joints["on"] == sides.ON_BODY])
-    found.append(model.coordinates["other"][model.coordinates["on"] == sides.ON_BODY])
-    found.append(model.threads["body"])
-    return {int(b) for b in np.concatenate([np.ravel(one) for one in found])}
+def _thread_neighbours(model: Any, row: np.record) -> list[tuple[str, int]]:
+    """The body that a thread leaves, and the body or point that it ends at: families and indices."""
+    found = [("bodies", int(row["body"]))]
+    if row["end"] >= 0:
+        marker = model.markers[row["end"]]
+        found.append(("bodies" if marker["kind"] == springs.ON_BODY else "points", int(marker["index"])))
+    return found
 
 
-def _turns_with_thread(found: Array) -> Array:
-    """Which loads turn with the direction of a thread: light."""
-    return np.asarray(found["kind"] == loads.RADIATION)
+def _unfinished(model: Any) -> list[int]:
+    """Velocities of what has a part of its stiffness that the tangent of Newton's method leaves out.
 
-
-def _acts_on_an_end(model: Any) -> bool:
-    """Whether a load by a law, or light, acts on a thread whose end is a point."""
-    own = model.loads[model.loads["kind"] < loads.AT_MARKER]
-    own = own[(own["law"] != 0) | _turns_with_thread(own)]
-    return bool(np.any(model.threads["end"][own["target"]] >= 0))
+    That are bodies on gears and in contact with others, threads in light, and what threads are fastened to: its loads,
+    and the weight of what it carries. Everything else has its exact tangent (`flow.implicit.tangent`).
+    """
+    parts = {("bodies", int(b)) for key in ("a", "b") for b in model.body_contacts[key]}
+    parts |= {("bodies", int(b)) for b in model.gear_coordinates["body"]}
+    found: set[int] = set()
+    for row in model.gear_coordinates:
+        if row["on"] == sides.ON_BODY:
+            parts.add(("bodies", int(row["other"])))
+        else:
+            first = int(row["iv"]) - int(model.info.nq)
+            found.update(range(first, first + 3))
+    lit = model.loads["target"][model.loads["kind"] == loads.RADIATION]
+    for p, row in enumerate(model.threads):
+        parts.update(_thread_neighbours(model, row))
+        if p in lit:
+            parts.add(("threads", p))
+    for family, index in parts:
+        where = velocity_slice(model, family, index)
+        found.update(range(where.start, where.stop) if where else ())
+    return sorted(found)
 
 
 def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
-    """K with what the tangent of Newton's method leaves out, by differences of the forces.
-
-    That is columns and rows of bodies (and of points, where a user's law may pull), and of threads in light.
-    """
+    """K with what the tangent of Newton's method leaves out (`_unfinished`), by differences of the forces."""
     b, model = work.balance, work.model
-    own: list[int] = []
-    by_law = np.any(model.springs["law"] != 0) or model.custom_forces.size or _acts_on_an_end(model)
-    families = ("bodies", "points") if by_law else ("bodies",)
-    for p in np.unique(model.loads["target"][_turns_with_thread(model.loads)]):
-        where = velocity_slice(model, "threads", int(p))
-        own.extend(range(where.start, where.stop) if where else ())
-    for family, index in work.assembly.names.values():
-        if family == "rods":  # whose own tangent is complete
-            for body in sorted(set(bodies_of(model, family, index)) & _attached(model)):
-                where = velocity_slice(model, "bodies", body)
-                own.extend(range(where.start, where.stop) if where else ())
-            continue
-        where = velocity_slice(model, family, index) if family in families else None
-        if where is not None:
-            own.extend(range(where.start, where.stop))
-    if by_law:  # nodes of beams that a spring pulls
-        for point in model.points[model.points["mass"] == 0.0]:
-            own.extend(range(int(point["iv"]) - work.n_q, int(point["iv"]) - work.n_q + 3))
-    ends = {int(v) for v in model.coordinates["iv"][model.coordinates["on"] == sides.ON_COORDINATES]}
-    for cylinder in model.contact_surfaces[model.bodies["motion"][model.contact_surfaces["body"]] != rigid.DRIVEN]:
-        ends.update(model.contact_points["iv"][int(cylinder["first"]) : int(cylinder["last"])].ravel().tolist())
-    facing = {v - work.n_q + c for v in ends for c in range(3)} if own else set()
+    own = _unfinished(model)
     if not own:
         return K
     rest, spin = b.y.copy(), b.spin.copy()
     b.spin[:] = 0.0
-    closeness = 1e-7 if model.body_contacts.size else 1e-3  # bodies that touch stay in contact
 
     def forces(at: int, step: float) -> Array:
         b.d[:] = 0.0
@@ -240,16 +225,13 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
         return (work.copies * b.r)[: work.n_v]
 
     def derivative(at: int) -> Array:
-        h = closeness * b.weight[at]
+        h = DIFFERENCE * b.weight[at]
         near, far = ((forces(at, s * h) - forces(at, -s * h)) / (2.0 * s * h) for s in (1.0, 2.0))
         return (4.0 * near - far) / 3.0
 
     K = K.tolil()
-    for at in sorted({*own, *facing}):
-        by_force = derivative(at)
-        column = K[:, [at]].toarray().ravel()
-        wanted = by_force if at in own else column.copy()
-        wanted[own] = by_force[own]
+    for at in own:
+        wanted, column = derivative(at), K[:, [at]].toarray().ravel()
         # what the tangent has it has without the differences' errors
         wrong = np.abs(wanted - column) > 1e-8 * max(np.abs(wanted).max(), np.abs(column).max())
         K[:, [at]] = np.where(wrong, wanted, column)[:, None]
