@@ -162,5 +162,6 @@ def test_the_heliogyro_with_segments_of_fixed_length() -> None:
     lag, wanted = np.degrees(found["blade-1"].tip_lag.values), np.degrees(exact["blade-1"].tip_lag.values)
     assert np.nanmax(np.abs(lag - wanted)) < 0.02
     assert found.body_rate.values == pytest.approx(exact.body_rate.values, abs=1e-3)
-    tension = exact["blade-1"].hub_tension.values
-    assert found["blade-1"].hub_tension.values == pytest.approx(tension, abs=5e-3 * float(tension.max()))
+    tension, seen = (np.delete(one["blade-1"].hub_tension.values, 200) for one in (exact, found))
+    # at 20 s a node leaves, and the tension jumps: dopri5 has its value after that, the implicit method before
+    assert seen == pytest.approx(tension, abs=2e-3 * float(tension.max()))
