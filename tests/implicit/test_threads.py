@@ -153,15 +153,15 @@ def test_a_thread_separates_at_its_end() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["generalized-alpha", "energy-momentum"])
-def test_the_heliogyro_with_segments_of_fixed_length(method: str) -> None:
+def test_the_heliogyro_with_segments_of_fixed_length() -> None:
     """A deployment of 1 m in 10 segments, which leave the spool one by one: lag, rate and tension are dopri5's."""
     given = {"blade.segments": "inextensible", "blade.length": "1 m", "blade.nodes": 10, "output.every": "0.1 s"}
     exact = evolvent.run("heliogyro", given | {"solver.method": "dopri5"})
-    found = evolvent.run("heliogyro", given | {"solver.method": method, "solver.step": "2.5 ms"})
+    found = evolvent.run("heliogyro", given | {"solver.method": "generalized-alpha", "solver.step": "2.5 ms"})
     assert found.attrs["status"] == exact.attrs["status"] == "success"
     lag, wanted = np.degrees(found["blade-1"].tip_lag.values), np.degrees(exact["blade-1"].tip_lag.values)
-    assert np.abs(lag - wanted).max() < 0.02
-    assert found["hub"].rate.values == pytest.approx(exact["hub"].rate.values, abs=1e-3)
-    tension = exact["blade-1"].hub_tension.values
-    assert found["blade-1"].hub_tension.values == pytest.approx(tension, abs=5e-3 * float(tension.max()))
+    assert np.nanmax(np.abs(lag - wanted)) < 0.02
+    assert found.body_rate.values == pytest.approx(exact.body_rate.values, abs=1e-3)
+    tension, seen = (np.delete(one["blade-1"].hub_tension.values, 200) for one in (exact, found))
+    # at 20 s a node leaves, and the tension jumps: dopri5 has its value after that, the implicit method before
+    assert seen == pytest.approx(tension, abs=2e-3 * float(tension.max()))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, System, parts
-from evolvent.kernels import joint
+from evolvent.kernels import joint, rigid
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.fixed_lengths import with_positions
 from evolvent.solvers.implicit import ENERGY_MOMENTUM, NAME as ALPHA, solve_implicit
@@ -65,14 +65,15 @@ class Compared:
         return float(np.abs(getattr(self.found[method, steps].observations, field) - exact).max() / np.abs(exact).max())
 
 
-@pytest.fixture(scope="module", params=["paid out on a free body"])
+@pytest.fixture(scope="module", params=SYSTEMS)
 def compared(request: pytest.FixtureRequest) -> Compared:
     """A system under all methods."""
     assembly = SYSTEMS[request.param]().assemble()
     exact = solve(assembly, samples=TIMES, method="dopri5", rtol=1e-9, atol=1e-11)
     found = {
         (method, steps): solve_implicit(assembly, samples=TIMES, method=method, step=TIMES[-1] / steps)
-        for method in (ALPHA, ENERGY_MOMENTUM) for steps in (75, 150)
+        for method in ((ALPHA,) if request.param == "a free spool" else (ALPHA, ENERGY_MOMENTUM))
+        for steps in ((300, 4800) if request.param == "taken up" else (150, 300))
     }  # fmt: skip
     for one in (exact, *found.values()):
         assert one.success, one.message
@@ -82,24 +83,35 @@ def compared(request: pytest.FixtureRequest) -> Compared:
 @pytest.mark.slow
 @pytest.mark.parametrize("method", [ALPHA, ENERGY_MOMENTUM])
 def test_motions_are_those_of_dopri5(compared: Compared, method: str) -> None:
-    """Positions, velocities, tensions and rates, of second order in the step, over nodes that leave and come back."""
+    """Positions, velocities, tensions and rates, of second order in the step, over nodes that leave and come back.
+
+    The last link of a node that comes back swings ever faster: only steps far below 1 ms resolve it.
+    """
+    if method not in {name for name, _ in compared.found}:
+        return  # it refuses free spools
+    coarse, fine = sorted({steps for _, steps in compared.found})
     for field in ("position", "velocity", "tension", "body_rate", "spool"):
-        coarse, fine = (compared.error(method, steps, field) for steps in (75, 150))
-        assert fine < 2e-3, field
-        assert fine < 0.35 * coarse or fine < 1e-4, field
-    events = compared.exact.event_times
-    assert events.size == 2
-    found = compared.found[method, 150]
-    assert found.event_kinds.tolist() == compared.exact.event_kinds.tolist()
-    assert found.event_times == pytest.approx(events, abs=5e-4)
+        errors = [compared.error(method, steps, field) for steps in (coarse, fine)]
+        if fine == 4800:
+            assert errors[0] < 2e-2, field
+            assert errors[1] < 5e-4, field
+        else:
+            assert errors[1] < 5e-4, field
+            assert errors[1] < 0.4 * errors[0] or errors[1] < 5e-5, field
+    found, exact = compared.found[method, fine], compared.exact
+    assert found.event_kinds.tolist() == exact.event_kinds.tolist() != []
+    assert found.event_times == pytest.approx(exact.event_times, abs=1e-4)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", [ALPHA, ENERGY_MOMENTUM])
 def test_energies_and_momenta_close(compared: Compared, method: str) -> None:
-    """The spool's work is that of dopri5; energy-momentum closes its balance to round-off."""
-    found, exact = compared.found[method, 150], compared.exact
-    assert found.statistics["energy_defect"] < (1e-8 if method == ENERGY_MOMENTUM else 1e-3)
+    """The spool's work is that of dopri5; energy-momentum closes its balance where nothing holds bodies."""
+    if method not in {name for name, _ in compared.found}:
+        return  # it refuses free spools
+    found, exact = compared.found[method, max(steps for _, steps in compared.found)], compared.exact
+    free = bool(np.all(found.model.bodies["motion"] == rigid.FREE))
+    assert found.statistics["energy_defect"] < (1e-8 if method == ENERGY_MOMENTUM and free else 1e-3)
     moved = float(found.statistics["energy_moved"])
     for name in ("kinetic", "spools", "released", "by_springs"):
         assert np.abs(found.balance[name] - exact.balance[name]).max() < 2e-3 * moved, name
@@ -107,6 +119,17 @@ def test_energies_and_momenta_close(compared: Compared, method: str) -> None:
     size = np.abs(momentum.angular).max()
     assert np.abs(momentum.angular - exact.momentum.angular).max() < 2e-3 * size
     assert np.abs(momentum.drift_angular[:, 2]).max() < 1e-3 * size
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["two threads, a tape, on a body that spins", "taken up"])
+def test_what_is_lost_is_the_filter_of_held_systems(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without it energy-momentum closes the balance of a spinning body to round-off too, over its events."""
+    for module in ("implicit_setup", "implicit_run"):
+        monkeypatch.setattr(f"evolvent.solvers.{module}.acts_from_outside", lambda *_: False)
+    found = solve_implicit(SYSTEMS[name]().assemble(), samples=TIMES, method=ENERGY_MOMENTUM, step=0.01)
+    assert found.success, found.message
+    assert found.statistics["energy_defect"] < 1e-8
 
 
 @pytest.mark.slow
@@ -234,6 +257,11 @@ def test_a_free_spool_has_no_equilibrium() -> None:
     with pytest.raises(InputError, match="'thread' is a thread with segments of fixed length on a free spool, which "
                                          "equilibrium does not support"):  # fmt: skip
         solve_static(SYSTEMS["a free spool"]().assemble())
+
+
+def test_energy_momentum_refuses_a_free_spool() -> None:
+    with pytest.raises(InputError, match=r"free spool, which energy-momentum does not support.*generalized-alpha"):
+        solve_implicit(SYSTEMS["a free spool"]().assemble(), samples=TIMES, method=ENERGY_MOMENTUM, step=0.01)
 
 
 def test_redundant_constraints_are_refused() -> None:

@@ -6,6 +6,7 @@ Unknowns are the velocities of the model in their order, then one multiplier for
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 
@@ -102,7 +103,7 @@ def _block_of_marker(graph: _Graph, marker: np.record) -> int:
     return int(graph.body[marker["index"]])
 
 
-def _spool(graph: _Graph, thread: np.record) -> int:
+def _spool(graph: _Graph, thread: Any) -> int:
     """Block of a free spool, -1 of one that a drive turns."""
     return graph.of(int(thread["spool_v"])) if thread["drive"] == FREE else -1
 
@@ -160,7 +161,8 @@ def _couple_layers(graph: _Graph) -> None:
 
 def _segment_ends(graph: _Graph, row: np.record) -> list[int]:
     """Blocks that a segment of fixed length acts on, at the spool and when it has left it."""
-    thread, i = graph.model.threads[row["first"]], int(row["last"])
+    i = int(row["last"])
+    thread = graph.model.threads[int(row["first"])]
     nodes = [graph.of(int(thread["iv"]) + 3 * j) for j in range(i, min(i + 2, int(thread["n"])))]
     return [*nodes, int(graph.body[thread["body"]]), _spool(graph, thread)]
 

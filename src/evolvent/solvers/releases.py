@@ -19,8 +19,9 @@ from evolvent.flow.fixed_lengths import write_directions, write_positions
 from evolvent.flow.implicit import residual
 from evolvent.flow.powers import DRIVEN, SPOOLS
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import joint, thread
+from evolvent.kernels import joint, rigid, thread
 from evolvent.kernels.drive import FREE, drive
+from evolvent.kernels.thread.free import WINDOW
 from evolvent.solvers.balance import dissipated, energy, extend, lost, potential, worked
 from evolvent.solvers.fixed_lengths import hold_segments
 from evolvent.solvers.implicit_balance import fill_energies
@@ -31,6 +32,8 @@ from evolvent.solvers.implicit_state import Workspace
 _INTERVALS = 4096
 #: Part of a segment that leaves its spool while velocities change, of the difference that gives accelerations.
 _SHORT = 1e-4
+#: Part of a segment that may have left a free spool where its node is due: twice that of `kernels.thread.free`.
+_PAST = 2.0 * WINDOW
 
 
 def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
@@ -87,7 +90,8 @@ class Releases:
     Attributes
     ----------
     times, kinds : events so far, as in `evolvent.solvers.Solution`
-    acceleration : (nv,) float, m/s2, of nodes of threads with segments of fixed length after the last event
+    acceleration : (nv,) float, m/s2, of all coordinates after the last event, of models with segments of fixed length
+    tension : (nn,) float, N, of the segments at the nodes then
     """
 
     def __init__(self, assembly: Assembly) -> None:
@@ -101,6 +105,8 @@ class Releases:
             needs.load(self.directions, event_values, apply_event, write_positions, write_directions, rhs)
         self._values = np.zeros(int(self.model.info.ne))
         self.acceleration = np.zeros(int(self.model.info.nv))
+        self.tension = np.zeros(self.model.nodes.size)
+        self._has_springs = bool(np.any(self.model.threads["kind"] == thread.SPRINGS))
 
     def fire(self, t: float, y: np.ndarray) -> int:
         """Carry out what is due at t on the state y; returns how many events, -1 where a drive outruns its thread."""
@@ -109,12 +115,15 @@ class Releases:
         s, by = self.model.switches, self.directions
         before, state = s.copy(), y.copy()
         by.joints["until"] = self.model.joints["until"][: by.joints.size]
+        by.motors["until"] = self.model.motors["until"]
         write_directions(t, state, s, by)
+        excess = self._turn_back(state, by)
         start = state.copy()
         write_positions(t, start, s, by)
         count = self._fire(t, state, by)
         if count > 0:
             self.acceleration = self._accelerations(t, state, by)
+            ways = state.copy()
             write_positions(t, state, s, by)
             # nodes keep what the method leaves of their constraints, and with it the momentum
             y += state - start
@@ -122,8 +131,28 @@ class Releases:
                 low, high = sorted((int(before[p]), int(s[p])))
                 for first in (int(row["iq"]), int(row["iv"])):
                     y[first + 3 * low : first + 3 * high] = state[first + 3 * low : first + 3 * high]
+                    if int(s[p]) > int(before[p]):
+                        own = slice(first + 3 * high - 3, first + 3 * high)
+                        y[own] += excess[p] * ways[own]
             hold_segments(t, y, s, self.model)
         return count
+
+    def _turn_back(self, y: np.ndarray, by: mdl.Model) -> np.ndarray:
+        """Turn free spools back to where their next nodes leave; returns the lengths (m) by which steps passed that.
+
+        A link's turning has a regular solution from the length 0 on.
+        """
+        s, found = self.model.switches, np.zeros(by.threads.size)
+        for p, row in enumerate(by.threads):
+            if row["drive"] != FREE or s[p] >= row["n"] or y[int(row["spool_v"])] <= 0.0:
+                continue
+            phi = float(y[int(row["spool_q"])])
+            radius = float(row["radius"] - row["coiling"] * phi)
+            past = phi * (float(row["radius"]) - 0.5 * float(row["coiling"]) * phi) - float(s[p] * row["segment"])
+            if 0.0 < past < _PAST * float(row["segment"]):
+                y[int(row["spool_q"])] -= past / radius
+                found[p] = past
+        return found
 
     def accelerations(self, t: float, y: np.ndarray) -> np.ndarray:
         """Accelerations (nv,) of a state with positions, by the equations of explicit methods; zeros without these."""
@@ -136,7 +165,9 @@ class Releases:
     def _accelerations(self, t: float, y: np.ndarray, by: mdl.Model) -> np.ndarray:
         """Accelerations (nv,) of a state with directions, as those of positions, by a difference of velocities."""
         s, dy = self.model.switches, np.zeros_like(y)
+        by.nodes["tension"] = 0.0
         rhs(t, y, s, by, dy)
+        self.tension = by.nodes["tension"].copy()
         speed = np.abs(by.threads["b"][:, 1])
         d = _SHORT * float(np.min(by.threads["segment"][speed > 0.0] / speed[speed > 0.0], initial=1.0))
         now, later = y.copy(), y + d * dy
@@ -188,23 +219,16 @@ class Releases:
                 k = at + 3 * i
                 for values in kept:
                     values[k : k + 3] = values[k - 3 : k] if i > 0 else 0.0
-                if row["kind"] == thread.JOINED and not work.options.midpoint:
-                    work.a1[k : k + 3] += self.acceleration[k : k + 3] - work.dv1[k : k + 3]
-                    work.dv1[k : k + 3] = self.acceleration[k : k + 3]
             for i in range(now, was):
                 for values in kept:
                     values[at + 3 * i : at + 3 * i + 3] = 0.0
                 work.y[n_q + at + 3 * i : n_q + at + 3 * i + 3] = 0.0
-        for k in np.flatnonzero(model.joints["kind"] == joint.SEGMENT):  # tensions go on as the neighbour's
-            p, i = int(model.joints["first"][k]), int(model.joints["last"][k])
-            if before[p] <= i < model.switches[p]:
-                work.la[k] = work.la[k - 1] if i > 0 else 0.0
-            elif i >= model.switches[p]:
-                work.la[k] = 0.0
+        if count > 0 and self.directions is not None:
+            self._begin_again(work)
         if not work.options.midpoint:  # whose powers and loads are those of whole steps
             residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, work.r, work.powers[0])
             whole = slice(model.threads.size, 2 * model.threads.size)
-            if count > 0 and np.array_equal(before[whole], model.switches[whole]):
+            if self._has_springs and count > 0 and np.array_equal(before[whole], model.switches[whole]):
                 for k in (SPOOLS, DRIVEN):
                     work.powers[0, k] = powers[k]
             work.loads1[:] = model.P
@@ -218,6 +242,27 @@ class Releases:
         work.loop.factored = 0.0
         begin_next(model, work)
         return count
+
+    def _begin_again(self, work: Workspace) -> None:
+        """Give a step the accelerations and tensions after an event, which change there at once.
+
+        Beside threads with segments of springs, whose accelerations are not those of a step, only the nodes'.
+        """
+        model, A, joints = self.model, self.acceleration, self.model.joints
+        own = np.full(A.size, not self._has_springs)
+        for row in model.threads[model.threads["kind"] == thread.JOINED]:
+            first = int(row["iv"] - model.info.nq)
+            own[first : first + 3 * int(row["n"])] = True
+        if work.options.midpoint:
+            for row in model.bodies[model.bodies["carried"] != 0.0]:  # whose changes are those of a common centre
+                own[int(row["iv"] - model.info.nq) :][:3] &= row["motion"] != rigid.FREE
+            work.step.before[own] = A[own] * float(work.loop.last)
+        else:
+            work.a1[own] += A[own] - work.dv1[own]
+            work.dv1[own] = A[own]
+        for k in np.flatnonzero(joints["kind"] == joint.SEGMENT):
+            p, i = int(joints["first"][k]), int(joints["last"][k])
+            work.la[k] = work.la0[k] = self.tension[int(model.threads["node"][p]) + i]
 
 
 def write_accounts(model: mdl.Model, y: np.ndarray, balance: Any) -> None:
