@@ -200,8 +200,9 @@ class AirGiven(_Shape):
         return air.given(self.mass, self.moments)
 
 
-_KINDS = {"sphere": AirSphere, "disc": AirDisc, "cylinder": AirCylinder, "plate": AirPlate, "given": AirGiven}
-_AirShape = Annotated[AirSphere | AirDisc | AirCylinder | AirPlate | AirGiven, OneOf(_KINDS)]
+#: Kinds of shapes that air surrounds, by the key of a file.
+AIR_SHAPES = {"sphere": AirSphere, "disc": AirDisc, "cylinder": AirCylinder, "plate": AirPlate, "given": AirGiven}
+_AirShape = Annotated[AirSphere | AirDisc | AirCylinder | AirPlate | AirGiven, OneOf(AIR_SHAPES)]
 
 
 class Air(Section):

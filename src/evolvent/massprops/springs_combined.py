@@ -18,6 +18,7 @@ from evolvent.massprops.inertia.combined import NO_BODY, Combined
 from evolvent.massprops.inertia.least_squares import solve
 from evolvent.massprops.inertia.problem import problem, undetermined, value_of
 from evolvent.massprops.modal import refuse_fast, refuse_rate
+from evolvent.massprops.mounting_keys import AIR_SHAPES
 from evolvent.massprops.springs import compare, data_fitted, measured_of, refuse_flexible
 from evolvent.massprops.springs_inputs import (
     LABELS,
@@ -380,7 +381,7 @@ def _mounted(given: OnSprings) -> tuple[tuple[str, str], ...]:
         rows.append(("mounting", (turns or no_turn) if given.mounting.body else "without the body"))
     rows += [("tare", f"{t.name}, {t.mass.value:.6g} kg") for t in given.tare if np.isfinite(t.mass.value)]
     if given.air is not None:
-        shapes = ", ".join(s.shape for s in given.air.shapes)
+        shapes = ", ".join(name for s in given.air.shapes for name, kind in AIR_SHAPES.items() if type(s) is kind)
         rows.append(("air that moves along", f"{shapes}, density {given.air.density.value:.6g} kg/m³"))
     return tuple(rows)
 
