@@ -309,11 +309,11 @@ def test_equilibria_and_modes_wait_in_the_queue_and_are_kept(studio):
 
 
 def test_what_has_no_modes_is_refused_before_it_waits(studio):
-    reel = {"kind": "reel", "body": "hub", "radius": 0.1, "drive": {"constant": {"rate": 1.0, "angle": 5.0}}}
+    reel = {"kind": "reel", "body": "hub", "radius": 0.1, "drive": {"free": {"inertia": 1e-3, "angle": 5.0}}}
     thread = {"kind": "thread", "reel": "reel", "length": 1, "line_density": 0.1, "nodes": 5}
     thread |= {"segments": "inextensible"}
     content = cases.content_of({"parts": {"hub": HUB | {"motion": "driven"}, "reel": reel, "thread": thread}})
     for kind, words in (("modes", "modes do"), ("equilibrium", "equilibrium does")):
-        with pytest.raises(InputError, match=f"'thread' is a thread .* which {words} not support; use segments"):
+        with pytest.raises(InputError, match=f"'thread' is a thread .* which {words} not support; for motions"):
             studio.submit(Draft("", "", content), kind)
     assert studio.jobs.listed() == []

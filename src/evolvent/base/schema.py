@@ -359,8 +359,9 @@ def _unlocated(kind: type[Section], key: str, path: Sequence[str], name: str, pl
     close = difflib.get_close_matches(key, alike, n=1, cutoff=0.0)
     if close:
         return f"unknown key {key!r}; did you mean {close[0]!r}?"
-    guess = nearest(key, known)
-    return f"unknown key {key!r}; " + (guess if guess[:3] == "did" else nearest(before + name, known))
+    level = [k for k in known if "." not in k[len(before) :]]
+    guesses = nearest(before + name, level), nearest(key, known), nearest(before + name, known)
+    return f"unknown key {key!r}; " + next((guess for guess in guesses if guess[:3] == "did"), guesses[-1])
 
 
 def _nearest_key(kind: type[Section], location: tuple[Any, ...], start: str) -> str:

@@ -82,7 +82,7 @@ def evaluate_nodes(n, y, model):
                 e[c] = y[iq + c] - y[row.iq + c]
             for c in range(3):
                 axis = row.axes[c]
-                node.deflection[c] = axis[0] * e[0] + axis[1] * e[1] + axis[2] * e[2] - node.shape[c]
+                node.deflection[c] = axis[0] * e[0] + axis[1] * e[1] + axis[2] * e[2] - node.undeformed[c]
             low, high, first = max(i - 1, 0), min(i, row.elements - 1), row.first_element
             node.curvature = 0.0
             for j in range(low, high + 1):

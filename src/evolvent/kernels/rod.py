@@ -319,7 +319,7 @@ def evaluate_nodes(model):
             ux, uy, uz = turn_back(
                 model.bodies[row.first_body].R, node.x[0] - root[0], node.x[1] - root[1], node.x[2] - root[2]
             )
-            shape, out = node.shape, node.deflection
+            shape, out = node.undeformed, node.deflection
             out[0], out[1], out[2] = ux - shape[0], uy - shape[1], uz - shape[2]
             angle = length = 0.0
             for j in range(max(i - 1, 0), min(i, row.elements - 1) + 1):

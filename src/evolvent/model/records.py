@@ -134,9 +134,9 @@ RECORDS: dict[str, np.dtype] = {
         "kind iq iv nodes first_element elements first_node paper held", "length",
         "kinetic elastic bending linear angular axes", linear=_3, angular=_3, axes=_33,
     ),
-    # nodes of beams and rods; shape: position without stress, from the root, in its axes
+    # nodes of beams and rods; undeformed: position without stress, from the root, in its axes
     "beam_nodes": _record(
-        "", "shape", "x v slope deflection curvature", shape=_3, x=_3, v=_3, slope=_3, deflection=_3
+        "", "undeformed", "x v slope deflection curvature", undeformed=_3, x=_3, v=_3, slope=_3, deflection=_3
     ),
     # form, bending, mass: indices in the pools of the model, bending of the form of that alone; force, tangent,
     # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;

@@ -217,7 +217,7 @@ class Beam(Part):
         first = len(builder.rows["elements"])
         node = len(builder.rows["beam_nodes"])
         for place in self._shape(unloaded):
-            builder.add("beam_nodes", shape=place)
+            builder.add("beam_nodes", undeformed=place)
         index = builder.add(
             "beams",
             kind=kind,

@@ -207,7 +207,7 @@ class Rod(Part):
             )  # fmt: skip
         node = len(builder.rows["beam_nodes"])
         for place in (x - x[0]) @ R[0] if self.rest == "start" and self.nodes is not None else stress_free(self)[0]:
-            builder.add("beam_nodes", shape=place)
+            builder.add("beam_nodes", undeformed=place)
         index = builder.add(
             "rods", first_element=first, elements=n, first_body=first_body, first_node=node, length=self.length,
             alpha=self.mass_damping,

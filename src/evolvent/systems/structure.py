@@ -67,7 +67,7 @@ class StructureCase(Section):
     simulate: Simulate | None = None
     equilibrium: Equilibrium = Equilibrium()
     modes: Modes = Modes()
-    margin: Margin = Margin()
+    margin: Margin | None = None
 
 
 class Structure(SystemDefinition):
