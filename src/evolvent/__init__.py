@@ -118,11 +118,7 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> System:
 
     loaded = cases.load(case, overrides)
     definition = cases.system(loaded.system)
-    system: System = definition.build(loaded)
-    system.settings = {name: value for name, value in definition.settings(loaded).items() if value is not None}
-    if loaded.system == "structure":
-        given = loaded.model_dump(mode="json", exclude_defaults=True)
-        system.sections = {name: given[name] for name in ("equilibrium", "modes", "margin") if name in given}
+    system: System = definition.system(loaded)
     return system
 
 

@@ -23,7 +23,7 @@ from evolvent.cases import Plan
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.analysis.margins import MarginResults
+    from evolvent.analysis.margins.results import MarginResults
     from evolvent.analysis.modal import ModalResults
     from evolvent.analysis.system import System
     from evolvent.assembly.assembled import Assembly
@@ -87,7 +87,18 @@ class SystemDefinition:
         """`settings` of a case whose parts are assembled; refuses what only these show."""
         return self.settings(case)
 
+    def sections(self, case: Any) -> dict[str, Any]:
+        """Sections of a case that `System.sections` holds, as a case file has them."""
+        return {}
+
     # ---------------------------------------------------------------------------------- what follows from it
+
+    def system(self, case: Any) -> System:
+        """The parts of a case, with its `settings` and `sections`."""
+        found = self.build(case)
+        found.settings = {name: value for name, value in self.settings(case).items() if value is not None}
+        found.sections = self.sections(case)
+        return found
 
     def plan(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> Plan:
         """The case, checked and prepared; nothing long is compiled.
@@ -342,12 +353,7 @@ class SystemDefinition:
         InputError, RunFailed
             As of `System.margin`.
         """
-        system = self.build(case)
-        system.settings = {name: value for name, value in self.settings(case).items() if value is not None}
-        section = getattr(case, "margin", None)
-        if section is not None:
-            system.sections = {"margin": section.model_dump(mode="json", exclude_defaults=True)}
-        found: MarginResults = system.margin(motion=motion, progress=progress, **keys)
+        found: MarginResults = self.system(case).margin(motion=motion, progress=progress, **keys)
         return found
 
     def _given(self, laws: Any) -> dict[str, Any]:

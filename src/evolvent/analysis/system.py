@@ -197,7 +197,7 @@ class System:
 
         Returns
         -------
-        evolvent.analysis.margins.MarginResults
+        evolvent.analysis.margins.results.MarginResults
             ``margins.least``, ``margins.negative``, ``margins["hinge 1"].margin("motorization")``;
             ``margins.plot("margins.png")``, ``margins.save("margins.json")``.
 
@@ -210,21 +210,21 @@ class System:
             If the run did not reach its end; ``.run`` holds what was computed.
         """
         from evolvent import analysis
-        from evolvent.analysis import margins
+        from evolvent.analysis.margins import evaluation
 
-        asked = margins.with_keys(self.sections.get("margin", {}), keys)
+        asked = evaluation.with_keys(self.sections.get("margin", {}), keys)
         assembly = self.assemble()
 
         def run() -> Any:
             settings = self._run_settings({})
-            tell = on_stderr(settings["until"]) if progress is None else progress
-            solution, _, _ = analysis.solve(assembly, progress=tell, **settings)
+            shown = on_stderr(settings["until"]) if progress is None else progress
+            solution, _, _ = analysis.solve(assembly, progress=shown, **settings)
             if solution.status == "failed":
                 raise RunFailed(solution.message, solution)
             return solution
 
         moves = motion or (motion is None and "until" in self.settings)
-        return margins.margins(
+        return evaluation.margins(
             assembly, asked, run=run if moves else None, title=self.title, case=self._case(self.settings)
         )
 

@@ -10,7 +10,7 @@ from evolvent.results import made_with
 from evolvent.view import pages
 
 if TYPE_CHECKING:
-    from evolvent.analysis.margins import MarginResults
+    from evolvent.analysis.margins.results import MarginResults
 
 
 def write(found: MarginResults, path: str) -> str:

@@ -88,5 +88,10 @@ class Structure(SystemDefinition):
         """How a case is run; empty where it says nothing of it."""
         return {} if case.simulate is None else case.simulate.settings()
 
+    def sections(self, case: StructureCase) -> dict[str, Any]:
+        """The sections `equilibrium`, `modes` and `margin` of a case, where it says something of them."""
+        given = case.model_dump(mode="json", exclude_defaults=True)
+        return {name: given[name] for name in ("equilibrium", "modes", "margin") if name in given}
+
 
 SYSTEM = Structure()

@@ -83,10 +83,20 @@ class Mechanism:
         still["applied"] = 0.0
         #: The model without any force but those of constraints.
         self.bare = model._replace(coordinates=still, **{name: mdl.zeros(name, 0) for name in forces})
+        self._models: dict[tuple[str, Any], Any] = {}
         self.powers = np.zeros(N_POWERS)
         self.none = np.zeros(self.n_v), np.zeros(self.n_j)
 
     # ------------------------------------------------------------------------------------------------ the engine
+
+    def _with(self, family: str, key: Any, records: Array) -> Any:
+        """The bare model with records of one family: made once for each key, later its records are overwritten."""
+        model = self._models.get((family, key))
+        if model is None:
+            model = self._models[family, key] = self.bare._replace(**{family: records})
+        else:
+            getattr(model, family)[:] = records
+        return model
 
     def left(self, t: float, y: Array, model: Any, *, a: Any = None, la: Any = None, factor: float = 0.0) -> Array:
         """Residual of a model: generalised forces on the left of the equations, then gaps."""
@@ -117,7 +127,7 @@ class Mechanism:
         for k in range(rows.size):
             one = rows[k : k + 1].copy()
             one["stiffness"], one["rest"] = 1.0, x[k] - 1.0
-            J[k] = self.left(t, y, self.bare._replace(coordinates=one))[: self.n_v] - zero
+            J[k] = self.left(t, y, self._with("coordinates", k, one))[: self.n_v] - zero
         return J, x
 
     def power(self, share: Share, t: float, y: Array, direction: Direction, *, still: bool = False) -> float:
@@ -160,7 +170,7 @@ class Mechanism:
             own = self._coordinate(share, direction)
         if share.family == "fields":
             own["scale"] = 1.0
-        return self.left(t, y, self.bare._replace(**{share.family: own}))[: self.n_v]
+        return self.left(t, y, self._with(share.family, share.label, own))[: self.n_v]
 
     def _coordinate(self, share: Share, direction: Direction) -> Array:
         """A coordinate's record with the fields of a share alone; friction slips against the direction."""
