@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from evolvent.base import files
-from evolvent.base.console import INTERRUPTED, figure_format, once, say, showing_progress
+from evolvent.base.console import INTERRUPTED, figure_format, say, showing_progress
 from evolvent.base.errors import InputError, RunFailed
+from evolvent.commands import options as shared
 from evolvent.commands.sweep import Reached
 
 if TYPE_CHECKING:
@@ -27,25 +28,22 @@ _KEYS = r"\w+(?:\.\w[\w -]*)*(?:\s*,\s*\w+(?:\.\w[\w -]*)*)*"
 @click.option("--vary", multiple=True, metavar="KEY=DISTRIBUTION", help="Draw a key; keys with commas share one draw.")
 @click.option("--correlate", multiple=True, metavar="KEY,KEY=VALUE", help="Correlation of two keys, from -1 to 1.")
 @click.option("--keep", multiple=True, metavar="NAME", help="A result, such as 'hinge 1.latch_time.last'.")
-@click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
-@click.option(
-    "--sample", multiple=True, callback=once, metavar="WAY",
-    help="monte-carlo, latin-hypercube, sobol, saltelli (indices of Sobol) or corners.  [default: monte-carlo]",
+@shared.assignments
+@shared.single(
+    "--sample", metavar="WAY",
+    text="monte-carlo, latin-hypercube, sobol, saltelli (indices of Sobol) or corners.  [default: monte-carlo]",
 )  # fmt: skip
 @click.option("--samples", type=click.IntRange(min=1), metavar="N", help="Number of samples.  [default: the fewest "
               "that give the bound; 59 for 95/95]")  # fmt: skip
 @click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of the random numbers.  [default: 0]")
 @click.option("--coverage", type=float, default=95.0, show_default=True, metavar="PERCENT", help="Runs within a bound.")
 @click.option("--confidence", type=float, default=95.0, show_default=True, metavar="PERCENT", help="Of bounds.")
-@click.option("-o", "--output", multiple=True, callback=once, metavar="DIR",
-              help="Folder of runs, report, tables and figures.  [default: CASE-dispersion]")  # fmt: skip
-@click.option(
-    "--workers", type=click.IntRange(min=1), metavar="N", help="Number of processes. [default: chosen automatically]"
-)
-@click.option("--scheduler", metavar="ADDRESS", help="Use the workers of a Dask scheduler, such as tcp://host:8786.")
+@shared.output("DIR", "Folder of runs, report, tables and figures.  [default: CASE-dispersion]")
+@shared.workers
+@shared.scheduler
 @click.option("--no-figures", is_flag=True, help="Write tables only: no figures and no report.")
 @figure_format
-@click.option("--quiet", is_flag=True, help="Print no table and no progress.")
+@shared.quiet()
 def disperse(case: str, **options: Any) -> None:
     """Run a CASE with dispersed keys and state bounds, quantiles and sensitivities of its results.
 
@@ -63,16 +61,16 @@ def disperse(case: str, **options: Any) -> None:
     runner.check_installed()
     coverage, confidence = (_share(name, options[name]) for name in ("coverage", "confidence"))
     quiet, reached = options["quiet"], Reached()
-    with showing_progress(quiet=quiet) as told:
+    with showing_progress(quiet=quiet) as report_line:
         study = _study(case, options, coverage, confidence)
         folder = options["output"] or f"{study.name}-dispersion"
         try:
             found = dispersed.disperse(
                 study, coverage=coverage, confidence=confidence, output=folder, workers=options["workers"],
-                scheduler=options["scheduler"], progress=reached.reach, report=told,
+                scheduler=options["scheduler"], progress=reached.reach, report=report_line,
             )  # fmt: skip
         except KeyboardInterrupt:
-            told(
+            report_line(
                 f"stopped; {store.finished_cases(folder)} of {study.count} runs are kept in {folder}, and the same "
                 f"command continues from there"
             )

@@ -7,29 +7,28 @@ from typing import TYPE_CHECKING
 import click
 
 from evolvent.base import files
-from evolvent.base.console import echo, once, showing_progress
+from evolvent.base.console import echo, showing_progress
 from evolvent.base.errors import RunFailed
+from evolvent.commands import options as shared
 
 if TYPE_CHECKING:
-    from evolvent.analysis.margins import MarginResults
+    from evolvent.analysis.margins.results import MarginResults
 
 
 @click.command()
 @click.argument("case", metavar="CASE|FILE")
-@click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
-@click.option(
-    "--factors", multiple=True, callback=once, metavar="NAME|FILE.YAML",
-    help="Table of factors: a standard, or an own table.  [default: the case's margin.factors, or ECSS-E-ST-33-01C]",
+@shared.assignments
+@shared.single(
+    "--factors", metavar="NAME|FILE.YAML",
+    text="Table of factors: a standard, or an own table.  [default: the case's margin.factors, or ECSS-E-ST-33-01C]",
 )  # fmt: skip
 @click.option("--at-rest", is_flag=True, help="Leave out the margins along the simulated motion.")
 @click.option("--details", is_flag=True, help="Print every share at the governing positions.")
 @click.option("--check", is_flag=True, help="Exit with code 1 where a margin is below 0.")
-@click.option(
-    "-o", "--output", multiple=True, callback=once, metavar="MARGINS.NC|JSON|CSV", help="Keep all tables as a file."
-)
-@click.option("--figure", multiple=True, callback=once, metavar="MARGINS.PNG", help="Draw torque over angle.")
-@click.option("--report", multiple=True, callback=once, metavar="MARGINS.HTML", help="Write everything on one page.")
-@click.option("--quiet", is_flag=True, help="Print no tables and no progress.")
+@shared.output("MARGINS.NC|JSON|CSV", "Keep all tables as a file.")
+@shared.single("--figure", metavar="MARGINS.PNG", text="Draw torque over angle.")
+@shared.single("--report", metavar="MARGINS.HTML", text="Write everything on one page.")
+@shared.quiet("Print no tables and no progress.")
 def margin(
     case: str, assignments: tuple[str, ...], factors: str | None, at_rest: bool, details: bool, check: bool,
     output: str | None, figure: str | None, report: str | None, quiet: bool,

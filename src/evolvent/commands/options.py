@@ -43,6 +43,13 @@ def quiet(text: str = "Print no table and no progress.") -> Decorator:
 assignments = click.option(
     "--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case."
 )
+#: How cases run side by side.
+workers = click.option(
+    "--workers", type=click.IntRange(min=1), metavar="N", help="Number of processes. [default: chosen automatically]"
+)
+scheduler = click.option(
+    "--scheduler", metavar="ADDRESS", help="Use the workers of a Dask scheduler, such as tcp://host:8786."
+)
 
 
 def section(kind: type[Kind], given: Mapping[str, Any]) -> Kind:

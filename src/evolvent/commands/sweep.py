@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from evolvent.base import files, progress
-from evolvent.base.console import INTERRUPTED, echo, figure_format, once, showing_progress
+from evolvent.base.console import INTERRUPTED, echo, figure_format, showing_progress
 from evolvent.base.errors import RunFailed
+from evolvent.commands import options as shared
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,21 +18,12 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("study", metavar="STUDY|FILE")
-@click.option(
-    "-o",
-    "--output",
-    multiple=True,
-    callback=once,
-    metavar="DIR",
-    help="Folder of the study. [default: name of the study]",
-)
-@click.option(
-    "--workers", type=click.IntRange(min=1), metavar="N", help="Number of processes. [default: chosen automatically]"
-)
-@click.option("--scheduler", metavar="ADDRESS", help="Use the workers of a Dask scheduler, such as tcp://host:8786.")
+@shared.output("DIR", "Folder of the study. [default: name of the study]")
+@shared.workers
+@shared.scheduler
 @click.option("--figures", metavar="DIR", help="Draw lines and maps into a folder.")
 @figure_format
-@click.option("--quiet", is_flag=True, help="Print no summary and no progress.")
+@shared.quiet("Print no summary and no progress.")
 def sweep(
     study: str,
     output: str | None,
