@@ -86,15 +86,15 @@ def test_curved_ribs_that_cannot_be_wound_are_refused(changes, words):
     assert words in str(refused.value)
 
 
-def test_a_torque_that_is_too_small_is_told():
+def test_a_torque_that_is_too_small_is_reported():
     case = cases.load("wrapped-rib", CURVED | {"drive.torque": 1e-7, "solver.duration": 10.0})
     from evolvent.systems.wrapped_rib import case_checks
 
-    (told,) = [text for text in case_checks.warnings(case) if "cannot wind" in text]
-    assert "EI (1/R - k)/2 where its curvature k is largest" in told
+    (warning,) = [text for text in case_checks.warnings(case) if "cannot wind" in text]
+    assert "EI (1/R - k)/2 where its curvature k is largest" in warning
     # f = 1 m: k = 0.5 1/m at the root, 0.7 of the straight rib's
     needed = 0.7 * case_checks.bending_stiffness_ratio(case) * case.strip.bending_stiffness / 1.2
-    assert f"{needed:.3g} N m" in told
+    assert f"{needed:.3g} N m" in warning
 
 
 @pytest.mark.slow

@@ -39,7 +39,7 @@ def touching() -> System:
 
 
 def lit() -> System:
-    """A thread from one free body to another, in light; its wound part and its end weigh on them."""
+    """A thread from one free body to another, in light; the weights of its wound part and of its end act on them."""
     system = System(gravity=(0.3, 0.0, -9.81))
     system.add(parts.RigidBody(mass=3.0, inertia=(0.3, 0.4, 0.5), position=(0.1, 0.0, 0.0)), "hub")
     system.add(parts.RigidBody(mass=1.0, inertia=(0.3, 0.4, 0.5), position=(1.2, 0.1, 0.0)), "end")

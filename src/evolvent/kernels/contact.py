@@ -262,11 +262,7 @@ def _normal(point, row, elements, p, u, c, o, a, sank, h):
 
 @inlined
 def _push(F, force, moment, point, elements, c, L, half, arm, f, n_q):
-    """Take the force f on a contact point off the internal forces F; its reaction acts on the beam below, or the body.
-
-    Of the beam's element c at the point (shape functions L; c < 0: the body is touched) the reaction goes to F, of the
-    body to its `force` and `moment`.
-    """
+    """Subtract the force f on a contact point from F; the reaction acts on element c, or on the body where c < 0."""
     couple = cross(arm[0], arm[1], arm[2], f[0], f[1], f[2])
     for i in range(3):
         force[i] += f[i] if c < 0 else 0.0

@@ -30,13 +30,11 @@ _NAME = 40
 
 def number(value: float) -> str:
     """A number of five digits; a dash where there is none."""
-    return (
-        f"{value:.5g}"
-        if math.isfinite(value)
-        else "-"
-        if math.isnan(value)
-        else ("above all" if value > 0 else "below all")
-    )
+    if math.isnan(value):
+        return "-"
+    if math.isinf(value):
+        return "above all" if value > 0 else "below all"
+    return f"{value:.5g}"
 
 
 def summary(found: Dispersion) -> list[tuple[str, ...]]:

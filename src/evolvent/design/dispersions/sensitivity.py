@@ -10,7 +10,7 @@ import numpy as np
 Array = np.ndarray
 #: Resamples of the bootstrap of Sobol indices, and its seed.
 RESAMPLES, _SEED = 500, 20
-#: Singular value of the standardised keys over the largest, below which a regression cannot tell them apart.
+#: Singular value of the standardised keys over the largest, below which a regression cannot distinguish them.
 _LEAST = 1e-6
 
 
@@ -58,7 +58,7 @@ def regression(x: Array, y: Array, wanted: float) -> Regression:
     ys = (y - y.mean()) / deviation
     u, s, vt = np.linalg.svd(xs, full_matrices=False)
     if s.size == 0 or s[-1] < _LEAST * s[0]:
-        why = "keys vary together, so that their shares cannot be told apart"
+        why = "keys vary together, so that their shares cannot be distinguished"
         return Regression(coefficients=none, low=none, high=none, r2=math.nan, runs=n, why=why)
     own = vt.T @ ((u.T @ ys) / s)
     rest = float(np.sum((ys - xs @ own) ** 2))
