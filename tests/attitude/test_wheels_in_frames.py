@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts
+from evolvent.solvers import linear_motion
 
 Array = np.ndarray
 
@@ -80,3 +81,23 @@ def test_a_wheel_with_momentum_stands_against_a_turn() -> None:
     # each direction across x has four springs at the distance 1: those along y and z of the ends on the other two
     stiffness = 4.0 * k
     assert 2.0 * q[1] == pytest.approx(-rate * S * W / stiffness, rel=2e-3)
+
+
+@pytest.mark.parametrize("body", [{}, {"motion": "spin", "axis": (0.0, 0.6, 0.8)}], ids=["free", "about-an-axis"])
+def test_the_tangent_has_the_frames_torque_on_a_wheel(body: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Differences of the forces at every velocity change no entry of the stiffness, wheel and body askew to the orbit."""
+    completed, changes = linear_motion._completed, []
+
+    def compared(work: Any, K: Any) -> Any:
+        changes.append((completed(work, K) - K).toarray())
+        return K
+
+    system = System()
+    system.add(parts.Orbit(rate=N), "orbit")
+    system.add(parts.RigidBody(mass=4.0, inertia=(2.0, 3.0, 4.5), **body), "ball")
+    system.add(parts.ReactionWheel(body="ball", axis=(2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0), inertia=S, rate=W), "wheel")
+    monkeypatch.setattr(linear_motion, "_unfinished", lambda model: list(range(int(model.info.nv))))
+    monkeypatch.setattr(linear_motion, "_completed", compared)
+    system.modes(count=9)
+    assert changes
+    assert not np.any(changes)

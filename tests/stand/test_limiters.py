@@ -109,7 +109,7 @@ def test_air_slows_the_simulated_body(book: Book) -> None:
         body={"mass": "2 kg", "inertia": ["0.2 kg m^2", "0.3 kg m^2", "0.2 kg m^2"]},
         excitation={"force": ["0 N", "-1 N", "0 N"]},
         identification={"way": "three-frequencies", "order": 3},
-        air={"shapes": [{"shape": "disc", "radius": "0.6 m"}]},
+        air={"shapes": [{"disc": {"radius": "0.6 m"}}]},
     )
     board["stand"] = board["stand"] | {"stiffness": "100 N/m"}
     found = evolvent.run(board, {"sensors.duration": "8 s", "sensors.rate": "50 Hz"})
@@ -133,7 +133,7 @@ def test_air_slows_the_simulated_body(book: Book) -> None:
         ({"stand.limiters": {"friction": 0.1}}, "stand.limiters.clearance"),
         ({"stand.limiters": {"clearance": "1 mm", "friction": -0.1}}, "stand.limiters.friction"),
         (
-            {"air": {"shapes": [{"shape": "sphere", "radius": "1 m", "centre": [1, 0, 0]}]}},
+            {"air": {"shapes": [{"sphere": {"radius": "1 m", "centre": [1, 0, 0]}}]}},
             "air.shapes.0 has centre .* leave centre and of out",
         ),
     ],

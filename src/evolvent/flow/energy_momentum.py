@@ -306,7 +306,7 @@ def tangent(scale, model, work, matrix):
     body_step.add_body_tangents(c_mass, model, work, matrix)
     if attitude.has_actuators(model):
         attitude.add_wheel_step_tangent(c_mass, n_q, work.R0, work.R1, model, matrix)
-        attitude_tangent.add_actuator_tangents(tm, work.ym, c_rate, model, matrix)
+        attitude_tangent.add_actuator_tangents(tm, work.ym, c_rate, 0.0, model, matrix)
     if model.joints.size > 0:
         _add_end_rows(scale, c_rate, model, work, matrix)
 

@@ -170,7 +170,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     rigid.add_body_tangent(y, c_mass, c_rate, n_q, model.bodies, model.K12, matrix)
     if attitude.has_actuators(model):
         attitude.add_wheel_tangent(y, c_mass, c_rate, n_q, model, matrix)
-        attitude_tangent.add_actuator_tangents(t, y, c_rate, model, matrix)
+        attitude_tangent.add_actuator_tangents(t, y, c_rate, 1.0, model, matrix)
     if model.threads.size > 0:
         thread.add_thread_tangent(y, c_mass, c_rate, model, matrix)
 

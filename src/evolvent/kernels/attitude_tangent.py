@@ -10,29 +10,42 @@ from evolvent.kernels.fields import ORBIT
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import FREE
 from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.sides import turn_axis
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.model import MODEL
 
 
 @inlined
-def add_frame_tangents(c_rate, model, matrix):
-    """c_rate times the derivatives of `add_frame_torques` by velocities, as residuals."""
+def add_frame_tangents(y, c_rate, turning, model, matrix):
+    """Derivatives of `add_frame_torques` by the turn of bodies, and c_rate times by velocities, as residuals.
+
+    The torque s f x n, f = R^T w0, changes with a turn d by s (f x d) x n in the body's axes (turning = 1), and by
+    s f x (d x n) in axes that stay where they are (0).
+    """
     wheels, bodies, fields, n_q = model.wheels, model.bodies, model.fields, model.info.nq
     for i in range(wheels.size):
         b, n, at = wheels[i].body, wheels[i].axis, wheels[i].iv - n_q
         for k in range(fields.size):
-            if fields[k].kind == ORBIT:
-                f = turn_back(bodies[b].R, fields[k].w[0], fields[k].w[1], fields[k].w[2])
-                g, S = cross(f[0], f[1], f[2], n[0], n[1], n[2]), c_rate * fields[k].scale * wheels[i].inertia
-                if bodies[b].motion == FREE:
-                    for c in range(3):
-                        add_entry(matrix, bodies[b].iv + 3 - n_q + c, at, S * g[c])
-                        add_entry(matrix, at, bodies[b].iv + 3 - n_q + c, -S * g[c])
-                else:
-                    a = bodies[b].axis
-                    along = S * (g[0] * a[0] + g[1] * a[1] + g[2] * a[2])
-                    add_entry(matrix, bodies[b].iv - n_q, at, along)
-                    add_entry(matrix, at, bodies[b].iv - n_q, -along)
+            if fields[k].kind != ORBIT:
+                continue
+            f = turn_back(bodies[b].R, fields[k].w[0], fields[k].w[1], fields[k].w[2])
+            g, S = cross(f[0], f[1], f[2], n[0], n[1], n[2]), fields[k].scale * wheels[i].inertia
+            h, kind, first = S * y[wheels[i].iv], bodies[b].motion, bodies[b].iv - n_q
+            columns = range(3, 6) if kind == FREE else range(1)
+            for c in columns:
+                d = turn_axis(bodies, b, kind, c)
+                along = c_rate * S * (g[0] * d[0] + g[1] * d[1] + g[2] * d[2])
+                add_entry(matrix, first + c, at, along)
+                add_entry(matrix, at, first + c, -along)
+                u = cross(f[0], f[1], f[2], d[0], d[1], d[2])
+                u = cross(u[0], u[1], u[2], n[0], n[1], n[2])
+                v = cross(d[0], d[1], d[2], n[0], n[1], n[2])
+                v = cross(f[0], f[1], f[2], v[0], v[1], v[2])
+                for e in columns:
+                    d = turn_axis(bodies, b, kind, e)
+                    own = turning * (u[0] * d[0] + u[1] * d[1] + u[2] * d[2])
+                    kept = (1.0 - turning) * (v[0] * d[0] + v[1] * d[1] + v[2] * d[2])
+                    add_entry(matrix, first + e, first + c, h * (own + kept))
 
 
 @inlined
@@ -102,11 +115,11 @@ def add_controller_tangent(t, y, k, c_rate, model, matrix):
             add_block(matrix, row, row + 3, K, 0, 0, 6, 3, -1.0)
 
 
-@indirect(void(REAL, VECTOR, REAL, MODEL, SPARSE))
-def add_actuator_tangents(t, y, c_rate, model, matrix):
+@indirect(void(REAL, VECTOR, REAL, REAL, MODEL, SPARSE))
+def add_actuator_tangents(t, y, c_rate, turning, model, matrix):
     """Add what torques on wheels and controlled thrusters change with position, and c_rate times with velocity.
 
-    After `actuator_forces` of the same state only.
+    `turning` : 1 where torques on a free body stand in its axes, 0 where in those of a step's start. After `actuator_forces` of the same state only.
     """
     wheels, n_q = model.wheels, model.info.nq
     for i in range(wheels.size):
@@ -124,5 +137,4 @@ def add_actuator_tangents(t, y, c_rate, model, matrix):
         add_entry(matrix, wheels[i].iv - n_q, wheels[i].iv - n_q, slope)
     for k in range(model.controllers.size):
         add_controller_tangent(t, y, k, c_rate, model, matrix)
-    if c_rate != 0.0:
-        add_frame_tangents(c_rate, model, matrix)
+    add_frame_tangents(y, c_rate, turning, model, matrix)
