@@ -18,8 +18,8 @@ from numba import config, njit
 
 import evolvent
 from evolvent.compiled import jit, laws
-from evolvent.compiled.codecache import folder, snapshot
-from evolvent.compiled.codecache.snapshots import Snapshot
+from evolvent.compiled.codecache import folder
+from evolvent.compiled.codecache.snapshots import Snapshot, snapshot
 
 compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")
 P = np.zeros(1)

@@ -45,8 +45,8 @@ def test_code_for_a_named_processor_has_its_own_cache_folder():
     """NUMBA_CPU_NAME=generic is honoured: no baseline, no AVX2."""
     program = (
         "from numba.core.registry import cpu_target\n"
-        "from evolvent.compiled import codecache\n"
-        "with codecache.compiling:\n"
+        "from evolvent.compiled import codecache, compilers\n"
+        "with compilers.compiling:\n"
         "    _, name, features = cpu_target.target_context.codegen().magic_tuple()\n"
         "print(codecache.BASELINE, name, repr(features), codecache.folder_name())\n"
     )

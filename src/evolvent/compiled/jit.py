@@ -19,26 +19,25 @@ import warnings
 from collections.abc import Callable, Iterable
 from typing import Any
 
+import numba
 import numpy as np
 from llvmlite import ir
-from numba import config, f8, i8, njit, types
+from numba import config, f8, i8, types
 from numba.core import cgutils
-from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.errors import NumbaExperimentalFeatureWarning, TypingError
 from numba.core.typing.templates import infer, make_intrinsic_template
 
 from evolvent.base import progress
-from evolvent.compiled.codecache import (
-    Cache,
-    Linked,
-    compiling,
-    is_followed,
-    module_name,
-    snapshot,
-    sources,
-    without_path,
-)
+from evolvent.compiled.codecache.files import say_once
+from evolvent.compiled.codecache.folder import is_followed, module_name, sources
+from evolvent.compiled.codecache.linked import Linked
+from evolvent.compiled.interfaces import PLAIN, REASON
 from evolvent.compiled.pointer import has_addresses, load_attribute
+
+if PLAIN:
+    from evolvent.compiled import plain as compilers
+else:
+    from evolvent.compiled import compilers
 
 # functions in 1-tuples are typed as pointers, which numba calls experimental; tests pin what is used of it
 warnings.filterwarnings("ignore", message="First-class function type", category=NumbaExperimentalFeatureWarning)
@@ -47,64 +46,9 @@ warnings.filterwarnings("ignore", message="First-class function type", category=
 REAL, VECTOR, MATRIX, CUBE, INTEGERS = f8, f8[::1], f8[:, ::1], f8[:, :, ::1], i8[::1]
 
 
-def _njit(function: Callable, *, cache: bool = True, **options: Any) -> Any:
-    """Numba's dispatcher of a function of this package, with nothing compiled yet.
-
-    Without numba's reference counts, which cost more than the arithmetic of a small model: arrays are borrowed from the
-    caller, and a kernel that tried to allocate one would not compile. A function of another package is compiled with
-    the values that its globals have now, and kept by a digest of these; it is not kept where that cannot be decided.
-    """
-    digest, compiled = "", function
-    if cache and not is_followed(function.__module__):
-        compiled, digest, _ = snapshot(function)
-        cache = bool(digest)
-    found = njit(error_model="numpy", _nrt=False, no_cfunc_wrapper=True, **options)(without_path(compiled))
-    _set_compiler(found, _Compiler)
-    if cache:
-        found._cache = Cache(function, digest)
-    return found
-
-
 def _check_followed(function: Callable) -> None:
     if function.__module__.partition(".")[0] == "evolvent" and not is_followed(function.__module__):
         raise RuntimeError(f"{function.__module__} is not among the modules whose changes the cache folder follows")
-
-
-class _Compiler(_FunctionCompiler):
-    """Compiler of this package's functions."""
-
-    def _compile_core(self, args: Any, return_type: Any) -> Any:
-        compiling.take_indices()
-        return super()._compile_core(args, return_type)
-
-
-class _IntoCallers(_Compiler):
-    """Compiler of functions that are linked into their callers: typed and lowered, without code of their own."""
-
-    def _customize_flags(self, flags: Any) -> Any:
-        flags.no_compile = True
-        return flags
-
-    def _compile_core(self, args: Any, return_type: Any) -> Any:
-        found = super()._compile_core(args, return_type)
-        unused: list[Any] = []
-        key = unused.append  # any built-in function of its own, by which numba finds what was compiled
-        self.targetdescr.target_context.insert_user_function(key, found.fndesc, [found.library])
-        return found._replace(entry_point=key)
-
-
-class _Disjoint(_Compiler):
-    """Compiler of functions whose arguments do not overlap."""
-
-    def _customize_flags(self, flags: Any) -> Any:
-        flags.noalias = True
-        return flags
-
-
-def _set_compiler(dispatcher: Any, kind: type[_FunctionCompiler]) -> None:
-    """Have a dispatcher compile by another compiler."""
-    old = dispatcher._compiler
-    dispatcher._compiler = kind(old.py_func, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class)
 
 
 class Kernel(Linked):
@@ -129,18 +73,17 @@ class Kernel(Linked):
     @functools.cached_property
     def _numba_type_(self) -> Any:
         """What compiled code sees: a dispatcher whose functions go into their callers."""
-        self._inside = inside = _njit(self.py_func, cache=False, forceinline=self._inline, no_cpython_wrapper=True)
-        _set_compiler(inside, _IntoCallers)
-        return types.Dispatcher(inside)
+        self._inside = compilers.linked(self.py_func, inline=self._inline)
+        return types.Dispatcher(self._inside)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
-        with compiling:
+        with compilers.compiling:
             return _call(self.dispatcher, arguments)
 
     @functools.cached_property
     def dispatcher(self) -> Any:
         """Numba's dispatcher for calls from Python, with nothing compiled yet."""
-        return _njit(self.py_func)
+        return compilers.dispatcher(self.py_func)
 
     @property
     def is_loaded(self) -> bool:
@@ -149,7 +92,7 @@ class Kernel(Linked):
 
     def load(self) -> None:
         """Compile it for calls from Python, or load it from the cache folder."""
-        with compiling:
+        with compilers.compiling:
             self.dispatcher.compile(self.signature)
 
 
@@ -338,10 +281,7 @@ class Indirect(Linked):
     @functools.cached_property
     def dispatcher(self) -> Any:
         """Numba's dispatcher, with nothing compiled yet."""
-        found = _njit(self.py_func)
-        if self._disjoint:
-            _set_compiler(found, _Disjoint)
-        return found
+        return compilers.dispatcher(self.py_func, disjoint=self._disjoint)
 
     @property
     def is_loaded(self) -> bool:
@@ -351,7 +291,7 @@ class Indirect(Linked):
     def load(self) -> None:
         """Compile it, or load it from the cache folder, and enter its address."""
         if not self.is_loaded:
-            with compiling:
+            with compilers.compiling:
                 if self.signature.args not in self.dispatcher.overloads:
                     self.dispatcher.compile(self.signature)
                     self.dispatcher.disable_compile()
@@ -387,29 +327,25 @@ def load(functions: Iterable[Any]) -> None:
     if config.DISABLE_JIT:
         return
     wanted = [function for function in dict.fromkeys(functions) if not function.is_loaded]
-    missing = [function for function in wanted if not _is_kept(function)]
+    missing = [function for function in wanted if not compilers.is_kept(function.dispatcher, function.signature)]
     if missing:
         _compile(missing)
     for function in wanted:
         function.load()
 
 
-def _is_kept(function: Any) -> bool:
-    """Whether a function is in the cache; one of another package may have none."""
-    cache = function.dispatcher._cache
-    return isinstance(cache, Cache) and cache.exists(function.signature)
-
-
 def _compile(missing: list[Any]) -> None:
     """Compile functions, the first ones here and the last ones in another process, until both meet."""
+    if PLAIN:
+        say_once("plain", f"functions are compiled at each start, by plain numba {numba.__version__}: {REASON}")
     weights = [200 + len(function.py_func.__code__.co_code) for function in missing]
-    aside = _compile_aside(missing[::-1]) if len(missing) > 3 and (os.cpu_count() or 1) > 1 else None
+    aside = None if PLAIN or len(missing) < 4 or os.cpu_count() == 1 else _compile_aside(missing[::-1])
     began = time.perf_counter()
     try:
         progress.report_compilation(progress.Compilation(0, len(missing), math.nan))
         for function in missing:
             function.load()
-            done = [other.is_loaded or _is_kept(other) for other in missing]
+            done = [other.is_loaded or compilers.is_kept(other.dispatcher, other.signature) for other in missing]
             part = sum(weight for weight, is_done in zip(weights, done, strict=True) if is_done) / sum(weights)
             progress.report_compilation(
                 progress.Compilation(sum(done), len(missing), (time.perf_counter() - began) * (1.0 / part - 1.0))
@@ -447,6 +383,6 @@ def compile_named(names: list[tuple[str, str]]) -> None:
     """Compile functions, given as modules and names, into the cache, but those that are there by then."""
     for module, name in names:
         function = getattr(importlib.import_module(module), name)
-        if not _is_kept(function):
-            with compiling:
+        if not compilers.is_kept(function.dispatcher, function.signature):
+            with compilers.compiling:
                 function.dispatcher.compile(function.signature)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import warnings
 from collections.abc import Callable
@@ -12,11 +11,9 @@ from typing import Any
 import numpy as np
 from numba import config, njit, types
 from numba.core.errors import NumbaError
-from numba.core.typeinfer import register_dispatcher
 
 from evolvent.base.errors import InputError, counted
-from evolvent.compiled.codecache import LawCache, snapshot
-from evolvent.compiled.jit import Kernel, pointer_of
+from evolvent.compiled.jit import Kernel, compilers, pointer_of
 from evolvent.compiled.lookups import LAWS, PLAIN, SLOPES
 
 #: How a law of each kind is called, and what it returns.
@@ -31,27 +28,12 @@ FORMS = {
 }
 
 
-def _compile_law(signature: Any, function: Callable) -> Any:
-    """Compile a user's function as numba compiles its own, for the host, with checked indices, and keep it.
-
-    It and its helpers get the values that their globals have now, and it is kept by a digest of all of these.
-    """
-    found = snapshot(function)
-    compiled = njit(error_model="numpy", _nrt=False, boundscheck=True)(found.function)
-    compiled._cache = LawCache(found)
-    with register_dispatcher(compiled):  # for a law that calls itself
-        compiled.compile(signature)
-    compiled.disable_compile()
-    compiled.py_func = function
-    return functools.update_wrapper(compiled, function)
-
-
 def _along(kind: str, function: Callable) -> Callable:
     """A function of the signature `SLOPES[kind]`: the derivative of a law along a direction, by dual numbers."""
     from evolvent.compiled.dual import dual, dual_vector, slope_of  # which takes a moment to tell numba what it defines
 
     plain = getattr(function, "plain", function)
-    law = njit(error_model="numpy", _nrt=False, boundscheck=True)(plain)
+    law = compilers.without_counts(plain, boundscheck=True)
 
     def spring(x: Any, dx: Any, v: Any, dv: Any, t: float, parameters: Any) -> Any:
         return slope_of(law(dual(x, dx), dual(v, dv), t, parameters))
@@ -97,7 +79,7 @@ def _slope_address(law: Any, kind: str) -> int:
     if kind not in SLOPES:
         return 0
     try:
-        law.slope = _compile_law(SLOPES[kind], _along(kind, law.py_func))
+        law.slope = compilers.compile_law(SLOPES[kind], _along(kind, law.py_func))
     except (NumbaError, TypeError) as error:
         why = _one_line(str(error))
         warnings.warn(f"{describe_law(law)} is differentiated by central differences: {why}", stacklevel=2)
@@ -117,7 +99,7 @@ def _law(kind: str, function: Callable) -> Any:
         return function
     try:
         # its indices are checked: beyond its parameters stand those of others, and then foreign memory
-        compiled = _compile_law(LAWS[kind], function)
+        compiled = compilers.compile_law(LAWS[kind], function)
     except (NumbaError, TypeError) as error:
         returned = _returned(kind, function)
         why = f"it returns {returned}; it must return {RETURNS[kind]}" if returned else _one_line(str(error))
@@ -284,7 +266,7 @@ def _compiled_first(function: Callable, arguments: tuple[Any, ...], form: str) -
     if config.DISABLE_JIT:
         return function
     try:
-        return _compile_law(LAWS["force"].return_type(*arguments), function)
+        return compilers.compile_law(LAWS["force"].return_type(*arguments), function)
     except (NumbaError, TypeError) as error:
         raise InputError(f"{describe_law(function)} cannot be compiled as {form}: {_one_line(str(error))}") from error
 

@@ -119,7 +119,8 @@ def add_controller_tangent(t, y, k, c_rate, model, matrix):
 def add_actuator_tangents(t, y, c_rate, turning, model, matrix):
     """Add what torques on wheels and controlled thrusters change with position, and c_rate times with velocity.
 
-    `turning` : 1 where torques on a free body stand in its axes, 0 where in those of a step's start. After `actuator_forces` of the same state only.
+    `turning` is 1 where torques on a free body stand in its axes, 0 where in those of a step's start. After
+    `actuator_forces` of the same state only.
     """
     wheels, n_q = model.wheels, model.info.nq
     for i in range(wheels.size):

@@ -1,6 +1,9 @@
-"""The cache of compiled functions: its folder, its files, their keys, and how functions are compiled."""
+"""The cache of compiled functions: its folder, its files, their keys, and how functions are compiled.
 
-from evolvent.compiled.codecache.compiled import Cache, LawCache, compiling, without_path
+`compiled` and `snapshots` use private interfaces of numba: they are not imported where `compiled.interfaces` finds
+that these have changed.
+"""
+
 from evolvent.compiled.codecache.folder import (
     BASELINE,
     COMPILED,
@@ -11,9 +14,9 @@ from evolvent.compiled.codecache.folder import (
     module_name,
     sources,
 )
-from evolvent.compiled.codecache.snapshots import Linked, names_in, snapshot
+from evolvent.compiled.codecache.linked import Linked, names_in
 
 __all__ = [
-    "BASELINE", "COMPILED", "Cache", "LawCache", "Linked", "compiling", "folder_name", "is_followed", "is_warm",
-    "mark_warm", "module_name", "names_in", "snapshot", "sources", "without_path",
+    "BASELINE", "COMPILED", "Linked", "folder_name", "is_followed", "is_warm", "mark_warm", "module_name", "names_in",
+    "sources",
 ]  # fmt: skip

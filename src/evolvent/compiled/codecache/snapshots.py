@@ -26,29 +26,12 @@ from numba.core.extending import _Intrinsic
 from numba.core.registry import CPUDispatcher
 from numba.core.typing.templates import builtin_registry
 
+from evolvent.compiled.codecache.linked import Linked, names_in
+
 #: Packages whose functions are known by their names and versions; the standard library is found by its folder.
 _LIBRARIES = ("builtins", "numpy", "scipy", "numba", "llvmlite", "evolvent")
 _PLAIN = (type(None), bool, int, float, complex, str, bytes, type(Ellipsis))
 _DEEPEST = 100
-
-
-class Linked:
-    """Base of functions of `evolvent.compiled.jit` that compiled code calls.
-
-    Attributes
-    ----------
-    py_func : the plain function
-    is_followed : bool, whether the name of the cache folder tells what it is compiled from
-    options : str, how it is compiled
-    """
-
-    py_func: Callable
-    is_followed: bool
-    options: str
-
-    def around(self, function: Callable) -> Any:
-        """Another one, of a copy of its function; itself where there can be no other."""
-        raise NotImplementedError
 
 
 class Snapshot(NamedTuple):
@@ -289,17 +272,6 @@ class _Walk:
         owner, name = getattr(value, "__self__", None), str(getattr(value, "__qualname__", ""))
         self._feed(str(type(value).__name__), str(value.__module__), name)
         return _is_library(str(value.__module__)) and (owner is None or isinstance(owner, ModuleType))
-
-
-def names_in(code: CodeType) -> frozenset[str]:
-    """Names that a function may read: of globals, and of attributes, also those asked for by getattr."""
-    found = {*code.co_names}
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            found |= names_in(constant)
-        elif isinstance(constant, str) and constant.isidentifier():
-            found.add(constant)
-    return frozenset(found)
 
 
 @functools.cache

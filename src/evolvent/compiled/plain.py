@@ -1,0 +1,40 @@
+"""How numba compiles this package's functions without its private interfaces; see `compiled.interfaces`."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from typing import Any
+
+from numba import njit
+
+#: In which functions are compiled and loaded: nothing is set for that.
+compiling: Any = contextlib.nullcontext()
+
+
+def without_counts(function: Callable, **options: Any) -> Any:
+    """Numba's dispatcher."""
+    return njit(error_model="numpy", **options)(function)
+
+
+def dispatcher(function: Callable, *, disjoint: bool = False) -> Any:
+    """Dispatcher of a function with code of its own, with nothing compiled yet."""
+    return without_counts(function)
+
+
+def linked(function: Callable, *, inline: bool) -> Any:
+    """Dispatcher of a function that goes into its compiled callers."""
+    return without_counts(function)
+
+
+def is_kept(found: Any, signature: Any) -> bool:
+    """Whether a function is in the cache: none is."""
+    return False
+
+
+def compile_law(signature: Any, function: Callable) -> Any:
+    """Compile a user's function, with checked indices."""
+    compiled = without_counts(function, boundscheck=True)
+    compiled.compile(signature)
+    compiled.disable_compile()
+    return compiled
