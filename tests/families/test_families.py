@@ -24,7 +24,7 @@ from evolvent.compiled import jit
 from evolvent.solvers import solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.modes import modes
+from evolvent.solvers.modes import Where, at_equilibrium, modes
 from evolvent.solvers.static import solve_static
 from families.case import CASES, Case
 from families.plain import numbers, print_numbers
@@ -189,3 +189,17 @@ def test_without_compilation() -> None:
             assert np.all(np.isfinite(values)), (row.name, key)
             size = np.abs(values).max()
             assert plain[row.name][key] == pytest.approx(values, rel=1e-9, abs=1e-9 * size), (row.name, key)
+
+
+STILL = [row.name for row in FAMILIES if CASES[row.name]().still is not None and {STATIC, MODES} <= row.solvers]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", STILL)
+def test_a_stiffness_that_the_table_calls_symmetric_is(name: str) -> None:
+    """K at the equilibrium of every case; multipliers of gears and angles about loaded axes included."""
+    case = CASES[name]()
+    where = Where(None, None, case.time, case.rotating, None)
+    assembly, _, _, (_, _, K, _) = at_equilibrium(case.system().assemble(), where, damped=False)
+    if families.has_symmetric_stiffness(assembly.model):
+        assert abs(K - K.T).max() <= 1e-9 * abs(K).max()

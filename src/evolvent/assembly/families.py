@@ -29,8 +29,10 @@ from evolvent.kernels import (
     loads,
     node_loads,
     rigid,
+    springs,
     thread,
 )
+from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.drive import FREE
 from evolvent.model import Model
 
@@ -66,6 +68,7 @@ class Family:
     solvers : frozenset of str, those that support it
     advice : str, what to use instead
     which : function of the records to a mask of those that belong to the family; None for all
+    symmetric : whether its stiffness is symmetric: for all records, or a function of the model and the records
     """
 
     name: str
@@ -73,6 +76,7 @@ class Family:
     solvers: frozenset[str]
     advice: str = ""
     which: Callable[[Array], Array] | None = None
+    symmetric: bool | Callable[[Model, Array], bool] = False
 
     def mask(self, model: Model) -> Array:
         """Which records of the model belong to the family: (n,) bool."""
@@ -80,6 +84,13 @@ class Family:
         if self.which is None:
             return np.ones(found.size, dtype=bool)
         return np.asarray(self.which(found), dtype=bool)
+
+    def is_symmetric(self, model: Model) -> bool:
+        """Whether the stiffness of all its records in the model is symmetric."""
+        mask = self.mask(model)
+        if not np.any(mask) or isinstance(self.symmetric, bool):
+            return bool(self.symmetric) or not np.any(mask)
+        return self.symmetric(model, records(model, self.records)[mask])
 
 
 def records(model: Model, name: str) -> Array:
@@ -92,135 +103,197 @@ def _is(field: str, value: Any) -> Callable[[Array], Array]:
     return lambda found: found[field] == value
 
 
+def _keeps_direction(model: Model, found: Array) -> bool:
+    """Whether no load on a thread stands in the axes of a body that may turn."""
+    for load in found[(found["kind"] == loads.UNIFORM) | (found["kind"] == loads.NODE)]:
+        reel = model.threads["body"][load["target"]]
+        if model.parameters[load["first"] + loads.FRAME] != 0.0 and model.bodies["motion"][reel] != rigid.DRIVEN:
+            return False
+    return not np.any(found["kind"] == loads.RADIATION)
+
+
+def _is_potential(model: Model, found: Array) -> bool:
+    """Whether no torque acts on a free body, and no force that turns with it."""
+    for load in found:
+        marker = model.markers[load["target"]]
+        on_free = marker["kind"] == springs.ON_BODY and model.bodies["motion"][marker["index"]] == rigid.FREE
+        if on_free and (load["kind"] == loads.TORQUE or model.parameters[load["first"] + loads.FRAME] != 0.0):
+            return False
+    return True
+
+
+def _slides_freely(_: Model, found: Array) -> bool:
+    return not np.any(found["friction"] > 0.0)
+
+
+def _is_reciprocal(_: Model, found: Array) -> bool:
+    return bool(np.all(found["symmetric"] != 0.0))
+
+
+def _is_in_no_field(_: Model, found: Array) -> bool:
+    return not np.any(found["kind"] == FIELD)
+
+
 _NOT_ENERGY = EVERY - {ENERGY}
 #: Kinds of threads with segments of fixed length.
 _FIXED = (thread.INEXTENSIBLE, thread.JOINED)
 
 FAMILIES = (
     Family(
-        "a driven body", "bodies", EVERY, which=lambda found: (found["motion"] == rigid.DRIVEN) & (found["path"] == 0)
+        "a driven body", "bodies", EVERY, which=lambda found: (found["motion"] == rigid.DRIVEN) & (found["path"] == 0),
+        symmetric=True,
     ),
     Family(
         "a body driven along a line", "bodies", EVERY,
         which=lambda found: (found["motion"] == rigid.DRIVEN) & (found["path"] != 0),
+        symmetric=True,
     ),
-    Family("a body that spins about an axis", "bodies", EVERY, which=_is("motion", rigid.SPIN)),
-    Family("a free body", "bodies", EVERY, which=_is("motion", rigid.FREE)),
-    Family("a point mass", "points", EVERY, which=lambda found: found["mass"] > 0.0),
-    Family("a beam's node at a spring's end", "points", EVERY, which=_is("mass", 0.0)),
-    Family("a spring", "springs", EVERY),
-    Family("a link", "links", EVERY),
-    Family("a guide", "guides", EVERY),
+    Family("a body that spins about an axis", "bodies", EVERY, which=_is("motion", rigid.SPIN), symmetric=True),
+    Family("a free body", "bodies", EVERY, which=_is("motion", rigid.FREE), symmetric=True),
+    Family("a point mass", "points", EVERY, which=lambda found: found["mass"] > 0.0, symmetric=True),
+    Family("a beam's node at a spring's end", "points", EVERY, which=_is("mass", 0.0), symmetric=True),
+    Family("a spring", "springs", EVERY, symmetric=True),
+    Family("a link", "links", EVERY, symmetric=True),
+    Family("a guide", "guides", EVERY, symmetric=True),
     Family(
         "a thread with segments of springs", "threads", EVERY,
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] == 0),
+        symmetric=True,
     ),
     Family(
         "a thread that goes slack", "threads", EVERY,
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] != 0),
+        symmetric=True,
     ),
     Family(
         "a thread with segments of fixed length", "threads", EVERY,
         which=lambda t: np.isin(t["kind"], _FIXED) & (t["drive"] != FREE),
+        symmetric=True,
     ),
     Family(
         "a thread on a free spool", "threads", EVERY - {STATIC, MODES},
         "use a drive that prescribes the spool's angle: the number of nodes that are out follows from it",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] == FREE),
+        symmetric=True,
     ),
     Family(
         "a thread with segments of fixed length on a free spool", "threads", EVERY - {STATIC, MODES, ENERGY},
         "for motions use dopri5 or generalized-alpha; for an equilibrium or modes a drive that prescribes the spool's "
         "angle, from which the number of nodes that are out follows",
         which=lambda t: np.isin(t["kind"], _FIXED) & (t["drive"] == FREE),
+        symmetric=True,
     ),
     Family(
         "a load on a thread", "loads", EVERY,
         which=lambda found: (found["kind"] < loads.AT_MARKER) & (found["kind"] != loads.NODE),
+        symmetric=_keeps_direction,
     ),
-    Family("a force on a node of a thread", "loads", EVERY, which=_is("kind", loads.NODE)),
+    Family("a force on a node of a thread", "loads", EVERY, which=_is("kind", loads.NODE), symmetric=_keeps_direction),
     Family(
         "a force or torque", "loads", EVERY,
         which=lambda found: _at_markers(found) & ~_has_profile(found, loads.PROFILE) & (found["law"] == 0),
+        symmetric=_is_potential,
     ),
     Family(
         "a force or torque by a profile", "loads", EVERY,
         which=lambda found: _at_markers(found) & _has_profile(found, loads.PROFILE) & (found["law"] == 0),
+        symmetric=_is_potential,
     ),
     Family("radiation pressure on a panel", "loads", EVERY, which=_is("kind", loads.PANEL)),
     Family("a force or torque by a law", "loads", EVERY, which=lambda found: _at_markers(found) & (found["law"] != 0)),
-    Family("an orbital frame", "fields", EVERY, which=_is("kind", fields.ORBIT)),
+    Family("an orbital frame", "fields", EVERY, which=_is("kind", fields.ORBIT), symmetric=True),
     Family("an acceleration field", "fields", EVERY, which=_is("kind", fields.LAW)),
-    Family("a reaction wheel", "wheels", EVERY),
+    Family("a reaction wheel", "wheels", EVERY, symmetric=True),
     Family("a thruster", "thrusters", EVERY),
     Family("an attitude controller", "controllers", EVERY),
     # equilibria and modes are those of the state before any event
-    Family("an event that stops a run", "events", EVERY, which=lambda found: found["stops"] != 0),
-    Family("an event", "events", EVERY, which=_is("stops", 0)),
-    Family("a beam", "beams", EVERY, which=_is("paper", 0)),
+    Family("an event that stops a run", "events", EVERY, which=lambda found: found["stops"] != 0, symmetric=True),
+    Family("an event", "events", EVERY, which=_is("stops", 0), symmetric=True),
+    Family("a beam", "beams", EVERY, which=_is("paper", 0), symmetric=True),
     Family(
         "a beam with the paper's damping", "beams", _NOT_ENERGY, "use `damping` 'objective', or generalized-alpha",
         which=_is("paper", 1),
+        symmetric=True,
     ),
-    Family("a load on a beam", "beam_loads", EVERY, which=lambda found: ~_has_profile(found, 0) & ~follows(found)),
+    Family(
+        "a load on a beam", "beam_loads", EVERY,
+        which=lambda found: ~_has_profile(found, 0) & ~follows(found), symmetric=_is_in_no_field,
+    ),
     Family(
         "a load on a beam by a profile", "beam_loads", EVERY,
         which=lambda found: _has_profile(found, 0) & ~follows(found),
+        symmetric=_is_in_no_field,
     ),
     Family(
         "a moment or follower force on a beam", "beam_loads", EVERY,
         which=lambda found: follows(found) & (found["law"] == 0),
     ),
     Family("a load on a beam by a law", "beam_loads", EVERY, which=lambda found: found["law"] != 0),
-    Family("a thermal load on a beam", "thermal_loads", EVERY, which=lambda found: found["beam"] >= 0),
-    Family("a thermal load on a rod", "thermal_loads", EVERY, which=lambda found: found["rod"] >= 0),
-    Family("a joint by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & ~_is_gear(found)),
-    Family("a gear by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & _is_gear(found)),
+    Family("a thermal load on a beam", "thermal_loads", EVERY, which=lambda found: found["beam"] >= 0, symmetric=True),
+    Family("a thermal load on a rod", "thermal_loads", EVERY, which=lambda found: found["rod"] >= 0, symmetric=True),
+    Family(
+        "a joint by a penalty", "joints", EVERY,
+        which=lambda found: (found["stiffness"] > 0.0) & ~_is_gear(found), symmetric=True,
+    ),
+    Family(
+        "a gear by a penalty", "joints", EVERY,
+        which=lambda found: (found["stiffness"] > 0.0) & _is_gear(found), symmetric=True,
+    ),
     Family(
         "a gear that is a constraint", "joints", EVERY,
         which=lambda found: (found["stiffness"] == 0.0) & _is_gear(found),
+        symmetric=True,
     ),
     Family(
         "a joint driven along a path", "joints", EVERY,
         which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found) & (found["nodes"] == 0),
+        symmetric=True,
     ),
     Family(
         "a joint driven along a path on a beam's node", "joints", EVERY,
         which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found) & (found["nodes"] == 1),
+        symmetric=True,
     ),
     Family(
         "a joint that is a constraint", "joints", EVERY,
         which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found) & (found["nodes"] == 0),
+        symmetric=True,
     ),
     Family(
         "a joint that is a constraint on a beam's node", "joints", EVERY,
         which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found) & (found["nodes"] == 1),
+        symmetric=True,
     ),
     Family(
         "a rotational spring", "coordinates", EVERY,
         which=lambda found: _is_angle(found) & ~np.isfinite(found["latch"]) & (found["friction"] == 0.0),
+        symmetric=True,
     ),
     Family(
         "a rotational spring with a latch", "coordinates", EVERY,
         which=lambda found: _is_angle(found) & np.isfinite(found["latch"]) & (found["friction"] == 0.0),
+        symmetric=True,
     ),
     Family(
         "a translational spring", "coordinates", EVERY,
         which=lambda found: ~_is_angle(found) & (found["friction"] == 0.0),
+        symmetric=True,
     ),
     Family(
         "a joint coordinate with friction", "coordinates", EVERY,
         which=lambda found: found["friction"] > 0.0,
+        symmetric=True,
     ),
-    Family("a motor", "motors", EVERY),
-    Family("a synchronization", "synchronizations", EVERY),
-    Family("a custom force", "custom_forces", EVERY),
-    Family("a rod", "rods", EVERY),
+    Family("a motor", "motors", EVERY, symmetric=True),
+    Family("a synchronization", "synchronizations", EVERY, symmetric=True),
+    Family("a custom force", "custom_forces", EVERY, symmetric=_is_reciprocal),
+    Family("a rod", "rods", EVERY, symmetric=True),
     Family(
         "a contact without friction", "contact_surfaces", EVERY,
         which=lambda found: (
             (found["friction"] == 0.0) & (found["under"] < 0) & (found["law"] == contact_laws.HUNT_CROSSLEY)
         ),
+        symmetric=True,
     ),
     Family(
         "a contact with friction", "contact_surfaces", EVERY,
@@ -228,18 +301,22 @@ FAMILIES = (
     ),
     Family(
         "a contact with the law conservative", "contact_surfaces", EVERY, which=lambda found: _is_conservative(found),
+        symmetric=_slides_freely,
     ),
     Family(
         "a contact with the paper's law", "contact_surfaces", EVERY,
         which=_is("law", contact_laws.PAPER),
+        symmetric=_slides_freely,
     ),
     Family(
         "a layer on other turns", "contact_surfaces", EVERY,
         which=lambda found: found["under"] >= 0,
+        symmetric=_slides_freely,
     ),
     Family(
         "a contact between bodies without friction", "body_contacts", EVERY,
         which=lambda found: (found["friction"] == 0.0) & (found["law"] == contact_laws.HUNT_CROSSLEY),
+        symmetric=True,
     ),
     Family(
         "a contact between bodies with friction", "body_contacts", EVERY,
@@ -248,6 +325,7 @@ FAMILIES = (
     Family(
         "a contact between bodies with the law conservative", "body_contacts", EVERY,
         which=lambda found: _is_conservative(found),
+        symmetric=_slides_freely,
     ),
 )  # fmt: skip
 
@@ -280,6 +358,11 @@ def follows(found: Array) -> Array:
 def _has_profile(found: Array, others: int) -> Array:
     """Whether loads have more than `others` parameters."""
     return np.asarray(found["last"] - found["first"] > others)
+
+
+def has_symmetric_stiffness(model: Model) -> bool:
+    """Whether every family that the model has is one whose stiffness is symmetric."""
+    return all(family.is_symmetric(model) for family in FAMILIES)
 
 
 def check(assembly: Any, solver: str) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import os
+from typing import Any
 
 #: Environment variable that asks for plain numba.
 VARIABLE = "EVOLVENT_PLAIN_NUMBA"
@@ -40,7 +41,7 @@ def missing() -> str:
     """The first private interface of numba that is not as this package uses it; '' where all are."""
     for module, name, arguments in _USED:
         try:
-            found = importlib.import_module(f"numba.core.{module}")
+            found: Any = importlib.import_module(f"numba.core.{module}")
             for part in name.split("."):
                 found = getattr(found, part)
             if arguments is not None and tuple(inspect.signature(found).parameters) != arguments:

@@ -34,10 +34,8 @@ from evolvent.compiled.codecache.linked import Linked
 from evolvent.compiled.interfaces import PLAIN, REASON
 from evolvent.compiled.pointer import has_addresses, load_attribute
 
-if PLAIN:
-    from evolvent.compiled import plain as compilers
-else:
-    from evolvent.compiled import compilers
+#: How functions are compiled.
+compilers: Any = importlib.import_module("evolvent.compiled.plain" if PLAIN else "evolvent.compiled.compilers")
 
 # functions in 1-tuples are typed as pointers, which numba calls experimental; tests pin what is used of it
 warnings.filterwarnings("ignore", message="First-class function type", category=NumbaExperimentalFeatureWarning)

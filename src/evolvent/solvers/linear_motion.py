@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sparse
 
-from evolvent.assembly import families
 from evolvent.kernels import fields, joint, loads, rigid, sides, springs
-from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE, displace
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.eigenproblem import Problem
@@ -110,31 +108,6 @@ def _spin_of_wheels(work: Work) -> sparse.csr_matrix:
 
 def _rubs(model: Any) -> bool:
     return any(bool(np.any(rows["friction"] > 0.0)) for rows in (model.contact_surfaces, model.body_contacts))
-
-
-def has_symmetric_stiffness(work: Work) -> bool:
-    """Whether no load turns with what it loads, and nothing rubs: K is symmetric then."""
-    model = work.model
-    if np.any(model.custom_forces["symmetric"] == 0.0):
-        return False
-    if np.any(model.beam_loads["kind"] == FIELD) or _rubs(model):
-        return False
-    if np.any(model.fields["kind"] == fields.LAW) or model.thrusters.size or model.controllers.size:
-        return False
-    if np.any(families.follows(model.beam_loads)) or np.any(model.loads["law"] != 0):
-        return False
-    if np.any((model.loads["kind"] == loads.PANEL) | (model.loads["kind"] == loads.RADIATION)):
-        return False
-    for load in model.loads[(model.loads["kind"] == loads.UNIFORM) | (model.loads["kind"] == loads.NODE)]:
-        reel = model.threads["body"][load["target"]]  # in whose axes the load may stand
-        if model.parameters[load["first"] + loads.FRAME] != 0.0 and model.bodies["motion"][reel] != rigid.DRIVEN:
-            return False
-    for load in model.loads[model.loads["kind"] >= loads.AT_MARKER]:
-        marker = model.markers[load["target"]]
-        on_free = marker["kind"] == springs.ON_BODY and model.bodies["motion"][marker["index"]] == rigid.FREE
-        if on_free and (load["kind"] == loads.TORQUE or model.parameters[load["first"] + loads.FRAME] != 0.0):
-            return False
-    return True
 
 
 def gyroscopic(work: Work, M: sparse.csr_matrix, rate: Array) -> sparse.csr_matrix:

@@ -16,7 +16,7 @@ from evolvent.kernels import fields
 from evolvent.solvers.eigenproblem import Problem, along_axes
 from evolvent.solvers.fixed_lengths import hold_segments, with_positions
 from evolvent.solvers.laws import law_failure
-from evolvent.solvers.linear_motion import has_symmetric_stiffness, matrices
+from evolvent.solvers.linear_motion import matrices
 from evolvent.solvers.modal import Modes
 from evolvent.solvers.positions import rigid_motions
 from evolvent.solvers.solution import Solution
@@ -82,7 +82,7 @@ def modes(
         raise InputError(f"count is {count!r}; it must be a whole number from 1")
     where = Where(equilibrium, y, time, rotating, centre)
     assembly, equilibrium, work, (M, C, K, G) = at_equilibrium(assembly, where, damped=damped)
-    problem = Problem(M, C, K, G, work.balance.weight, conservative=has_symmetric_stiffness(work))
+    problem = Problem(M, C, K, G, work.balance.weight, conservative=families.has_symmetric_stiffness(work.model))
     pole, shape = problem.solve(count)
     if not np.iscomplexobj(shape):
         motions = rigid_motions(assembly, equilibrium.y[-1], np.zeros(3))

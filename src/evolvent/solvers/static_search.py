@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.assembly.families import bodies_of
+from evolvent.assembly import families
 from evolvent.kernels import joint, loads, springs
 from evolvent.solvers import balance as eb, equilibrium as eq
-from evolvent.solvers.linear_motion import growing_motions, has_gyroscopic_forces, has_symmetric_stiffness
+from evolvent.solvers.linear_motion import growing_motions, has_gyroscopic_forces
 from evolvent.solvers.rod_messages import bending_hint
 from evolvent.solvers.sampled import empty, forces_of
 from evolvent.solvers.solution import NEWTON, Path, Solution
@@ -139,7 +139,7 @@ class Search:
         if not self._advance(lambda s: (s, s), targets):
             return
         self._end(1.0)
-        by_energy = has_symmetric_stiffness(w) and not has_gyroscopic_forces(w)
+        by_energy = families.has_symmetric_stiffness(w.model) and not has_gyroscopic_forces(w)
         if self.unstable > 0 and self.slides == 0 and by_energy:
             if np.any(w.model.joints["kind"] == joint.SEGMENT):
                 self._start_lower(targets, whole=whole)
@@ -264,7 +264,7 @@ class Search:
         count = w.probe(factor)
         if count > 0:
             self.free = w.free_motions(factor)
-        elif not has_symmetric_stiffness(w):
+        elif not families.has_symmetric_stiffness(w.model):
             eq.unbalance(w.time, w.step, factor, 1.0, w.model, w.balance, w.balance.r)
             count, self.free = w.unsymmetric_free_motions()
         if count == 0:
@@ -275,7 +275,7 @@ class Search:
     def _judge_stability(self) -> None:
         """Whether the last state is stable: by its energy, or by the linear motion where that does not decide."""
         w = self.work
-        if has_symmetric_stiffness(w):
+        if families.has_symmetric_stiffness(w.model):
             self.unstable = w.falling_directions()
             if self.unstable <= 0:
                 return
@@ -470,4 +470,4 @@ def _motions(count: int) -> str:
 
 def _holds(model: Any, part: tuple[str, int], target: tuple[str, int]) -> bool:
     """Whether what a load acts on belongs to a part."""
-    return part == target or (target[0] == "bodies" and target[1] in bodies_of(model, *part))
+    return part == target or (target[0] == "bodies" and target[1] in families.bodies_of(model, *part))
