@@ -34,6 +34,7 @@ def absent(model: Model) -> frozenset[str]:
     threads, joints, ties = model.threads, model.joints, model.synchronizations
     acts = model.wheels.size or model.thrusters.size or model.controllers.size
     penalties, turns = model.info.penalties, np.any(model.contact_surfaces["under"] >= 0)
+    gears = model.gear_coordinates
     held = np.any(model.rows["kind"] == constraint_rows.JOINT)
     has = {
         "attitude": acts,
@@ -62,11 +63,14 @@ def absent(model: Model) -> frozenset[str]:
         "custom": model.custom_forces.size,
         "fields": model.fields.size,
         "ancf_beams": model.elements.size,
-        "gear": model.gear_coordinates.size,
+        "gear": gears.size,
+        "axial_tangent": model.coordinates.size or gears.size,
+        "axial_tangent._add_outer": model.coordinates.size,
+        "axial_tangent._add_turns_of_body": np.any(model.coordinates["kind"] != axial.ANGLE)
+        or np.any(gears["kind"] != axial.ANGLE),
         "coordinate": model.coordinates.size,
         "coordinate_tangent": model.coordinates.size,
         "coordinate_tangent.add_synchronization_tangents": ties.size,
-        "coordinate_tangent._add_outer": ties.size,
         "coordinate_tangent.add_travel_tangent": np.any(model.coordinates["kind"] != axial.ANGLE),
         "joint": joints.size,
         "joint_tangent": joints.size,

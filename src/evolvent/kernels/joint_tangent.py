@@ -42,7 +42,7 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
         add_entry(matrix, at, row, scale)
         return
     if kind == GEAR:
-        add_gear(k, row, scale, damped, model, matrix)
+        add_gear(k, la, row, scale, damped, model, matrix)
         return
     points = is_place(kind, 0)
     Ja, Jb, Jd = model.J[0], model.J[1], model.J[2]
