@@ -127,7 +127,7 @@ def driven(system: System) -> None:
     system.add(parts.Motor(joint="hinge 1", law="2*sin(x) - 0.4*v*v"))
     system.add(parts.Motor(joint="hinge 0", motion=parts.ConstantDrive(rate=0.3), position_gain=3.0, velocity_gain=0.5))
     system.add(parts.Motor(joint="slide 1", law="3*x*v - 2"))
-    for one, two in (("hinge 0", "hinge 1"), ("slide 1", "slide 2"), ("hinge 3", "slide 4")):
+    for one, two in (("hinge 0", "hinge 1"), ("slide 1", "slide 2"), ("hinge 3", "hinge 1")):
         system.add(parts.Synchronization(joints=[one, two], ratios=(1.0, -2.0), stiffness=20.0, damping=3.0))
 
 

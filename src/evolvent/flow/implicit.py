@@ -166,6 +166,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     beam_loads.add_field_tangents(y, model, matrix)
     for k in range(model.joints.size):
         joint_tangent.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, 1.0, model, matrix)
+        if model.joints[k].stiffness > 0.0 and model.joints[k].damping > 0.0 and joint.holds(t, model.joints, k):
+            joint_tangent.add_rate_row(y, k, n_v + k, scale, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
     rigid.add_body_tangent(y, c_mass, c_rate, n_q, model.bodies, model.K12, matrix)
     if attitude.has_actuators(model):
