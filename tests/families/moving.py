@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 import evolvent
 from evolvent import System, parts
+from evolvent.assembly.builder import Builder
+from evolvent.parts.joint import point_side
 from implicit.test_tangent import JOINTS, beam, bodies, together
 
 FREE, SPIN, DRIVEN = ("free", (0.1, 0.2, -0.3)), ("spin", (0.2, -0.1, 0.3)), ("driven", (0.1, 0.2, -0.3))
@@ -240,39 +244,51 @@ def thrusters(system: System) -> None:
     system.add(parts.AttitudeController(body="free", actuators=names, **gains, **path))
 
 
-def threaded(*, loaded: bool = False, angle: float = 10.0, **given: Any) -> Callable[[System], None]:
-    """Threads from a free and a spinning body: with a free tip, and fastened to a body and a point."""
+ENDS = (("spin", None), ("free", SPIN), ("free", None), ("spin", "point"), ("driven", FREE))
+
+
+def threaded(
+    *, loaded: bool = False, out: float = 0.5, ends: tuple[Any, ...] = ENDS, **given: Any
+) -> Callable[[System], None]:
+    """Threads from bodies: two with a free tip, of which a part `out` is out, and those fastened to bodies and a point."""
 
     def add(system: System) -> None:
-        own: dict[str, Any] = {"length": 1.2, "line_density": 0.1, "nodes": 4, "stiffness": 50.0} | given
-        for k, (body, end) in enumerate((("free", None), ("free", SPIN), ("spin", "point"), ("driven", FREE))):
-            drive = parts.ConstantDrive(rate=0.3, angle=angle)
-            system.add(parts.Reel(body=body, centre=(0.5, 0.1, 0.2), radius=0.05, drive=drive), f"reel {k}")
-            more = {"tip_mass": 0.2} if end is None else {"end": end}
-            if k == 0:
-                more |= {"multiplicity": 2}
-            system.add(parts.Thread(reel=f"reel {k}", **own, **more), f"thread {k}")
-            if loaded:
-                name = f"thread {k}"
-                for frame in ("inertial", "body"):
-                    system.add(parts.UniformLoad(thread=name, force=(0.3, -0.2, 0.4), frame=frame))
-                    system.add(parts.Force(at=f"{name}.tip" if end is None else f"{name}[1]", law=LAW, frame=frame))
-                system.add(parts.LawLoad(thread=name, law=LAW))
-                light = {"pressure": 3.0, "width": 0.4, "direction": (0.4, -0.2, 1.0), "reflectivity": 0.6}
-                system.add(parts.RadiationPressure(thread=name, **light))
+        builder = Builder(np.zeros(3))
+        for name, part in system._parts.items():
+            part.write(builder, name)
+        for k, (body, end) in enumerate(ends):
+            own: dict[str, Any] = {"length": 1.2, "line_density": 0.1, "nodes": 4, "stiffness": 50.0} | given
+            length, radius = 1.2 * out, 0.05
+            more: dict[str, Any] = {"tip_mass": 0.2}
+            if end is not None:
+                pose, leaves = builder.poses[builder.find(body, "bodies")], np.array((0.5, 0.1, 0.2 + radius))
+                length = float(np.linalg.norm(pose.x + pose.R @ leaves - point_side(builder, end).u))
+                more = {"end": end, "length": 1.3 * length}
+            drive = parts.ConstantDrive(rate=0.3, angle=length / radius)
+            system.add(parts.Reel(body=body, centre=(0.5, 0.1, 0.2), radius=radius, drive=drive), f"reel {k}")
+            name = f"thread {k}"
+            system.add(parts.Thread(reel=f"reel {k}", **(own | more)), name)
+            if not loaded:
+                continue
+            for frame in ("inertial", "body"):
+                system.add(parts.UniformLoad(thread=name, force=(0.3, -0.2, 0.4), frame=frame))
+                system.add(parts.Force(at=f"{name}.tip" if end is None else f"{name}[1]", law=LAW, frame=frame))
+            system.add(parts.LawLoad(thread=name, law=LAW))
+            light = {"pressure": 3.0, "width": 0.4, "direction": (0.4, -0.2, 1.0), "reflectivity": 0.6}
+            system.add(parts.RadiationPressure(thread=name, **light))
 
     return add
 
 
 enter("threads")(threaded())
-enter("threads all out")(threaded(angle=25.0))
+enter("threads all out")(threaded(out=1.1))
 enter("threads with dampers")(threaded(damping=3.0))
 enter("threads that go slack")(threaded(damping=0.5, slack=True))
 enter("threads by length")(threaded(boundary_segment="by-length", wound_mass="carried"))
 enter("threads of fixed length")(threaded(segments="inextensible"))
 enter("loads on threads")(threaded(loaded=True))
 enter("loads on threads of fixed length")(threaded(loaded=True, segments="inextensible"))
-enter("carried threads")(threaded(wound_mass="carried", thickness=1e-3))
+enter("carried threads")(threaded(wound_mass="carried", thickness=1e-3, ends=(("spin", None), ("free", None))))
 
 
 @enter("free spools")

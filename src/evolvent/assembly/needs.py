@@ -84,6 +84,7 @@ def absent(model: Model) -> frozenset[str]:
         "thermal": model.thermal_loads.size,
         "work": model.loads.size or model.beam_loads.size,
         "thermal.heat_rods": np.any(model.thermal_loads["rod"] >= 0),
+        "thread.carried": threads.size,
         "thread.chain": np.any(threads["kind"] == thread.INEXTENSIBLE),
         "thread.energy": threads.size,
         "thread.fields": threads.size and model.fields.size,
