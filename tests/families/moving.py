@@ -25,12 +25,14 @@ LAW = ["-2*x*y + 0.5*vy + 0.3", "1.5*sin(z) - 0.4*vx*vz", "x - 3*z*y + 0.2*vz"]
 SYSTEMS: dict[str, Callable[[], System]] = {}
 
 
-def enter(name: str) -> Callable[[Callable[[System], None]], Callable[[System], None]]:
+def enter(
+    name: str, gravity: tuple[float, float, float] = (0.3, -1.0, 0.2)
+) -> Callable[[Callable[[System], None]], Callable[[System], None]]:
     """Enter a function that adds parts to the bodies of each motion under a name."""
 
     def entered(add: Callable[[System], None]) -> Callable[[System], None]:
         def system() -> System:
-            found = System(gravity=(0.3, -1.0, 0.2))
+            found = System(gravity=gravity)
             bodies(found)
             add(found)
             return found
@@ -182,7 +184,7 @@ def loads(system: System) -> None:
         system.add(parts.PanelRadiation(at=at, area=2.0, normal=TWIST, pressure=1.5, specular=0.5, diffuse=0.3))
 
 
-@enter("fields")
+@enter("fields", gravity=(0.0, 0.0, 0.0))
 def fields(system: System) -> None:
     """On bodies, points, beams and threads."""
     system.add(beam("assumed_strain"), "beam")
@@ -207,7 +209,7 @@ def beam_loads(system: System) -> None:
     system.add(parts.Torque(at="beam[1]", law=LAW, frame="body"))
 
 
-@enter("wheels")
+@enter("wheels", gravity=(0.0, 0.0, 0.0))
 def wheels(system: System) -> None:
     """Wheels at their limits and below, with friction, and a controller that follows a path."""
     system.add(parts.Orbit(rate=0.9))
@@ -244,6 +246,7 @@ def thrusters(system: System) -> None:
     system.add(parts.AttitudeController(body="free", actuators=names, **gains, **path))
 
 
+LOOSE = (("spin", None), ("free", None))
 ENDS = (("spin", None), ("free", SPIN), ("free", None), ("spin", "point"), ("driven", FREE))
 
 
@@ -285,10 +288,10 @@ enter("threads all out")(threaded(out=1.1))
 enter("threads with dampers")(threaded(damping=3.0))
 enter("threads that go slack")(threaded(damping=0.5, slack=True))
 enter("threads by length")(threaded(boundary_segment="by-length", wound_mass="carried"))
-enter("threads of fixed length")(threaded(segments="inextensible"))
+enter("threads of fixed length")(threaded(segments="inextensible", ends=LOOSE))
 enter("loads on threads")(threaded(loaded=True))
-enter("loads on threads of fixed length")(threaded(loaded=True, segments="inextensible"))
-enter("carried threads")(threaded(wound_mass="carried", thickness=1e-3, ends=(("spin", None), ("free", None))))
+enter("loads on threads of fixed length")(threaded(loaded=True, segments="inextensible", ends=LOOSE))
+enter("carried threads")(threaded(wound_mass="carried", thickness=1e-3, ends=LOOSE))
 
 
 @enter("free spools")

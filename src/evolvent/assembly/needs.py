@@ -34,14 +34,15 @@ def absent(model: Model) -> frozenset[str]:
     threads, joints, ties = model.threads, model.joints, model.synchronizations
     acts = model.wheels.size or model.thrusters.size or model.controllers.size
     penalties, turns = model.info.penalties, np.any(model.contact_surfaces["under"] >= 0)
-    gears = model.gear_coordinates
+    gears, follows = model.gear_coordinates, np.any(families.follows(model.beam_loads))
     held = np.any(model.rows["kind"] == constraint_rows.JOINT)
     has = {
         "attitude": acts,
         "attitude_tangent": acts,
         "beam_loads": model.beam_loads.size,
         "beam_strains": model.elements.size,
-        "node_loads": model.beam_loads.size and np.any(families.follows(model.beam_loads)),
+        "node_load_tangents": follows,
+        "node_loads": follows,
         "body_contact": model.body_contacts.size,
         "constraint_rows": model.rows.size,
         "constraint_rows._measure_joint_row": held,
