@@ -85,7 +85,7 @@ def test_a_wheel_with_momentum_stands_against_a_turn() -> None:
 
 @pytest.mark.parametrize("body", [{}, {"motion": "spin", "axis": (0.0, 0.6, 0.8)}], ids=["free", "about-an-axis"])
 def test_the_tangent_has_the_frames_torque_on_a_wheel(body: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Differences of the forces at every velocity change no entry of the stiffness, wheel and body askew to the orbit."""
+    """Differences of the forces by every unknown change no entry of the stiffness; all axes are askew to the orbit."""
     completed, changes = linear_motion._completed, []
 
     def compared(work: Any, K: Any) -> Any:

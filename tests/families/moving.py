@@ -148,7 +148,8 @@ def geared(**given: float) -> Callable[[System], None]:
             ("hinge", "free", "second", "revolute"), ("pin", "spin", "third", "revolute"),
             ("slide", "free", "third", "prismatic"), ("way", "driven", "second", "prismatic"),
         ):  # fmt: skip
-            system.add(together(system, parts.Joint(a=(a, (0.1, 0.2, -0.3)), b=(b, (0.0, 0.0, 0.0)), type=kind, axis=TWIST)), name)
+            joint = parts.Joint(a=(a, (0.1, 0.2, -0.3)), b=(b, (0.0, 0.0, 0.0)), type=kind, axis=TWIST)
+            system.add(together(system, joint), name)
         for a, b, ratio in (
             ("hinge", "pin", 1.5), ("spin", "hinge", -2.0), ("slide", "way", 0.7), ("pin", "slide", 0.3),
             ("way", "spin", 1.3),
@@ -244,6 +245,7 @@ def thrusters(system: System) -> None:
     gains: dict[str, Any] = {"proportional": (3.0, 2.0, 1.0), "derivative": (0.5, 0.6, 0.7)}
     path = {"axis": TWIST, "path": parts.ConstantDrive(rate=0.4)}
     system.add(parts.AttitudeController(body="free", actuators=names, **gains, **path))
+    system.add(parts.Thruster(at=FREE, direction=TWIST, thrust=3.0, profile={"constant": 2.0}))
 
 
 LOOSE = (("spin", None), ("free", None))
@@ -253,7 +255,7 @@ ENDS = (("spin", None), ("free", SPIN), ("free", None), ("spin", "point"), ("dri
 def threaded(
     *, loaded: bool = False, out: float = 0.5, ends: tuple[Any, ...] = ENDS, **given: Any
 ) -> Callable[[System], None]:
-    """Threads from bodies: two with a free tip, of which a part `out` is out, and those fastened to bodies and a point."""
+    """Threads from bodies: with a free tip, of which a part `out` is out, and fastened to bodies and a point."""
 
     def add(system: System) -> None:
         builder = Builder(np.zeros(3))

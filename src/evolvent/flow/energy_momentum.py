@@ -273,9 +273,9 @@ def _add_points(model, work):
 def tangent(scale, model, work, matrix):
     """Twice the derivative of `residual` by dq and la/2, constraints times `scale`; after `residual` only.
 
-    Left out is what only slows Newton's method: what `evolvent.flow.implicit.tangent` leaves out, and what the angle
-    that a body turns in the step changes, which is that angle beside the part of the tangent that is kept: vectors fixed
-    to a body are taken to turn as the mean of its rotation matrices does, (1 - [theta/2]x) short of the end's.
+    Left out is what only slows Newton's method: what `evolvent.flow.implicit.tangent` leaves out, and that a vector
+    fixed to a body, of which the mean of both ends acts, turns by (1 - [theta/2]x)^-1 times what the tangent has, theta
+    the rotation vector of the step.
     """
     n_q, n_v, h = model.info.nq, model.info.nv, work.step.h
     c_mass, c_rate = 4.0 / ((1.0 + work.step.chi_v) * h * h), 2.0 / h

@@ -119,11 +119,27 @@ def add_controller_tangent(t, y, k, c_rate, model, matrix):
             add_block(matrix, row, row + 3, K, 0, 0, 6, 3, -1.0)
 
 
+@inlined
+def _add_thrust_tangent(i, turning, model, matrix):
+    """Add how the force of thruster i turns with its free body; `turning` as of `add_actuator_tangents`."""
+    K, f, x, d = model.K12, model.thrusters[i].push, model.thrusters[i].local, model.thrusters[i].direction
+    b = model.thrusters[i].body
+    m, share = cross(x[0], x[1], x[2], d[0], d[1], d[2]), f * (1.0 - turning)
+    for c in range(3):
+        e = (1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2))
+        u, v = cross(e[0], e[1], e[2], d[0], d[1], d[2]), cross(m[0], m[1], m[2], e[0], e[1], e[2])
+        K[0, c], K[1, c], K[2, c] = turn(model.bodies[b].R, -f * u[0], -f * u[1], -f * u[2])
+        K[3, c], K[4, c], K[5, c] = share * v[0], share * v[1], share * v[2]
+    row = model.bodies[b].iv - model.info.nq
+    add_block(matrix, row, row + 3, K, 0, 0, 6, 3, 1.0)
+
+
 @indirect(void(REAL, VECTOR, REAL, REAL, MODEL, SPARSE))
 def add_actuator_tangents(t, y, c_rate, turning, model, matrix):
-    """Add what torques on wheels and controlled thrusters change with position, and c_rate times with velocity.
+    """Add what torques on wheels and thrusters change with position, and c_rate times with velocity.
 
-    `turning` : 1 where torques on a free body stand in its axes, 0 where in those of a step's start. After `actuator_forces` of the same state only.
+    After `actuator_forces` of the same state only. `turning` : 1 where torques on a free body stand in its axes, 0
+    where in those of a step's start.
     """
     wheels, n_q = model.wheels, model.info.nq
     for i in range(wheels.size):
@@ -135,6 +151,9 @@ def add_actuator_tangents(t, y, c_rate, turning, model, matrix):
             own = spring_law_slope(wheels[i].law, angle, 1.0, rate, c_rate, t, p, 1.0)
             slope -= by_torque * own
         add_entry(matrix, wheels[i].iv - n_q, wheels[i].iv - n_q, slope)
+    for i in range(model.thrusters.size):
+        if model.thrusters[i].push > 0.0 and model.bodies[model.thrusters[i].body].motion == FREE:
+            _add_thrust_tangent(i, turning, model, matrix)
     for k in range(model.controllers.size):
         add_controller_tangent(t, y, k, c_rate, model, matrix)
     add_frame_tangents(y, c_rate, turning, model, matrix)

@@ -4,7 +4,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import MATRIX, REAL, indirect, inlined
 from evolvent.kernels import rigid
-from evolvent.kernels.axial import TRAVEL, angle_of, gradients, place_on_body, rate_gradients, second_derivative
+from evolvent.kernels.axial import angle_of, gradients, place_on_body, rate_gradients, second_derivative
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import (
     ON_BODY,
@@ -164,6 +164,7 @@ def _add_turns_of_body(matrix, model, a, at, na, Ja, bt, nb, Jb, force):
             nx, ny, nz = turn_axis(bodies, a, motion, r)
             tx, ty, tz = turn(R, nx, ny, nz)
             values[of + r * under + c * beside] -= tx * x + ty * y + tz * z
+
 
 # ------------------------------------------------------------------------------------------------ products of gradients
 

@@ -89,8 +89,9 @@ def note_gear_reaction(k, la, model):
 
 @indirect(void(_I, REAL, _I, REAL, REAL, MODEL, SPARSE))
 def add_gear(k, la, row, scale, damped, model, matrix):
-    """Add gear k with the multiplier la: its gradient as row and column `row`, times `scale`, the row times `damped` as
-    well, and la times its second derivative.
+    """Add gear k with the multiplier la: its gradient as row and column `row`, and la times its second derivative.
+
+    The gradient is multiplied by `scale`, the row by `damped` as well.
     """
     joints, rows, J = model.joints, model.gear_coordinates, model.J[0]
     for i in range(joints[k].first, joints[k].last):

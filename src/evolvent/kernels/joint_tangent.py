@@ -114,7 +114,7 @@ def add_rate_row(y, k, row, scale, model, matrix):
     The rate of the gap is the sum of g . v of all sides with the vectors u and rates v. It changes by h . du, h the
     second derivatives of the gap times the rates, and by g . dv where v turns with a body.
     """
-    joints, bodies, n_q, J, own = model.joints, model.bodies, model.info.nq, model.J[0], model.e[2]
+    joints, bodies, J, own = model.joints, model.bodies, model.J[0], model.e[2]
     kind, factor = joints[k].kind, scale * joints[k].damping / joints[k].stiffness
     if kind == GEAR:
         add_gear_rates(y, k, row, factor, model, matrix)

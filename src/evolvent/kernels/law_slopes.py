@@ -1,9 +1,9 @@
 """Derivatives of users' laws: by dual numbers (`evolvent.compiled.dual`), exact to round-off.
 
 A law that calls what dual numbers cannot pass (a function compiled for floats alone, linear algebra, interpolation) has
-none: it is differentiated by central differences of a step that is documented here, and a warning names it
-(`compiled.laws`). Their error is about 1e-10 of the law's size, which modes and Newton's method do not see. Expressions,
-and all laws of the package, have exact derivatives. Under NUMBA_DISABLE_JIT there are no dual numbers.
+none: it is differentiated by central differences with the steps below, and a warning names it (`compiled.laws`). Their
+error is about 1e-10 of the law's size. Expressions have exact derivatives always, and so has what the package itself
+evaluates. Under NUMBA_DISABLE_JIT there are no dual numbers.
 """
 
 from evolvent.compiled.jit import inlined, kernel

@@ -87,7 +87,7 @@ def add_carried_inertia(y, c_mass, c_rate, model, matrix):
 
 @inlined
 def add_momenta(y, b, c_rate, h, model, matrix):
-    """Angular momentum of the spools of body b relative to it into h : (3,), body axes; free ones turn by themselves."""
+    """Angular momentum of the spools of body b relative to it into h : (3,), body axes; add what free ones change."""
     threads, n_q, v = model.threads, model.info.nq, model.bodies[b].iv + 3
     for c in range(3):
         h[c] = 0.0

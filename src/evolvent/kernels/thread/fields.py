@@ -59,7 +59,7 @@ def wound_fields(t, s, model):
     The ring of `wound.carry_wound` is integrated by four points, which have its second moments. It turns with the
     body and the spool: what the fields do by the spool's rate is kept in `field`, for it comes off the spool's power.
     """
-    threads, nodes, bodies = model.threads, model.nodes, model.bodies
+    threads, bodies = model.threads, model.bodies
     x, v = model.scratch[1], model.scratch[2]
     power = 0.0
     for p in range(threads.size):

@@ -175,7 +175,7 @@ def add_boundary(y, h, tension, torque, p, model, matrix):
 @inlined
 def _add_boundary_rates(y, factor, e, length, p, model, matrix):
     """Add factor times what a change of place alone changes in the rate of the segment at free spool p to its row."""
-    threads, s, k, X = model.threads, model.switches, model.threads[p].spool_v - model.info.nq, model.threads[p].X
+    s, k, X = model.switches, model.threads[p].spool_v - model.info.nq, model.threads[p].X
     Ja, Jb, longer, L = model.J[0], model.J[1], model.threads[p].b[1], model.K12
     _, _, _, vx, vy, vz = segment_vector(y, s, p, s[p] - 1, model)
     v = (vx - longer * X[0], vy - longer * X[1], vz - longer * X[2])

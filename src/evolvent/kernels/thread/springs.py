@@ -299,7 +299,7 @@ def turning_columns(p, i, s, model, Ja, Jb):
 
 @inlined
 def damper_slope(h, p, i, model):
-    """Derivative of the tension of segment i of thread p by its rate, N s/m, of a state; 0 of a step and a slack one."""
+    """Derivative of the tension of segment i of thread p by its rate, N s/m; 0 over a step and of a slack one."""
     threads = model.threads
     if h != 0.0 or (threads[p].slack != 0 and model.nodes[threads[p].node + i].tension == 0.0):
         return 0.0

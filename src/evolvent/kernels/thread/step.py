@@ -12,6 +12,7 @@ from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.sparse import SPARSE
 from evolvent.kernels.springs import ON_BODY
+from evolvent.kernels.thread.carried import add_carried_weights
 from evolvent.kernels.thread.end import is_end
 from evolvent.kernels.thread.fields import add_wound_field_tangents, wound_fields
 from evolvent.kernels.thread.free import add_spool_tangent, hold_spools
