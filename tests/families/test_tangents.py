@@ -15,7 +15,7 @@ from evolvent import System
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import ENERGY, FAMILIES, IMPLICIT, STATIC
 from evolvent.flow import energy_momentum as flow
-from evolvent.kernels import attitude, blocks
+from evolvent.kernels import attitude, attitude_tangent, blocks
 from evolvent.solvers import energy_momentum
 from evolvent.solvers.fixed_lengths import with_positions
 from evolvent.solvers.implicit_setup import matrix_of
@@ -136,7 +136,7 @@ def test_slopes_of_a_wheel(torque: float, rate: float) -> None:
     """Of its motor below and at its limits, and of its drag."""
     kind = [(key, float) for key in ("torque_limit", "rate_limit", "viscous", "friction", "slip")]
     wheel, d = np.array([(0.8, 3.0, 0.1, 0.3, 0.5)], dtype=kind).view(np.recarray), 1e-6
-    by_torque, by_rate = attitude.limited_slopes.py_func(torque, rate, wheel, 0)
+    by_torque, by_rate = attitude_tangent.limited_slopes.py_func(torque, rate, wheel, 0)
 
     def motor(u: float, v: float) -> float:
         return float(attitude.limited_torque.py_func(u, v, wheel, 0))
@@ -146,5 +146,5 @@ def test_slopes_of_a_wheel(torque: float, rate: float) -> None:
 
     assert by_torque == pytest.approx((motor(torque + d, rate) - motor(torque - d, rate)) / (2.0 * d), abs=1e-8)
     assert by_rate == pytest.approx((motor(torque, rate + d) - motor(torque, rate - d)) / (2.0 * d), abs=1e-7)
-    slope = attitude.drag_slope.py_func(wheel, 0, rate)
+    slope = attitude_tangent.drag_slope.py_func(wheel, 0, rate)
     assert slope == pytest.approx((drag(rate + d) - drag(rate - d)) / (2.0 * d), abs=1e-8)

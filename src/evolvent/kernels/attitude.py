@@ -148,19 +148,6 @@ def limited_torque(u, rate, wheels, i):
 
 
 @inlined
-def limited_slopes(u, rate, wheels, i):
-    """Derivatives of `limited_torque` by u and by the rate."""
-    value = min(max(u, -wheels[i].torque_limit), wheels[i].torque_limit)
-    by_torque, by_rate = 1.0 if value == u else 0.0, 0.0
-    if value * rate > 0.0 and wheels[i].rate_limit < math.inf:
-        left = (wheels[i].rate_limit - abs(rate)) / (FADE * wheels[i].rate_limit)
-        by_torque *= min(max(left, 0.0), 1.0)
-        if 0.0 < left < 1.0:
-            by_rate = -abs(value) / (FADE * wheels[i].rate_limit)
-    return by_torque, by_rate
-
-
-@inlined
 def motor_torque(t, angle, rate, model, i):
     """Torque of the motor of wheel i at an angle and rate relative to its body, limited, N m."""
     return limited_torque(wanted_by_motor(t, angle, rate, model, i), rate, model.wheels, i)
@@ -173,16 +160,6 @@ def drag_torque(wheels, i, rate):
     if wheels[i].friction > 0.0:
         drag += wheels[i].friction * math.tanh(rate / wheels[i].slip)
     return drag
-
-
-@inlined
-def drag_slope(wheels, i, rate):
-    """Derivative of `drag_torque` by the rate."""
-    slope = wheels[i].viscous
-    if wheels[i].friction > 0.0:
-        part = math.tanh(rate / wheels[i].slip)
-        slope += wheels[i].friction / wheels[i].slip * (1.0 - part * part)
-    return slope
 
 
 @inlined

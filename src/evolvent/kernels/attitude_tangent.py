@@ -5,7 +5,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels.attitude import WHEELS, drag_slope, limited_slopes, linear_torque, wanted_by_motor
+from evolvent.kernels.attitude import FADE, WHEELS, linear_torque, wanted_by_motor
 from evolvent.kernels.fields import ORBIT
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import FREE
@@ -49,6 +49,29 @@ def add_frame_tangents(y, c_rate, turning, model, matrix):
                     own = turning * (u[0] * d[0] + u[1] * d[1] + u[2] * d[2])
                     kept = (1.0 - turning) * (v[0] * d[0] + v[1] * d[1] + v[2] * d[2])
                     add_entry(matrix, first + r, first + c, h * (own + kept))
+
+
+@inlined
+def limited_slopes(u, rate, wheels, i):
+    """Derivatives of `limited_torque` by u and by the rate."""
+    value = min(max(u, -wheels[i].torque_limit), wheels[i].torque_limit)
+    by_torque, by_rate = 1.0 if value == u else 0.0, 0.0
+    if value * rate > 0.0 and wheels[i].rate_limit < math.inf:
+        left = (wheels[i].rate_limit - abs(rate)) / (FADE * wheels[i].rate_limit)
+        by_torque *= min(max(left, 0.0), 1.0)
+        if 0.0 < left < 1.0:
+            by_rate = -abs(value) / (FADE * wheels[i].rate_limit)
+    return by_torque, by_rate
+
+
+@inlined
+def drag_slope(wheels, i, rate):
+    """Derivative of `drag_torque` by the rate."""
+    slope = wheels[i].viscous
+    if wheels[i].friction > 0.0:
+        part = math.tanh(rate / wheels[i].slip)
+        slope += wheels[i].friction / wheels[i].slip * (1.0 - part * part)
+    return slope
 
 
 @inlined
