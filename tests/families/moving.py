@@ -146,7 +146,7 @@ def geared(**given: float) -> Callable[[System], None]:
         system.add(parts.RigidBody(**turned, position=(0.3, 0.1, 0.2)), "third")
         for name, a, b, kind in (
             ("hinge", "free", "second", "revolute"), ("pin", "spin", "third", "revolute"),
-            ("slide", "free", "third", "prismatic"), ("way", "driven", "second", "prismatic"),
+            ("slide", "free", "third", "prismatic"), ("way", "spin", "second", "prismatic"),
         ):  # fmt: skip
             joint = parts.Joint(a=(a, (0.1, 0.2, -0.3)), b=(b, (0.0, 0.0, 0.0)), type=kind, axis=TWIST)
             system.add(together(system, joint), name)
