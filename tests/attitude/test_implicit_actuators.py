@@ -204,9 +204,8 @@ def test_tangent(kind: str, rng: np.random.Generator) -> None:
         d = np.zeros(n_v)
         d[i] = h
         wanted[:, i] = (equations.residual(d, np.zeros(0)) - equations.residual(-d, np.zeros(0))) / (2.0 * h)
-    inertia = equations._replace(c_mass=0.0).tangent(np.zeros(0)) - found
-    if kind == "thrusters":  # how forces turn with the body is left out
-        wanted[:3], found[:3] = 0.0, 0.0
+    if kind == "thrusters":
+        inertia = equations._replace(c_mass=0.0).tangent(np.zeros(0)) - found
         assert np.abs(found[3:6, 3:6]).max() > 2.0 * np.abs(inertia[3:6, 3:6]).max() * 0.01
     assert found == pytest.approx(wanted, abs=2e-6 * np.abs(wanted).max())
 

@@ -64,7 +64,7 @@ def wheel(inertia: float = 0.4, rate: float = 0.0, **spring: Any) -> System:
     ],
 )  # fmt: skip
 def test_tangent_of_a_travel_against_differences(a: str, b: Any, rng: np.random.Generator) -> None:
-    """Without rates, whose change by a turn of the body is left out."""
+    """Between sides of every kind."""
     system = System()
     bodies(system)
     system.add(parts.Beam(length=1.0, section=evolvent.Rectangle(thickness=0.02, width=0.02),

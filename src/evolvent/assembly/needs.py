@@ -34,13 +34,15 @@ def absent(model: Model) -> frozenset[str]:
     threads, joints, ties = model.threads, model.joints, model.synchronizations
     acts = model.wheels.size or model.thrusters.size or model.controllers.size
     penalties, turns = model.info.penalties, np.any(model.contact_surfaces["under"] >= 0)
+    gears, follows = model.gear_coordinates, np.any(families.follows(model.beam_loads))
     held = np.any(model.rows["kind"] == constraint_rows.JOINT)
     has = {
         "attitude": acts,
         "attitude_tangent": acts,
         "beam_loads": model.beam_loads.size,
         "beam_strains": model.elements.size,
-        "node_loads": model.beam_loads.size and np.any(families.follows(model.beam_loads)),
+        "node_load_tangents": follows,
+        "node_loads": follows,
         "body_contact": model.body_contacts.size,
         "constraint_rows": model.rows.size,
         "constraint_rows._measure_joint_row": held,
@@ -62,11 +64,14 @@ def absent(model: Model) -> frozenset[str]:
         "custom": model.custom_forces.size,
         "fields": model.fields.size,
         "ancf_beams": model.elements.size,
-        "gear": model.gear_coordinates.size,
+        "gear": gears.size,
+        "axial_tangent": model.coordinates.size or gears.size,
+        "axial_tangent._add_outer": model.coordinates.size,
+        "axial_tangent._add_turns_of_body": np.any(model.coordinates["kind"] != axial.ANGLE)
+        or np.any(gears["kind"] != axial.ANGLE),
         "coordinate": model.coordinates.size,
         "coordinate_tangent": model.coordinates.size,
         "coordinate_tangent.add_synchronization_tangents": ties.size,
-        "coordinate_tangent._add_outer": ties.size,
         "coordinate_tangent.add_travel_tangent": np.any(model.coordinates["kind"] != axial.ANGLE),
         "joint": joints.size,
         "joint_tangent": joints.size,
@@ -80,6 +85,7 @@ def absent(model: Model) -> frozenset[str]:
         "thermal": model.thermal_loads.size,
         "work": model.loads.size or model.beam_loads.size,
         "thermal.heat_rods": np.any(model.thermal_loads["rod"] >= 0),
+        "thread.carried": threads.size,
         "thread.chain": np.any(threads["kind"] == thread.INEXTENSIBLE),
         "thread.energy": threads.size,
         "thread.fields": threads.size and model.fields.size,

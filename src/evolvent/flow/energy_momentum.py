@@ -62,7 +62,7 @@ from evolvent.kernels import (
     joint,
     joint_tangent,
     loads,
-    node_loads,
+    node_load_tangents,
     points,
     rigid,
     rod,
@@ -273,7 +273,9 @@ def _add_points(model, work):
 def tangent(scale, model, work, matrix):
     """Twice the derivative of `residual` by dq and la/2, constraints times `scale`; after `residual` only.
 
-    Left out is what only slows Newton's method: see `evolvent.flow.implicit.tangent`.
+    Left out is what only slows Newton's method: what `evolvent.flow.implicit.tangent` leaves out, and that a vector
+    fixed to a body, of which the mean of both ends acts, turns by (1 - [theta/2]x)^-1 times what the tangent has, theta
+    the rotation vector of the step.
     """
     n_q, n_v, h = model.info.nq, model.info.nv, work.step.h
     c_mass, c_rate = 4.0 / ((1.0 + work.step.chi_v) * h * h), 2.0 / h
@@ -295,7 +297,7 @@ def tangent(scale, model, work, matrix):
     if model.fields.size > 0:
         fields.add_field_tangents(tm, work.ym, c_rate, model, matrix)
     loads.add_load_tangents(tm, work.ym, c_rate, 0.0, model, matrix)
-    node_loads.add_following_tangents(tm, work.ym, c_rate, model, matrix)
+    node_load_tangents.add_following_tangents(tm, work.ym, c_rate, model, matrix)
     beam_loads.add_field_tangents(work.ym, model, matrix)
     for k in range(model.joints.size):  # the rows are those of the end, but of gears
         rows = 1.0 if model.joints[k].kind == joint.GEAR else 0.0

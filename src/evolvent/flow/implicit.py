@@ -34,7 +34,7 @@ from evolvent.kernels import (
     joint,
     joint_tangent,
     loads,
-    node_loads,
+    node_load_tangents,
     points,
     rigid,
     rod,
@@ -138,11 +138,11 @@ def add_weight(gravity, n_q, model, P):
 def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     """matrix = c_mass M + c_rate dF/dv + dF/dq, and `scale` times the constraints; after `residual` only.
 
-    At rest it is exact but for contacts and gears. Left out is what only slows Newton's method: how a turn of a body or
-    of a line of action changes the rates of springs, coordinates, custom forces (beside what is kept it is the angle
-    turned in a step), how the torques of a gear turn with its bodies, how light on threads and loads on their ends
-    change, how the direction of friction follows that of the normal (beside the bristle's stiffness: slip by radius),
-    and that turns within a step do not commute (half the angle turned in a step).
+    It is the exact derivative along the increments of the state (`blocks.displace`) but for bodies in contact. Left out
+    is what only slows Newton's method: how the direction of friction follows that of the normal (beside the bristle's
+    stiffness: slip by radius); how the rate at which a cord winds onto a drum changes, where a penalty has a damper;
+    what the rate of a free spool changes in fields on wound thread that depend on velocity; and in a step, that turns
+    within it do not commute (half the angle turned in it).
     """
     n_q, n_v = model.info.nq, model.info.nv
     sparse.clear(matrix)
@@ -162,10 +162,12 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     if model.fields.size > 0:
         fields.add_field_tangents(t, y, c_rate, model, matrix)
     loads.add_load_tangents(t, y, c_rate, 1.0, model, matrix)
-    node_loads.add_following_tangents(t, y, c_rate, model, matrix)
+    node_load_tangents.add_following_tangents(t, y, c_rate, model, matrix)
     beam_loads.add_field_tangents(y, model, matrix)
     for k in range(model.joints.size):
         joint_tangent.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, 1.0, model, matrix)
+        if model.joints[k].stiffness > 0.0 and model.joints[k].damping > 0.0 and joint.holds(t, model.joints, k):
+            joint_tangent.add_rate_row(y, k, n_v + k, scale, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
     rigid.add_body_tangent(y, c_mass, c_rate, n_q, model.bodies, model.K12, matrix)
     if attitude.has_actuators(model):

@@ -5,7 +5,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels.attitude import WHEELS, drag_torque, limited_torque, linear_torque, wanted_by_motor
+from evolvent.kernels.attitude import FADE, WHEELS, linear_torque, wanted_by_motor
 from evolvent.kernels.fields import ORBIT
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import FREE
@@ -20,7 +20,7 @@ def add_frame_tangents(y, c_rate, turning, model, matrix):
     """Derivatives of `add_frame_torques` by the turn of bodies, and c_rate times by velocities, as residuals.
 
     The torque s f x n, f = R^T w0, changes with a turn d by s (f x d) x n in the body's axes (turning = 1), and by
-    s f x (d x n) in axes that stay where they are (0).
+    s f x (d x n) in axes that stay where they are (0); that on the wheel, S f . (n x w), by S (f x d) . (n x w).
     """
     wheels, bodies, fields, n_q = model.wheels, model.bodies, model.fields, model.info.nq
     for i in range(wheels.size):
@@ -31,31 +31,55 @@ def add_frame_tangents(y, c_rate, turning, model, matrix):
             f = turn_back(bodies[b].R, fields[k].w[0], fields[k].w[1], fields[k].w[2])
             g, S = cross(f[0], f[1], f[2], n[0], n[1], n[2]), fields[k].scale * wheels[i].inertia
             h, kind, first = S * y[wheels[i].iv], bodies[b].motion, bodies[b].iv - n_q
+            w = turn_back(bodies[b].R, bodies[b].w[0], bodies[b].w[1], bodies[b].w[2])
+            e = cross(n[0], n[1], n[2], w[0], w[1], w[2])
             columns = range(3, 6) if kind == FREE else range(1)
             for c in columns:
                 d = turn_axis(bodies, b, kind, c)
                 along = c_rate * S * (g[0] * d[0] + g[1] * d[1] + g[2] * d[2])
-                add_entry(matrix, first + c, at, along)
-                add_entry(matrix, at, first + c, -along)
                 u = cross(f[0], f[1], f[2], d[0], d[1], d[2])
+                turned = S * (u[0] * e[0] + u[1] * e[1] + u[2] * e[2])
+                add_entry(matrix, first + c, at, along)
+                add_entry(matrix, at, first + c, -along - turned)
                 u = cross(u[0], u[1], u[2], n[0], n[1], n[2])
                 v = cross(d[0], d[1], d[2], n[0], n[1], n[2])
                 v = cross(f[0], f[1], f[2], v[0], v[1], v[2])
-                for e in columns:
-                    d = turn_axis(bodies, b, kind, e)
+                for r in columns:
+                    d = turn_axis(bodies, b, kind, r)
                     own = turning * (u[0] * d[0] + u[1] * d[1] + u[2] * d[2])
                     kept = (1.0 - turning) * (v[0] * d[0] + v[1] * d[1] + v[2] * d[2])
-                    add_entry(matrix, first + e, first + c, h * (own + kept))
+                    add_entry(matrix, first + r, first + c, h * (own + kept))
 
 
 @inlined
-def by_command(t, y, model, i):
-    """Derivative of the motor's torque of wheel i by its command, or by what else it is asked for."""
+def limited_slopes(u, rate, wheels, i):
+    """Derivatives of `limited_torque` by u and by the rate."""
+    value = min(max(u, -wheels[i].torque_limit), wheels[i].torque_limit)
+    by_torque, by_rate = 1.0 if value == u else 0.0, 0.0
+    if value * rate > 0.0 and wheels[i].rate_limit < math.inf:
+        left = (wheels[i].rate_limit - abs(rate)) / (FADE * wheels[i].rate_limit)
+        by_torque *= min(max(left, 0.0), 1.0)
+        if 0.0 < left < 1.0:
+            by_rate = -abs(value) / (FADE * wheels[i].rate_limit)
+    return by_torque, by_rate
+
+
+@inlined
+def drag_slope(wheels, i, rate):
+    """Derivative of `drag_torque` by the rate."""
+    slope = wheels[i].viscous
+    if wheels[i].friction > 0.0:
+        part = math.tanh(rate / wheels[i].slip)
+        slope += wheels[i].friction / wheels[i].slip * (1.0 - part * part)
+    return slope
+
+
+@inlined
+def motor_slopes(t, y, model, i):
+    """Derivatives of the motor's torque of wheel i by what it is asked for, and by its rate."""
     wheels = model.wheels
-    angle, rate = y[wheels[i].iq], y[wheels[i].iv]
-    u = wanted_by_motor(t, angle, rate, model, i)
-    d = 1e-6 * (1e-3 + abs(u))
-    return (limited_torque(u + d, rate, wheels, i) - limited_torque(u - d, rate, wheels, i)) / (2.0 * d)
+    rate = y[wheels[i].iv]
+    return limited_slopes(wanted_by_motor(t, y[wheels[i].iq], rate, model, i), rate, wheels, i)
 
 
 @inlined
@@ -75,25 +99,28 @@ def error_gradient(e, G):
 def add_controller_tangent(t, y, k, c_rate, model, matrix):
     """Add what the command of controller k changes with the body's attitude, and c_rate times with its rate.
 
-    Left out is how a path's rate turns in the body's axes.
+    In body axes the rate p of a path changes by p x d with a turn d of the body.
     """
     controllers, wheels, thrusters, bodies = model.controllers, model.wheels, model.thrusters, model.bodies
     n_q, p, G, K, T = model.info.nq, model.parameters, model.scratch, model.K12, controllers[k].torque
     b = controllers[k].body
     row = bodies[b].iv - n_q
     error_gradient(controllers[k].error, G)
+    w, slip = bodies[b].iv + 3, controllers[k].slip
+    path = (y[w] - slip[0], y[w + 1] - slip[1], y[w + 2] - slip[2])
     for i in range(3):
         size = abs(linear_torque(controllers, k, i)) - controllers[k].dead_band
         inside = 1.0 if 0.0 <= size <= controllers[k].limit else 0.0
         P, D = inside * controllers[k].proportional[i], inside * controllers[k].derivative[i]
         for j in range(3):
-            G[i, j] = -P * G[i, j] - (c_rate * D if i == j else 0.0)
+            turned = cross(1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2), path[0], path[1], path[2])
+            G[i, j] = -P * G[i, j] - D * (turned[i] + (c_rate if i == j else 0.0))
     count, at = controllers[k].count, controllers[k].place
     shares = at + count
     for a in range(count):
         i = int(p[at + a])
         if controllers[k].actuators == WHEELS:
-            slope = by_command(t, y, model, i)
+            slope, _ = motor_slopes(t, y, model, i)
             for j in range(3):
                 value = 0.0
                 for c in range(3):
@@ -115,9 +142,24 @@ def add_controller_tangent(t, y, k, c_rate, model, matrix):
             add_block(matrix, row, row + 3, K, 0, 0, 6, 3, -1.0)
 
 
+@inlined
+def _add_thrust_tangent(i, turning, model, matrix):
+    """Add how the force of thruster i turns with its free body; `turning` as of `add_actuator_tangents`."""
+    K, f, x, d = model.K12, model.thrusters[i].push, model.thrusters[i].local, model.thrusters[i].direction
+    b = model.thrusters[i].body
+    m, share = cross(x[0], x[1], x[2], d[0], d[1], d[2]), f * (1.0 - turning)
+    for c in range(3):
+        e = (1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2))
+        u, v = cross(e[0], e[1], e[2], d[0], d[1], d[2]), cross(m[0], m[1], m[2], e[0], e[1], e[2])
+        K[0, c], K[1, c], K[2, c] = turn(model.bodies[b].R, -f * u[0], -f * u[1], -f * u[2])
+        K[3, c], K[4, c], K[5, c] = share * v[0], share * v[1], share * v[2]
+    row = model.bodies[b].iv - model.info.nq
+    add_block(matrix, row, row + 3, K, 0, 0, 6, 3, 1.0)
+
+
 @indirect(void(REAL, VECTOR, REAL, REAL, MODEL, SPARSE))
 def add_actuator_tangents(t, y, c_rate, turning, model, matrix):
-    """Add what torques on wheels and controlled thrusters change with position, and c_rate times with velocity.
+    """Add what torques on wheels and thrusters change with position, and c_rate times with velocity.
 
     `turning` is 1 where torques on a free body stand in its axes, 0 where in those of a step's start. After
     `actuator_forces` of the same state only.
@@ -125,17 +167,16 @@ def add_actuator_tangents(t, y, c_rate, turning, model, matrix):
     wheels, n_q = model.wheels, model.info.nq
     for i in range(wheels.size):
         angle, rate = y[wheels[i].iq], y[wheels[i].iv]
-        d = 1e-6 * (1.0 + abs(rate))
-        slope = drag_torque(wheels, i, rate + d) - drag_torque(wheels, i, rate - d)
-        if wheels[i].rate_limit < math.inf:
-            u = wanted_by_motor(t, angle, rate, model, i)
-            slope -= limited_torque(u, rate + d, wheels, i) - limited_torque(u, rate - d, wheels, i)
-        slope *= c_rate / (2.0 * d)
+        by_torque, by_rate = motor_slopes(t, y, model, i)
+        slope = c_rate * (drag_slope(wheels, i, rate) - by_rate)
         if wheels[i].law != 0:
             p = model.parameters[wheels[i].first : wheels[i].last]
             own = spring_law_slope(wheels[i].law, angle, 1.0, rate, c_rate, t, p, 1.0)
-            slope -= by_command(t, y, model, i) * own
+            slope -= by_torque * own
         add_entry(matrix, wheels[i].iv - n_q, wheels[i].iv - n_q, slope)
+    for i in range(model.thrusters.size):
+        if model.thrusters[i].push > 0.0 and model.bodies[model.thrusters[i].body].motion == FREE:
+            _add_thrust_tangent(i, turning, model, matrix)
     for k in range(model.controllers.size):
         add_controller_tangent(t, y, k, c_rate, model, matrix)
     add_frame_tangents(y, c_rate, turning, model, matrix)

@@ -16,7 +16,7 @@ import math
 from evolvent.compiled.jit import inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import cross, turn, turn_back
-from evolvent.kernels.sides import ON_BODY, pull, side_columns, side_vector, turn_axis
+from evolvent.kernels.sides import ON_BODY, pull, side_vector
 
 #: Kinds of coordinates.
 ANGLE, TRAVEL = 0, 1
@@ -189,38 +189,88 @@ def gradients(model, rows, k, J):
 
     Returns the first unknown and their number of both.
     """
-    bodies, n_q = model.bodies, model.info.nq
-    local, columns = model.e[2], model.K12
-    body, on, g, u = rows[k].body, rows[k].on, rows[k].g, rows[k].u
+    g, u, none = rows[k].g, rows[k].u, (0.0, 0.0, 0.0)
+    return _both_sides(model, rows, k, (u[0], u[1], u[2]), (g[0], g[1], g[2]), none, none, J)
+
+
+@inlined
+def rate_gradients(y, model, rows, k, J):
+    """As `gradients`, of what a change of place alone changes in the rate of coordinate k.
+
+    Notes
+    -----
+    As seen from the body, u moves by s and has the rate r. The rate g . r of the coordinate changes by h . s,
+    h = H r + w x g with H = d2(angle)/du2, none of a travel, by (g x v) . t with turns t of the body, and by
+    -(g x v') . t' with those t' of the body that u is fixed to: of a direction u, v and v' are its rate, of a point
+    that less the velocities of the origins of both bodies.
+    """
+    bodies, g, b, other = model.bodies, rows[k].g, rows[k].body, rows[k].other
+    w, V = bodies[b].w, bodies[b].v
+    x, y_, z, vx, vy, vz = second_side(y, rows, bodies, k)
+    hx, hy, hz = cross(w[0], w[1], w[2], g[0], g[1], g[2])
     if rows[k].kind == TRAVEL:
-        place_on_body(rows, bodies, k, local)
-        at, na = side_columns(model, ON_BODY, body, -1, local, True, columns)
-        for c in range(na):
-            J[0, c] = -(g[0] * columns[0, c] + g[1] * columns[1, c] + g[2] * columns[2, c])
-        bt, nb = side_columns(model, on, rows[k].other, rows[k].iv, rows[k].local, True, columns)
-        for c in range(nb):
-            J[1, c] = g[0] * columns[0, c] + g[1] * columns[1, c] + g[2] * columns[2, c]
-        return at, na, bt, nb
-    t = cross(u[0], u[1], u[2], g[0], g[1], g[2])
-    at, na = _turn_gradient(bodies, n_q, body, t, -1.0, J, 0)
-    if on == ON_BODY:
-        bt, nb = _turn_gradient(bodies, n_q, rows[k].other, t, 1.0, J, 1)
+        own = cross(g[0], g[1], g[2], vx - V[0], vy - V[1], vz - V[2])
+        away = (0.0, 0.0, 0.0)
+        if rows[k].on == ON_BODY:
+            V = bodies[other].v
+            away = cross(g[0], g[1], g[2], V[0] - vx, V[1] - vy, V[2] - vz)
+        return _both_sides(model, rows, k, (x, y_, z), (hx, hy, hz), own, away, J)
+    a, e = directions(rows, bodies, k)
+    p, q = _parts(a, e, (x, y_, z))
+    dx, dy, dz = cross(w[0], w[1], w[2], x, y_, z)
+    r = (vx - dx, vy - dy, vz - dz)
+    for j in range(3):
+        hx += second_derivative(a, e, p, q, 0, j) * r[j]
+        hy += second_derivative(a, e, p, q, 1, j) * r[j]
+        hz += second_derivative(a, e, p, q, 2, j) * r[j]
+    own = cross(g[0], g[1], g[2], vx, vy, vz)
+    return _both_sides(model, rows, k, (x, y_, z), (hx, hy, hz), own, (-own[0], -own[1], -own[2]), J)
+
+
+@inlined
+def _both_sides(model, rows, k, u, h, own, other, J):
+    """Write h . s, s what u moves by as seen from its body, with own . t and other . t' of turns of both bodies."""
+    bodies, n_q, is_place, b = model.bodies, model.info.nq, rows[k].kind == TRAVEL, rows[k].body
+    x = _arm(bodies, b, u, is_place)
+    tx, ty, tz = cross(x[0], x[1], x[2], h[0], h[1], h[2])
+    turning, back = (own[0] - tx, own[1] - ty, own[2] - tz), (-h[0], -h[1], -h[2])
+    at, na = _body_gradient(bodies, n_q, b, back, turning, is_place, J, 0)
+    if rows[k].on == ON_BODY:
+        x = _arm(bodies, rows[k].other, u, is_place)
+        tx, ty, tz = cross(x[0], x[1], x[2], h[0], h[1], h[2])
+        turning = (tx + other[0], ty + other[1], tz + other[2])
+        bt, nb = _body_gradient(bodies, n_q, rows[k].other, h, turning, is_place, J, 1)
     else:
         bt, nb = rows[k].iv - n_q, 3
         for c in range(3):
-            J[1, c] = g[c]
+            J[1, c] = h[c]
     return at, na, bt, nb
 
 
 @inlined
-def _turn_gradient(bodies, n_q, b, t, sign, J, row):
-    """Write sign t . (turn) of body b by its unknowns to a row of J; returns the first of them and their number."""
-    motion = bodies[b].motion
+def _arm(bodies, b, u, is_place):
+    """The direction u, or the place u from the origin of body b."""
+    x = bodies[b].x
+    return (u[0] - x[0], u[1] - x[1], u[2] - x[2]) if is_place else u
+
+
+@inlined
+def _body_gradient(bodies, n_q, b, f, t, moves, J, row):
+    """Write f . (displacement), where it counts, + t . (turn) of body b by its unknowns to a row of J.
+
+    Returns the first of them and their number.
+    """
+    motion, R, at = bodies[b].motion, bodies[b].R, bodies[b].iv - n_q
     if motion == rigid.DRIVEN:
         return 0, 0
-    first, count = (3, 3) if motion == rigid.FREE else (0, 1)
-    for c in range(count):
-        nx, ny, nz = turn_axis(bodies, b, motion, first + c)
-        x, y, z = turn(bodies[b].R, nx, ny, nz)
-        J[row, c] = sign * (t[0] * x + t[1] * y + t[2] * z)
-    return bodies[b].iv - n_q + first, count
+    x = turn_back(R, t[0], t[1], t[2])
+    if motion == rigid.SPIN:
+        n = bodies[b].axis
+        J[row, 0] = n[0] * x[0] + n[1] * x[1] + n[2] * x[2]
+        return at, 1
+    first = 3 if moves else 0
+    for c in range(3):
+        if moves:
+            J[row, c] = f[c]
+        J[row, first + c] = x[c]
+    return at + 3 - first, 3 + first

@@ -14,7 +14,7 @@ from evolvent.kernels.law_slopes import add_element_law_gradient
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sides import add_product, add_turning
 from evolvent.kernels.sparse import SPARSE
-from evolvent.kernels.springs import ON_BODY, marker_columns, marker_kinematics, push_marker
+from evolvent.kernels.springs import ON_BODY, marker_columns, marker_kinematics, marker_turning, push_marker
 from evolvent.model import MODEL
 
 #: Resultants this small beside the forces are round-off; so are asymmetries of derivatives by differences.
@@ -146,23 +146,38 @@ def add_custom_tangents(t, y, c_rate, model, matrix):
             for i in range(m):
                 for j in range(i):
                     K[i, j] = K[j, i] = 0.5 * (K[i, j] + K[j, i])
+        _evaluate(t, model, k, m, 2 * m)
+        _add_products(y, model, k, m, 1.0, 0.0, K, matrix)
         if c_rate != 0.0:
             speed = max(_spread(work, m, m), size)  # of points at rest: their distance in a second
-            add_element_law_gradient(forces[k].law, p, t, work, m, m, speed, -c_rate, K)
-        _evaluate(t, model, k, m, 2 * m)
-        _add_products(model, k, m, K, matrix)
+            for i in range(m):
+                for j in range(m):
+                    K[i, j] = 0.0
+            add_element_law_gradient(forces[k].law, p, t, work, m, m, speed, -1.0, K)
+            _add_products(y, model, k, m, c_rate, 1.0, K, matrix)
 
 
 @inlined
-def _add_products(model, k, m, K, matrix):
-    """Add derivatives K of the forces of law k, and what turns of bodies change, to the points' unknowns."""
+def _add_products(y, model, k, m, moved, turned, K, matrix):
+    """Add derivatives K of the forces of law k to the unknowns of its points, and what turns of bodies change.
+
+    Parameters
+    ----------
+    moved, turned : what K is derived by changes by `moved` times the displacement of a point, and by `turned` times
+        what a turn of its body changes in its velocity
+    """
     forces, markers, work = model.custom_forces, model.markers, model.custom
     Ja, Jb = model.J[0], model.J[1]
     for i in range(forces[k].points):
         p, f = forces[k].first_marker + i, 2 * m + 3 * i
         at, n = marker_columns(model, p, Ja)
         for j in range(forces[k].points):
-            bt, o = marker_columns(model, forces[k].first_marker + j, Jb)
-            add_product(matrix, at, n, Ja, K, 3 * i, 3 * j, bt, o, Jb, 1.0)
-        if markers[p].kind == ON_BODY:
+            other = forces[k].first_marker + j
+            bt, o = marker_columns(model, other, Jb)
+            add_product(matrix, at, n, Ja, K, 3 * i, 3 * j, bt, o, Jb, moved)
+            if turned != 0.0:
+                u = marker_kinematics(y, model.markers, model.points, model.bodies, other)
+                bt, o = marker_turning(model, other, u, Jb)
+                add_product(matrix, at, n, Ja, K, 3 * i, 3 * j, bt, o, Jb, turned)
+        if turned == 0.0 and markers[p].kind == ON_BODY:
             add_turning(matrix, model, markers[p].index, markers[p].local, -work[f], -work[f + 1], -work[f + 2])

@@ -155,7 +155,8 @@ def add_field_tangents(t, y, c_rate, model, matrix):
         add_block(matrix, points[i].iv - n_q, points[i].iv - n_q, A, 0, 0, 3, 3, -points[i].mass)
     for k in range(on.size):
         if on[k].body >= 0:
-            _add_body_point(t, k, c_rate, model, matrix)
+            _body_point(model, k, x, v)
+            add_body_point(t, on[k].body, on[k].mass, c_rate, model, matrix)
     last = -1
     for k in range(on.size):
         element = on[k].element
@@ -192,19 +193,20 @@ def _add_element(element, model, matrix):
             add_block(matrix, at + r, at + c, model.K24, r, c, size, size, 1.0)
 
 
-@indirect(void(REAL, types.int64, REAL, MODEL, SPARSE))
-def _add_body_point(t, k, c_rate, model, matrix):
-    """Add what field point k of a body changes."""
-    on = model.field_points
+@indirect(void(REAL, types.int64, REAL, REAL, MODEL, SPARSE))
+def add_body_point(t, b, m, c_rate, model, matrix):
+    """Add what fields on a mass m that body b carries change; its place and velocity are in scratch[1] and scratch[2].
+
+    A velocity relative to the body turns with the body.
+    """
     x, v, A, K, J = model.scratch[1], model.scratch[2], model.K12, model.K24, model.J[0]
-    b, m, w, L, own = on[k].body, on[k].mass, model.bodies[on[k].body].w, model.J[1], model.e[2]
-    dx, dy, dz = _body_point(model, k, x, v)
+    at, moves, L, local, own = model.bodies[b].x, model.bodies[b].v, model.J[1], model.e[1], model.e[2]
     ax, ay, az = acceleration(t, model, x, v)
     gradient(t, model, x, v, 1.0, c_rate, A, 0)
-    at, n = side_columns(model, ON_BODY, b, -1, on[k].local, True, J)
-    if c_rate != 0.0:  # a turn of the body turns the point's velocity about the centre
-        ux, uy, uz = cross(w[0], w[1], w[2], dx, dy, dz)
-        own[0], own[1], own[2] = turn_back(model.bodies[b].R, ux, uy, uz)
+    local[0], local[1], local[2] = turn_back(model.bodies[b].R, x[0] - at[0], x[1] - at[1], x[2] - at[2])
+    first, n = side_columns(model, ON_BODY, b, -1, local, True, J)
+    if c_rate != 0.0:  # a turn of the body turns the point's velocity beside that of the origin
+        own[0], own[1], own[2] = turn_back(model.bodies[b].R, v[0] - moves[0], v[1] - moves[1], v[2] - moves[2])
         side_columns(model, ON_BODY, b, -1, own, False, L)
         gradient(t, model, x, v, 0.0, 1.0, A, 3)
     for i in range(n):
@@ -216,5 +218,6 @@ def _add_body_point(t, k, c_rate, model, matrix):
                     if c_rate != 0.0:
                         value += J[c, i] * A[3 + c, d] * L[d, j]
             K[i, j] = value
-    add_block(matrix, at, at, K, 0, 0, n, n, -m)
-    add_turning(matrix, model, b, on[k].local, -m * ax, -m * ay, -m * az)
+    if n > 0:
+        add_block(matrix, first, first, K, 0, 0, n, n, -m)
+        add_turning(matrix, model, b, local, -m * ax, -m * ay, -m * az)

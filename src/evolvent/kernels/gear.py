@@ -9,7 +9,16 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels.axial import ANGLE, gradients, measure_between, measure_end, push, second_rate
+from evolvent.kernels.axial import (
+    ANGLE,
+    gradients,
+    measure_between,
+    measure_end,
+    push,
+    rate_gradients,
+    second_rate,
+)
+from evolvent.kernels.axial_tangent import add_angle_tangent, add_travel_tangent
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, first_entry
 from evolvent.model import MODEL
@@ -78,19 +87,41 @@ def note_gear_reaction(k, la, model):
         value[2] += force * z
 
 
-@indirect(void(_I, _I, REAL, REAL, MODEL, SPARSE))
-def add_gear(k, row, scale, damped, model, matrix):
-    """Add the gradient of gear k as row and column `row`, times `scale`, the row times `damped` as well."""
+@indirect(void(_I, REAL, _I, REAL, REAL, MODEL, SPARSE))
+def add_gear(k, la, row, scale, damped, model, matrix):
+    """Add gear k with the multiplier la: its gradient as row and column `row`, and la times its second derivative.
+
+    The gradient is multiplied by `scale`, the row by `damped` as well.
+    """
     joints, rows, J = model.joints, model.gear_coordinates, model.J[0]
     for i in range(joints[k].first, joints[k].last):
-        sides = gradients(model, rows, i, J)
-        for side in range(2):
-            at, n = sides[2 * side], sides[2 * side + 1]
-            if n == 0:
-                continue
-            to, right, _ = first_entry(matrix, row, at)
-            of, _, down = first_entry(matrix, at, row)
-            for c in range(n):
-                value = scale * rows[i].factor * J[side, c]
-                matrix.values[to + c * right] += value * damped
-                matrix.values[of + c * down] += value
+        sides, factor = gradients(model, rows, i, J), rows[i].factor
+        _add_gradient(matrix, row, sides, J, scale * factor * damped, scale * factor)
+        if la != 0.0:
+            if rows[i].kind == ANGLE:
+                add_angle_tangent(model, rows, i, la * factor, 0.0, matrix)
+            else:
+                add_travel_tangent(model, rows, i, la * factor, 0.0, matrix)
+
+
+@indirect(void(VECTOR, _I, _I, REAL, MODEL, SPARSE))
+def add_gear_rates(y, k, row, scale, model, matrix):
+    """Add scale times what a change of place alone changes in the rate of gear k as row `row`."""
+    joints, rows, J = model.joints, model.gear_coordinates, model.J[0]
+    for i in range(joints[k].first, joints[k].last):
+        sides = rate_gradients(y, model, rows, i, J)
+        _add_gradient(matrix, row, sides, J, scale * rows[i].factor, 0.0)
+
+
+@inlined
+def _add_gradient(matrix, row, sides, J, across, down):
+    """Add the gradient J, on the unknowns `sides`, as row `row` times `across` and as column times `down`."""
+    for side in range(2):
+        at, n = sides[2 * side], sides[2 * side + 1]
+        if n == 0:
+            continue
+        to, right, _ = first_entry(matrix, row, at)
+        of, _, below = first_entry(matrix, at, row)
+        for c in range(n):
+            matrix.values[to + c * right] += across * J[side, c]
+            matrix.values[of + c * below] += down * J[side, c]

@@ -54,8 +54,8 @@ def holds(t, joints, k):
 
 
 @inlined
-def _vector(y, joints, bodies, k, side, is_place):
-    """Vector of a side of joint k and its rate."""
+def side_rates(y, joints, bodies, k, side, is_place):
+    """Vector of a side of joint k and its rate: six floats."""
     iq, iv, local = joints[k].iq[side], joints[k].iv[side], joints[k].local[side]
     if joints[k].on[side] == ON_NODE:
         return node_vector(y, iq, iv, local)
@@ -98,12 +98,12 @@ def joint_geometry(t, y, k, model):
     points, paid = is_place(kind, 0), 0.0
     if kind == SEGMENT and joints[k].on[0] == ON_BODY:
         joints[k].value, paid = length_at_spool(t, y, model, joints[k].first, joints[k].last)
-    a = _vector(y, joints, bodies, k, 0, points)
-    b = _vector(y, joints, bodies, k, 1, points)
+    a = side_rates(y, joints, bodies, k, 0, points)
+    b = side_rates(y, joints, bodies, k, 1, points)
     for c in range(3):
         u[0, c], u[1, c] = a[c], b[c]
     if kind != POINT:
-        d = _vector(y, joints, bodies, k, 2, False) if side_count(kind) == 3 else a
+        d = side_rates(y, joints, bodies, k, 2, False) if side_count(kind) == 3 else a
         measure_gap(joints, k, a, b, d)
         joints[k].rate -= paid
         return

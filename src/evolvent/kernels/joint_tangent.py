@@ -2,12 +2,23 @@
 
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, indirect, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import rigid
-from evolvent.kernels.gaps import ANGLE, GEAR, SEGMENT, add_gap_tangent, copies_at, is_place, side_count
-from evolvent.kernels.gear import add_gear
-from evolvent.kernels.joint import holds, joint_geometry
-from evolvent.kernels.rotations import cross
+from evolvent.kernels.gaps import (
+    ALONG,
+    ANGLE,
+    DIRECTION,
+    DISTANCE,
+    GEAR,
+    SEGMENT,
+    add_gap_tangent,
+    copies_at,
+    is_place,
+    side_count,
+)
+from evolvent.kernels.gear import add_gear, add_gear_rates
+from evolvent.kernels.joint import holds, joint_geometry, side_rates
+from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
 from evolvent.kernels.thread.joined import couple_spool, turn_spool
@@ -42,7 +53,7 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
         add_entry(matrix, at, row, scale)
         return
     if kind == GEAR:
-        add_gear(k, row, scale, damped, model, matrix)
+        add_gear(k, la, row, scale, damped, model, matrix)
         return
     points = is_place(kind, 0)
     Ja, Jb, Jd = model.J[0], model.J[1], model.J[2]
@@ -92,6 +103,66 @@ def add_joint_tangent(t, la, k, row, scale, c_rate, with_row, model, matrix):
     elif joints[k].slack > 0.0:
         add_entry(matrix, row, row, -scale * scale * joints[k].slack * model.info.compliance)
     add_held_joint(k, la, row, scale, with_row * _damper_factor(k, c_rate, joints), model, matrix)
+
+
+@indirect(void(VECTOR, types.int64, types.int64, REAL, MODEL, SPARSE))
+def add_rate_row(y, k, row, scale, model, matrix):
+    """Add what a change of place alone changes in the damper of penalty k to row `row`, times `scale`.
+
+    Notes
+    -----
+    The rate of the gap is the sum of g . v of all sides with the vectors u and rates v. It changes by h . du, h the
+    second derivatives of the gap times the rates, and by g . dv where v turns with a body.
+    """
+    joints, bodies, J, own = model.joints, model.bodies, model.J[0], model.e[2]
+    kind, factor = joints[k].kind, scale * joints[k].damping / joints[k].stiffness
+    if kind == GEAR:
+        add_gear_rates(y, k, row, factor, model, matrix)
+        return
+    for side in range(side_count(kind)):
+        on, index, g, points = joints[k].on[side], joints[k].index[side], joints[k].g[side], is_place(kind, side)
+        h = rate_slopes(y, k, side, model)
+        at, n = side_columns(model, on, index, joints[k].iv[side], joints[k].local[side], points, J)
+        for c in range(n):
+            value = h[0] * J[0, c] + h[1] * J[1, c] + h[2] * J[2, c]
+            add_entry(matrix, row, at + c, factor * value)
+        if on != ON_BODY:
+            continue
+        u, v = side_of(y, k, side, model), bodies[index].v
+        share = 1.0 if points else 0.0
+        own[0], own[1], own[2] = turn_back(
+            bodies[index].R, u[3] - share * v[0], u[4] - share * v[1], u[5] - share * v[2]
+        )
+        at, n = side_columns(model, ON_BODY, index, -1, own, False, J)
+        for c in range(n):
+            add_entry(matrix, row, at + c, factor * (g[0] * J[0, c] + g[1] * J[1, c] + g[2] * J[2, c]))
+
+
+@inlined
+def side_of(y, k, side, model):
+    """Vector of a side of joint k and its rate: six floats."""
+    joints = model.joints
+    return side_rates(y, joints, model.bodies, k, side, is_place(joints[k].kind, side))
+
+
+@inlined
+def rate_slopes(y, k, side, model):
+    """Second derivative of the gap of joint k by the vector of a side and by all, times their rates: three floats."""
+    joints, kind = model.joints, model.joints[k].kind
+    a, b = side_of(y, k, 0, model), side_of(y, k, 1, model)
+    vx, vy, vz = b[3] - a[3], b[4] - a[4], b[5] - a[5]
+    sign = 1.0 if side == 1 else -1.0
+    if kind == DIRECTION:
+        return (b[3], b[4], b[5]) if side == 0 else (a[3], a[4], a[5])
+    if kind == ALONG:
+        if side == 2:
+            return vx, vy, vz
+        d = side_of(y, k, 2, model)
+        return sign * d[3], sign * d[4], sign * d[5]
+    if kind == DISTANCE:
+        n, rate, s = joints[k].g[1], joints[k].rate, sign / joints[k].measured
+        return s * (vx - rate * n[0]), s * (vy - rate * n[1]), s * (vz - rate * n[2])
+    return 0.0, 0.0, 0.0
 
 
 @inlined

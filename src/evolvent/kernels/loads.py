@@ -50,6 +50,18 @@ def radiation(pressure_width, reflectivity, sx, sy, sz, nx, ny, nz):
 
 
 @inlined
+def radiation_slopes(pressure_width, reflectivity, s, n, G):
+    """Derivative G : (3, 3) of `radiation` by the normal n; s and n : 3 floats."""
+    c = s[0] * n[0] + s[1] * n[1] + s[2] * n[2]
+    a, sign = abs(c), 1.0 if c > 0.0 else -1.0
+    along, turned = pressure_width * (1.0 - reflectivity) * sign, 2.0 * pressure_width * reflectivity * a
+    for i in range(3):
+        for j in range(3):
+            G[i, j] = (along * s[i] + 2.0 * turned * n[i]) * s[j]
+        G[i, i] += turned * c
+
+
+@inlined
 def panel_force(px, py, pz, nx, ny, nz, specular, diffuse):
     """Force of light on a flat panel, N; p : pressure times area along the light, n : unit normal of either side.
 

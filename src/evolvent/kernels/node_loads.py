@@ -1,4 +1,4 @@
-"""Loads on beams that follow the section or a law: moments, follower forces, forces by laws; and their tangents.
+"""Loads on beams that follow the section or a law: moments, follower forces, forces by laws.
 
 The axes of a section are those of its slopes b = r,y and c = r,z: e1 along b x c, e2 along b, e3 = e1 x e2. Its turn is
 w = (n x n' + b* x b' + c* x c')/2, n = e1, with b*, c* the dual vectors of b and c in the section's plane: of a section
@@ -13,9 +13,7 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.compiled.lookups import force_law_at
 from evolvent.kernels.ancf_beams import CABLE
-from evolvent.kernels.law_slopes import force_law_gradient
 from evolvent.kernels.rotations import cross
-from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
 
 # kinds of beam loads: a torque spread over the mass, a force per length, a force at a vector, a moment on a node
@@ -26,8 +24,6 @@ GAUSS = (
     (0.5, 8.0 / 18.0),
     (0.5 + 0.5 * math.sqrt(0.6), 5.0 / 18.0),
 )
-#: Step of the central differences, in parts of 1 or of the coordinate.
-STEP = 1e-6
 
 _I = types.int64
 
@@ -50,7 +46,7 @@ def section_axes(y, iq):
 
 
 @inlined
-def _duals(y, iq):
+def section_duals(y, iq):
     """Normal n of a section, and the dual vectors of its slopes: nine floats."""
     bx, by, bz = y[iq + 6], y[iq + 7], y[iq + 8]
     cx, cy, cz = y[iq + 9], y[iq + 10], y[iq + 11]
@@ -70,7 +66,7 @@ def section_turn(y, iq, iv, is_cable):
         wx, wy, wz = cross(x, yy, z, y[iv + 3], y[iv + 4], y[iv + 5])
         s = 1.0 / (x * x + yy * yy + z * z)
         return s * wx, s * wy, s * wz
-    nx, ny, nz, px, py, pz, qx, qy, qz = _duals(y, iq)
+    nx, ny, nz, px, py, pz, qx, qy, qz = section_duals(y, iq)
     ux, uy, uz = y[iv + 6], y[iv + 7], y[iv + 8]
     vx, vy, vz = y[iv + 9], y[iv + 10], y[iv + 11]
     b, c = nx * ux + ny * uy + nz * uz, nx * vx + ny * vy + nz * vz
@@ -81,7 +77,7 @@ def section_turn(y, iq, iv, is_cable):
 
 
 @inlined
-def _couple(nx, ny, nz, px, py, pz, mx, my, mz):
+def couple_on(nx, ny, nz, px, py, pz, mx, my, mz):
     """Force on a slope whose dual vector is p: (M x p - (M . (n x p)) n)/2."""
     fx, fy, fz = cross(mx, my, mz, px, py, pz)
     gx, gy, gz = cross(nx, ny, nz, px, py, pz)
@@ -126,9 +122,9 @@ def _node_forces(t, y, k, model, out):
         s = 1.0 / (x * x + yy * yy + z * z)
         out[3], out[4], out[5] = s * fx, s * fy, s * fz
     else:
-        nx, ny, nz, px, py, pz, qx, qy, qz = _duals(y, iq)
-        out[6], out[7], out[8] = _couple(nx, ny, nz, px, py, pz, mx, my, mz)
-        out[9], out[10], out[11] = _couple(nx, ny, nz, qx, qy, qz, mx, my, mz)
+        nx, ny, nz, px, py, pz, qx, qy, qz = section_duals(y, iq)
+        out[6], out[7], out[8] = couple_on(nx, ny, nz, px, py, pz, mx, my, mz)
+        out[9], out[10], out[11] = couple_on(nx, ny, nz, qx, qy, qz, mx, my, mz)
 
 
 @inlined
@@ -139,7 +135,7 @@ def _axis_weights(length, xi):
 
 
 @inlined
-def _line_point(y, element, xi, model):
+def line_point(y, element, xi, model):
     """Position and velocity of a point of an element's axis into model.scratch[1:]; returns the shape functions."""
     x, v = model.scratch[1], model.scratch[2]
     iq, iv = model.elements[element].iq, model.elements[element].iv
@@ -168,7 +164,7 @@ def add_following_load(t, y, k, value, model, P):
     for element in range(first, first + model.beams[beam].elements):
         at, length = model.elements[element].iv - n_q, model.elements[element].length
         for xi, weight in GAUSS:
-            S = _line_point(y, element, xi, model)
+            S = line_point(y, element, xi, model)
             g = force_law_at(row.law)(model.scratch[1], model.scratch[2], t, p)
             for c in range(3):
                 s = value * weight * length * g[c]
@@ -176,73 +172,3 @@ def add_following_load(t, y, k, value, model, P):
                 P[at + 3 + c] += s * S[1]
                 P[at + half + c] += s * S[2]
                 P[at + half + 3 + c] += s * S[3]
-
-
-@inlined
-def add_following_tangents(t, y, c_rate, model, matrix):
-    """Tangents of all loads on beams that follow their beam or a law."""
-    for k in range(model.beam_loads.size):
-        if follows(model.beam_loads, k):
-            add_following_tangent(t, y, k, c_rate, model, matrix)
-
-
-@indirect(void(REAL, VECTOR, _I, REAL, MODEL, SPARSE))
-def add_following_tangent(t, y, k, c_rate, model, matrix):
-    """Add what load k changes with its beam's position, and c_rate times with its velocity, at its last value."""
-    n_q = model.info.nq
-    row = model.beam_loads[k]
-    if row.now == 0.0:
-        return
-    if row.kind == LINE:
-        _add_line_tangent(t, y, k, c_rate, model, matrix)
-        return
-    half = 6 if model.beams[row.beam].kind == CABLE else 12
-    K, high, low = model.K12, model.e[1, :half], model.e[2, :half]
-    for j in range(half):
-        for i in range(half):
-            K[i, j] = 0.0
-        for of in range(2):
-            scale = 1.0 if of == 0 else c_rate
-            if scale == 0.0 or (of == 1 and row.law == 0):
-                continue
-            at = (row.iq if of == 0 else row.iv) + j
-            kept = y[at]
-            step = STEP * (1.0 + abs(kept))
-            y[at] = kept + step
-            _node_forces(t, y, k, model, high)
-            above = y[at]
-            y[at] = kept - step
-            _node_forces(t, y, k, model, low)
-            scale *= row.now / (above - y[at])
-            y[at] = kept
-            for i in range(half):
-                K[i, j] -= scale * (high[i] - low[i])
-    add_block(matrix, row.iv - n_q, row.iv - n_q, K, 0, 0, half, half, 1.0)
-
-
-@inlined
-def _add_line_tangent(t, y, k, c_rate, model, matrix):
-    """The tangent of a force per length by a law."""
-    n_q = model.info.nq
-    row = model.beam_loads[k]
-    K, A = model.K24, model.K12
-    half = 6 if model.beams[row.beam].kind == CABLE else 12
-    p, first = model.parameters[row.first : row.last], model.beams[row.beam].first_element
-    for element in range(first, first + model.beams[row.beam].elements):
-        at, length = model.elements[element].iv - n_q, model.elements[element].length
-        for i in range(2 * half):
-            for j in range(2 * half):
-                K[i, j] = 0.0
-        for xi, weight in GAUSS:
-            S = _line_point(y, element, xi, model)
-            force_law_gradient(row.law, p, t, model.scratch[1], model.scratch[2], 1.0, c_rate, A, 0)
-            for i in range(4):
-                for j in range(4):
-                    s = row.now * weight * length * S[i] * S[j]
-                    to, of = (i // 2) * half + 3 * (i % 2), (j // 2) * half + 3 * (j % 2)
-                    for c in range(3):
-                        for d in range(3):
-                            K[to + c, of + d] -= s * A[c, d]
-        for r in range(0, 2 * half, half):
-            for c in range(0, 2 * half, half):
-                add_block(matrix, at + r, at + c, K, r, c, half, half, 1.0)

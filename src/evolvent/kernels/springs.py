@@ -15,7 +15,8 @@ from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined
 from evolvent.compiled.lookups import spring_law_at
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import DRIVEN, add_wrench, point_kinematics
-from evolvent.kernels.sides import ON_COORDINATES, add_product, add_turning, side_columns
+from evolvent.kernels.rotations import turn_back
+from evolvent.kernels.sides import ON_BODY as ON_SIDE, ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL, family_type
 
@@ -53,6 +54,20 @@ def marker_columns(model, marker, J):
     if model.markers[marker].kind == ON_POINT:
         return side_columns(model, ON_COORDINATES, -1, model.points[index].iv, local, True, J)
     return side_columns(model, ON_BODY, index, -1, local, True, J)
+
+
+@inlined
+def marker_turning(model, marker, u, J):
+    """Write the columns J of what a turn of a marker's body changes in the marker's velocity, the rates u[3:6] there.
+
+    Returns the first unknown and their number: none of a point, or of a body at rest.
+    """
+    i, own = model.markers[marker].index, model.e[2]
+    if model.markers[marker].kind == ON_POINT:
+        return 0, 0
+    v = model.bodies[i].v
+    own[0], own[1], own[2] = turn_back(model.bodies[i].R, u[3] - v[0], u[4] - v[1], u[5] - v[2])
+    return side_columns(model, ON_SIDE, i, -1, own, False, J)
 
 
 @inlined
@@ -227,10 +242,11 @@ def spring_tangents(t, y, h, c_rate, model, matrix):
     Notes
     -----
     With the direction n of the force and the length l of the interval, the force T n on the ends changes by
-    T/l + (T_e + c_rate T_v - T/l) n m^T, m = n of a state and the direction at the end of a step.
+    T/l + (T_e + c_rate T_v - T/l) n m^T, m = n of a state and the direction at the end of a step. Of a state, the rate
+    n . v changes as well with n, by (v - n (n . v))/l, and with v, which turns with the bodies.
     """
     springs, K = model.springs, model.K12
-    Ja, Jb = model.J[0], model.J[1]
+    Ja, Jb, L = model.J[0], model.J[1], model.J[2]
     for k in range(springs.size):
         ma, mb = springs[k].a, springs[k].b
         a, b, n, length, tension, _, _ = evaluate_spring(t, y, h, k, model)
@@ -244,6 +260,12 @@ def spring_tangents(t, y, h, c_rate, model, matrix):
             for j in range(3):
                 K[i, j] = p * n[i] * m[j] - sideways * u[i] * u[j]
             K[i, i] += across + sideways
+        by_rate = rate_slope(t, h, k, model) if length > 0.0 else 0.0
+        if by_rate != 0.0:
+            v, rate = (b[3] - a[3], b[4] - a[4], b[5] - a[5]), springs[k].rate
+            for i in range(3):
+                for j in range(3):
+                    K[i, j] += by_rate / length * n[i] * (v[j] - rate * n[j])
         ra, na = marker_columns(model, ma, Ja)
         rb, nb = marker_columns(model, mb, Jb)
         add_product(matrix, ra, na, Ja, K, 0, 0, ra, na, Ja, 1.0)
@@ -257,6 +279,28 @@ def spring_tangents(t, y, h, c_rate, model, matrix):
         if model.markers[mb].kind == ON_BODY:
             fx, fy, fz = tension * n[0] - f[0], tension * n[1] - f[1], tension * n[2] - f[2]
             add_turning(matrix, model, model.markers[mb].index, model.markers[mb].local, fx, fy, fz)
+        sideways = springs[k].lateral_damping if h == 0.0 else 0.0
+        if by_rate != 0.0 or sideways != 0.0:
+            for i in range(3):
+                for j in range(3):
+                    K[i, j] = by_rate * n[i] * n[j] + sideways * ((1.0 if i == j else 0.0) - u[i] * u[j])
+            for end in range(2):
+                sign = 1.0 if end == 1 else -1.0
+                at, count = marker_turning(model, mb if end == 1 else ma, b if end == 1 else a, L)
+                add_product(matrix, ra, na, Ja, K, 0, 0, at, count, L, -sign)
+                add_product(matrix, rb, nb, Jb, K, 0, 0, at, count, L, sign)
+
+
+@inlined
+def rate_slope(t, h, k, model):
+    """Derivative of the tension of spring k by its rate, of a state; 0 over a step, whose rate its lengths make."""
+    springs = model.springs
+    if h != 0.0:
+        return 0.0
+    if springs[k].law == 0:
+        return springs[k].damping
+    p, length = model.parameters[springs[k].first : springs[k].last], springs[k].extension + springs[k].length
+    return spring_law_slope(springs[k].law, springs[k].extension, 0.0, springs[k].rate, 1.0, t, p, max(length, 1e-3))
 
 
 @entry(REAL, REAL, REAL, REAL, types.int64, MODEL)

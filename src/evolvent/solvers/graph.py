@@ -126,7 +126,7 @@ def _couple_forces(graph: _Graph) -> None:
         graph.couple(*ends)
     for element in model.rod_elements:
         graph.couple(graph.body[element["a"]], graph.body[element["b"]])
-    for row in model.coordinates:
+    for row in itertools.chain(model.coordinates, model.gear_coordinates):  # whose torques turn with both bodies
         second = graph.body[row["other"]] if row["on"] == sides.ON_BODY else graph.of(int(row["iv"]))
         graph.couple(second, graph.body[row["body"]])
     coordinates = model.coordinates

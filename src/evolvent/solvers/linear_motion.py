@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sparse
 
-from evolvent.kernels import fields, joint, loads, rigid, sides, springs
+from evolvent.kernels import fields, joint, rigid
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE, displace
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.eigenproblem import Problem
@@ -145,37 +145,14 @@ def _skew(a: Array) -> Array:
     return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
 
 
-def _thread_neighbours(model: Any, row: np.record) -> list[tuple[str, int]]:
-    """The body that a thread leaves, and the body or point that it ends at: families and indices."""
-    found = [("bodies", int(row["body"]))]
-    if row["end"] >= 0:
-        marker = model.markers[row["end"]]
-        found.append(("bodies" if marker["kind"] == springs.ON_BODY else "points", int(marker["index"])))
-    return found
-
-
 def _unfinished(model: Any) -> list[int]:
-    """Velocities of what has a part of its stiffness that the tangent of Newton's method leaves out.
+    """Velocities of bodies in contact with others, a part of whose stiffness the tangent of Newton's method leaves out.
 
-    That are bodies on gears and in contact with others, threads in light, and what threads are fastened to: its loads,
-    and the weight of what it carries. Everything else has its exact tangent (`flow.implicit.tangent`).
+    Everything else has its exact tangent (`flow.implicit.tangent`).
     """
-    parts = {("bodies", int(b)) for key in ("a", "b") for b in model.body_contacts[key]}
-    parts |= {("bodies", int(b)) for b in model.gear_coordinates["body"]}
     found: set[int] = set()
-    for row in model.gear_coordinates:
-        if row["on"] == sides.ON_BODY:
-            parts.add(("bodies", int(row["other"])))
-        else:
-            first = int(row["iv"]) - int(model.info.nq)
-            found.update(range(first, first + 3))
-    lit = model.loads["target"][model.loads["kind"] == loads.RADIATION]
-    for p, row in enumerate(model.threads):
-        parts.update(_thread_neighbours(model, row))
-        if p in lit:
-            parts.add(("threads", p))
-    for family, index in parts:
-        where = velocity_slice(model, family, index)
+    for b in np.union1d(model.body_contacts["a"], model.body_contacts["b"]):
+        where = velocity_slice(model, "bodies", int(b))
         found.update(range(where.start, where.stop) if where else ())
     return sorted(found)
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from evolvent.compiled.jit import inlined
 from evolvent.kernels.rigid import DRIVEN, add_mass, add_wrench, centripetal
-from evolvent.kernels.springs import ON_BODY, marker_kinematics, push_marker
+from evolvent.kernels.sides import ON_COORDINATES, side_columns
+from evolvent.kernels.springs import ON_BODY, marker_columns, marker_kinematics, push_marker
 
 #: Below this distance from Q (m) a segment's direction is the pay-out direction (eq. 11).
 TINY = 1e-9
@@ -19,6 +20,15 @@ TINY = 1e-9
 def is_end(threads, p, i):
     """Whether node i of thread p is a point of a body or a point mass."""
     return i == 0 and threads[p].end >= 0
+
+
+@inlined
+def node_columns(model, p, i, J):
+    """Write the columns J of node i of thread p (`sides.side_columns`); returns its first unknown and their number."""
+    threads = model.threads
+    if is_end(threads, p, i):
+        return marker_columns(model, threads[p].end, J)
+    return side_columns(model, ON_COORDINATES, -1, threads[p].iv + 3 * i, threads[p].departure, True, J)
 
 
 @inlined

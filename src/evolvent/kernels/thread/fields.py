@@ -1,9 +1,12 @@
 """Fields on wound thread, and on what moves with the end of a thread on a body."""
 
+from numba import void
+
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels.fields import acceleration
+from evolvent.kernels.fields import acceleration, add_body_point
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import cross
+from evolvent.kernels.sparse import SPARSE
 from evolvent.kernels.springs import ON_BODY
 from evolvent.kernels.thread.end import is_end
 from evolvent.kernels.thread.spool import ring_radius
@@ -56,7 +59,7 @@ def wound_fields(t, s, model):
     The ring of `wound.carry_wound` is integrated by four points, which have its second moments. It turns with the
     body and the spool: what the fields do by the spool's rate is kept in `field`, for it comes off the spool's power.
     """
-    threads, nodes, bodies = model.threads, model.nodes, model.bodies
+    threads, bodies = model.threads, model.bodies
     x, v = model.scratch[1], model.scratch[2]
     power = 0.0
     for p in range(threads.size):
@@ -64,24 +67,63 @@ def wound_fields(t, s, model):
         power += _end_field(t, model, p)
         if not threads[p].carried:
             continue
-        r, X = ring_radius(threads, p, threads[p].n - s[p]), threads[p].X
-        m = 0.25 * threads[p].copies * (wound_mass(s, threads, nodes, p) - threads[p].leaving)
-        at, moves, w = bodies[threads[p].body].x, bodies[threads[p].body].v, bodies[threads[p].body].w
-        cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
-        zx, zy, zz = cross(nx, ny, nz, X[0], X[1], X[2])
+        r = ring_radius(threads, p, threads[p].n - s[p])
+        m = _ring_share(s, model, p)
         for i in range(4):
-            along = r if i == 0 else (-r if i == 1 else 0.0)
-            across = r if i == 2 else (-r if i == 3 else 0.0)
-            ex, ey, ez = along * X[0] + across * zx, along * X[1] + across * zy, along * X[2] + across * zz
-            dx, dy, dz = cx + ex, cy + ey, cz + ez
-            ux, uy, uz = cross(w[0], w[1], w[2], dx, dy, dz)
-            rate = threads[p].b[1] / threads[p].r
-            sx, sy, sz = cross(nx, ny, nz, ex, ey, ez)
-            sx, sy, sz = rate * sx, rate * sy, rate * sz
-            x[0], x[1], x[2] = at[0] + dx, at[1] + dy, at[2] + dz
-            v[0], v[1], v[2] = moves[0] + ux + sx, moves[1] + uy + sy, moves[2] + uz + sz
+            dx, dy, dz, sx, sy, sz = _ring_point(model, p, r, i, x, v)
             ax, ay, az = acceleration(t, model, x, v)
             add_wrench(bodies[threads[p].body].F, dx, dy, dz, m * ax, m * ay, m * az)
             power += m * (ax * v[0] + ay * v[1] + az * v[2])
             threads[p].field += m * (ax * sx + ay * sy + az * sz)
     return power
+
+
+@inlined
+def _ring_share(s, model, p):
+    """Mass of each of the four points of the ring on spool p, kg."""
+    threads = model.threads
+    return 0.25 * threads[p].copies * (wound_mass(s, threads, model.nodes, p) - threads[p].leaving)
+
+
+@inlined
+def _ring_point(model, p, r, i, x, v):
+    """Place and velocity of point i of the ring of radius r on spool p into x and v : (3,).
+
+    Returns its arm from the body's origin and its velocity relative to the body: six floats.
+    """
+    threads, bodies, X, b = model.threads, model.bodies, model.threads[p].X, model.threads[p].body
+    at, moves, w = bodies[b].x, bodies[b].v, bodies[b].w
+    cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
+    zx, zy, zz = cross(nx, ny, nz, X[0], X[1], X[2])
+    along = r if i == 0 else (-r if i == 1 else 0.0)
+    across = r if i == 2 else (-r if i == 3 else 0.0)
+    ex, ey, ez = along * X[0] + across * zx, along * X[1] + across * zy, along * X[2] + across * zz
+    dx, dy, dz = cx + ex, cy + ey, cz + ez
+    ux, uy, uz = cross(w[0], w[1], w[2], dx, dy, dz)
+    rate = threads[p].b[1] / threads[p].r
+    sx, sy, sz = cross(nx, ny, nz, ex, ey, ez)
+    sx, sy, sz = rate * sx, rate * sy, rate * sz
+    x[0], x[1], x[2] = at[0] + dx, at[1] + dy, at[2] + dz
+    v[0], v[1], v[2] = moves[0] + ux + sx, moves[1] + uy + sy, moves[2] + uz + sz
+    return dx, dy, dz, sx, sy, sz
+
+
+@indirect(void(REAL, REAL, MODEL, SPARSE))
+def add_wound_field_tangents(t, c_rate, model, matrix):
+    """Add what fields on wound thread and on ends change with the motion of the bodies that carry them.
+
+    Left out is what the rate of a free spool changes in fields that depend on velocity.
+    """
+    threads, nodes, s, x, v = model.threads, model.nodes, model.switches, model.scratch[1], model.scratch[2]
+    for p in range(threads.size):
+        e = threads[p].end
+        if e >= 0 and model.markers[e].kind == ON_BODY:
+            k = threads[p].node
+            for c in range(3):
+                x[c], v[c] = nodes[k].x[c], nodes[k].v[c]
+            add_body_point(t, model.markers[e].index, nodes[k].mass, c_rate, model, matrix)
+        if threads[p].carried:
+            m, r = _ring_share(s, model, p), ring_radius(threads, p, threads[p].n - s[p])
+            for i in range(4):
+                _ring_point(model, p, r, i, x, v)
+                add_body_point(t, threads[p].body, m, c_rate, model, matrix)

@@ -18,7 +18,7 @@ from evolvent.kernels.sparse import SPARSE, add_entry
 from evolvent.kernels.thread.boundary import pull_slopes
 from evolvent.kernels.thread.end import TINY
 from evolvent.kernels.thread.spool import paid_out, spool_direction, spool_pull, spool_torques
-from evolvent.kernels.thread.springs import segment_columns, segment_vector
+from evolvent.kernels.thread.springs import damper_slope, segment_columns, segment_vector, turning_columns
 from evolvent.model import MODEL
 
 #: Rate at which the regularised friction reaches its limit, rad/s.
@@ -120,13 +120,30 @@ def add_spool_tangent(t, y, h, c_mass, c_rate, along, p, model, matrix):
     if s[p] > 0 and s[threads.size + p] == 0 and along != 0.0:
         r = threads[p].r
         tension_by_out, pull_by_length, pull_by_out = pull_slopes(h, along, p, model)
-        own -= pull_by_out * r * r
-        add_boundary(y, tension_by_out * r, pull_by_length * r, p, model, matrix)
+        damped = _paid_slope(y, h, c_rate, rate, p, model)
+        own -= (pull_by_out * r + damped) * r
+        add_boundary(y, h, tension_by_out * r + damped, pull_by_length * r, p, model, matrix)
     add_entry(matrix, k, k, copies * own)
 
 
 @inlined
-def add_boundary(y, tension, torque, p, model, matrix):
+def _paid_slope(y, h, c_rate, rate, p, model):
+    """What the damper of the segment at free spool p adds to the derivative of the tension by the angle, N.
+
+    Of a state: the length is paid out along the pay-out direction X, not along the segment, n: X . n r phi'.
+    """
+    threads, s = model.threads, model.switches
+    damper = damper_slope(h, p, s[p] - 1, model)
+    if damper == 0.0:
+        return 0.0
+    dx, dy, dz, _, _, _ = segment_vector(y, s, p, s[p] - 1, model)
+    length, X = math.sqrt(dx * dx + dy * dy + dz * dz), threads[p].X
+    along = (X[0] * dx + X[1] * dy + X[2] * dz) / length if length > TINY else 1.0
+    return damper * (c_rate * threads[p].r * (1.0 - along) + threads[p].coiling * rate * along)
+
+
+@inlined
+def add_boundary(y, h, tension, torque, p, model, matrix):
     """Couple free spool p with both ends of its segment.
 
     Parameters
@@ -150,6 +167,37 @@ def add_boundary(y, tension, torque, p, model, matrix):
         along = copies * (Jb[0, c] * ex + Jb[1, c] * ey + Jb[2, c] * ez)
         add_entry(matrix, b + c, k, -tension * along)
         add_entry(matrix, k, b + c, torque * along)
+    damper = damper_slope(h, p, s[p] - 1, model)
+    if damper != 0.0 and length > TINY:
+        _add_boundary_rates(y, -copies * threads[p].r * damper, (ex, ey, ez), length, p, model, matrix)
+
+
+@inlined
+def _add_boundary_rates(y, factor, e, length, p, model, matrix):
+    """Add factor times what a change of place alone changes in the rate of the segment at free spool p to its row."""
+    s, k, X = model.switches, model.threads[p].spool_v - model.info.nq, model.threads[p].X
+    Ja, Jb, longer, L = model.J[0], model.J[1], model.threads[p].b[1], model.K12
+    _, _, _, vx, vy, vz = segment_vector(y, s, p, s[p] - 1, model)
+    v = (vx - longer * X[0], vy - longer * X[1], vz - longer * X[2])
+    rate = v[0] * e[0] + v[1] * e[1] + v[2] * e[2]
+    across = (
+        factor / length * (v[0] - rate * e[0]), factor / length * (v[1] - rate * e[1]),
+        factor / length * (v[2] - rate * e[2]),
+    )  # fmt: skip
+    a, n, b, m = segment_columns(p, s[p] - 1, s, model, Ja, Jb)
+    _add_row(matrix, k, a, n, Ja, across, 1.0)
+    _add_row(matrix, k, b, m, Jb, across, -1.0)
+    a, n, b, m = turning_columns(p, s[p] - 1, s, model, Ja, L)
+    along = (factor * e[0], factor * e[1], factor * e[2])
+    _add_row(matrix, k, a, n, Ja, along, 1.0)
+    _add_row(matrix, k, b, m, L, along, -1.0)
+
+
+@inlined
+def _add_row(matrix, k, at, n, J, h, scale):
+    """Add scale h . J, J the columns of the unknowns at, at + 1 ..., to row k."""
+    for c in range(n):
+        add_entry(matrix, k, at + c, scale * (h[0] * J[0, c] + h[1] * J[1, c] + h[2] * J[2, c]))
 
 
 @inlined

@@ -12,9 +12,10 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rotations import turn, turn_back
-from evolvent.kernels.sparse import SPARSE, add_block, add_entry
+from evolvent.kernels.sparse import SPARSE, add_entry
+from evolvent.kernels.thread.carried import add_carried_inertia, add_carried_weights
 from evolvent.kernels.thread.end import TINY, is_end
-from evolvent.kernels.thread.fields import wound_fields
+from evolvent.kernels.thread.fields import add_wound_field_tangents, wound_fields
 from evolvent.kernels.thread.free import add_spool_residual, add_spool_tangent, turn_spools
 from evolvent.kernels.thread.joined import joined_thread
 from evolvent.kernels.thread.loads import add_node_load_tangents, node_loads
@@ -162,34 +163,20 @@ def _add_inertia(a, n_q, bodies, b, F):
 
 @indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
 def add_thread_tangent(y, c_mass, c_rate, model, matrix):
-    """Add threads to a tangent; how the inertial forces of wound mass change is left out."""
-    bodies, threads, nodes = model.bodies, model.threads, model.nodes
-    n_q, s, K = model.info.nq, model.switches, model.K12
+    """Add threads to a tangent."""
+    threads, s, t = model.threads, model.switches, model.strands[model.nodes.size, 0]
     add_node_masses(c_mass, model, matrix)
     add_segment_tangents(y, 0.0, c_rate, model, matrix)
     for p in range(threads.size):
         if threads[p].drive == FREE_SPOOL:
             along = segment_slope(0.0, c_rate, p, max(s[p] - 1, 0), model)
-            add_spool_tangent(model.strands[nodes.size, 0], y, 0.0, c_mass, c_rate, along, p, model, matrix)
+            add_spool_tangent(t, y, 0.0, c_mass, c_rate, along, p, model, matrix)
     if model.loads.size > 0 or model.fields.size > 0:
-        add_node_load_tangents(model.strands[nodes.size, 0], c_rate, model, matrix)
-    for b in range(bodies.size):
-        at = bodies[b].iv - n_q
-        if bodies[b].motion == rigid.SPIN:
-            add_entry(matrix, at, at, c_mass * bodies[b].J)
-        elif bodies[b].motion == rigid.FREE:
-            M, R = bodies[b].M, bodies[b].R
-            for i in range(3):
-                for j in range(3):
-                    corner = side = turned = 0.0
-                    for k in range(3):
-                        side += M[i, 3 + k] * R[k, j]
-                        turned += R[k, i] * M[3 + k, j]
-                        for n in range(3):
-                            corner += R[k, i] * M[3 + k, 3 + n] * R[n, j]
-                    K[i, j], K[i, 3 + j] = c_mass * M[i, j], c_mass * side
-                    K[3 + i, j], K[3 + i, 3 + j] = c_mass * turned, c_mass * corner
-            add_block(matrix, at, at, K, 0, 0, 6, 6, 1.0)
+        add_node_load_tangents(t, c_rate, model, matrix)
+    if model.fields.size > 0:
+        add_wound_field_tangents(t, c_rate, model, matrix)
+    add_carried_weights(model, matrix)
+    add_carried_inertia(y, c_mass, c_rate, model, matrix)
 
 
 @inlined

@@ -7,19 +7,32 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.fields import acceleration, gradient
 from evolvent.kernels.law_slopes import force_law_gradient
-from evolvent.kernels.loads import AT_MARKER, FRAME, LAW, NODE, RADIATION, node_share, thread_load
+from evolvent.kernels.loads import (
+    AT_MARKER,
+    FRAME,
+    NODE,
+    RADIATION,
+    UNIFORM,
+    node_share,
+    radiation_slopes,
+    thread_load,
+)
 from evolvent.kernels.profile import window
-from evolvent.kernels.rotations import turn, turn_back
-from evolvent.kernels.sides import ON_BODY, side_columns
+from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.sides import ON_BODY, add_product, add_turning, side_columns, write_axial
 from evolvent.kernels.sparse import SPARSE, add_block
-from evolvent.kernels.thread.end import TINY, is_end
+from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_turning
+from evolvent.kernels.thread.end import TINY, is_end, node_columns
 from evolvent.kernels.work import note_power
 from evolvent.model import MODEL
 
 
 @inlined
 def node_motion(threads, nodes, s, p, i, e, x, v):
-    """Outward tangent, position and velocity of a released node of a thread into e, x and v, (3,) each."""
+    """Outward tangent, position and velocity of a released node of a thread into e, x and v, (3,) each.
+
+    Returns the distance between the neighbours along which the tangent stands, m.
+    """
     k, last, held = threads[p].node + i, s[p] - 1, s[threads.size + p] == 0
     tangent = 0.0
     for c in range(3):
@@ -36,6 +49,7 @@ def node_motion(threads, nodes, s, p, i, e, x, v):
         e[c] = e[c] / tangent if tangent > TINY else threads[p].X[c]
         x[c] = nodes[k].x[c]
         v[c] = nodes[k].v[c]
+    return tangent
 
 
 @indirect(void(types.int64, VECTOR, INTEGERS, REAL, MODEL))
@@ -115,51 +129,126 @@ def node_loads(t, s, model, p):
 
 @indirect(void(REAL, REAL, MODEL, SPARSE))
 def add_node_load_tangents(t, c_rate, model, matrix):
-    """Add what fields and loads on released nodes change with their motion and with turns of the reel's body.
+    """Add what fields and loads on released nodes change with their motion and with turns of bodies.
 
-    Left out is how light follows the direction of a thread, and what the end of a thread on a body or a point changes.
+    Fields on an end on a body or a point are those of the body or of the point.
     """
     threads, nodes, loads, n_q, s = model.threads, model.nodes, model.loads, model.info.nq, model.switches
     e, x, v, A = model.scratch[0], model.scratch[1], model.scratch[2], model.K12
     for p in range(threads.size):
-        for i in range(1 if is_end(threads, p, 0) else 0, s[p]):
+        for i in range(s[p]):
             k, at = threads[p].node + i, threads[p].iv + 3 * i - n_q
             node_motion(threads, nodes, s, p, i, e, x, v)
-            if model.fields.size > 0:
+            if model.fields.size > 0 and not is_end(threads, p, i):
                 gradient(t, model, x, v, 1.0, c_rate, A, 0)
                 add_block(matrix, at, at, A, 0, 0, 3, 3, -nodes[k].mass)
             for a in range(loads.size):
-                if loads[a].kind < AT_MARKER and loads[a].target == p and loads[a].kind != RADIATION:
+                if loads[a].kind < AT_MARKER and loads[a].target == p:
                     share = node_share(loads, a, i, nodes[k].span)
                     if share != 0.0:
-                        _add_node_load(t, c_rate, a, p, at, share, model, matrix)
+                        _add_node_load(t, c_rate, a, p, i, share, model, matrix)
 
 
 @inlined
-def _add_node_load(t, c_rate, a, p, at, share, model, matrix):
-    """Add what load a changes on a node of thread p, whose state is noted in model.scratch."""
+def _add_node_load(t, c_rate, a, p, i, share, model, matrix):
+    """Add what load a changes on node i of thread p, whose state is noted in model.scratch."""
     loads, bodies, body = model.loads, model.bodies, model.threads[p].body
-    e, x, v, A, J = model.scratch[0], model.scratch[1], model.scratch[2], model.K12, model.J[0]
-    q, R, local = model.parameters[loads[a].first : loads[a].last], bodies[body].R, model.e[2]
-    turns = loads[a].kind != LAW and q[FRAME] != 0.0
+    e, x, v, A, J, L = model.scratch[0], model.scratch[1], model.scratch[2], model.K12, model.J[0], model.J[1]
+    q, local = model.parameters[loads[a].first : loads[a].last], model.e[2]
+    at, n = node_columns(model, p, i, J)
+    turns, end = loads[a].kind in (NODE, UNIFORM) and q[FRAME] != 0.0, model.threads[p].end
+    on_body = is_end(model.threads, p, i) and model.markers[end].kind == MARKER_ON_BODY
     if loads[a].law != 0:
-        if loads[a].kind == NODE:
-            value = share * window(t, q[4], q[5], q[6])
-            own = model.parameters[loads[a].law_first : loads[a].law_last]
-            force_law_gradient(loads[a].law, own, t, x, v, 1.0, c_rate, A, 0)
-            for c in range(3):
-                for d in range(3):
-                    A[c, d] *= q[c]
-            if turns:
-                for d in range(3):
-                    A[0, d], A[1, d], A[2, d] = turn(R, A[0, d], A[1, d], A[2, d])
-        else:
-            value = share * loads[a].scale
-            force_law_gradient(loads[a].law, q, t, x, v, 1.0, c_rate, A, 0)
-        add_block(matrix, at, at, A, 0, 0, 3, 3, -value)
-    if turns:
+        _law_slopes(t, a, body, 1.0, c_rate, turns, model)
+        add_product(matrix, at, n, J, A, 0, 0, at, n, J, -share)
+        if on_body and c_rate != 0.0:
+            _law_slopes(t, a, body, 0.0, 1.0, turns, model)
+            bt, m = marker_turning(model, end, (x[0], x[1], x[2], v[0], v[1], v[2]), L)
+            add_product(matrix, at, n, J, A, 0, 0, bt, m, L, -share)
+    if loads[a].kind == RADIATION:
+        _add_light(a, p, i, at, n, share, model, matrix)
+    if turns or on_body:
         fx, fy, fz = thread_load(t, loads, model, bodies, a, body, model.threads[p].chord, x, v, e)
-        local[0], local[1], local[2] = turn_back(R, fx, fy, fz)
-        bt, n = side_columns(model, ON_BODY, body, -1, local, False, J)
-        if n > 0:
-            add_block(matrix, at, bt, J, 0, 0, 3, n, -share)
+        if turns:
+            local[0], local[1], local[2] = turn_back(bodies[body].R, fx, fy, fz)
+            bt, m = side_columns(model, ON_BODY, body, -1, local, False, L)
+            write_axial(A, 1.0, 0.0, e)
+            add_product(matrix, at, n, J, A, 0, 0, bt, m, L, -share)
+        if on_body:
+            index, place = model.markers[end].index, model.markers[end].local
+            add_turning(matrix, model, index, place, -share * fx, -share * fy, -share * fz)
+
+
+@inlined
+def _law_slopes(t, a, body, c_x, c_v, turns, model):
+    """K12[:3, :3] = c_x df/dx + c_v df/dv of load a, a law, at the state in model.scratch."""
+    loads, A, x, v = model.loads, model.K12, model.scratch[1], model.scratch[2]
+    q, R = model.parameters[loads[a].first : loads[a].last], model.bodies[body].R
+    if loads[a].kind != NODE:
+        force_law_gradient(loads[a].law, q, t, x, v, c_x, c_v, A, 0)
+        for c in range(3):
+            for d in range(3):
+                A[c, d] *= loads[a].scale
+        return
+    own, value = model.parameters[loads[a].law_first : loads[a].law_last], window(t, q[4], q[5], q[6])
+    force_law_gradient(loads[a].law, own, t, x, v, c_x, c_v, A, 0)
+    for d in range(3):
+        fx, fy, fz = value * q[0] * A[0, d], value * q[1] * A[1, d], value * q[2] * A[2, d]
+        if turns:
+            fx, fy, fz = turn(R, fx, fy, fz)
+        A[0, d], A[1, d], A[2, d] = fx, fy, fz
+
+
+@inlined
+def _add_light(a, p, i, at, n, share, model, matrix):
+    """Add what the light of load a on node i of thread p changes with the thread's direction and the chord.
+
+    Notes
+    -----
+    The force depends on the normal N/abs(N), N = e x c of the tangent e and the chord c. The tangent is d/abs(d), d the
+    vector to the outer neighbour from the inner one.
+    """
+    threads, nodes, A, J, L = model.threads, model.nodes, model.K12, model.J[0], model.J[1]
+    s, e, body, c = model.switches, model.scratch[0], threads[p].body, threads[p].chord
+    length = node_motion(threads, nodes, s, p, i, e, model.scratch[1], model.scratch[2])
+    _light_slopes(a, body, c, e, model)
+    bt, m = side_columns(model, ON_BODY, body, -1, c, False, L)
+    add_product(matrix, at, n, J, A, 3, 0, bt, m, L, -share)
+    if length <= TINY:  # along the pay-out direction
+        bt, m = side_columns(model, ON_BODY, body, -1, threads[p].payout_axis, False, L)
+        add_product(matrix, at, n, J, A, 0, 0, bt, m, L, -share)
+        return
+    for r in range(3):
+        along = A[r, 0] * e[0] + A[r, 1] * e[1] + A[r, 2] * e[2]
+        for j in range(3):
+            A[r, j] = (A[r, j] - along * e[j]) / length
+    bt, m = node_columns(model, p, i - 1 if i > 0 else i, L)
+    add_product(matrix, at, n, J, A, 0, 0, bt, m, L, -share)
+    if i == s[p] - 1 and s[threads.size + p] == 0:
+        bt, m = side_columns(model, ON_BODY, body, -1, threads[p].departure, True, L)
+    else:
+        bt, m = node_columns(model, p, i + 1 if i < s[p] - 1 else i, L)
+    add_product(matrix, at, n, J, A, 0, 0, bt, m, L, share)
+
+
+@inlined
+def _light_slopes(a, body, chord, e, model):
+    """Derivatives of the light of load a by the tangent e, K12[:3, :3], and by the chord, K12[3:6, :3]."""
+    A, G = model.K12, model.K24
+    q = model.parameters[model.loads[a].first : model.loads[a].last]
+    c = turn(model.bodies[body].R, chord[0], chord[1], chord[2])
+    nx, ny, nz = cross(e[0], e[1], e[2], c[0], c[1], c[2])
+    size = math.sqrt(nx * nx + ny * ny + nz * nz)
+    scale = 1.0 / size if size > 0.0 else 0.0
+    nx, ny, nz = scale * nx, scale * ny, scale * nz
+    radiation_slopes(q[0], q[1], (q[2], q[3], q[4]), (nx, ny, nz), G)
+    for j in range(3):
+        d = (1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2))
+        for by in range(2):
+            x, y, z = cross(d[0], d[1], d[2], c[0], c[1], c[2])
+            if by == 1:
+                x, y, z = cross(e[0], e[1], e[2], d[0], d[1], d[2])
+            along = nx * x + ny * y + nz * z
+            x, y, z = scale * (x - along * nx), scale * (y - along * ny), scale * (z - along * nz)
+            for r in range(3):
+                A[3 * by + r, j] = G[r, 0] * x + G[r, 1] * y + G[r, 2] * z

@@ -12,11 +12,12 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import add_wrench
-from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, add_product, add_turning, side_columns
+from evolvent.kernels.rotations import turn_back
+from evolvent.kernels.sides import ON_BODY, add_product, add_turning, side_columns, write_axial
 from evolvent.kernels.sparse import SPARSE, add_block
-from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_columns
+from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_turning
 from evolvent.kernels.thread.boundary import interval_factor, length_factor, mean_square
-from evolvent.kernels.thread.end import TINY, is_end, pull_end
+from evolvent.kernels.thread.end import TINY, is_end, node_columns, pull_end
 from evolvent.kernels.thread.spool import pull_spool
 from evolvent.model import MODEL
 
@@ -268,15 +269,41 @@ def segment_slope(h, c_rate, p, i, model):
 def segment_columns(p, i, s, model, Ja, Jb):
     """Columns of both ends of segment i of thread p: first unknown and number of each."""
     threads, local = model.threads, model.threads[p].departure
-    if is_end(threads, p, i):
-        a, n = marker_columns(model, threads[p].end, Ja)
-    else:
-        a, n = side_columns(model, ON_COORDINATES, -1, threads[p].iv + 3 * i, local, True, Ja)
+    a, n = node_columns(model, p, i, Ja)
     if i == s[p] - 1:
         b, m = side_columns(model, ON_BODY, threads[p].body, -1, local, True, Jb)
     else:
-        b, m = side_columns(model, ON_COORDINATES, -1, threads[p].iv + 3 * i + 3, local, True, Jb)
+        b, m = node_columns(model, p, i + 1, Jb)
     return a, n, b, m
+
+
+@inlined
+def turning_columns(p, i, s, model, Ja, Jb):
+    """Columns of what turns of bodies change in the rates of both ends of segment i of thread p, as `segment_columns`.
+
+    That of the departure point is less the length paid out along the pay-out direction.
+    """
+    threads, bodies, own, a, n, b, m = model.threads, model.bodies, model.e[2], 0, 0, 0, 0
+    if is_end(threads, p, i):
+        v = model.nodes[threads[p].node].v
+        a, n = marker_turning(model, threads[p].end, (0.0, 0.0, 0.0, v[0], v[1], v[2]), Ja)
+    if i == s[p] - 1:
+        k, X, longer = threads[p].body, threads[p].payout_axis, threads[p].b[1]
+        Q, v = threads[p].Q, bodies[k].v
+        own[0], own[1], own[2] = turn_back(bodies[k].R, Q[3] - v[0], Q[4] - v[1], Q[5] - v[2])
+        for c in range(3):
+            own[c] += longer * X[c]
+        b, m = side_columns(model, ON_BODY, k, -1, own, False, Jb)
+    return a, n, b, m
+
+
+@inlined
+def damper_slope(h, p, i, model):
+    """Derivative of the tension of segment i of thread p by its rate, N s/m; 0 over a step and of a slack one."""
+    threads = model.threads
+    if h != 0.0 or (threads[p].slack != 0 and model.nodes[threads[p].node + i].tension == 0.0):
+        return 0.0
+    return threads[p].damping * (interval_factor(h, threads, p)[0] if i == model.switches[p] - 1 else 1.0)
 
 
 @indirect(void(VECTOR, REAL, REAL, REAL, _I, _I, MODEL, SPARSE))
@@ -294,11 +321,11 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
     """
     threads, nodes, s = model.threads, model.nodes, model.switches
     K, X, k = model.K12, threads[p].X, threads[p].node + i
-    ex, ey, ez, _, _, _ = segment_vector(y, s, p, i, model)
+    ex, ey, ez, vx, vy, vz = segment_vector(y, s, p, i, model)
     length = math.sqrt(ex * ex + ey * ey + ez * ez)
     if h != 0.0:
         length = 0.5 * (nodes[k].length0 + nodes[k].length1)
-    n, across = (X[0], X[1], X[2]), 0.0
+    n, across, v = (X[0], X[1], X[2]), 0.0, (vx, vy, vz)
     if length > TINY:
         n, across = (ex / length, ey / length, ez / length), tension / length
     m = n
@@ -308,6 +335,15 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
         for c in range(3):
             K[r, c] = (along - across) * n[r] * m[c] + (across if r == c else 0.0)
     held, whole = is_end(threads, p, i), i == s[p] - 1
+    damper = damper_slope(h, p, i, model) if length > TINY else 0.0
+    if damper != 0.0:
+        if whole:
+            longer = threads[p].b[1]
+            v = (vx - longer * X[0], vy - longer * X[1], vz - longer * X[2])
+        rate = n[0] * v[0] + n[1] * v[1] + n[2] * v[2]
+        for r in range(3):
+            for c in range(3):
+                K[r, c] += damper / length * n[r] * (v[c] - rate * n[c])
     if not (held or whole):
         outer = threads[p].iv + 3 * i - model.info.nq
         inner = outer + 3
@@ -322,6 +358,9 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
     add_product(matrix, a, na, Ja, K, 0, 0, b, nb, Jb, -1.0)
     add_product(matrix, b, nb, Jb, K, 0, 0, a, na, Ja, -copies)
     add_product(matrix, b, nb, Jb, K, 0, 0, b, nb, Jb, copies)
+    if damper != 0.0:
+        write_axial(K, 0.0, damper, n)
+        _add_turned_rates(p, i, copies, a, na, b, nb, model, matrix)
     e = threads[p].end
     if held and model.markers[e].kind == MARKER_ON_BODY:
         body, local = model.markers[e].index, model.markers[e].local
@@ -329,3 +368,19 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
     if whole:
         T = -copies * tension
         add_turning(matrix, model, threads[p].body, threads[p].departure, T * n[0], T * n[1], T * n[2])
+
+
+@inlined
+def _add_turned_rates(p, i, copies, a, na, b, nb, model, matrix):
+    """Add what turns of bodies change in the damper of segment i of thread p, whose derivative by rates is in K12.
+
+    Parameters
+    ----------
+    a, na, b, nb : of `segment_columns`, which are in J[0] and J[1]
+    """
+    K, Ja, Jb, L, M = model.K12, model.J[0], model.J[1], model.J[2], model.K24
+    c, nc, d, nd = turning_columns(p, i, model.switches, model, L, M)
+    add_product(matrix, a, na, Ja, K, 0, 0, c, nc, L, 1.0)
+    add_product(matrix, b, nb, Jb, K, 0, 0, c, nc, L, -copies)
+    add_product(matrix, a, na, Ja, K, 0, 0, d, nd, M, -1.0)
+    add_product(matrix, b, nb, Jb, K, 0, 0, d, nd, M, copies)

@@ -12,8 +12,9 @@ from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.sparse import SPARSE
 from evolvent.kernels.springs import ON_BODY
+from evolvent.kernels.thread.carried import add_carried_weights
 from evolvent.kernels.thread.end import is_end
-from evolvent.kernels.thread.fields import wound_fields
+from evolvent.kernels.thread.fields import add_wound_field_tangents, wound_fields
 from evolvent.kernels.thread.free import add_spool_tangent, hold_spools
 from evolvent.kernels.thread.implicit import add_forces, add_node_masses, add_segment_tangents, is_loaded
 from evolvent.kernels.thread.loads import add_node_load_tangents
@@ -219,3 +220,6 @@ def add_thread_step_tangent(t, y, h, c_mass, c_rate, model, matrix):
             add_spool_tangent(t, y, h, c_mass, c_rate, along, p, model, matrix)
     if model.loads.size > 0 or model.fields.size > 0:
         add_node_load_tangents(t, c_rate, model, matrix)
+    if model.fields.size > 0:
+        add_wound_field_tangents(t, c_rate, model, matrix)
+    add_carried_weights(model, matrix)

@@ -1,0 +1,155 @@
+"""The tangent of every family under every implicit method against differences of its equations.
+
+States are deformed and turned, with velocities under generalized-alpha, and in the midst of a step of energy-momentum.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import families.plain  # noqa: F401  (all cases are entered)
+from evolvent import System
+from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.families import ENERGY, FAMILIES, IMPLICIT, STATIC
+from evolvent.flow import energy_momentum as flow
+from evolvent.kernels import attitude, attitude_tangent, blocks
+from evolvent.solvers import energy_momentum
+from evolvent.solvers.fixed_lengths import with_positions
+from evolvent.solvers.implicit_setup import matrix_of
+from evolvent.solvers.static_work import sparse_of
+from evolvent.solvers.still_threads import idle_nodes
+from families.case import CASES
+from families.moving import SYSTEMS
+from implicit.rigs import Equations
+
+Array = np.ndarray
+#: Factors of accelerations and velocities, the step of differences, s and length of a step of energy-momentum, s.
+C_MASS, C_RATE, H, STEP = 20.0, 3.0, 1e-4, 0.5
+#: Increments of a step, so angles turned in it.
+TURNED = 1e-3
+#: What the tangent may be off, of its largest entry: round-off of the differences; under energy-momentum, what the
+#: angle turned in a step changes (see `flow.energy_momentum.tangent`).
+EXACT, OFF = 1e-8, {STATIC: 1e-8, IMPLICIT: 1e-8, ENERGY: 20.0 * TURNED}
+#: Cells that are off by more, and why.
+KNOWN: dict[tuple[str, str], tuple[float, str]] = {}
+
+
+def cells() -> list[tuple[str, Callable[[], System], str]]:
+    """Names, systems and methods."""
+    found = []
+    for row in FAMILIES:
+        for method in (STATIC, IMPLICIT, ENERGY):
+            if method in row.solvers:
+                found.append((row.name, CASES[row.name]().system, method))
+    for name, system in SYSTEMS.items():
+        for method in (STATIC, IMPLICIT, ENERGY):
+            if not (method == STATIC and "spool" in name):
+                found.append((name, system, method))
+    return found
+
+
+CELLS = [pytest.param(*cell, id=f"{cell[0]}-{cell[2]}") for cell in cells()]
+
+
+def disturbed(assembly: Assembly, rng: np.random.Generator, rates: float) -> Array:
+    """The start of an assembly, deformed and turned, with other velocities; 0 leaves wheels alone turning."""
+    model = assembly.model
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
+    y = assembly.y.copy()
+    blocks.displace(assembly.y, 0.02 * rng.standard_normal(n_v), False, model, y)
+    wheels = y[model.wheels["iv"]].copy()
+    y[n_q : n_q + n_v] += rates * rng.standard_normal(n_v)
+    if rates == 0.0:
+        y[n_q : n_q + n_v] = 0.0
+        y[model.wheels["iv"]] = wheels
+    return y
+
+
+def differences(residual: Callable[[Array], Array], n: int) -> Array:
+    """Central differences of sixth order."""
+    columns = []
+    for e in H * np.eye(n):
+        pairs = ((1, 45.0), (2, -9.0), (3, 1.0))
+        columns.append(sum(w * (residual(i * e) - residual(-i * e)) for i, w in pairs) / (60.0 * H))
+    return np.array(columns).T
+
+
+def of_state(assembly: Assembly, method: str, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Differences and tangent of the equations of generalized-alpha, or of an equilibrium."""
+    assembly = with_positions(assembly)
+    model = assembly.model
+    model.switches[:] = assembly.s
+    n, m = int(model.info.nv), model.joints.size
+    moves = 1.0 if method == IMPLICIT else 0.0
+    y, a = disturbed(assembly, rng, 0.5 * moves), moves * rng.standard_normal(n)
+    equations, la = Equations(assembly, 0.37, y, a, moves * C_MASS, moves * C_RATE), rng.standard_normal(m)
+    exact = differences(lambda d: equations.residual(d[:n], la + d[n:]), n + m)
+    found = equations.tangent(la)
+    return exact, found
+
+
+def of_step(assembly: Assembly, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Of a step of energy-momentum, twice the residual by increments and twice the multipliers."""
+    n_q, n_v = int(assembly.model.info.nq), int(assembly.model.info.nv)
+    still = assembly.y.copy()
+    still[n_q : n_q + n_v] = 0.0  # which joints allow
+    plan = energy_momentum.plan(dataclasses.replace(assembly, y=still), samples=[0.0, 1.0], step=STEP)
+    model, work = plan.assembly.model, plan.workspace().step
+    work.y0[:] = disturbed(plan.assembly, rng, 0.0)
+    work.step.t, work.step.h, work.step.ratio = 0.0, STEP, 0.0
+    flow.measure(0, model, work)
+    n, m = int(model.info.nv), model.joints.size
+    dq, la = TURNED * rng.standard_normal(n), rng.standard_normal(m)
+
+    def residual(d: Array) -> Array:
+        work.dq[:], work.la[:] = dq + d[:n], la + 0.5 * d[n:]
+        flow.residual(model, work)
+        return np.concatenate([2.0 * work.r[:n], work.r[n:] * np.where(model.joints["stiffness"] > 0.0, 2.0, 1.0)])
+
+    exact = differences(residual, n + m)
+    residual(np.zeros(n + m))
+    matrix = matrix_of(model)
+    flow.tangent(1.0, model, work, matrix)
+    return exact, sparse_of(matrix).toarray()
+
+
+def off(system: Callable[[], System], method: str, rng: np.random.Generator) -> float:
+    """Largest difference of the tangent, beside its largest entry."""
+    assembly = system().assemble()
+    exact, found = of_step(assembly, rng) if method == ENERGY else of_state(assembly, method, rng)
+    model = assembly.model  # diagonal entries of what no force moves are any positive numbers
+    model.switches[:] = assembly.s
+    still = np.concatenate([idle_nodes(model), model.thrusters["iv"] - int(model.info.nq)]).astype(int)
+    found[still, still] = exact[still, still]
+    return float(np.abs(found - exact).max() / max(np.abs(exact).max(), 1.0))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "system", "method"), CELLS)
+def test_tangent(name: str, system: Callable[[], System], method: str, rng: np.random.Generator) -> None:
+    bound, _ = KNOWN.get((name, method), (OFF[method], ""))
+    assert off(system, method, rng) < bound
+
+
+@pytest.mark.parametrize("torque", [-0.7, 0.3, 0.9])
+@pytest.mark.parametrize("rate", [-2.98, -1.0, 0.2, 2.98, 3.5])
+def test_slopes_of_a_wheel(torque: float, rate: float) -> None:
+    """Of its motor below and at its limits, and of its drag."""
+    kind = [(key, float) for key in ("torque_limit", "rate_limit", "viscous", "friction", "slip")]
+    wheel, d = np.array([(0.8, 3.0, 0.1, 0.3, 0.5)], dtype=kind).view(np.recarray), 1e-6
+    by_torque, by_rate = attitude_tangent.limited_slopes.py_func(torque, rate, wheel, 0)
+
+    def motor(u: float, v: float) -> float:
+        return float(attitude.limited_torque.py_func(u, v, wheel, 0))
+
+    def drag(v: float) -> float:
+        return float(attitude.drag_torque.py_func(wheel, 0, v))
+
+    assert by_torque == pytest.approx((motor(torque + d, rate) - motor(torque - d, rate)) / (2.0 * d), abs=1e-8)
+    assert by_rate == pytest.approx((motor(torque, rate + d) - motor(torque, rate - d)) / (2.0 * d), abs=1e-7)
+    slope = attitude_tangent.drag_slope.py_func(wheel, 0, rate)
+    assert slope == pytest.approx((drag(rate + d) - drag(rate - d)) / (2.0 * d), abs=1e-8)
