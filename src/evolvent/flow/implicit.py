@@ -88,7 +88,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[STIFFNESS_DAMPING] += viscous
         powers[MARKER_LOADS] += heat
     if model.springs.size > 0:
-        lost, given = springs.spring_forces(t, y, model)
+        lost, given = springs.spring_forces(t, y, 0.0, model)
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given
     if model.loads.size > 0:
@@ -138,11 +138,11 @@ def add_weight(gravity, n_q, model, P):
 def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     """matrix = c_mass M + c_rate dF/dv + dF/dq, and `scale` times the constraints; after `residual` only.
 
-    At rest it is exact but for contacts and gears. Left out is what only slows Newton's method: how a turn of a body or
-    of a line of action changes the rates of springs, coordinates, custom forces (beside what is kept it is the angle
-    turned in a step), how the torques of a gear turn with its bodies, how light on threads and loads on their ends
-    change, how the direction of friction follows that of the normal (beside the bristle's stiffness: slip by radius),
-    and that turns within a step do not commute (half the angle turned in a step).
+    Of contacts between bodies it is exact, and at rest of all but gears. Left out is what only slows Newton's method:
+    how a turn of a body or of a line of action changes the rates of springs, coordinates, custom forces (beside what is
+    kept it is the angle turned in a step), how the torques of a gear turn with its bodies, how light on threads and
+    loads on their ends change, how the direction of friction of beams follows that of the normal (beside the bristle's
+    stiffness: slip by radius), and that turns within a step do not commute (half the angle turned in a step).
     """
     n_q, n_v = model.info.nq, model.info.nv
     sparse.clear(matrix)

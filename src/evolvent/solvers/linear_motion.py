@@ -184,11 +184,10 @@ def _thread_neighbours(model: Any, row: np.record) -> list[tuple[str, int]]:
 def _unfinished(model: Any) -> list[int]:
     """Velocities of what has a part of its stiffness that the tangent of Newton's method leaves out.
 
-    That are bodies on gears and in contact with others, threads in light, and what threads are fastened to: its loads,
+    That are bodies on gears, threads in light, and what threads are fastened to: its loads,
     and the weight of what it carries. Everything else has its exact tangent (`flow.implicit.tangent`).
     """
-    parts = {("bodies", int(b)) for key in ("a", "b") for b in model.body_contacts[key]}
-    parts |= {("bodies", int(b)) for b in model.gear_coordinates["body"]}
+    parts = {("bodies", int(b)) for b in model.gear_coordinates["body"]}
     found: set[int] = set()
     for row in model.gear_coordinates:
         if row["on"] == sides.ON_BODY:
