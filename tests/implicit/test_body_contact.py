@@ -10,7 +10,8 @@ import pytest
 from evolvent import System, elements, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import energy_momentum as flow
-from evolvent.kernels import blocks, body_contact, sparse_lu
+from evolvent.kernels import blocks, contact, sparse_lu
+from evolvent.parts.base import unit
 from evolvent.solvers.energy_momentum import plan
 from implicit.rigs import Equations, start_step
 from implicit.test_tangent import C_MASS, C_RATE, worst
@@ -18,28 +19,34 @@ from implicit.test_tangent import C_MASS, C_RATE, worst
 Array = np.ndarray
 BALL, ROUND = parts.Sphere(radius=0.2), parts.Capsule(radius=0.1, length=0.6, axis=(1.0, 0.2, 0.1))
 PLANE = parts.Plane(normal=(0.1, 0.2, 1.0))
-#: Motions of the first and the second body, and the shapes of both.
-PAIRS = {
+ROD = parts.Capsule(radius=0.15, length=0.5, axis=(0.1, 1.0, 0.3))
+#: Motions of the first and the second body, the shapes of both, and how far the first is moved along its axis.
+PAIRS: dict[str, tuple] = {
     "sphere on a plane of the ground": ("free", "ground", BALL, PLANE),
     "sphere on the plane of a body": ("free", "free", BALL, PLANE),
     "sphere of a spinning body on that of a free one": ("spin", "free", BALL, BALL),
     "sphere on the side of a capsule": ("free", "free", BALL, ROUND),
     "sphere on a body that spins": ("free", "spin", BALL, ROUND),
+    "side of a capsule on a sphere": ("free", "free", ROUND, BALL),
+    "capsules that cross": ("free", "free", ROD, ROUND),
+    "capsule across one of a body that spins": ("free", "spin", ROD, ROUND),
+    "end of a capsule on the side of another": ("free", "free", ROD, ROUND, 0.28),
 }
 
 
-def touching(a: str, b: str, shape_a: Any, shape_b: Any, **law: Any) -> System:
+def touching(a: str, b: str, shape_a: Any, shape_b: Any, shift: float = 0.0, **law: Any) -> System:
     """Two bodies that overlap by 5 mm, off their centres of mass."""
-    system = System()
-    normal = np.array([0.1, 0.2, 1.0]) / np.linalg.norm([0.1, 0.2, 1.0])
-    if shape_b is ROUND:
-        normal = np.cross(ROUND.axis, np.cross([0.0, 0.0, 1.0], ROUND.axis))
-        normal /= np.linalg.norm(normal)
-    off, place = np.array([0.05, -0.1, 0.02]), 0.195 + getattr(shape_b, "radius", 0.0)
+    system, normal, axes = System(), np.array([0.1, 0.2, 1.0]), []
+    for shape in (shape_a, shape_b):
+        axes += [np.array(unit(shape.axis))] if isinstance(shape, parts.Capsule) else []
+    if axes:
+        normal = np.cross(axes[0], axes[1] if len(axes) > 1 else np.cross([0.0, 0.0, 1.0], axes[0]))
+    normal /= np.linalg.norm(normal)
+    off, place = np.array([0.05, -0.1, 0.02]), shape_a.radius - 0.005 + getattr(shape_b, "radius", 0.0)
     kinds = {"free": {"mass": 2.0, "inertia": (0.2, 0.25, 0.3), "angular_velocity": (0.1, 0.2, -0.1)}}
     kinds["spin"] = {"motion": "spin", "inertia": 0.2, "axis": (0.2, 1.0, 0.1), "rate": 0.2}
     sides = []
-    for name, kind, centre in (("p", a, place * normal), ("q", b, np.zeros(3))):
+    for name, kind, centre in (("p", a, place * normal + (shift * axes[0] if shift else 0.0)), ("q", b, np.zeros(3))):
         if kind == "ground":
             sides.append(tuple(centre))
             continue
@@ -78,28 +85,36 @@ SURFACES = {
 }
 
 
-def moved(assembly: Assembly, size: float) -> Equations:
+def moved(assembly: Assembly, size: float, speed: float = 0.0) -> Equations:
     """Equations at the end of a step of a hundredth of a second, whose start is that of the assembly."""
     model, rng = assembly.model, np.random.default_rng(3)
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     y = assembly.y.copy()
     y[n_q : n_q + n_v] = 0.0
     start_step(assembly, y)
-    body_contact.end_bodies(model)
+    contact.end_bodies(model)
     y1 = y.copy()
     blocks.displace(y, size * rng.standard_normal(n_v), False, model, y1)
+    y1[n_q : n_q + n_v] = speed * rng.standard_normal(n_v)
     return Equations(assembly, 0.0, y1, np.zeros(n_v), C_MASS, C_RATE, 1e-2)
 
 
 @pytest.mark.parametrize("pair", PAIRS)
 @pytest.mark.parametrize(("mu", "size"), [(0.0, 1e-3), (0.3, 3e-3), (30.0, 3e-4)])
 def test_bodies(pair: str, mu: float, size: float) -> None:
-    """Frictionless, slipping and sticking, under generalized-alpha."""
-    assembly = touching(*PAIRS[pair], friction=mu, damping=0.3 if mu == 0.0 else 0.0).assemble()
-    equations = moved(assembly, size)
-    # left out: how the direction of friction follows the normal, slip by radius
-    assert worst(equations, np.zeros(0), h=1e-6 if mu == 0.0 else 1e-7) < (1e-5 if mu == 0.0 else 2.0 * size)
-    assert assembly.model.body_contacts["force"][0] > 0.0
+    """Frictionless, slipping and sticking, damped, under generalized-alpha: what contacts add is exact."""
+    assembly = touching(*PAIRS[pair], friction=mu, damping=0.3, bristle_damping=2.0).assemble()
+    equations = moved(assembly, size, 0.05)
+    n_v = int(assembly.model.info.nv)
+    equations = equations._replace(c_mass=0.0)
+    found, exact = [], []
+    for stiffness in (3e3, 0.0):
+        assembly.model.body_contacts["stiffness"] = stiffness
+        found.append(equations.tangent(np.zeros(0)))
+        exact.append(equations.differences(np.zeros(0), np.ones(n_v), 1e-6 if mu == 0.0 else 1e-7))
+        assert (assembly.model.body_contacts["force"][0] > 0.0) == (stiffness > 0.0)
+    difference = exact[0] - exact[1]
+    np.testing.assert_allclose(found[0] - found[1], difference, rtol=0.0, atol=3e-9 * np.abs(difference).max())
 
 
 @pytest.mark.parametrize("surface", SURFACES)

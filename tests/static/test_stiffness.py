@@ -27,14 +27,14 @@ def geared() -> System:
     return system
 
 
-def touching() -> System:
+def touching(friction: float) -> System:
     """Two capsules that cross; a turn of one moves the point on its axis that is nearest to the other."""
     system, axes = System(), ((0.0, 0.0, 1.0), (1.0, 0.2, 0.1))
     for name, y in (("one", 0.0), ("two", 0.19)):
         system.add(parts.RigidBody(mass=1.0, inertia=(0.02, 0.02, 0.03), position=(0.0, y, 0.0)), name)
     a, b = (parts.Capsule(radius=0.1, length=0.5, axis=axis) for axis in axes)
     contact = {"a": "one", "b": "two", "shape_a": a, "shape_b": b}
-    system.add(parts.BodyContact(**contact, stiffness=1e4, initial_overlap=0.5), "touch")
+    system.add(parts.BodyContact(**contact, stiffness=1e4, initial_overlap=0.5, friction=friction), "touch")
     return system
 
 
@@ -53,7 +53,7 @@ def lit() -> System:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("build", [geared, touching, lit], ids=lambda build: build.__name__)
+@pytest.mark.parametrize("build", [geared, lit], ids=lambda build: build.__name__)
 def test_the_stiffness_is_the_derivative_of_the_forces(build: Callable[[], System], rng: np.random.Generator) -> None:
     assembly = build().assemble()
     work = Work(assembly, assembly.y, 0.0, np.zeros(6))
@@ -65,3 +65,15 @@ def test_the_stiffness_is_the_derivative_of_the_forces(build: Callable[[], Syste
     size = np.abs(wanted).max()
     assert_allclose(K, wanted, atol=1e-8 * size, rtol=0.0)
     assert np.abs(K - work.tangent(0.0, 0.0)[: work.n_v, : work.n_v].toarray()).max() > 1e-4 * size
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_the_tangent_of_bodies_in_contact_is_exact(friction: float) -> None:
+    """Without differences, also where they stick to one another."""
+    assembly = touching(friction).assemble()
+    work = Work(assembly, assembly.y, 0.0, np.zeros(6))
+    K = matrices(work)[2].toarray()
+    wanted = work.copies[: work.n_v, None] * stiffness_by_differences(work, 1e-4)[0]
+    assert_allclose(K, wanted, atol=1e-8 * np.abs(wanted).max(), rtol=0.0)
+    assert_allclose(K, work.tangent(0.0, 0.0)[: work.n_v, : work.n_v].toarray(), rtol=0.0, atol=0.0)

@@ -21,7 +21,7 @@ def test_capstan_of_sixteen_nodes(book: Book) -> None:
         following = tension
         for _ in range(100):
             normal = (tension + following) * math.sin(half)
-            force = contact_laws.friction(0.0, 0.0, 0.0, -0.1, 0.0, 0.0, normal, mu, 1e4, 0.0, 0.1)[0]
+            force = contact_laws.friction((0.0, 0.0, 0.0), (-0.1, 0.0, 0.0), normal, mu, 1e4, 0.0, 0.1)[0][0]
             following = tension + force / math.cos(half)
         tension = following
     book(
@@ -79,7 +79,7 @@ def test_bounce(book: Book) -> None:
         h, gap, speed = end / n, -1e-300, -1.0
 
         def slope(g: float, v: float) -> float:
-            return contact_laws.normal_force(contact_laws.PAPER, min(g, -1e-300), v, 0.0, k, 1.0, c)[0]
+            return contact_laws.normal_force(contact_laws.PAPER, min(g, -1e-300), v, 0.0, k, 1.0, c, 0.0)[0]
 
         for _ in range(n):
             k1, l1 = speed, slope(gap, speed)

@@ -7,7 +7,7 @@ A family's force, energy, tangent, momentum and bound of the explicit step stand
 in a few: `rigid`, `points`, `springs`, `joint` (with `gaps`, `joint_tangent`, and `constraint_rows` of explicit
 methods), `gear`, `coordinate` (with `coordinate_laws`, `coordinate_tangent`; both with `axial`, `axial_tangent`),
 `custom` (user-defined laws between points), `ancf_beams` (with `beam_strains`), `rod`, `beam_loads` (with `node_loads`,
-`node_load_tangents`), `thermal`, `contact` (with `contact_laws` and `surfaces`), `body_contact`, `loads`, `fields`,
+`node_load_tangents`), `thermal`, `contact` (with `contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`,
 `attitude` (wheels, thrusters, controllers; with `attitude_tangent`), and for threads the package `thread`. The
 functions of `evolvent.flow` call them, family by family.
 """

@@ -19,7 +19,7 @@ Every force acts along the mean shape: J(qm) dq = dg of strains that are quadrat
 directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2) e, for then dR = [theta]x (R0 + R1)/2.
 So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
 h. Springs and distances have the factor 2 abs(dm)/(l0 + l1) more, contacts and cords on drums the directions of
-`kernels.surfaces`, `kernels.body_contact` and `kernels.cord`, threads the lengths paid out at both ends, rods secants
+`kernels.surfaces` and `kernels.cord`, threads the lengths paid out at both ends, rods secants
 of functions of an angle (`kernels.rod`). Forces by users' laws are those of the mean position;
 what they give beside the energy that they store and dissipate, of third order in h, is booked as work of loads.
 
@@ -221,7 +221,7 @@ def residual(model, work):
         powers[STIFFNESS_DAMPING] += viscous
         powers[MARKER_LOADS] += heat
     if model.springs.size > 0:
-        lost, given = springs.spring_step_forces(tm, ym, h, model)
+        lost, given = springs.spring_forces(tm, ym, h, model)
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given
     if model.loads.size > 0:

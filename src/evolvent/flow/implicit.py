@@ -88,7 +88,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[STIFFNESS_DAMPING] += viscous
         powers[MARKER_LOADS] += heat
     if model.springs.size > 0:
-        lost, given = springs.spring_forces(t, y, model)
+        lost, given = springs.spring_forces(t, y, 0.0, model)
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given
     if model.loads.size > 0:
@@ -138,11 +138,11 @@ def add_weight(gravity, n_q, model, P):
 def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     """matrix = c_mass M + c_rate dF/dv + dF/dq, and `scale` times the constraints; after `residual` only.
 
-    It is the exact derivative along the increments of the state (`blocks.displace`) but for bodies in contact. Left out
-    is what only slows Newton's method: how the direction of friction follows that of the normal (beside the bristle's
-    stiffness: slip by radius); how the rate at which a cord winds onto a drum changes, where a penalty has a damper;
-    what the rate of a free spool changes in fields on wound thread that depend on velocity; and in a step, that turns
-    within it do not commute (half the angle turned in it).
+    It is the exact derivative along the increments of the state (`blocks.displace`). Left out is what only slows
+    Newton's method: how the direction of friction of beams follows that of the normal (beside the bristle's stiffness:
+    slip by radius); how the rate at which a cord winds onto a drum changes, where a penalty has a damper; what the rate
+    of a free spool changes in fields on wound thread that depend on velocity; and in a step, that turns within it do
+    not commute (half the angle turned in it).
     """
     n_q, n_v = model.info.nq, model.info.nv
     sparse.clear(matrix)

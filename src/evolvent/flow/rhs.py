@@ -69,7 +69,7 @@ def apply_forces(t, y, s, model, dy):
         load_power += loads.weight(y, bodies, model.points, gravity)
     dissipated = spool_power = 0.0
     if model.springs.size > 0:
-        dissipated, law_power = springs.spring_forces(t, y, model)
+        dissipated, law_power = springs.spring_forces(t, y, 0.0, model)
         load_power += law_power
     if model.custom_forces.size > 0:
         lost, given = custom.add_custom_forces(t, y, model)

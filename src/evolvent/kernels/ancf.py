@@ -331,6 +331,31 @@ def beam_shape(length, xi, y, z, S):
 
 
 @inlined
+def cubic(length, xi):
+    """Hermite's cubic: factors of position, slope, position and slope of an element's two nodes."""
+    return (
+        1.0 - xi * xi * (3.0 - 2.0 * xi),
+        length * xi * (1.0 - xi) * (1.0 - xi),
+        xi * xi * (3.0 - 2.0 * xi),
+        length * xi * xi * (xi - 1.0),
+    )
+
+
+@inlined
+def cubic_slopes(length, xi):
+    """Derivatives of `cubic` along the element."""
+    d = (6.0 * xi * xi - 6.0 * xi) / length
+    return d, 1.0 - 4.0 * xi + 3.0 * xi * xi, -d, 3.0 * xi * xi - 2.0 * xi
+
+
+@inlined
+def cubic_bends(length, xi):
+    """Derivatives of `cubic_slopes` along the element."""
+    d = (12.0 * xi - 6.0) / (length * length)
+    return d, (6.0 * xi - 4.0) / length, -d, (6.0 * xi - 2.0) / length
+
+
+@inlined
 def line_vectors(e, length, xi, i):
     """Component i of a = r,x, b = r,y, b', c = r,z and c' on the beam's axis at x = xi length."""
     p, q = 1.0 - xi, xi

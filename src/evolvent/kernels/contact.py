@@ -1,7 +1,8 @@
-"""Contacts of beams with surfaces and with one another, and of two bodies: forces, tangents, what a step leaves behind.
+"""Contacts of beams with surfaces and with one another, and of two bodies: forces, and what a step leaves behind.
 
-All forces are those of an interval of length h between two states, whose gaps `surfaces` measures and whose laws are
-those of `contact_laws`; h = 0 is a state (explicit methods, generalized-alpha, statics, modes), else bodies hold their
+`surfaces` measures the geometry of a contact (gap, normal, points of both sides), `contact_laws` has its law; here its
+force acts on both sides, and `contact_tangent` has the derivatives. All forces are those of an interval of length h
+between two states; h = 0 is a state (explicit methods, generalized-alpha, statics, modes), else bodies hold their
 mean positions over a step that conserves energy. The reaction acts at the same point: momenta are kept.
 """
 
@@ -9,16 +10,12 @@ import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.compiled.views import matrix_view
-from evolvent.kernels import body_contact, contact_laws, rigid, surfaces
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
+from evolvent.kernels import ancf, contact_laws, contact_tangent, rigid, surfaces
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.rotations import cross, turn, turn_back
-from evolvent.kernels.sides import add_relative, add_relative_body, body_columns
-from evolvent.kernels.sparse import SPARSE, add_block, add_inner, first_entry, inner
 from evolvent.model import MODEL
 
-_I = types.int64
 _PAIR = types.UniTuple(REAL, 2)
 
 
@@ -34,7 +31,7 @@ def measure(y, what, model):
     if model.contact_surfaces.size > 0:
         surfaces.measure_points(y, what, model)
     if model.body_contacts.size > 0:
-        body_contact.measure_bodies(what, model)
+        surfaces.measure_bodies(what, model)
 
 
 @inlined
@@ -58,7 +55,7 @@ def add_contacts(y0, y1, h, step, soft, chi, ratio, model, F):
     if model.contact_surfaces.size > 0:
         lost, rubbed = add_points(y0, y1, h, step, soft, chi, ratio, model, F)
     if model.body_contacts.size > 0:
-        by_bodies, by_rubbing = body_contact.add_bodies(y1, h, step, soft, chi, ratio, model)
+        by_bodies, by_rubbing = add_bodies(y1, h, step, soft, chi, ratio, model)
         lost, rubbed = lost + by_bodies, rubbed + by_rubbing
     return lost, rubbed
 
@@ -67,9 +64,9 @@ def add_contacts(y0, y1, h, step, soft, chi, ratio, model, F):
 def add_tangents(y0, y1, h, c_rate, model, matrix):
     """Add the derivative of `add_contacts` by y1, twice that of a step; with c_rate times that by velocity."""
     if model.contact_surfaces.size > 0:
-        add_point_tangents(y0, y1, h, c_rate, model, matrix)
+        contact_tangent.add_point_tangents(y0, y1, h, c_rate, model, matrix)
     if model.body_contacts.size > 0:
-        body_contact.add_body_tangents(h, c_rate, model, matrix)
+        contact_tangent.add_body_tangents(h, c_rate, model, matrix)
 
 
 @inlined
@@ -79,7 +76,7 @@ def end_contacts(y, model):
     if model.contact_surfaces.size > 0:
         slip, damped = end_points(y, model)
     if model.body_contacts.size > 0:
-        by_bodies, damped_bodies = body_contact.end_bodies(model)
+        by_bodies, damped_bodies = end_bodies(model)
         slip, damped = slip + by_bodies, damped + damped_bodies
     return slip, damped
 
@@ -155,29 +152,23 @@ def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
             if h == 0.0 and not point.gap1 < 0.0:
                 continue
             gap0, gap1 = contact_laws.depths(point, h)
-            before = contact_laws.contact_energy(gap0, row.stiffness, row.exponent)
-            stored = contact_laws.contact_energy(gap1, row.stiffness, row.exponent)
-            kept, lam, filtered = contact_laws.bristle_energy(point, row), 0.0, 0.0
-            p = arm = u = (0.0, 0.0, 0.0)
-            c, L = -1, (0.0, 0.0, 0.0, 0.0)
-            if gap1 < 0.0 or gap0 < 0.0:
-                p, arm, u, c, L = _place(y0, y1, point, row, body, elements, half, h)
-                rate = point.n1[0] * u[0] + point.n1[1] * u[1] + point.n1[2] * u[2]
-                lam, filtered = contact_laws.press(point, row, gap0, gap1, rate, h, soft, chi, ratio)
-                power -= point.damper1 * rate
-            if h != 0.0 and lam == 0.0:
-                lost += before - stored
-                rubbed += kept
-                energy += stored
+            if not (gap1 < 0.0 or gap0 < 0.0):
+                rubbed += contact_laws.bristle_energy(point, row)
                 continue
+            p, arm, u, c, L = _place(y0, y1, point, row, body, elements, half, h)
             m, unit, fell, same = _normal(point, row, elements, p, u, c, o, a, gap0 - gap1, h)
             if not same:
-                point.force, point.rest1 = 0.0, max(-point.gap1, 0.0)
-                lost += before
-                rubbed += kept
-                continue
-            if h != 0.0:
-                lost += lam * fell - (stored - before) - filtered * (gap0 - gap1)
+                point.rest1, gap1 = max(-point.gap1, 0.0), math.inf
+            rate = m[0] * u[0] + m[1] * u[1] + m[2] * u[2]
+            lam, loss, stored = _press(point, row, gap0, gap1, rate, fell, h, soft, chi, ratio)
+            energy += stored
+            if h == 0.0:
+                power += loss
+            else:
+                lost += loss
+                if lam == 0.0:
+                    rubbed += contact_laws.bristle_energy(point, row)
+                    continue
             f, n, whole = (lam * m[0], lam * m[1], lam * m[2]), point.n, point.f
             if row.friction > 0.0:
                 at = row.account + 3 * (i - row.first) if explicit else -1
@@ -185,7 +176,6 @@ def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
                 f = (f[0] + drag[0], f[1] + drag[1], f[2] + drag[2])
                 energy += held
                 rubbed += slip if h != 0.0 else 0.0
-            energy += stored
             normal += lam
             n[0], n[1], n[2] = m
             whole[0], whole[1], whole[2] = f
@@ -217,6 +207,25 @@ def evaluate_points(y, model):
 
 
 @inlined
+def _press(point, row, gap0, gap1, rate, fell, h, soft, chi, ratio):
+    """Normal force of a contact, N; what it takes (J, of a state W); the energy of the contact, J.
+
+    Parameters
+    ----------
+    gap0, gap1 : float, m, of the law; fell : float, m, by how much the gap falls by the work of the force
+    rate : float, m/s, of a state
+    """
+    before = contact_laws.contact_energy(gap0, row.stiffness, row.exponent)
+    stored = contact_laws.contact_energy(gap1, row.stiffness, row.exponent)
+    lam, filtered = contact_laws.press(point, row, gap0, gap1, rate, h, soft, chi, ratio)
+    if h == 0.0:
+        return lam, -point.damper1 * rate, stored
+    if lam == 0.0:
+        return lam, before - stored, stored
+    return lam, lam * fell - (stored - before) - filtered * (gap0 - gap1), stored
+
+
+@inlined
 def _place(y0, y1, point, row, body, elements, half, h):
     """Where a contact point is over an interval: (p, arm, u, c, L).
 
@@ -235,7 +244,7 @@ def _place(y0, y1, point, row, body, elements, half, h):
             return p, arm, (ux - v[0] - bx, uy - v[1] - by, uz - v[2] - bz), -1, L
         return p, arm, (ux - h * (v[0] + bx), uy - h * (v[1] + by), uz - h * (v[2] + bz)), -1, L
     c, xi = surfaces.below(point, h)
-    L, at = surfaces.shape(elements[c].length, xi), elements[c].iq
+    L, at = ancf.cubic(elements[c].length, xi), elements[c].iq
     a, b = surfaces.combined(y0, at, half, L), surfaces.combined(y1, at, half, L)
     arm = (0.5 * (x0 + x1 - a[0] - b[0]), 0.5 * (y00 + y11 - a[1] - b[1]), 0.5 * (z0 + z1 - a[2] - b[2]))
     if h == 0.0:
@@ -296,7 +305,7 @@ def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step, at)
         axes = ((ex, ey, ez), cross(n[0], n[1], n[2], ex, ey, ez), (0.0, 0.0, 0.0))
         if h == 0.0 and step > 0.0 and point.carrier >= 0:
             c, off = point.carrier, point.offset
-            x, yy, z = surfaces.combined(y, elements[c].iq, half, surfaces.shape(elements[c].length, point.xi))
+            x, yy, z = surfaces.combined(y, elements[c].iq, half, ancf.cubic(elements[c].length, point.xi))
             s = (p[0] - x - off * a[0], p[1] - yy - off * a[1], p[2] - z - off * a[2])
     f, slip, held, slide = contact_laws.rub(y, at, point, row, axes, n, s, u, lam, step)
     if row.under >= 0:
@@ -321,7 +330,7 @@ def end_points(y, model):
                 point.carrier, point.xi = point.carrier1, point.xi1
                 if point.carrier >= 0:
                     c, half = point.carrier, NODE_VECTORS[model.beams[row.under].kind]
-                    x = surfaces.combined(y, elements[c].iq, half, surfaces.shape(elements[c].length, point.xi))
+                    x = surfaces.combined(y, elements[c].iq, half, ancf.cubic(elements[c].length, point.xi))
                     point.offset = (p[0] - x[0]) * a[0] + (p[1] - x[1]) * a[1] + (p[2] - x[2]) * a[2]
             elif row.friction > 0.0:
                 x = turn_back(R, p[0] - X[0], p[1] - X[1], p[2] - X[2])
@@ -332,169 +341,137 @@ def end_points(y, model):
     return slip, damped
 
 
-@indirect(void(VECTOR, VECTOR, REAL, REAL, MODEL, SPARSE))
-def add_point_tangents(y0, y1, h, c_rate, model, matrix):
-    """`add_tangents` of contact points of beams."""
-    bodies, n_q = model.bodies, model.info.nq
-    contact_surfaces, contacts = model.contact_surfaces, model.contact_points
-    J, K, W, factor = model.J[1], model.K12, model.K24, 1.0 if h == 0.0 else 2.0
-    for k in range(contact_surfaces.size):
-        if contact_surfaces[k].under >= 0:
-            add_turn_tangents(y1, h, c_rate, model, k, matrix)
+@indirect(_PAIR(VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL))
+def add_bodies(y, h, step, soft, chi, ratio, model):
+    """`add_contacts` of two bodies."""
+    rows, bodies, lost, rubbed = model.body_contacts, model.bodies, 0.0, 0.0
+    explicit, h = h < 0.0, max(h, 0.0)
+    if h == 0.0:
+        surfaces.measure_bodies(surfaces.STATE, model)
+    for k in range(rows.size):
+        row, A, B = rows[k], bodies[rows[k].a], bodies[rows[k].b]
+        contact_laws.clear_point(row)
+        n, c, rubbing, slide, on_a, on_b, n1 = row.n, row.c, row.rubbing, row.slide, row.on_a, row.on_b, row.n1
+        for i in range(3):
+            on_a[i] = on_a[3 + i] = on_b[i] = on_b[3 + i] = rubbing[i] = slide[i] = 0.0
+            n[i] = n1[i]
+        (p, q, e, g), xa, xb = surfaces.body_axes(row, bodies), A.x, B.x
+        d, s, size, by_u, by_v, by_w = surfaces.body_offset(row, bodies, p, q), row.s1, 1.0, 0.0, 0.0, 0.0
+        if h != 0.0:
+            by_d, by_u, by_v, by_w = _shares(row)
+            for i in range(3):
+                n[i] = 2.0 * by_d * d[i] + by_u * e[i] + by_v * g[i]
+            s, size = 0.5 * (row.s0 + row.s1), math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+        unit, r = (n[0] / size, n[1] / size, n[2] / size), row.radius_a
+        for i in range(3):
+            c[i] = xa[i] + p[i] + s * e[i] - r * unit[i]  # where a's surface touches b
+        row.energy = row.power = 0.0
+        if h == 0.0 and row.gap1 >= 0.0:
             continue
-        _clear(W, 12)
-        row, b = contact_surfaces[k], contact_surfaces[k].body
-        moves, R = bodies[b].motion != rigid.DRIVEN, bodies[b].R
-        o, a = surfaces.frame(bodies, row)
-        element, nodes = -1, (0, 0)  # whose sum is in W
-        for i in range(row.first, row.last):
-            point, lam = contacts[i], contacts[i].force
-            if lam == 0.0:
-                continue
-            S, n, slope, share, total = point.S, point.n, 1.0, 0.0, point.distance + point.offset
-            x, arm, u, _, _ = _place(y0, y1, point, row, bodies[b], model.elements, 0, h)
-            if h == 0.0:
-                s = (x[0] - o[0]) * a[0] + (x[1] - o[1]) * a[1] + (x[2] - o[2]) * a[2]
-                H = surfaces.curvature(
-                    row.surface, s, row.half_length, n[0], n[1], n[2], a[0], a[1], a[2], point.distance
-                )
-                g = _state_slope(point, u, H, c_rate)
-            else:
-                slope, H = point.d_gap, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-                p, q = surfaces.point_position(y0, point.iq, S), surfaces.point_position(y1, point.iq, S)
-                g, share = surfaces.step_end(row, point, (q[0] - p[0], q[1] - p[1], q[2] - p[2]), a)
-            for p in range(3):
-                for q in range(3):
-                    bent = H[p] if p == q else H[2 + p + q]
-                    if h != 0.0 and row.surface != surfaces.PLANE:
-                        bent = ((1.0 if p == q else 0.0) - share * a[p] * a[q] - n[p] * g[q]) / total
-                    K[p, q] = factor * (contact_laws.slope_by(point, slope, g, p, q) - lam * bent)
-            if element >= 0 and element != point.element:
-                _add_sum(matrix, nodes, 2, W)
-            element, nodes = point.element, (point.iv[0] - n_q, point.iv[2] - n_q)
-            for p in range(4):
-                for q in range(4):
-                    s = S[p] * S[q]
-                    for r in range(3):
-                        for c in range(3):
-                            W[3 * p + r, 3 * q + c] += s * K[r, c]
-            if not moves:
-                continue
-            local = model.e[2]
-            local[0], local[1], local[2] = turn_back(R, arm[0], arm[1], arm[2])
-            body_columns(model, b, local, True, J)
-            f = (-point.f[0], -point.f[1], -point.f[2])
-            for p in range(4):
-                add_relative(matrix, model, b, J, K, f, point.iv[p] - n_q, S[p])
-            add_relative_body(matrix, model, b, True, J, K, f)
-        if element >= 0:
-            _add_sum(matrix, nodes, 2, W)
+        arm_a, arm_b = (c[0] - xa[0], c[1] - xa[1], c[2] - xa[2]), (c[0] - xb[0], c[1] - xb[1], c[2] - xb[2])
+        v = rigid.relative_velocity(A, B, arm_a, arm_b)
+        rate = n[0] * v[0] + n[1] * v[1] + n[2] * v[2]
+        lam, loss, row.energy = _press(row, row, row.gap, row.gap1, rate, row.gap - row.gap1, h, soft, chi, ratio)
+        lost += loss
+        if h == 0.0:  # at the point of contact; else at the middles, with moments by the axes
+            row.power, p, q = loss, arm_a, arm_b
+        elif lam == 0.0:
+            rubbed += contact_laws.bristle_energy(row, row)
+            continue
+        _add_both(on_a, on_b, p, q, (lam * n[0], lam * n[1], lam * n[2]))
+        _add_moment(on_a, e, lam, by_u, d, by_w, g)
+        _add_moment(on_b, g, lam, by_v, d, by_w, e)
+        if row.friction > 0.0:
+            at = row.account if explicit else -1
+            f, slip, held = _rub_bodies(y, row, A, B, arm_a, arm_b, v, unit, lam, h, step, at)
+            rubbed += slip if h != 0.0 else 0.0
+            row.energy += held
+            rubbing[0], rubbing[1], rubbing[2] = f
+            _add_both(on_a, on_b, arm_a, arm_b, f)
+        for i in range(6):
+            A.F[i] += on_a[i]
+            B.F[i] += on_b[i]
+    return lost, rubbed
 
 
 @inlined
-def _state_slope(point, v, H, c_rate):
-    """Derivative of a state's normal force by the position of the point, which moves at v against the body."""
-    n, normal, d_rate = point.n, point.d_gap + c_rate * point.d_rate, point.d_rate
-    return (
-        normal * n[0] + d_rate * (H[0] * v[0] + H[3] * v[1] + H[4] * v[2]),
-        normal * n[1] + d_rate * (H[3] * v[0] + H[1] * v[1] + H[5] * v[2]),
-        normal * n[2] + d_rate * (H[4] * v[0] + H[5] * v[1] + H[2] * v[2]),
-    )
-
-
-@inlined
-def _clear(W, size):
-    """Clear the sum of the tangents of contact points."""
-    for r in range(size):
-        for c in range(size):
-            W[r, c] = 0.0
-
-
-@kernel
-def _add_sum(matrix, nodes, count, W):
-    """Add the sum W of the tangents of contact points between `count` nodes, from the unknowns given on; clear it."""
-    for p in range(count):
-        for q in range(count):
-            add_block(matrix, nodes[p], nodes[q], W, 6 * p, 6 * q, 6, 6, 1.0)
-    _clear(W, 6 * count)
-
-
-@indirect(void(VECTOR, REAL, REAL, MODEL, _I, SPARSE))
-def add_turn_tangents(y1, h, c_rate, model, k, matrix):
-    """Tangents of cylinder k's layer, within the pattern of the matrix or through inner unknowns.
+def _shares(row):
+    """Changes of the distance by d, u, v and w over a step: factors of 2 dm.dd, du, dv and dw.
 
     Notes
     -----
-    Any part of a turn may lie on any part of the next. Where the pattern does not couple them, inner unknowns do, which
-    costs more, and without the part by which the normal turns: with u the displacement of p against r, as columns U of
-    the coordinates, and K = -df/du, the forces add U K U^T to the matrix, as eliminating z = U^T x does from
-    A x + U K z and U^T x - z = 0: along n alone without friction.
+    With d from the middle of b's segment to that of a's, their axes e and g, u = d.e, v = d.g, w = e.g and the closest
+    places s and t, the squared distance p^2 = d.d + s^2 + t^2 + 2 s u - 2 t v - 2 s t w changes, with means m, by
+
+        2 dm.dd + 2 sm du - 2 tm dv - 2 (s t)m dw + rho,  rho = 2 (sm + um - wm tm) ds + 2 (tm - vm - wm sm) dt
+
+    where s and t depend on u, v and w alone: rho, of third order where they lie inside, is shared among du, dv and dw
+    in proportion to them. u, v and w are quadratic in vectors that are fixed to the bodies, whose changes are
+    theta x mean: so the force lam times this over p0 + p1 does the work of the gap's change exactly, depends on the
+    bodies' points against each other alone, and keeps both momenta. The distance from a plane is v.
     """
-    n_q = model.info.nq
-    row, contacts, elements = model.contact_surfaces[k], model.contact_points, model.elements
-    half, W, factor = NODE_VECTORS[model.beams[row.under].kind], model.K24, 1.0 if h == 0.0 else 2.0
-    K, B, C = matrix_view(model.work, 0, 3, 24), model.work[72:80], model.work[80:88]
-    upper, lower, coupled, nodes = -1, -1, False, (0, 0, 0, 0)  # whose sum is in W
-    _clear(W, 24)
-    for i in range(row.first, row.last):
-        point = contacts[i]
-        if point.force == 0.0:
-            continue
-        c, xi = surfaces.below(point, h)
-        if point.element != upper or c != lower:
-            if coupled:
-                _add_sum(matrix, nodes, 4, W)
-            upper, lower = point.element, c
-            q, at = elements[upper].iv - n_q, elements[c].iv - n_q
-            nodes = (q, q + 3 * half, at, at + 3 * half)
-            coupled = _couples(matrix, nodes)
-        S, L = point.S, surfaces.shape(elements[c].length, xi)
-        D = surfaces.shape(elements[c].length, point.xi1) if point.carrier1 == c else L
-        for q in range(4):
-            B[q], C[q], B[4 + q], C[4 + q] = S[q], S[q], -L[q], -D[q]
-        slope = point.d_gap + c_rate * point.d_rate
-        if not coupled:
-            _add_inner(matrix, point, row, factor, slope, elements[c].iv, half, n_q, B)
-            continue
-        n1, lam = point.n1, point.force if point.carrier1 == c else 0.0
-        e, T, bent = surfaces.turning(y1, elements, point.carrier1, half, point.xi1, n1)
-        for a in range(3):
-            for b in range(3):
-                drag = factor * contact_laws.drag_slope(point, a, b)
-                normal = factor * contact_laws.normal_slope(point, slope, n1, a, b) - lam * bent * e[a] * e[b]
-                for q in range(8):
-                    K[a, 3 * q + b] = normal * C[q] + drag * B[q]
-                for q in range(4):
-                    K[a, 12 + 3 * q + b] += lam * e[a] * n1[b] * T[q]
-        for p in range(8):
-            for a in range(3):
-                for q in range(24):
-                    W[3 * p + a, q] += B[p] * K[a, q]
-    if coupled:
-        _add_sum(matrix, nodes, 4, W)
+    if row.surface == surfaces.PLANE:
+        return 0.0, 0.0, 1.0, 0.0
+    s, t = 0.5 * (row.s0 + row.s1), 0.5 * (row.t0 + row.t1)
+    u, v, w = 0.5 * (row.u0 + row.u1), 0.5 * (row.v0 + row.v1), 0.5 * (row.w0 + row.w1)
+    ds, dt = row.s1 - row.s0, row.t1 - row.t0
+    rho = 2.0 * ((s + u - w * t) * ds + (t - v - w * s) * dt)
+    by_u, by_v, by_w = 2.0 * s, -2.0 * t, -(row.s0 * row.t0 + row.s1 * row.t1)
+    length = min(row.half_a, row.half_b)
+    du = row.u1 - row.u0 if row.half_a > 0.0 else 0.0
+    dv = row.v1 - row.v0 if row.half_b > 0.0 else 0.0
+    dw = length * (row.w1 - row.w0)
+    total = du * du + dv * dv + dw * dw
+    if rho != 0.0 and total > 0.0:
+        by_u, by_v, by_w = by_u + rho * du / total, by_v + rho * dv / total, by_w + rho * length * dw / total
+    scale = 1.0 / (row.distance0 + row.distance)
+    return scale, scale * by_u, scale * by_v, scale * by_w
 
 
 @inlined
-def _couples(matrix, nodes):
-    """Whether the pattern of a matrix couples the first two of four nodes with the others."""
-    a, b = first_entry(matrix, nodes[0], nodes[2])[0], first_entry(matrix, nodes[0], nodes[3])[0]
-    return min(a, b, first_entry(matrix, nodes[1], nodes[2])[0], first_entry(matrix, nodes[1], nodes[3])[0]) >= 0
+def _add_both(on_a, on_b, p, q, f):
+    """Add a force at p from the origin of a to its wrench, and the reaction at q to that of b."""
+    rigid.add_wrench(on_a, p[0], p[1], p[2], f[0], f[1], f[2])
+    rigid.add_wrench(on_b, q[0], q[1], q[2], -f[0], -f[1], -f[2])
 
 
 @inlined
-def _add_inner(matrix, point, row, factor, slope, lower, half, n_q, B):
-    """Add the tangent of a contact point through inner unknowns, B: factors of its 8 vectors."""
-    n, n1, rubs = point.n, point.n1, row.friction > 0.0
-    size = math.sqrt(factor * (abs(slope) + point.along + point.across))
-    if not size > 0.0:
-        return
-    q = inner(matrix, 3 if rubs else 1)
-    for j in range(8):
-        at, s = point.iv[j] if j < 4 else lower + 3 * (j % 2 + half * (j // 2 - 2)), B[j]
-        for a in range(3):
-            if rubs:
-                for b in range(3):
-                    value = factor * contact_laws.slope_by(point, slope, n1, a, b)
-                    add_inner(matrix, at - n_q + a, q + b, s * value / size, size * s * (1.0 if a == b else 0.0))
-            else:
-                add_inner(matrix, at - n_q + a, q, -s * n[a] * factor * slope / size, size * s * n1[a])
+def _add_moment(wrench, e, lam, by_d, d, by_g, g):
+    """Add the moment lam e x (by_d d + by_g g)."""
+    x, y, z = lam * (by_d * d[0] + by_g * g[0]), lam * (by_d * d[1] + by_g * g[1]), lam * (by_d * d[2] + by_g * g[2])
+    x, y, z = cross(e[0], e[1], e[2], x, y, z)
+    wrench[3], wrench[4], wrench[5] = wrench[3] + x, wrench[4] + y, wrench[5] + z
+
+
+@inlined
+def _rub_bodies(y, row, A, B, arm_a, arm_b, v, n, lam, h, step, at):
+    """`contact_laws.rub` of two bodies: the bristle's axes are those of b; it stands in the state at `at` >= 0.
+
+    The displacement of a state is that of a's material at the point of contact in the axes of b, from where it was in
+    these at the step's start: a sphere that rolls does not slide.
+    """
+    axes, s, slide, X = contact_laws.body_axes(B.R), (h * v[0], h * v[1], h * v[2]), row.slide, row.X
+    if h == 0.0 and step > 0.0:
+        x, yy, z = turn_back(A.R, arm_a[0], arm_a[1], arm_a[2])
+        qx, qy, qz = turn(row.Q, x, yy, z)
+        x, yy, z = turn_back(B.R, arm_b[0], arm_b[1], arm_b[2])
+        s = turn(B.R, x - X[0] - qx, yy - X[1] - qy, z - X[2] - qz)
+    f, slip, held, moved = contact_laws.rub(y, at, row, row, axes, n, s, v, lam, step)
+    slide[0], slide[1], slide[2] = moved
+    return f, slip, held
+
+
+@indirect(_PAIR(MODEL))
+def end_bodies(model):
+    """`end_contacts` of two bodies."""
+    bodies, rows, slip, damped = model.bodies, model.body_contacts, 0.0, 0.0
+    for k in range(rows.size):
+        row = rows[k]
+        by_slip, by_damping = contact_laws.end_point(row, row, row.gap, row.gap1, row.slide)
+        slip, damped = slip + by_slip, damped + by_damping
+        A, B, X, Q, xa, xb = bodies[row.a].R, bodies[row.b].R, row.X, row.Q, bodies[row.a].x, bodies[row.b].x
+        X[0], X[1], X[2] = turn_back(B, xa[0] - xb[0], xa[1] - xb[1], xa[2] - xb[2])
+        for i in range(3):
+            for j in range(3):
+                Q[i, j] = B[0, i] * A[0, j] + B[1, i] * A[1, j] + B[2, i] * A[2, j]
+    return slip, damped

@@ -59,55 +59,14 @@ def elastic_force(gap, stiffness, exponent):
 
 
 @inlined
-def normal_force(law, gap, rate, gap_before, stiffness, exponent, damping):
-    """Force that pushes a point out of an obstacle.
+def mean_force(gap0, gap1, stiffness, exponent):
+    """(V1 - V0)/(delta1 - delta0), N, and its derivative by gap1; infinite gaps are outside.
 
-    Parameters
-    ----------
-    law : int, PAPER, HUNT_CROSSLEY or CONSERVATIVE
-    gap, rate : float, m and m/s, at the end of the step
-    gap_before : float, m, at its beginning; only CONSERVATIVE reads it
-    stiffness : float, K, N/m^n
-    exponent : float, n >= 1
-    damping : float, c in N s/m for PAPER, d in s/m for the others
-
-    Returns
-    -------
-    force : float, N, never negative but for PAPER
-    d_gap : float, N/m, derivative by `gap` at a fixed `gap_before`
-    d_rate : float, N s/m, derivative by `rate`
-
-    Notes
-    -----
-    With delta = -gap:
-
-    - PAPER, K delta^n + c delta' (Yi et al., 2017): jumps by c delta' at the first touch, and pulls before it parts.
-    - HUNT_CROSSLEY, K delta^n (1 + d delta') (Hunt & Crossley, 1975), not below zero.
-    - CONSERVATIVE, (V1 - V0) / (delta1 - delta0) + K delta1^n d delta1', not below zero: the mean of the elastic force
-      between the step's two ends, inside or outside, so that its work over the step is the change of V. The damping
-      takes energy out of every step for sure where `rate` is that of the step, (gap - gap_before) / h. A point that was
-      beyond the end of the obstacle counts as one that was at its surface.
-
-    Only the damping of PAPER jumps; the derivatives of HUNT_CROSSLEY and CONSERVATIVE jump where the force is clipped.
+    The mean of the elastic force between both ends of a step, inside or outside, whose work is the change of V. A point
+    that was beyond the end of the obstacle counts as one that was at its surface.
     """
-    elastic, slope = elastic_force(gap, stiffness, exponent)
-    if law == PAPER:
-        if gap >= 0.0:
-            return 0.0, 0.0, 0.0
-        return elastic - damping * rate, slope, -damping
-    force = elastic * (-damping * rate)
-    d_gap = slope * (-damping * rate)
-    d_rate = -damping * elastic
-    if law == CONSERVATIVE:
-        mean, d_mean = _mean_power(-gap_before, -gap, exponent)
-        force += stiffness * mean
-        d_gap -= stiffness * d_mean
-    else:
-        force += elastic
-        d_gap += slope
-    if not force > 0.0:
-        return 0.0, 0.0, 0.0
-    return force, d_gap, d_rate
+    mean, slope = _mean_power(-gap0, -gap1, exponent)
+    return stiffness * mean, -stiffness * slope
 
 
 @inlined
@@ -133,17 +92,42 @@ def sliding_damper(gap_before, gap, rate, stiffness, exponent, viscous):
 
 
 @inlined
-def pushing_force(law, gap, rate, gap_before, stiffness, exponent, damping, viscous):
-    """Normal force of a point at the end of a step that began at `gap_before`, as `normal_force` returns it.
+def normal_force(law, gap, rate, gap_before, stiffness, exponent, damping, viscous):
+    """Force of a state that pushes a point out of an obstacle; of CONSERVATIVE, a law of steps, that of HUNT_CROSSLEY.
 
-    Of CONSERVATIVE, which takes the mean over a step, that of HUNT_CROSSLEY; with `sliding_damper`.
+    Parameters
+    ----------
+    law : int, PAPER, HUNT_CROSSLEY or CONSERVATIVE
+    gap, rate : float, m and m/s
+    gap_before, viscous : float, of `sliding_damper`
+    stiffness : float, K, N/m^n
+    exponent : float, n >= 1
+    damping : float, c in N s/m for PAPER, d in s/m for the others
+
+    Returns
+    -------
+    force : float, N, never negative but for PAPER
+    d_gap : float, N/m, derivative by `gap`
+    d_rate : float, N s/m, derivative by `rate`
+
+    Notes
+    -----
+    With delta = -gap, beside the sliding damper:
+
+    - PAPER, K delta^n + c delta' (Yi et al., 2017): jumps by c delta' at the first touch, and pulls before it parts.
+    - HUNT_CROSSLEY, K delta^n (1 + d delta') (Hunt & Crossley, 1975), not below zero: its derivatives jump where it is
+      clipped.
     """
-    law = HUNT_CROSSLEY if law == CONSERVATIVE else law
-    force, d_gap, d_rate = normal_force(law, gap, rate, gap, stiffness, exponent, damping)
+    elastic, slope = elastic_force(gap, stiffness, exponent)
     drag, drag_rate = sliding_damper(gap_before, gap, rate, stiffness, exponent, viscous)
-    if law != PAPER and not force + drag > 0.0:
+    if law == PAPER:
+        if gap >= 0.0:
+            return 0.0, 0.0, 0.0
+        return elastic - damping * rate + drag, slope, drag_rate - damping
+    force = elastic * (-damping * rate) + elastic
+    if not (force > 0.0 and force + drag > 0.0):
         return 0.0, 0.0, 0.0
-    return force + drag, d_gap, d_rate + drag_rate
+    return force + drag, slope * (-damping * rate) + slope, drag_rate - damping * elastic
 
 
 def sliding_viscosity(share, mass):
@@ -187,13 +171,13 @@ def tangential(v, n):
 
 
 @inlined
-def friction(ux, uy, uz, sx, sy, sz, normal, coefficient, stiffness, damping, step):
+def friction(u, s, normal, coefficient, stiffness, damping, step):
     """Friction of a bristle that sticks or slips, with its state at the end of a step.
 
     Parameters
     ----------
-    ux, uy, uz : float, m, elastic displacement u of the bristle at the beginning of the step, across the normal
-    sx, sy, sz : float, m, displacement s of the point against the obstacle during the step, across the normal
+    u : (3 floats) m, elastic displacement of the bristle at the beginning of the step, across the normal
+    s : (3 floats) m, displacement of the point against the obstacle during the step, across the normal
     normal : float, N, normal force
     coefficient : float, mu
     stiffness : float, k, N/m, of the bristle
@@ -202,11 +186,10 @@ def friction(ux, uy, uz, sx, sy, sz, normal, coefficient, stiffness, damping, st
 
     Returns
     -------
-    fx, fy, fz : float, N, force on the point
-    ux, uy, uz : float, m, the state at the end
+    f : (3 floats) N, force on the point
+    u : (3 floats) m, the state at the end
     slipping : bool
-    dissipated : float, J, work of the slip, mu N times its length
-    tx, ty, tz : float, direction t of the trial force
+    t : (3 floats) direction of the trial force
     along, across : float, N/m: dF/ds = -(along t t^T + across (I - n n^T - t t^T))
     by_normal : float: dF/dN = -by_normal t
 
@@ -215,37 +198,28 @@ def friction(ux, uy, uz, sx, sy, sz, normal, coefficient, stiffness, damping, st
     Return mapping, with K = k + c/h and the trial force T = k (u + s) + c s/h: where |T| <= mu N the bristle takes all
     of s, F = -T; else the point slips by (|T| - mu N) / K along t = T/|T|, and F = -mu N t. A stuck bristle is an
     elastic spring whose state is not touched: it cannot creep. Its energy is k u^2 / 2; without a normal force it is
-    released. Over a step -F . s = change of energy + dissipated + (c/h + k/2) |u1 - u0|^2, where k/2 |u1 - u0|^2 comes
-    from taking the force at the step's end; balances take the mean of both ends (`end_point`).
+    released. Over a step -F . s = change of energy + mu N times the slip + (c/h + k/2) |u1 - u0|^2, where
+    k/2 |u1 - u0|^2 comes from taking the force at the step's end; balances take the mean of both ends (`end_point`).
     """
+    zero = (0.0, 0.0, 0.0)
     if not normal > 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    K = stiffness + (damping / step if damping != 0.0 else 0.0)
-    x = stiffness * ux + K * sx
-    y = stiffness * uy + K * sy
-    z = stiffness * uz + K * sz
+        return zero, zero, True, zero, 0.0, 0.0, 0.0
+    K = bristle_slope(stiffness, damping, step)
+    x, y, z = stiffness * u[0] + K * s[0], stiffness * u[1] + K * s[1], stiffness * u[2] + K * s[2]
     trial, limit = math.sqrt(x * x + y * y + z * z), coefficient * normal
     scale = 1.0 / trial if trial > 0.0 else 0.0
-    tx, ty, tz = x * scale, y * scale, z * scale
+    t = (x * scale, y * scale, z * scale)
     if trial <= limit:
-        return -x, -y, -z, ux + sx, uy + sy, uz + sz, False, 0.0, tx, ty, tz, K, K, 0.0
+        return (-x, -y, -z), (u[0] + s[0], u[1] + s[1], u[2] + s[2]), False, t, K, K, 0.0
     slip = (trial - limit) / K
-    return (
-        -limit * tx,
-        -limit * ty,
-        -limit * tz,
-        ux + sx - slip * tx,
-        uy + sy - slip * ty,
-        uz + sz - slip * tz,
-        True,
-        limit * slip,
-        tx,
-        ty,
-        tz,
-        0.0,
-        limit * K * scale,
-        coefficient,
-    )
+    after = (u[0] + s[0] - slip * t[0], u[1] + s[1] - slip * t[1], u[2] + s[2] - slip * t[2])
+    return (-limit * t[0], -limit * t[1], -limit * t[2]), after, True, t, 0.0, limit * K * scale, coefficient
+
+
+@inlined
+def bristle_slope(stiffness, damping, step):
+    """k + c/h, N/m, of a bristle over a step."""
+    return stiffness + (damping / step if damping != 0.0 else 0.0)
 
 
 # ------------------------------------------------------------------------------------------------ over an interval
@@ -283,21 +257,20 @@ def press(point, row, gap0, gap1, rate, h, soft, chi, ratio):
     h : float, s, 0 of a state
     soft, chi, ratio : float, of a step: factor of the stiffness, filter, length of the step beside that before it
     """
-    filtered = 0.0
+    d_rate = filtered = 0.0
     if h == 0.0:
-        force, d_gap, d_rate = pushing_force(
+        force, d_gap, d_rate = normal_force(
             row.law, gap1, rate, gap0, row.stiffness, row.exponent, row.damping, point.viscous
         )
         point.damper1 = force - elastic_force(gap1, row.stiffness, row.exponent)[0]
     else:
-        force, d_gap, filtered = _mean_force(row, point.viscous, gap0, gap1, h, soft, chi, ratio * point.sank)
-        d_rate = 0.0
+        force, d_gap, filtered = _step_force(row, point.viscous, gap0, gap1, h, soft, chi, ratio * point.sank)
     point.force, point.d_gap, point.d_rate = force, d_gap, d_rate
     return force, filtered
 
 
 @inlined
-def _mean_force(row, viscous, gap0, gap1, h, soft, chi, sank):
+def _step_force(row, viscous, gap0, gap1, h, soft, chi, sank):
     """Normal force over a step, its derivative by the gap at the end, and the filter's part of it.
 
     Parameters
@@ -305,37 +278,36 @@ def _mean_force(row, viscous, gap0, gap1, h, soft, chi, sank):
     viscous : float, kg^(1/2), of `sliding_damper`
     chi, sank : float, of the filter, and how far the point sank over the step before, of this step's length, m
     """
-    stiffness, exponent = soft * row.stiffness, row.exponent
+    stiffness, exponent, stays, none = soft * row.stiffness, row.exponent, math.isfinite(gap0), (0.0, 0.0, 0.0)
     if gap0 < 0.0 or row.law == CONSERVATIVE:
-        elastic, slope, _ = normal_force(CONSERVATIVE, gap1, 0.0, gap0, stiffness, exponent, 0.0)
+        elastic, slope = mean_force(gap0, gap1, stiffness, exponent)
     else:
         elastic, slope = elastic_force(gap1, stiffness, exponent)
+    drag = d_rate = filtered = 0.0
+    if viscous != 0.0 and stays:
+        drag, d_rate = sliding_damper(gap0, gap1, (gap1 - gap0) / h, stiffness, exponent, viscous)
     if row.law == PAPER:  # by the change of the depth, which does not jump where the point arrives
         if not math.isfinite(gap1):  # it has slid past the edge of the surface
-            return 0.0, 0.0, 0.0
-        if math.isfinite(gap0):
-            drag, d_rate = sliding_damper(gap0, gap1, (gap1 - gap0) / h, stiffness, exponent, viscous)
+            return none
+        if stays:
             elastic += drag + row.damping / h * (min(gap0, 0.0) - min(gap1, 0.0))
             slope += (d_rate - (row.damping if gap1 < 0.0 else 0.0)) / h
         return elastic, slope, 0.0
-    if row.damping != 0.0 and elastic != 0.0 and math.isfinite(gap0):
+    if row.damping != 0.0 and elastic != 0.0 and stays:
         factor = 1.0 + row.damping * (gap0 - gap1) / h
         if not factor > 0.0:
-            return 0.0, 0.0, 0.0
+            return none
         elastic, slope = elastic * factor, slope * factor - elastic * row.damping / h
-    if viscous != 0.0 and math.isfinite(gap0):
-        drag, d_rate = sliding_damper(gap0, gap1, (gap1 - gap0) / h, stiffness, exponent, viscous)
-        if elastic + drag <= 0.0:
-            return 0.0, 0.0, 0.0
-        elastic, slope = elastic + drag, slope + d_rate / h
-    filtered = 0.0
+    elastic, slope = elastic + drag, slope + d_rate / h
+    if drag != 0.0 and elastic <= 0.0:
+        return none
     if is_filtered(row, gap0):
         # the change of the depth, whose work is exact also where the point leaves
         part = 1.0 if gap1 < 0.0 else gap0 / (gap0 - gap1)
         k = 0.5 * chi * stiffness
         filtered = k * part * (gap0 - min(gap1, 0.0) - sank)
         if elastic + filtered <= 0.0:
-            return 0.0, 0.0, 0.0
+            return none
         elastic, slope = elastic + filtered, slope - (k if gap1 < 0.0 else filtered / (gap1 - gap0))
     return elastic, slope, filtered
 
@@ -397,23 +369,27 @@ def rub(y, at, point, row, axes, n, s, v, normal, step):
     """
     damping, q = row.bristle_damping if step > 0.0 else 0.0, point.stick
     bristle = (y[at], y[at + 1], y[at + 2]) if at >= 0 else (q[0], q[1], q[2])
-    u, s, v = tangential(from_axes(axes, bristle), n), tangential(s, n), tangential(v, n)
-    found = friction(u[0], u[1], u[2], s[0], s[1], s[2], normal, row.friction, row.bristle_stiffness, damping, step)
-    f = (found[0], found[1], found[2])
-    if row.bristle_damping > 0.0 and step == math.inf and not found[6]:
-        c, limit = row.bristle_damping, row.friction * normal
+    u, slid = from_axes(axes, bristle), tangential(s, n)
+    f, u1, slipping, t, along, across, by_normal = friction(
+        tangential(u, n), slid, normal, row.friction, row.bristle_stiffness, damping, step
+    )
+    if row.bristle_damping > 0.0 and step == math.inf and not slipping:
+        c, limit, v = row.bristle_damping, row.friction * normal, tangential(v, n)
         f = (f[0] - c * v[0], f[1] - c * v[1], f[2] - c * v[2])
         size = math.sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
         scale = limit / size if size > limit else 1.0
         f = (scale * f[0], scale * f[1], scale * f[2])
-    q1, d, t, half = point.stick1, point.drag1, point.t, 0.5 * row.bristle_stiffness
-    before = half * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
-    q1[0], q1[1], q1[2] = into_axes(axes, (found[3], found[4], found[5]))
+    before, q1, d, way = bristle_energy(point, row), point.stick1, point.drag1, point.t
+    q1[0], q1[1], q1[2] = into_axes(axes, u1)
     d[0], d[1], d[2] = into_axes(axes, f)
-    t[0], t[1], t[2] = found[8], found[9], found[10]
-    point.along, point.across, point.by_normal = found[11], found[12], found[13]
-    after = half * (q1[0] * q1[0] + q1[1] * q1[1] + q1[2] * q1[2])
-    return f, -(f[0] * s[0] + f[1] * s[1] + f[2] * s[2]) - (after - before), after, into_axes(axes, s)
+    way[0], way[1], way[2] = t
+    point.along, point.across, point.by_normal = along, across, by_normal
+    K = bristle_slope(row.bristle_stiffness, damping, step)
+    share = row.bristle_stiffness / K if K > 0.0 else 0.0
+    point.tilt = n[0] * (s[0] + share * u[0]) + n[1] * (s[1] + share * u[1]) + n[2] * (s[2] + share * u[2])
+    after = 0.5 * row.bristle_stiffness * (q1[0] * q1[0] + q1[1] * q1[1] + q1[2] * q1[2])
+    work = f[0] * slid[0] + f[1] * slid[1] + f[2] * slid[2]
+    return f, -work - (after - before), after, into_axes(axes, slid)
 
 
 @inlined

@@ -448,3 +448,12 @@ def body_bound(bodies, b, blocks):
         n = bodies["R"][b] @ bodies["axis"][b]
         return np.array([[[n @ block[3:, 3:] @ n]] for block in blocks]) / bodies["J"][b]
     return np.linalg.solve(bodies["M"][b], blocks)
+
+
+@inlined
+def relative_velocity(A, B, arm_a, arm_b):
+    """Velocity of a's material at a point against that of b's."""
+    va, vb, wa, wb = A.v, B.v, A.w, B.w
+    ax, ay, az = cross(wa[0], wa[1], wa[2], arm_a[0], arm_a[1], arm_a[2])
+    bx, by, bz = cross(wb[0], wb[1], wb[2], arm_b[0], arm_b[1], arm_b[2])
+    return va[0] + ax - vb[0] - bx, va[1] + ay - vb[1] - by, va[2] + az - vb[2] - bz

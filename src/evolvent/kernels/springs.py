@@ -168,9 +168,13 @@ def lateral_of(springs, k, a, b):
     )  # fmt: skip
 
 
-@inlined
-def add_springs(t, y, h, model):
-    """Forces of all springs over an interval of length h about the mean state y, or at the state y (h = 0)."""
+@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, REAL, MODEL))
+def spring_forces(t, y, h, model):
+    """Forces of all springs onto bodies and points; returns (power dissipated, power of the laws), W.
+
+    At the state y (h = 0), or over a step of length h, after `measure_springs`: y is the mean state then, with the
+    rates of the step.
+    """
     springs, markers, points, bodies = model.springs, model.markers, model.points, model.bodies
     dissipated = law_power = 0.0
     for k in range(springs.size):
@@ -185,18 +189,6 @@ def add_springs(t, y, h, model):
         push_marker(markers, points, bodies, springs[k].a, a[0], a[1], a[2], fx, fy, fz)
         push_marker(markers, points, bodies, springs[k].b, b[0], b[1], b[2], -fx, -fy, -fz)
     return dissipated, law_power
-
-
-@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, MODEL))
-def spring_forces(t, y, model):
-    """Forces of all springs onto bodies and points; returns (power dissipated, power of the laws), W."""
-    return add_springs(t, y, 0.0, model)
-
-
-@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, REAL, MODEL))
-def spring_step_forces(t, y, h, model):
-    """`spring_forces` over a step of length h, after `measure_springs`; y : mean state, with the rates of the step."""
-    return add_springs(t, y, h, model)
 
 
 @indirect(void(types.int64, VECTOR, MODEL))

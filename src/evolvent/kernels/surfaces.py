@@ -28,6 +28,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined, kernel
+from evolvent.kernels import ancf
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.contact_laws import contact_energy
 from evolvent.kernels.rotations import cross, turn
@@ -59,25 +60,16 @@ def may_touch(surface, x, y, z, reach, cx, cy, cz, ax, ay, az, radius, half):
         return along <= radius + reach
     if abs(along) > half + (radius if surface == CAPSULE else 0.0) + reach:
         return False
-    px, py, pz = dx - along * ax, dy - along * ay, dz - along * az
-    limit = radius + reach
+    px, py, pz, limit = dx - along * ax, dy - along * ay, dz - along * az, radius + reach
     return px * px + py * py + pz * pz <= limit * limit
 
 
 @inlined
 def gap_to(surface, x, y, z, cx, cy, cz, ax, ay, az, radius, half):
-    """Gap between a point and a surface, inertial axes.
+    """Gap between the point (x, y, z) and a surface, whose `half` may be infinite, inertial axes.
 
-    Parameters
-    ----------
-    x, y, z : float, m, the point; cx, cy, cz, ax, ay, az : float, c (m) and a
-    radius, half : float, m; `half` may be infinite
-
-    Returns
-    -------
-    gap : float, m, negative inside; infinite beyond the ends of a cylinder, which do not push
-    nx, ny, nz : float, d gap / dx, a unit vector; zero on the axis
-    distance : float, m, from the axis or the plane
+    Returns the gap (m), infinite beyond the ends of a cylinder, which do not push, its gradient (nx, ny, nz), zero on
+    the axis, and the distance from the axis or the plane.
     """
     dx, dy, dz = x - cx, y - cy, z - cz
     u = dx * ax + dy * ay + dz * az
@@ -89,22 +81,6 @@ def gap_to(surface, x, y, z, cx, cy, cz, ax, ay, az, radius, half):
     scale = 1.0 / distance if distance > 0.0 else 0.0
     gap = distance - radius if surface != CYLINDER or abs(u) <= half else math.inf
     return gap, px * scale, py * scale, pz * scale, distance
-
-
-@inlined
-def curvature(surface, u, half, nx, ny, nz, ax, ay, az, distance):
-    """H = d2 gap / dx2 = (I - n n^T - a a^T)/distance, 1/m: (xx, yy, zz, xy, xz, yz); u : m, place on the axis."""
-    f = 1.0 / distance if distance > 0.0 and surface != PLANE else 0.0
-    if surface == CAPSULE and abs(u) >= half:
-        ax, ay, az = 0.0, 0.0, 0.0
-    return (
-        f * (1.0 - nx * nx - ax * ax),
-        f * (1.0 - ny * ny - ay * ay),
-        f * (1.0 - nz * nz - az * az),
-        f * (-nx * ny - ax * ay),
-        f * (-nx * nz - ax * az),
-        f * (-ny * nz - ay * az),
-    )
 
 
 @inlined
@@ -140,18 +116,29 @@ def step_normal(row, point, d, a):
 
 
 @inlined
-def step_end(row, point, d, a):
-    """Normal at a step's end, and by how much of the point's displacement d along the axis a the distance ignores."""
-    n, total, p = point.n, point.distance + point.offset, point.distance
+def end_slope(row, point, d, a, h):
+    """Gradient g of the gap at the end of an interval, share, part and total of its second derivative.
+
+    It is part (I - share a a^T - n g^T)/total. d : of a state from the surface's point, else the point's displacement
+    """
+    n, total, p, u = point.n, point.distance + point.offset, point.distance, d[0] * a[0] + d[1] * a[1] + d[2] * a[2]
     if row.surface == PLANE:
-        return a, 0.0
+        return a, 0.0, 0.0, 1.0
+    if h == 0.0:
+        share = 0.0 if row.surface == CAPSULE and abs(u) >= row.half_length else 1.0
+        return (n[0], n[1], n[2]), share, 1.0 / p if p > 0.0 else 0.0, 1.0
     _, share = step_position(row.surface, point.xi, point.xi1, row.half_length)
-    along = share * (d[0] * a[0] + d[1] * a[1] + d[2] * a[2])
+    along = share * u
     return (
-        (0.5 * total * n[0] + 0.5 * (d[0] - along * a[0])) / p,
-        (0.5 * total * n[1] + 0.5 * (d[1] - along * a[1])) / p,
-        (0.5 * total * n[2] + 0.5 * (d[2] - along * a[2])) / p,
-    ), share
+        (
+            (0.5 * total * n[0] + 0.5 * (d[0] - along * a[0])) / p,
+            (0.5 * total * n[1] + 0.5 * (d[1] - along * a[1])) / p,
+            (0.5 * total * n[2] + 0.5 * (d[2] - along * a[2])) / p,
+        ),
+        share,
+        1.0,
+        total,
+    )
 
 
 @inlined
@@ -204,16 +191,16 @@ def measure_points(y, what, model):
                 continue
             px, py, pz = point_position(y, point.iq, point.S)
             gap, nx, ny, nz, distance = gap_to(surface, px, py, pz, cx, cy, cz, ax, ay, az, radius, half)
+            u = (px - cx) * ax + (py - cy) * ay + (pz - cz) * az
             if what == START:
-                point.gap, point.offset = gap, distance
-                point.xi = (px - cx) * ax + (py - cy) * ay + (pz - cz) * az
+                point.gap, point.offset, point.xi = gap, distance, u
                 continue
             point.gap1, point.distance, n, x = gap, distance, point.n1, point.x
             n[0], n[1], n[2] = nx, ny, nz
             x[0], x[1], x[2] = px, py, pz
             touching += 1.0 if gap < 0.0 else 0.0
             if what == END:
-                point.xi1 = (px - cx) * ax + (py - cy) * ay + (pz - cz) * az
+                point.xi1 = u
                 if math.isfinite(point.gap):
                     energy += contact_energy(gap + point.rest, row.stiffness, row.exponent)
         if what != START:
@@ -221,31 +208,6 @@ def measure_points(y, what, model):
 
 
 # ------------------------------------------------------------------------------------------------ turns
-
-
-@inlined
-def shape(length, xi):
-    """Hermite's cubic: factors of position, slope, position and slope of an element's two nodes."""
-    return (
-        1.0 - xi * xi * (3.0 - 2.0 * xi),
-        length * xi * (1.0 - xi) * (1.0 - xi),
-        xi * xi * (3.0 - 2.0 * xi),
-        length * xi * xi * (xi - 1.0),
-    )
-
-
-@inlined
-def slopes(length, xi):
-    """Derivatives of `shape` along the element."""
-    d = (6.0 * xi * xi - 6.0 * xi) / length
-    return d, 1.0 - 4.0 * xi + 3.0 * xi * xi, -d, 3.0 * xi * xi - 2.0 * xi
-
-
-@inlined
-def bends(length, xi):
-    """Derivatives of `slopes` along the element."""
-    d = (12.0 * xi - 6.0) / (length * length)
-    return d, (6.0 * xi - 4.0) / length, -d, (6.0 * xi - 2.0) / length
 
 
 @inlined
@@ -273,9 +235,9 @@ def nearest(y, model, beam, element, xi, px, py, pz, ax, ay, az):
     last = first + model.beams[beam].elements - 1
     for step in range(MOST_STEPS):
         length, at = elements[element].length, elements[element].iq
-        x, w, z = combined(y, at, half, shape(length, xi))
-        tx, ty, tz = combined(y, at, half, slopes(length, xi))
-        bx, by, bz = combined(y, at, half, bends(length, xi))
+        x, w, z = combined(y, at, half, ancf.cubic(length, xi))
+        tx, ty, tz = combined(y, at, half, ancf.cubic_slopes(length, xi))
+        bx, by, bz = combined(y, at, half, ancf.cubic_bends(length, xi))
         dx, dy, dz = px - x, py - w, pz - z
         off, rise = dx * ax + dy * ay + dz * az, tx * ax + ty * ay + tz * az
         dx, dy, dz = dx - off * ax, dy - off * ay, dz - off * az
@@ -340,8 +302,8 @@ def _between(ux, uy, uz, vx, vy, vz, ax, ay, az):
 def _gap_below(y, elements, upper, c, half, xi, p, a, sense, side):
     """Gap of the point p of element `upper` above the point (c, xi), infinite beyond the beam's sides; normal."""
     at, length = elements[c].iq, elements[c].length
-    x, yy, z = combined(y, at, half, shape(length, xi))
-    tx, ty, tz = combined(y, at, half, slopes(length, xi))
+    x, yy, z = combined(y, at, half, ancf.cubic(length, xi))
+    tx, ty, tz = combined(y, at, half, ancf.cubic_slopes(length, xi))
     nx, ny, nz = cross(tx, ty, tz, a[0], a[1], a[2])
     size = math.sqrt(nx * nx + ny * ny + nz * nz)
     if not size > 0.0:
@@ -358,7 +320,7 @@ def _gap_below(y, elements, upper, c, half, xi, p, a, sense, side):
 def _is_far(y, elements, c, half, xi, p, a):
     """Whether p lies farther from the point (c, xi), as seen along the axis, than any contact."""
     length = elements[c].length
-    x, yy, z = combined(y, elements[c].iq, half, shape(length, xi))
+    x, yy, z = combined(y, elements[c].iq, half, ancf.cubic(length, xi))
     wx, wy, wz = p[0] - x, p[1] - yy, p[2] - z
     off = wx * a[0] + wy * a[1] + wz * a[2]
     return wx * wx + wy * wy + wz * wz - off * off > (FAR * length) ** 2
@@ -373,10 +335,8 @@ def measure_turns(y, what, model, k):
     The search begins at the contact point's angle about the axis, counted along the beams from their roots on, less the
     angle `shift` by which the upper beam's turns are ahead: a turn of one beam, the angle between roots of neighbours.
     """
-    contact_surfaces, contacts, elements, angles = (
-        model.contact_surfaces, model.contact_points, model.elements, model.angles,
-    )  # fmt: skip
-    row, low = contact_surfaces[k], model.beams[contact_surfaces[k].under]
+    contacts, elements, angles, row = model.contact_points, model.elements, model.angles, model.contact_surfaces[k]
+    low = model.beams[row.under]
     under, sense, energy, touching = row.under, row.sense, 0.0, 0.0
     (cx, cy, cz), (ax, ay, az) = frame(model.bodies, row)
     over = elements[contacts[row.first].element].beam
@@ -413,7 +373,7 @@ def measure_turns(y, what, model, k):
             touching += 1.0 if gap < 0.0 else 0.0
         n[0], n[1], n[2] = nx, ny, nz
     if what != START:
-        contact_surfaces[k].energy, contact_surfaces[k].touching = energy, touching
+        row.energy, row.touching = energy, touching
 
 
 @inlined
@@ -455,14 +415,14 @@ def turning(y, elements, c, half, xi, n):
     -----
     dn = e/|t| (curvature |t| e . u - n . dt) of a displacement u of the point against the beam, t the slope.
     """
-    at, T = elements[c].iq, slopes(elements[c].length, xi)
+    at, T = elements[c].iq, ancf.cubic_slopes(elements[c].length, xi)
     tx, ty, tz = combined(y, at, half, T)
-    bx, by, bz = combined(y, at, half, bends(elements[c].length, xi))
+    bx, by, bz = combined(y, at, half, ancf.cubic_bends(elements[c].length, xi))
     square = tx * tx + ty * ty + tz * tz
     return (tx / square, ty / square, tz / square), T, -(n[0] * bx + n[1] * by + n[2] * bz)
 
 
-# ------------------------------------------------------------------------------------------------ segments
+# ------------------------------------------------------------------------------------------------ two bodies
 
 
 @entry(REAL, REAL, REAL, REAL, REAL)
@@ -474,9 +434,7 @@ def closest_positions(u, v, w, half_a, half_b):
     ----------
     u, v, w : float, d.a, d.b and a.b, d from the middle of the segment along b to the middle of the one along a
 
-    Notes
-    -----
-    Of parallel segments the middle of the part that lies side by side.
+    Of parallel segments it is the middle of the part that lies side by side.
     """
     if half_a == 0.0:
         return 0.0, min(max(v, -half_b), half_b)
@@ -495,3 +453,48 @@ def closest_positions(u, v, w, half_a, half_b):
     if low > high:  # one behind the other
         t = half_b if v > 0.0 else -half_b
     return min(max((t - v) * w, -half_a), half_a), t
+
+
+@inlined
+def body_axes(row, bodies):
+    """Of the bodies' current positions: arms of both middles, and the axes of both, inertial axes."""
+    A, B, p, q, e, g = bodies[row.a].R, bodies[row.b].R, row.place_a, row.place_b, row.axis_a, row.axis_b
+    return (
+        turn(A, p[0], p[1], p[2]), turn(B, q[0], q[1], q[2]), turn(A, e[0], e[1], e[2]), turn(B, g[0], g[1], g[2])
+    )  # fmt: skip
+
+
+@inlined
+def body_offset(row, bodies, p, q):
+    """d, from the middle of b to that of a."""
+    x, z = bodies[row.a].x, bodies[row.b].x
+    return x[0] + p[0] - z[0] - q[0], x[1] + p[1] - z[1] - q[1], x[2] + p[2] - z[2] - q[2]
+
+
+@indirect(void(_I, MODEL))
+def measure_bodies(what, model):
+    """Gaps by the bodies' current positions, as `measure_points`."""
+    rows = model.body_contacts
+    for k in range(rows.size):
+        row = rows[k]
+        p, q, e, g = body_axes(row, model.bodies)
+        d = body_offset(row, model.bodies, p, q)
+        u = d[0] * e[0] + d[1] * e[1] + d[2] * e[2]
+        v = d[0] * g[0] + d[1] * g[1] + d[2] * g[2]
+        w = e[0] * g[0] + e[1] * g[1] + e[2] * g[2]
+        distance, s, t, (nx, ny, nz) = v, 0.0, 0.0, g
+        if row.surface != PLANE:
+            s, t = closest_positions(u, v, w, row.half_a, row.half_b)
+            x, y, z = d[0] + s * e[0] - t * g[0], d[1] + s * e[1] - t * g[1], d[2] + s * e[2] - t * g[2]
+            distance = math.sqrt(x * x + y * y + z * z)
+            scale = 1.0 / distance if distance > 0.0 else 0.0
+            nx, ny, nz = scale * x, scale * y, scale * z
+        gap = distance - row.radius
+        if what == START:
+            row.gap, row.distance0, row.u0, row.v0, row.w0, row.s0, row.t0 = gap, distance, u, v, w, s, t
+            continue
+        row.gap1, row.distance, row.u1, row.v1, row.w1, row.s1, row.t1 = gap, distance, u, v, w, s, t
+        n = row.n1
+        n[0], n[1], n[2] = nx, ny, nz
+        if what == END:
+            row.energy = contact_energy(gap, row.stiffness, row.exponent)

@@ -239,7 +239,8 @@ RECORDS: dict[str, np.dtype] = {
     # axis and place `xi` on it (m), point `anchor` in body axes (m), bristle `stick` (m) and friction `drag` (N) in the
     # bristle's axes, part `damper` of the normal force (N); of its end: those with 1, `distance`, position x (m) and
     # normal n1. Of the interval: normal force (N) with derivatives d_gap and d_rate, n: its direction, f: whole force
-    # (N), and t, along, across, by_normal of `contact_laws.friction`. Of turns: element and point below, carrier and
+    # (N), and t, along, across, by_normal of `contact_laws.friction`, tilt: part of the bristle's stretch along
+    # the normal, by which friction turns with it (m). Of turns: element and point below, carrier and
     # xi, normals n0 and n1 at both ends, how far `offset` off along the axis the start was; `anchor` is what it moved
     # by against what is below. rest: depth that a point keeps (`surfaces.measure_points`); sank: change of the gap over
     # the step before, of the filter of `contact_laws.press`; viscous: of `contact_laws.sliding_damper`;
@@ -247,7 +248,7 @@ RECORDS: dict[str, np.dtype] = {
     "contact_points": _record(
         "element iq iv carrier carrier1", "S reach viscous",
         "xi xi1 offset "
-        "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
+        "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal tilt "
         "drag drag1 "
         "x n0 n1 rest rest1 sank apart rubbing",
         x=_3, n0=_3, n1=_3, rubbing=_3,
@@ -264,7 +265,7 @@ RECORDS: dict[str, np.dtype] = {
         "bristle_stiffness bristle_damping viscous",
         "X Q gap stick damper drag gap1 stick1 damper1 drag1 slide "
         "distance0 distance u0 v0 w0 s0 t0 u1 v1 w1 s1 t1 n n1 t "
-        "rubbing c on_a on_b force impulse d_gap d_rate along across by_normal energy power sank",
+        "rubbing c on_a on_b force impulse d_gap d_rate along across by_normal tilt energy power sank",
         place_a=_3, axis_a=_3, place_b=_3, axis_b=_3,
         X=_3, Q=_33, stick=_3, drag=_3, stick1=_3, drag1=_3, slide=_3, n=_3, n1=_3, t=_3, rubbing=_3, c=_3,
         on_a=_6, on_b=_6,

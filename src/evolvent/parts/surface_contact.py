@@ -99,7 +99,7 @@ class SurfaceContact(Contact):
     centre : (3,) float, m
         Body axes.
     skip : int
-        Contact points next to the root that are left out.
+        Contact points next to the root that are left out (where the root itself is joined to the surface).
     initial_overlap : float
         Depth, in radii, up to which beams may lie below the surface at the start.
     sliding_damping : float
@@ -122,24 +122,16 @@ class SurfaceContact(Contact):
 class CylinderContact(SurfaceContact):
     """A rigid cylinder on a body (or the ground), and the beams or rods that touch it.
 
+    The keys that all surfaces share are those of `SurfaceContact`.
+
     Parameters
     ----------
-    body : str
-        Body that the cylinder is fixed to, or ground.
-    beams : list of str
-        Beams with contact points, or rods, whose nodes but the root are the contact points.
     radius : float, m
         To the beams' axes.
     half_length : float, m, optional
         Half the cylinder's length; without limit if left out, as it must be with rods.
-    centre : (3,) float, m
-        Body axes.
     axis : (3,) float
         Body axes.
-    skip : int
-        Contact points next to the root that are left out (where the root itself is joined to the cylinder).
-    initial_overlap : float
-        Depth, in radii, up to which beams may lie below the surface at the start.
     """
 
     kind: Literal["cylinder-contact"] = "cylinder-contact"
@@ -156,20 +148,12 @@ class CylinderContact(SurfaceContact):
 class SphereContact(SurfaceContact):
     """Contact of beams with a rigid sphere on a body or on the ground.
 
+    The keys that all surfaces share are those of `SurfaceContact`.
+
     Parameters
     ----------
-    body : str
-        Body to which the sphere is fixed, or ground.
-    beams : list of str
-        Beams with contact points, or rods, whose nodes but the root are the contact points.
     radius : float, m
         Distance from the centre to the axis of a touching beam: radius of the sphere plus half the beam's thickness.
-    centre : (3,) float, m
-        Body axes.
-    skip : int
-        Contact points next to the root that are left out (where the root itself is joined to the sphere).
-    initial_overlap : float
-        Depth, in radii, up to which beams may lie below the surface at the start.
     """
 
     kind: Literal["sphere-contact"] = "sphere-contact"
@@ -183,12 +167,10 @@ class SphereContact(SurfaceContact):
 class CapsuleContact(SurfaceContact):
     """Contact of beams with a rigid capsule, a cylinder with hemispherical ends, on a body or on the ground.
 
+    The keys that all surfaces share are those of `SurfaceContact`.
+
     Parameters
     ----------
-    body : str
-        Body to which the capsule is fixed, or ground.
-    beams : list of str
-        Beams with contact points, or rods, whose nodes but the root are the contact points.
     radius : float, m
         Distance from the capsule's axis to the axis of a touching beam: radius of the capsule plus half the beam's
         thickness.
@@ -198,10 +180,6 @@ class CapsuleContact(SurfaceContact):
         Of the capsule, body axes.
     axis : (3,) float
         Body axes.
-    skip : int
-        Contact points next to the root that are left out (where the root itself is joined to the capsule).
-    initial_overlap : float
-        Depth, in radii, up to which beams may lie below the surface at the start.
     """
 
     kind: Literal["capsule-contact"] = "capsule-contact"
@@ -217,20 +195,16 @@ class CapsuleContact(SurfaceContact):
 class PlaneContact(SurfaceContact):
     """Contact of beams with a rigid plane on a body or on the ground.
 
+    The keys that all surfaces share are those of `SurfaceContact`.
+
     Parameters
     ----------
-    body : str
-        Body to which the plane is fixed, or ground.
-    beams : list of str
-        Beams with contact points, or rods, whose nodes but the root are the contact points.
     normal : (3,) float
         Normal of the plane, towards the side of the beams, body axes.
     clearance : float, m
         Distance of the beams' axes from the plane at which they touch it: half their thickness.
     centre : (3,) float, m
         A point of the plane, body axes.
-    skip : int
-        Contact points next to the root that are left out.
     initial_overlap : float
         Depth, in units of `clearance`, up to which beams may lie below the surface at the start.
     size : float, m

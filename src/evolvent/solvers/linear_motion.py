@@ -8,16 +8,14 @@ import numpy as np
 import scipy.sparse as sparse
 
 from evolvent.kernels import fields, joint, rigid
-from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE, displace
+from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.eigenproblem import Problem
 from evolvent.solvers.redundancy import independent
-from evolvent.solvers.static_work import Work, velocity_slice
+from evolvent.solvers.static_work import Work
 from evolvent.solvers.still_threads import idle_nodes
 
 Array = np.ndarray
-#: Step of differences of forces, beside the size of the unknowns: what touches or is taut must stay so.
-DIFFERENCE = 1e-7
 
 
 def growing_motions(work: Work) -> Array | None:
@@ -54,7 +52,6 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     # impulses are sums over time, not motions, and no force moves thread on its spool
     idle = np.concatenate([work.model.thrusters["iv"] - work.n_q, idle_nodes(work.model)])
     G = sparse.vstack([G, sparse.identity(n_v, format="csr")[idle]])
-    K = _completed(work, K)
     # the multiplier of a penalty is its stiffness times its gap and its damping times the gap's rate
     g = gradients[penalties]
     K = K + g.T @ sparse.diags(joints["stiffness"][penalties]) @ g
@@ -143,48 +140,3 @@ def gyroscopic(work: Work, M: sparse.csr_matrix, rate: Array) -> sparse.csr_matr
 
 def _skew(a: Array) -> Array:
     return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
-
-
-def _unfinished(model: Any) -> list[int]:
-    """Velocities of bodies in contact with others, a part of whose stiffness the tangent of Newton's method leaves out.
-
-    Everything else has its exact tangent (`flow.implicit.tangent`).
-    """
-    found: set[int] = set()
-    for b in np.union1d(model.body_contacts["a"], model.body_contacts["b"]):
-        where = velocity_slice(model, "bodies", int(b))
-        found.update(range(where.start, where.stop) if where else ())
-    return sorted(found)
-
-
-def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
-    """K with what the tangent of Newton's method leaves out (`_unfinished`), by differences of the forces."""
-    b, model = work.balance, work.model
-    own = _unfinished(model)
-    if not own:
-        return K
-    rest, spin = b.y.copy(), b.spin.copy()
-    b.spin[:] = 0.0
-
-    def forces(at: int, step: float) -> Array:
-        b.d[:] = 0.0
-        b.d[at] = step
-        b.y[:] = rest
-        displace(b.y, b.d, False, model, b.y)
-        eq.unbalance(work.time, work.step, 1.0, 1.0, model, b, b.r)
-        return (work.copies * b.r)[: work.n_v]
-
-    def derivative(at: int) -> Array:
-        h = DIFFERENCE * b.weight[at]
-        near, far = ((forces(at, s * h) - forces(at, -s * h)) / (2.0 * s * h) for s in (1.0, 2.0))
-        return (4.0 * near - far) / 3.0
-
-    K = K.tolil()
-    for at in own:
-        wanted, column = derivative(at), K[:, [at]].toarray().ravel()
-        # what the tangent has it has without the differences' errors
-        wrong = np.abs(wanted - column) > 1e-8 * max(np.abs(wanted).max(), np.abs(column).max())
-        K[:, [at]] = np.where(wrong, wanted, column)[:, None]
-    b.y[:], b.spin[:] = rest, spin
-    eq.unbalance(work.time, work.step, 1.0, 1.0, model, b, b.r)
-    return K.tocsr()

@@ -12,7 +12,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import body_contact, points, rigid, springs, thread
+from evolvent.kernels import contact_tangent, points, rigid, springs, thread
 from evolvent.solvers.explicit_methods import Method
 
 
@@ -42,7 +42,7 @@ def fastest_mode(assembly: Assembly) -> Mode:
     body = np.zeros((2, model.bodies.size, 6, 6))
     point = np.zeros((2, model.points.size, 3, 3))
     springs.add_spring_bound(y, model, body, point)
-    body_contact.add_body_contact_bound(model, body)
+    contact_tangent.add_body_contact_bound(model, body)
     names = {found: name for name, found in assembly.names.items()}
     best = [(0.0, 0.0, "nothing")]
     for p in range(model.threads.size):

@@ -18,7 +18,7 @@ from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import attitude, body_contact, contact, rigid, sparse_lu
+from evolvent.kernels import attitude, contact, rigid, sparse_lu
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SLOPE, idle, indices, of_part
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.kernels.springs import ON_BODY
@@ -177,7 +177,7 @@ class Work:
         if model.contact_surfaces.size:
             contact.end_points(b.y, model)
         if model.body_contacts.size:
-            body_contact.end_bodies(model)
+            contact.end_bodies(model)
 
     def _check_wheels(self) -> None:
         """Refuse wheels that friction or a motor accelerates, but those that a controller commands."""
