@@ -134,7 +134,7 @@ class Run(run.Run):
         after = self.after
         if self.midpoint:
             step = self.work.step.step
-            step.chi_v = float(self.plan.options.chi) if acts_from_outside(self.model, after) else 0.0
+            step.held = float(self.plan.options.chi > 0.0 and acts_from_outside(self.model, after))
         failure = self.find_rank(after, self.work.y)
         if failure or self.midpoint:
             return failure
