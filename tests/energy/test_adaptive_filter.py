@@ -36,9 +36,8 @@ def ran(system: System, end: float, tolerance: float, rho: float) -> Solution:
 
 
 def gained(found: Solution) -> float:
-    """Largest increase of the energy balance from sample to sample before, beside the energy moved."""
-    defect = found.energy_defect
-    return float((defect - np.minimum.accumulate(defect)).max()) / float(found.statistics["energy_moved"])
+    """Largest increase of the energy balance over its start, beside the energy moved: the filter may return its own."""
+    return float(found.energy_defect.max()) / float(found.statistics["energy_moved"])
 
 
 @pytest.mark.parametrize("rho", [LEAST, 0.9])
@@ -52,7 +51,7 @@ def test_the_rate_of_an_arm_under_a_torque_follows_the_tolerance(rho: float) -> 
     exact, errors = TORQUE * 3.0 / (INERTIA + MASS * REACH**2), []
     for tolerance in (1e-5, 1e-6, 1e-7, 1e-8):
         found, bare = ran(system, 3.0, tolerance, rho), ran(system, 3.0, tolerance, 1.0)
-        errors.append(abs(found.y[-1, int(found.model.bodies["iv"][0]) + 5] - exact) / exact)
+        errors.append(abs(found.y[-1, int(found.model.bodies["iv"][-1]) + 5] - exact) / exact)
         assert errors[-1] < 0.6 * tolerance ** (2.0 / 3.0)
         assert found.statistics["rejected_steps"] <= 10
         assert found.statistics["steps"] < 1.2 * bare.statistics["steps"]
