@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad
 from evolvent.parts.thread import Thread
 from evolvent.solvers import balance
+from evolvent.solvers.captures import STEPS, thread_captures
 from evolvent.solvers.laws import states_energy
 
 if TYPE_CHECKING:
@@ -76,13 +78,33 @@ def unclosed(solution: Solution) -> str:
 
 
 def warning_of(solution: Solution) -> str:
-    """Sentences on energy that the method has taken, on threads that push and on unloaded tip masses; '' of others."""
+    """Sentences on energy that the method has taken, captures, threads that push and unloaded tip masses; or ''."""
     found = (
         unresolved(solution) or unclosed(solution),
+        unresolved_captures(solution),
         slack_threads(solution),
         unloaded_tips(solution.assembly),
     )
     return "; ".join(text for text in found if text)
+
+
+def unresolved_captures(solution: Solution) -> str:
+    """A sentence on latches, or spools that take up a node, whose captures take less than a fixed step; or ''."""
+    step = float(solution.statistics.get("step", math.nan))
+    if solution.kept is None or solution.path is not None or not step > 0.0 or not solution.t.size:
+        return ""
+    short = [one for one in (*solution.captures, *thread_captures(solution)) if one.duration < step]
+    if not short:
+        return ""
+    worst = min(short, key=lambda one: one.duration)
+    names = {place: name for name, place in solution.assembly.names.items()}
+    what = "captures" if worst.family == "coordinates" else "takes up a node"
+    others = f" (and {len(short) - 1} more captures)" if len(short) > 1 else ""
+    return (
+        f"{names[worst.family, worst.index]!r} {what} at t = {worst.time:.6g} s{others} in about {worst.duration:.2g} "
+        f"s, less than the step of {step:.3g} s: its load and the vibration that it excites are not resolved; use a "
+        f"`step` of at most {worst.duration / STEPS:.1g} s, or a `tolerance`"
+    )
 
 
 def unloaded_tips(assembly: Assembly) -> str:

@@ -178,8 +178,8 @@ FAMILIES = (
         symmetric=True,
     ),
     Family(
-        "a thread with segments of fixed length on a free spool", "threads", EVERY - {STATIC, MODES, ENERGY},
-        "for motions use dopri5 or generalized-alpha; for an equilibrium or modes a drive that prescribes the spool's "
+        "a thread with segments of fixed length on a free spool", "threads", EVERY - {STATIC, MODES},
+        "for an equilibrium or modes a drive that prescribes the spool's "
         "angle, from which the number of nodes that are out follows",
         which=lambda t: np.isin(t["kind"], _FIXED) & (t["drive"] == FREE),
         symmetric=True,

@@ -1,17 +1,19 @@
 """One step that conserves energy and momentum, or dissipates what it does not resolve: its equations and their tangent.
 
 With increments dq of the coordinates over a step of length h, velocities v, means m of both ends, changes d, and
-chi = rho (1 - rho)/(1 + rho)^2 of the spectral radius rho at infinite frequency (from 1/3 to 1)::
+chi <= rho (1 - rho)/(1 + rho)^2 of the spectral radius rho at infinite frequency (from 1/3 to 1)::
 
     v1 = v0 + 2/(1 + chi) (dq/h - v0 + chi/2 r dv_p)
     0  = M (v1 - v0)/h + J(qm)^T s - Q(qm) + G(qm)^T la,        g(q1) = 0
     s  = H (gm + chi/2 (dg - r dg_p)) - h_e                      strains g(q), energy g.H g/2 - h_e.g
 
-dv_p and dg_p belong to the step before (r = min(1, h/h_p)). Then::
+dv_p and dg_p belong to the step before, as h_p and chi_p; r = min(h/h_p, sqrt(chi_p/chi)). Then::
 
     E + chi/4 (|dv|^2_M + |dg|^2_H)   falls by at least   chi/4 (|dv - r dv_p|^2_M + |dg - r dg_p|^2_H)
 
-beside the work of loads and drives less what dampers take: no step gains energy, whatever its length. The linear
+beside the work of loads and drives less what dampers take, for chi r^2 <= chi_p: no step gains energy, whatever its
+length. Second differences at different steps have r = h/h_p. So chi falls where a step is longer than the one before,
+and rises again as the tolerance permits (`evolvent.solvers.energy_step.filter_of`). The linear
 momentum is kept; the angular one only without the filter of velocities (chi = 0 in the first line), which is left out
 where nothing holds the system from outside.
 
@@ -79,8 +81,12 @@ from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 
 _I = types.int64
-#: Of a step: its start and length (s), chi of strains and of velocities, r, and the share of the contacts' stiffness.
-STEP = np.dtype([(name, np.float64) for name in ("t", "h", "chi", "chi_v", "ratio", "soft")])
+#: Of a step: its start and length (s), chi of strains and of velocities, r, the share of the contacts' stiffness,
+#: whether velocities are filtered (1 or 0); of the step before chi_p, and what it filters of accelerations: the largest
+#: beside the size, and the root mean square by shares of inertia (1/s2)
+STEP = np.dtype(
+    [(name, np.float64) for name in ("t", "h", "chi", "chi_v", "ratio", "soft", "held", "chi_p", "largest", "mean")]
+)
 
 
 class EnergyStep(Struct):

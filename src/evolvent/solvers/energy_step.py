@@ -16,6 +16,8 @@ from evolvent.solvers.implicit_state import WORKSPACE, factor
 from evolvent.solvers.step_error import beside_tolerance
 
 _I = types.int64
+#: Part of the tolerance that an extrapolation of the filter by less than h/h_p may be off by.
+FILTER_SHARE = 0.1
 
 
 @indirect(void(MODEL, WORKSPACE))
@@ -31,14 +33,42 @@ def begin(model, work):
         work.rate[i] = work.y[n_q + i]
     for k in range(coordinates.size):
         coordinates[k].rate = 0.0
+    step.step.chi_p = 0.0
 
 
 @indirect(void(REAL, REAL, MODEL, WORKSPACE))
 def start_step(t, h, model, work):
     """Start a step of length h at t from work.y0."""
     step, last = work.step.step, work.loop.last
-    step.t, step.h, step.ratio = t, h, min(1.0, h / last) if last > 0.0 else 0.0
+    step.t, step.h, step.ratio = t, h, 0.0
+    step.chi = filter_of(h, step, work.loop, work.options)
+    step.chi_v = step.chi if step.held != 0.0 else 0.0
+    if last > 0.0 and step.chi > 0.0:
+        step.ratio = min(h / last, math.sqrt(step.chi_p / step.chi))
     measure(0, model, work.step)
+
+
+@inlined
+def filter_of(h, step, loop, options):
+    """Filter chi of a step of length h: that of fixed steps, or the largest that is accurate enough at adaptive ones.
+
+    Notes
+    -----
+    Where r < h/h_p the filter of constant accelerations a does not vanish: mean rates are off by
+    chi/2 (1 - r h_p/h) h a. With r = sqrt(chi_p/chi) and k = chi_p (h_p/h)^2 that is f where
+    chi - sqrt(k chi) = 2 f/(h a). The allowed f is a share of what `step_error.beside_tolerance` allows.
+    """
+    if options.tolerance <= 0.0 or options.chi == 0.0:
+        return options.chi
+    if loop.last == 0.0:
+        return 0.0
+    k, most = step.chi_p * (loop.last / h) ** 2, math.inf
+    if step.largest > 0.0:
+        most = FILTER_SHARE * options.tolerance / (h * step.largest)
+    if step.mean > 0.0 and options.rates > 0.0 and loop.settling == 0:
+        most = min(most, FILTER_SHARE * options.rates * loop.fastest / step.mean)
+    root = 0.5 * (math.sqrt(k) + math.sqrt(k + 8.0 * most / h))
+    return min(root * root, options.chi)
 
 
 @indirect(void(types.boolean, MODEL, WORKSPACE))
@@ -116,13 +146,18 @@ def search(before, model, work):
 @indirect(void(MODEL, WORKSPACE))
 def end_step(model, work):
     """What the next step needs of this one; its means stand for the values at both of its ends."""
-    step, h, n_q = work.step, work.step.step.h, model.info.nq
+    step, h, n_q, largest, squares = work.step, work.step.step.h, model.info.nq, 0.0, 0.0
     for i in range(step.dq.size):
         work.loads0[i] = work.loads1[i] = model.P[i]
         work.dv0[i] = work.dv1[i] = step.dv[i] / h
         step.before[i] = step.dv[i]
-        work.acceleration[i] = _acceleration(i, work)
+        new, old = _acceleration(i, work), work.acceleration[i]
+        filtered = step.step.held * abs(new) + (abs(new - old) if work.loop.last > 0.0 else 0.0)
+        largest = max(largest, filtered / work.weight[i])
+        squares += work.shares[i] * filtered * filtered
+        work.acceleration[i] = new
         work.rate[i] = step.dq[i] / h
+    step.step.chi_p, step.step.largest, step.step.mean = step.step.chi, largest, math.sqrt(squares)
     for b in range(model.bodies.size):  # whose increments are those of the centre that it has with its thread
         if model.bodies[b].motion == rigid.FREE and model.bodies[b].carried != 0.0:
             for i in range(model.bodies[b].iv, model.bodies[b].iv + 3):
@@ -139,7 +174,7 @@ def end_step(model, work):
 def restart(model, work):
     """Forget the step before, where loads or joints change at once."""
     step = work.step
-    work.loop.last = work.loop.factored = 0.0
+    work.loop.last = work.loop.factored = step.step.chi_p = 0.0
     for i in range(step.before.size):
         step.before[i] = 0.0
         work.rate[i] = work.y[model.info.nq + i]
@@ -184,7 +219,7 @@ def local_error(model, work):
     if work.loop.last == 0.0:
         return 0.0
     h = step.step.h
-    c = h * h * (1.0 / 12.0 + 0.25 * work.options.chi)
+    c = h * h * (1.0 / 12.0 + 0.25 * step.step.chi)
     for i in range(step.dq.size):
         change = c * (_acceleration(i, work) - work.acceleration[i])
         error = max(error, abs(change) / work.weight[i])

@@ -16,6 +16,7 @@ from evolvent.kernels import joint
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.solvers import balance as eb, implicit_loop, implicit_samples, reactions, redundancy, run
 from evolvent.solvers.alpha_state import SHORT
+from evolvent.solvers.captures import Captures
 from evolvent.solvers.fixed_lengths import evaluate_tensions
 from evolvent.solvers.implicit_method import METHODS
 from evolvent.solvers.implicit_setup import acts_from_outside, matrix_of
@@ -39,6 +40,7 @@ class Run(run.Run):
     work : implicit_state.Workspace
     releases : Releases, of a model with threads, else None
     ranks : redundancy.Ranks, of the constraints
+    captures : captures.Captures, by latches in steps of a fixed length
     matrix : SparseBlocks, of the tangent; of energy-momentum ordered again where turns come to lie on one another
     """
 
@@ -47,7 +49,7 @@ class Run(run.Run):
         self.matrix = of.matrix
         self.midpoint, self.inner, self.is_stopped = bool(of.options.midpoint), 0, False
         self.has_layers = self.midpoint and bool(np.any(self.model.contact_surfaces["under"] >= 0))
-        self.ranks = redundancy.Ranks(of.assembly)
+        self.ranks, self.captures = redundancy.Ranks(of.assembly), Captures()
         began = clock.perf_counter()
         self._hold_joints()
         self.releases = Releases(of.assembly) if self.model.threads.size else None
@@ -134,7 +136,7 @@ class Run(run.Run):
         after = self.after
         if self.midpoint:
             step = self.work.step.step
-            step.chi_v = float(self.plan.options.chi) if acts_from_outside(self.model, after) else 0.0
+            step.held = float(self.plan.options.chi > 0.0 and acts_from_outside(self.model, after))
         failure = self.find_rank(after, self.work.y)
         if failure or self.midpoint:
             return failure
@@ -148,6 +150,7 @@ class Run(run.Run):
 
     def advance(self, budget: int) -> tuple[bool, str]:
         """Take `budget` steps; returns whether the loop goes on after them, and why it failed, '' where it did not."""
+        budget = 1 if self.captures.is_due else budget
         if not self.has_layers:
             code = implicit_loop.advance(self.model, self.matrix, self.work, budget)
         for _ in range(budget if self.has_layers else 0):
@@ -157,6 +160,8 @@ class Run(run.Run):
                 self._couple_layers()
             if code != BUDGET:
                 break
+        if self.plan.step is not None:
+            self.captures.look(self.model.coordinates, self.work)
         if code == AT_STOP and self.releases is not None:
             if self.releases.resume(self.work) < 0:
                 return True, outrun(self.reached)
@@ -257,6 +262,7 @@ class Run(run.Run):
             compile_time=self.compile_time,
             kept=self._kept(n, balance),
             reactions=self._reactions(n),
+            captures=tuple(self.captures.found),
         )
         found.statistics |= {"energy_moved": found.closure.moved, "energy_defect": found.closure.share}
         found.statistics |= self.ranks.statistics

@@ -73,7 +73,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
     method.evaluate(t1, h, model, work)
     soft = work.step.step.soft != 1.0
     # what keeps momenta or energy takes its own tangent, and one correction more: both converge to round-off
-    keeps = conserves and work.step.step.chi_v == 0.0 and not soft
+    keeps = conserves and work.step.step.held == 0.0 and not soft
     limit = newton_limit(options.newton, options.sharp, options.rates, loop.fastest, h)
     rounding = 0.0 if thread.has_springs(model) else ROUND_OFF
     if conserves:

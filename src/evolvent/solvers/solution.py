@@ -27,6 +27,7 @@ from evolvent.solvers.still_threads import stand_still
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
+    from evolvent.solvers.captures import Capture
     from evolvent.solvers.reactions import Pending
 
 Array = np.ndarray
@@ -91,6 +92,7 @@ class Solution:
     path : Path, of a static solution; None of a motion
     reactions : reactions.Pending, what evaluates accelerations and reactions when they are first asked for; None where
         `kept` has them
+    captures : captures.Capture of each latch that has locked in an implicit run of fixed steps
     """
 
     assembly: Assembly
@@ -108,6 +110,7 @@ class Solution:
     kept: Sampled | None = None
     path: Path | None = None
     reactions: Pending | None = None
+    captures: tuple[Capture, ...] = ()
 
     @property
     def success(self) -> bool:
