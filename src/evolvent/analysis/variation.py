@@ -20,7 +20,7 @@ _OTHERS = ("title", "gravity", "simulate", "equilibrium", "modes", "margin")
 def with_values(system: System, values: Mapping[str, Any]) -> System:
     """A copy of a system with other values: see `evolvent.System.with_values`."""
     if not isinstance(values, Mapping):
-        raise InputError(f"the values are {values!r}; they must be a mapping of keys, such as {{'hinge.stiffness': 2.0}}")
+        raise InputError(f"the values are {values!r}; they must be a mapping of keys, such as 'hinge.stiffness': 2.0")
     of_parts: dict[str, dict[str, Any]] = {}
     others: dict[str, Any] = {}
     for key, value in values.items():

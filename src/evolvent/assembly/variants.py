@@ -70,7 +70,7 @@ class _Written(NamedTuple):
     rows: Mapping[str, list[dict[str, Any]]]
     lists: Mapping[str, list[Any]]
     tables: Mapping[str, Any]
-    others: bool
+    others: bool  # whether it has changed what other parts had written
 
 
 class Change(NamedTuple):
@@ -109,11 +109,11 @@ class Variants:
         base = self._base
         if base is None or list(parts) != list(base.builder.specs) or not np.array_equal(gravity, base.gravity):
             return None
-        changed = [name for name, part in parts.items() if part is not (old := base.assembly.parts[name]) and part != old]
         changes: list[Change] = []
         values: dict[int, float] = {}
-        for name in changed:
-            if not _add_changes(base, name, parts[name], changes, values):
+        for name, part in parts.items():
+            old = base.assembly.parts[name]
+            if part is not old and part != old and not _add_changes(base, name, part, changes, values):
                 return None
         found = _changed(base, changes, values, {**base.assembly.parts, **parts})
         self.fast += found is not None
@@ -170,10 +170,9 @@ def _written_again(base: _Base, name: str, part: Any) -> _Written:
         for family, size in before.rows.items()
         for row, kept in zip(builder.rows[family][:size], old.rows[family][:size], strict=True)
     )
-    others = mutated or any(
-        getattr(builder, one)[:size] != getattr(old, one)[:size] for one, size in before.lists.items() if one in ("q", "v")
-    )
-    return _written(builder, before, others)
+    sizes = {one: before.lists[one] for one in ("q", "v")}
+    moved = any(getattr(builder, one)[:size] != getattr(old, one)[:size] for one, size in sizes.items())
+    return _written(builder, before, mutated or moved)
 
 
 def _add_changes(base: _Base, name: str, part: Any, changes: list[Change], values: dict[int, float]) -> bool:
@@ -230,7 +229,8 @@ def _equal_lists(name: str, new: list[Any], old: list[Any]) -> bool:
     if len(new) != len(old):
         return False
     if name == "poses":
-        return all(np.array_equal(a, b) for one, other in zip(new, old, strict=True) for a, b in zip(one, other, strict=True))
+        pairs = (pair for one, other in zip(new, old, strict=True) for pair in zip(one, other, strict=True))
+        return all(np.array_equal(a, b) for a, b in pairs)
     return bool(new == old)
 
 

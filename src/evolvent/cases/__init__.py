@@ -43,8 +43,7 @@ class Plan(NamedTuple):
     start : function that returns the results at the start, with all variables that the run will have; None for none
     observe : function of full names of variables that returns the run as a Dataset with these alone, which is quicker;
         None for none
-    keep : function that returns what the plan was asked to keep of the run (`evolvent.results.kept.Kept`), the quickest;
-        None for none
+    keep : function that returns what alone is asked of the run (`evolvent.results.kept.Kept`); None for none
     """
 
     duration: float

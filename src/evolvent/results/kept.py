@@ -1,7 +1,7 @@
 """What is kept of a run by name, `keep` of simulations and studies: values over time, or reduced, without a tree.
 
-A run whose kept values depend on the samples that they stand for alone (`is_local`) needs no finer samples, and no others
-where the first or the last value is asked for.
+A run needs no finer samples where the values at a sample depend on that sample alone (`is_local`), and no others where
+the first or the last value is asked for.
 """
 
 from __future__ import annotations
