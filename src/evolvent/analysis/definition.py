@@ -158,7 +158,7 @@ class SystemDefinition:
 
         def kept_values() -> Kept:
             whole, seen, why = sampled(None)
-            solution = analysis.check_energy_gain(whole if seen.all() else whole.chosen(seen))
+            solution = closure.check_energy_gain(whole if seen.all() else whole.chosen(seen))
 
             def root() -> xr.Dataset:
                 _, found = analysis.without(whole, self.findings(case, whole)[0], seen)

@@ -216,7 +216,7 @@ class System:
             self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
         )
 
-    def _kept(self, keep: Sequence[str], progress: Callable[[float], None], settings: Mapping[str, Any]) -> Any:
+    def _kept(self, keep: Sequence[str], progress: Callable[[float], None] | None, settings: Mapping[str, Any]) -> Any:
         """What is kept of a simulation."""
         from evolvent import analysis
 

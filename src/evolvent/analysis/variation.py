@@ -53,6 +53,6 @@ def _with_others(system: System, values: Mapping[str, Any]) -> System:
     """A system with other keys of a case beside its parts."""
     own = {name: value for name, value in system._content().items() if name != "parts"}
     case = cases.load({**own, "parts": {}}, values)
-    found: System = cases.system("structure").system(case)  # type: ignore[attr-defined]
+    found: System = cases.system("structure").system(case)
     found._parts = dict(system.parts)
     return found

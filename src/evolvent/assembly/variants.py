@@ -77,7 +77,7 @@ class Change(NamedTuple):
     """A field of a record that another value has."""
 
     family: str
-    index: int
+    row: int
     field: str
     value: Any
 
@@ -246,7 +246,7 @@ def _changed(base: _Base, changes: list[Change], values: Mapping[int, float], pa
         return None
     model = old.model.copy()
     for change in changes:
-        getattr(model, change.family)[change.field][change.index] = change.value
+        getattr(model, change.family)[change.field][change.row] = change.value
     for index, value in values.items():
         model.parameters[index] = value
     if inert:
