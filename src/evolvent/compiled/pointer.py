@@ -96,6 +96,8 @@ class Struct:
     #: Index of the first header of every attribute that is an instance's own.
     _places: ClassVar[dict[str, int]] = {}
     _numba_type_: ClassVar[StructType]
+    #: Of the headers; 0 without compiled code.
+    address: int
 
     def __init_subclass__(cls) -> None:
         found = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
