@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import evolvent
 from evolvent import InputError, cases
-from evolvent.design.studies.record import REDUCTIONS
+from evolvent.results.kept import REDUCTIONS
 from evolvent.systems.heliogyro import chart, free_body
 from evolvent.systems.heliogyro.free_figures import crossing
 

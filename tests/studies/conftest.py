@@ -49,7 +49,7 @@ def replace_run(monkeypatch) -> Callable[[Any, Callable[[Any, Callable[[], Any]]
 
         def planned(case: Any, **options: Any) -> Any:
             found = plan(case, **options)
-            return found._replace(run=lambda progress=None: run(case, lambda: found.run(progress)), observe=None)
+            return found._replace(run=lambda progress=None: run(case, lambda: found.run(progress)), keep=None)
 
         monkeypatch.setattr(type(module.SYSTEM), "plan", staticmethod(planned))
 

@@ -10,8 +10,9 @@ import pytest
 
 from evolvent import InputError, cases
 from evolvent.design import studies
-from evolvent.design.studies import draw, record
+from evolvent.design.studies import draw
 from evolvent.design.studies.axes import annotation
+from evolvent.results import kept
 from evolvent.systems.structure import StructureCase
 
 #: A mass on a spring, and another that falls.
@@ -192,7 +193,7 @@ def test_set_may_add_a_part_but_not_by_a_slip():
 
 
 def test_names_that_are_kept():
-    assert record.split("hub.rate.z.last") == ("hub.rate.z", "last")
-    assert record.split("boom[5].position.max") == ("boom[5].position", "max")
-    assert record.split("steps") == ("steps", "")
-    assert record.stored_name("tip mass[5].position.x.max") == "tip_mass_5_position_x_max"
+    assert kept.split("hub.rate.z.last") == ("hub.rate.z", "last")
+    assert kept.split("boom[5].position.max") == ("boom[5].position", "max")
+    assert kept.split("steps") == ("steps", "")
+    assert kept.stored_name("tip mass[5].position.x.max") == "tip_mass_5_position_x_max"

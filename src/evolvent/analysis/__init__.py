@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from evolvent.solvers.solution import first_latch
 if TYPE_CHECKING:
     import xarray as xr
 
+    from evolvent.results.kept import Kept
     from evolvent.solvers.solution import Solution
 
 #: Methods that `simulate` takes by name.
@@ -421,6 +422,52 @@ def solve(
     prepared, why = plan(assembly, times.all, **settings)
     solution, _ = times.chosen(prepared.run(progress).or_start(float(samples[0])))
     return check_energy_gain(solution), why, times
+
+
+def check_kept(assembly: Assembly, keep: Sequence[str], *, method: str = "auto") -> None:
+    """Refuse names of `keep` that a simulation will not have; statistics are known after it.
+
+    Raises
+    ------
+    InputError
+    """
+    from evolvent.results.kept import check_names
+
+    check_names(keep, tree(at_start(assembly, choose_method(assembly, method)[0]), case="", why=""))
+
+
+def simulate_kept(
+    assembly: Assembly, keep: Sequence[str], *, case: Callable[[], str], title: str = "", fine: bool = True,
+    **settings: Any,
+) -> Kept:  # fmt: skip
+    """What is kept of a simulation of an assembled system.
+
+    Parameters
+    ----------
+    keep : names, with reductions
+    case : returns the case as YAML, for the results of a run that has failed
+    title, fine, settings : as of `simulate`
+
+    Raises
+    ------
+    InputError
+        For a name that the run does not have.
+    RunFailed
+        As of `simulate`.
+    """
+    from evolvent.results.kept import is_local, kept_of, refusal
+    from evolvent.results.tree import root_of
+    from evolvent.results.variables import names
+
+    solution, why, times = solve(assembly, fine=fine and not is_local(assembly, keep), **settings)
+    if solution.status == "failed":
+        root = times.mark(solution.t)
+        raise RunFailed(solution.message, tree(solution, case=case(), why=why, title=title, root=root))
+    found = kept_of(solution, keep, lambda: root_of(solution, {}), fine=times.is_fine(solution.t), why=why)
+    if found.missing:
+        known = names(tree(solution, case="", why=why), over_time=False)
+        raise refusal(found.missing[0], [*known, *solution.statistics])
+    return found
 
 
 def simulate(assembly: Assembly, *, case: str, title: str = "", **settings: Any) -> xr.DataTree:

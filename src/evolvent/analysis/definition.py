@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from evolvent.analysis.modal import ModalResults
     from evolvent.analysis.system import System
     from evolvent.assembly.assembled import Assembly
+    from evolvent.assembly.variants import Variants
     from evolvent.results.figures import Figure, Number
+    from evolvent.results.kept import Kept
     from evolvent.results.measurements import Measurements
     from evolvent.results.motion import Motion
     from evolvent.solvers.solution import Solution
@@ -100,8 +102,17 @@ class SystemDefinition:
         found.sections = self.sections(case)
         return found
 
-    def plan(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> Plan:
+    def plan(
+        self, case: Any, *, laws: Mapping[str, Any] | None = None, keep: Sequence[str] = (),
+        variants: Variants | None = None,
+    ) -> Plan:  # fmt: skip
         """The case, checked and prepared; nothing long is compiled.
+
+        Parameters
+        ----------
+        laws : mapping, laws in Python by name
+        keep : names of what alone is asked of the run, with reductions; if any, the plan has `keep`
+        variants : what many cases of the system share, which are then assembled faster
 
         Raises
         ------
@@ -110,23 +121,28 @@ class SystemDefinition:
         """
         from evolvent import analysis
         from evolvent.results.fine_samples import Times
+        from evolvent.results.kept import is_local, kept_of
+        from evolvent.results.tree import root_of
         from evolvent.solvers import explicit_plan
 
         given = self._given(laws)
         keys = self.keys
         with naming_keys(keys):
-            assembly, times, settings = self.assembled(case, given)
+            assembly, times, settings = self.assembled(case, given, variants)
             analysis.check_run(assembly, times, settings.get("step"))
-            fine = bool(settings.pop("fine", True))
+            fine = bool(settings.pop("fine", True)) and not (keep and is_local(assembly, keep))
             sampling = Times.of(times, self.between(case), fine=fine, values=assembly.y.size)
             method, prepare, note = self.prepare_run(case, assembly, sampling.all, settings)
 
-        def solve(progress: Callable[[float], None] | None) -> tuple[Solution, Variables, str, str]:
+        def sampled(progress: Callable[[float], None] | None) -> tuple[Solution, np.ndarray, str]:
             with naming_keys(keys):
                 prepared, why = prepare()
                 solution = prepared.run(progress).or_start(float(times[0]))
             solution.message = in_keys(solution.message, keys)
-            solution, kept = sampling.chosen(solution)
+            return *sampling.chosen(solution), why
+
+        def solve(progress: Callable[[float], None] | None) -> tuple[Solution, Variables, str, str]:
+            solution, kept, why = sampled(progress)
             root, warning = self.findings(case, solution)
             solution, root = analysis.without(solution, root, kept)
             return solution, root | sampling.mark(solution.t), warning, why
@@ -140,19 +156,38 @@ class SystemDefinition:
             marks = {name: (dims, values) for name, (dims, values, *_) in sampling.mark(solution.t).items()}
             return analysis.observed(solution, names, system=case.system, root=root).assign(marks)
 
+        def kept_values() -> Kept:
+            whole, seen, why = sampled(None)
+            solution = closure.check_energy_gain(whole if seen.all() else whole.chosen(seen))
+
+            def root() -> xr.Dataset:
+                _, found = analysis.without(whole, self.findings(case, whole)[0], seen)
+                return root_of(solution, found)
+
+            return kept_of(solution, keep, root, fine=sampling.is_fine(solution.t), why=why)
+
         def start() -> xr.DataTree:
             solution = analysis.at_start(assembly, method, float(times[0]))
             return analysis.tree(solution, case="", why="", system=case.system, root=self.findings(case, solution)[0])
 
         name = explicit_plan.cache_name(assembly, method)
-        return Plan(duration=float(times[-1]), run=run, solver=name, note=note, start=start, observe=observe)
+        return Plan(
+            duration=float(times[-1]), run=run, solver=name, note=note, start=start, observe=observe,
+            keep=kept_values if keep else None,
+        )  # fmt: skip
 
     def between(self, case: Any) -> np.ndarray:
         """Times (s) between the samples at which `derived` gets the run as well; kept as fine samples are."""
         return np.zeros(0)
 
-    def assembled(self, case: Any, laws: Mapping[str, Any]) -> tuple[Assembly, np.ndarray, dict[str, Any]]:
+    def assembled(
+        self, case: Any, laws: Mapping[str, Any], variants: Variants | None = None
+    ) -> tuple[Assembly, np.ndarray, dict[str, Any]]:
         """The assembled parts of a case, the times of its samples (s), and the other settings of its run.
+
+        Parameters
+        ----------
+        laws, variants : as of `plan`
 
         Raises
         ------
@@ -162,7 +197,7 @@ class SystemDefinition:
         from evolvent import analysis
         from evolvent.solvers.laws import refusing_laws
 
-        assembly = self.build(case, laws=laws).assemble()
+        assembly = self.build(case, laws=laws).assemble(variants)
         with refusing_laws(assembly):
             settings = self.prepared_settings(case, assembly, laws)
         if "until" not in settings:

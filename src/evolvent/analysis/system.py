@@ -11,6 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.builder import Builder
+from evolvent.assembly.variants import Variants
 from evolvent.base import units
 from evolvent.base.errors import InputError, RunFailed, nearest
 from evolvent.base.progress import on_stderr
@@ -57,6 +58,8 @@ class System:
         self._parts: dict[str, Part] = {}
         self.settings = dict(settings or {})
         self.sections = {name: dict(content) for name, content in (sections or {}).items()}
+        self._variants: Variants | None = None
+        self._found: set[str] = set()
         check_visible("title", title)
         self.title = title
 
@@ -82,6 +85,7 @@ class System:
         if check_name(name) in self._parts:
             raise InputError(f"the name {name!r} is already taken by another part")
         self._parts[name] = part
+        self._found = set()
         return name
 
     @property
@@ -95,8 +99,46 @@ class System:
         other._parts = dict(self._parts)
         return other
 
-    def assemble(self) -> Assembly:
+    def with_values(self, values: Mapping[str, Any]) -> System:
+        """The same system with other values of some keys, which shares what does not change.
+
+        Its analyses give the same numbers, to the last bit, as a system that is built with these values. Stiffnesses,
+        dampings, gains, limits, masses and the size of loads go into a copy of the model that is there
+        (`evolvent.assembly.variants.OWN_FIELDS`); where anything else follows from a value, the system is assembled
+        whole, at its first analysis.
+
+        Parameters
+        ----------
+        values : mapping, key of a part -> value, also with a unit: ``{"hinge 1.stiffness": "2 N m/rad"}``; numbers
+            select entries of lists (``"slew.profile.table.1.1"``). ``parts.`` may stand before, as in case files, and
+            keys of a case beside its parts work as well: ``gravity.2``, ``simulate.until``
+
+        Raises
+        ------
+        InputError
+            For keys and values that a case would refuse; one sentence.
+
+        Examples
+        --------
+        >>> import evolvent
+        >>> array = evolvent.load("solar-array")
+        >>> softer = array.with_values({"hinge 1.stiffness": 0.18, "panel 3.mass": "4.1 kg"})
+        >>> softer.parts["hinge 1"].stiffness
+        0.18
+        """
+        from evolvent.analysis import variation
+
+        found = variation.with_values(self, values)
+        self._variants = self._variants or Variants()
+        found._variants, found._found = self._variants, self._found
+        return found
+
+    def assemble(self, variants: Variants | None = None) -> Assembly:
         """All parts as one Model of flat arrays, with the initial state.
+
+        Parameters
+        ----------
+        variants : what systems of mostly the same parts share, which are then assembled faster
 
         Raises
         ------
@@ -106,12 +148,13 @@ class System:
         """
         if not self._parts:
             raise InputError("the system has no parts; add one of evolvent.parts, or name one under `parts` in a case")
+        ordered = {name: self._parts[name] for name in self._in_order()}
+        shared = variants or self._variants
+        if shared is not None:
+            return shared.assembled(self._gravity, ordered) or shared.assemble(self._gravity, ordered)
         builder = Builder(self._gravity)
-        for name in self._in_order():
-            part = self._parts[name]
-            builder.specs[name] = part
-            builder.part = name
-            part.write(builder, name)
+        for name, part in ordered.items():
+            builder.write(name, part)
         return builder.build()
 
     def simulate(
@@ -125,7 +168,8 @@ class System:
         tolerance: float | None = None,
         spectral_radius: float | None = None,
         progress: Callable[[float], None] | None = None,
-    ) -> xr.DataTree:
+        keep: Sequence[str] | None = None,
+    ) -> Any:
         """Integrate the motion from the start over time.
 
         Parameters
@@ -142,17 +186,20 @@ class System:
             left out
         progress : called with the time reached (s), a few times a second; left out, a run that takes longer than 2 s
             prints lines with the time left on stderr
+        keep : names of variables with reductions, as of a study (``"hinge 1.latch_time.last"``, ``.max``, ``.min``),
+            and of statistics; these values alone are returned, without the time that a tree takes
 
         Returns
         -------
-        xarray.DataTree
+        xarray.DataTree, or evolvent.results.kept.Kept of what is kept
             One group a part, by its name; times, energy balance and momenta at the root; units on every variable. Its
             attribute ``status`` is "success", "stopped by event" or "interrupted".
 
         Raises
         ------
         InputError
-            For parts that cannot be assembled, or that the method does not support; the sentence names the part.
+            For parts that cannot be assembled, or that the method does not support; the sentence names the part. For
+            names of `keep` that the run does not have.
         RunFailed
             If the run did not reach its end; ``.run`` holds what was computed.
         """
@@ -163,8 +210,24 @@ class System:
         settings = self._run_settings(given)
         if progress is None:
             progress = on_stderr(settings["until"])
+        if keep is not None:
+            return self._kept(keep, progress, settings)
         return analysis.simulate(
             self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
+        )
+
+    def _kept(self, keep: Sequence[str], progress: Callable[[float], None] | None, settings: Mapping[str, Any]) -> Any:
+        """What is kept of a simulation."""
+        from evolvent import analysis
+
+        assembly = self.assemble()
+        if isinstance(keep, str) or not all(isinstance(name, str) for name in keep):
+            raise InputError(f"keep is {keep!r}; it must be a list of variables, such as ['hub.rate.z.last']")
+        if not self._found.issuperset(keep):
+            analysis.check_kept(assembly, keep)
+            self._found.update(keep)
+        return analysis.simulate_kept(
+            assembly, keep, case=lambda: self._case(settings), title=self.title, progress=progress, **settings
         )
 
     def _run_settings(self, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -343,7 +406,13 @@ class System:
         InputError
             If a part holds a law in Python, which no file can hold; the sentence names the part.
         """
-        from evolvent import analysis, cases
+        from evolvent import cases
+
+        return cases.dump(self._content(**settings) | {"parts": {name: self._written(name) for name in self._parts}})
+
+    def _content(self, **settings: Any) -> dict[str, Any]:
+        """Content of a case file without the parts."""
+        from evolvent import analysis
 
         found = self.settings | settings
         for name in ("until", "every", "step"):
@@ -354,10 +423,10 @@ class System:
             content["title"] = self.title
         if np.any(self._gravity):
             content["gravity"] = _GRAVITY.write(tuple(self._gravity.tolist()))
-        content["parts"] = {name: self._written(name) for name in self._parts}
+        content["parts"] = {}
         if found:
             content["simulate"] = found
-        return cases.dump(content | self.sections)
+        return content | self.sections
 
     def _written(self, name: str) -> dict[str, Any]:
         """A part as a case file holds it."""

@@ -87,6 +87,12 @@ class Builder:
         )
         self.names["ground"] = ("bodies", index)
 
+    def write(self, name: str, part: Any) -> None:
+        """Let a part write itself."""
+        self.specs[name] = part
+        self.part = name
+        part.write(self, name)
+
     def add(self, family: str, **fields: Any) -> int:
         """Append one row to `family`; returns its index."""
         self.rows[family].append(fields)

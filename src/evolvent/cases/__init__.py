@@ -43,6 +43,7 @@ class Plan(NamedTuple):
     start : function that returns the results at the start, with all variables that the run will have; None for none
     observe : function of full names of variables that returns the run as a Dataset with these alone, which is quicker;
         None for none
+    keep : function that returns what alone is asked of the run (`evolvent.results.kept.Kept`); None for none
     """
 
     duration: float
@@ -51,6 +52,7 @@ class Plan(NamedTuple):
     note: str = ""
     start: Callable[[], Any] | None = None
     observe: Callable[[Iterable[str]], Any] | None = None
+    keep: Callable[[], Any] | None = None
 
 
 # ------------------------------------------------------------------------------------------------ systems
@@ -187,6 +189,18 @@ def problems(content: Mapping[str, Any], kind: type[Section] | None = None) -> d
 def _field(key: str) -> str:
     """The field that a key lies in: without what counts the entries of a list, and what follows it."""
     return re.split(r"\.\d", key)[0]
+
+
+def set_value(content: dict[str, Any], key: str, value: Any) -> None:
+    """Put a value in the place of a dotted key of a case with a known system, where it may be written in short.
+
+    Raises
+    ------
+    InputError
+        If the key cannot be set.
+    """
+    _write_out(system(content["system"]).Case, content, key)  # type: ignore[attr-defined]
+    override(content, key, value)
 
 
 def _change(content: dict[str, Any], overrides: Mapping[str, Any] | None) -> None:

@@ -15,6 +15,7 @@ compilation, cache and calls. The headers are filled when a struct is made, ther
 from __future__ import annotations
 
 import ctypes
+import itertools
 from collections.abc import Iterator
 from typing import Any, ClassVar, NamedTuple
 
@@ -92,13 +93,19 @@ class Struct:
     """
 
     _fields: ClassVar[dict[str, Field]] = {}
+    #: Index of the first header of every attribute that is an instance's own.
+    _places: ClassVar[dict[str, int]] = {}
     _numba_type_: ClassVar[StructType]
+    #: Of the headers; 0 without compiled code.
+    address: int
 
     def __init_subclass__(cls) -> None:
         found = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
         for name in found:
             delattr(cls, name)
         cls._fields = found
+        ends = itertools.accumulate((field.words for field in found.values()), initial=0)
+        cls._places = {name: at for (name, field), at in zip(found.items(), ends, strict=False) if field.value is None}
         cls._numba_type_ = StructType(cls.__name__)
         _STRUCTS[cls.__name__] = cls
 
@@ -145,8 +152,30 @@ class Struct:
         return type(self)(**(self._asdict() | values))
 
     def copy(self) -> Any:
-        """A struct with arrays of its own."""
-        return type(self)(**{name: _copy(value) for name, value in self._asdict().items()})
+        """A struct with arrays of its own; those without entries are shared."""
+        found = object.__new__(type(self))
+        own = found.__dict__
+        own.update(self.__dict__)
+        if not config.DISABLE_JIT:
+            own["_headers"] = headers = self.__dict__["_headers"].copy()
+            own["address"] = _address(headers)
+        for name, at in self._places.items():
+            value = own[name]
+            if isinstance(value, np.ndarray) and not value.size:
+                continue
+            own[name] = copied = _copy(value)
+            if not config.DISABLE_JIT:
+                headers[at] = copied.address if isinstance(copied, Struct) else _address(copied)
+        return found
+
+    def take(self, other: Struct) -> None:
+        """Take the values of another struct, whose arrays are as large."""
+        for name in self._places:
+            value, source = self.__dict__[name], other.__dict__[name]
+            if isinstance(value, Struct):
+                value.take(source)
+            elif value.nbytes:
+                ctypes.memmove(_address(value), _address(source), value.nbytes)
 
 
 def _rebuild(kind: type[Struct], values: dict[str, Any]) -> Any:

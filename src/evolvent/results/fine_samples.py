@@ -88,10 +88,15 @@ class Times(NamedTuple):
         seen = kept | self.derived[: solution.t.size]
         return (solution if seen.all() else solution.chosen(seen)), kept[seen]
 
+    def is_fine(self, t: Array) -> Array:
+        """Which of the samples at times t, of which the last is the end of the run, are not regular: (nt,) bool."""
+        fine = ~np.isin(t, self.all[self.regular])
+        fine[-1:] = False
+        return fine
+
     def mark(self, t: Array) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
         """The variable of the root that marks the fine ones among samples at times t; empty where there are none."""
-        fine = ~np.isin(t, self.all[self.regular])
-        fine[-1] = False
+        fine = self.is_fine(t)
         text = "1 of a sample between the regular ones, kept where the motion is fast"
         return {MARK: (("time",), fine.astype(np.int8), "1", text)} if fine.any() else {}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Hashable, Iterator, Mapping
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -19,6 +20,8 @@ _NAME = re.compile(
 _NUMBERED = re.compile(r"(?P<variable>\w+)\[(?P<number>\d+)\]")
 #: Dimensions that mean the same in every group.
 SHARED = ("time", "axis", "quaternion")
+#: Values with dimensions: of a data set, or alone.
+Values = TypeVar("Values", xr.DataArray, xr.Variable)
 _AXES = {"axis": "xyz", "quaternion": "wxyz"}
 
 
@@ -75,7 +78,7 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
     part, variable = match["part"], match["variable"]
     full = f"{part}.{variable}"
     if full in root.variables:  # of `flat`
-        return _entry(root[full], match, name)
+        return entry(root[full], match, name, _texts(root[full]))
     if part in root.variables and variable in ("x", "y", "z", "w") and match["axis"] is None:  # a component of the root
         return _component(root[part], name, variable)
     if part not in parts(run):
@@ -86,7 +89,17 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
         raise InputError(f"{name!r} is a part; give one of its variables: {', '.join(own)}")
     if variable not in group.variables:
         raise InputError(f"no variable is called {name!r}; {nearest(full, known)}")
-    return _entry(group[variable], match, name)
+    return entry(group[variable], match, name, _texts(group[variable]))
+
+
+def matched(name: str) -> re.Match[str] | None:
+    """Words of the full name of a part's variable: part, node, end, variable and axis; None of what is none."""
+    return _NAME.fullmatch(name)
+
+
+def _texts(found: xr.DataArray) -> dict[Hashable, str]:
+    """What the coordinates of a variable's dimensions are."""
+    return {dim: str(found.coords[dim].attrs.get("long_name", "")) for dim in found.dims if dim in found.coords}
 
 
 def _numbered(found: xr.DataArray, number: int, name: str) -> xr.DataArray:
@@ -101,8 +114,14 @@ def _numbered(found: xr.DataArray, number: int, name: str) -> xr.DataArray:
     return found.isel({dimension: int(place[0])})
 
 
-def _entry(found: xr.DataArray, match: re.Match[str], name: str) -> xr.DataArray:
-    """What a name means of a part's variable: all of it, or its values at a node, or a component."""
+def entry(found: Values, match: re.Match[str], name: str, texts: Mapping[Hashable, str]) -> Values:
+    """What a name means of a part's variable: all of it, or its values at a node, or a component.
+
+    Parameters
+    ----------
+    match : of `matched`
+    texts : what the coordinates of its dimensions are
+    """
     if match["node"] is not None:
         dimension = next((d for d in found.dims if d not in SHARED), None)
         number = int(match["node"])
@@ -111,18 +130,18 @@ def _entry(found: xr.DataArray, match: re.Match[str], name: str) -> xr.DataArray
             raise InputError(f"{name!r}: {match['part']}.{match['variable']} has no {number}; it has {count}")
         found = found.isel({dimension: number})
     elif match["end"] is not None:
-        found = found.isel(_end(found, match))
+        found = found.isel(_end(found, match, texts))
     return found if match["axis"] is None else _component(found, name, match["axis"])
 
 
-def _end(found: xr.DataArray, match: re.Match[str]) -> dict[Hashable, int]:
+def _end(found: Values, match: re.Match[str], texts: Mapping[Hashable, str]) -> dict[Hashable, int]:
     """Dimension and number of the node at an end of a beam or thread; the nodes of a thread count from its tip."""
     dimension = next((d for d in found.dims if str(d).rpartition(".")[2] == "node"), None)
     if dimension is None:
         raise InputError(
             f"'{match['part']}.{match['variable']}' has no values at nodes, so none at '{match['part']}.{match['end']}'"
         )
-    if found[dimension].attrs.get("long_name") == FROM_TIP:
+    if texts.get(dimension) == FROM_TIP:
         if match["end"] == "root":
             raise InputError(
                 f"{match['part']!r} is a thread, which has no root; give a node, counted from 0 at the tip"
@@ -131,7 +150,7 @@ def _end(found: xr.DataArray, match: re.Match[str]) -> dict[Hashable, int]:
     return {dimension: 0 if match["end"] == "root" else -1}
 
 
-def _component(found: xr.DataArray, name: str, axis: str) -> xr.DataArray:
+def _component(found: Values, name: str, axis: str) -> Values:
     for dimension, letters in _AXES.items():
         if dimension in found.dims and axis in letters:
             return found.isel({dimension: letters.index(axis)})

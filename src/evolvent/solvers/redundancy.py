@@ -136,6 +136,7 @@ class Ranks:
     def __init__(self, assembly: Assembly) -> None:
         self.assembly, self.model = assembly, assembly.model
         self.found: list[Rank] = []
+        self._apart: mdl.Model | None = None
 
     @property
     def now(self) -> Redundancy | None:
@@ -168,9 +169,17 @@ class Ranks:
         joints, info = self.model.joints, self.model.info
         joints["slack"], info.redundant, info.exact = 0.0, 0, 1
         held, found = is_held(joints, t), None
-        if np.any(held) and undetermined(self.model.copy(), matrix, t, y, inertia) > 0:
+        if np.any(held) and undetermined(self._model_apart(), matrix, t, y, inertia) > 0:
             found = allow(self.assembly, matrix, weight, inertia[1], t, y)
         self.found.append(Rank(t, held, latches, joints["slack"].copy(), found))
+
+    def _model_apart(self) -> mdl.Model:
+        """A model with the values of the run's at present, which may be evaluated."""
+        if self._apart is None:
+            self._apart = self.model.copy()
+        else:
+            self._apart.take(self.model)
+        return self._apart
 
     def use(self, t: float) -> None:
         """Give the model the compliance that its joints had at time t."""

@@ -19,6 +19,7 @@ from evolvent.base.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.design.calibration import data
 from evolvent.design.calibration.kept import Kept
 from evolvent.results import variables
+from evolvent.results.kept import REDUCTIONS, split
 from evolvent.results.measurements import Measurements, Series
 
 Array = np.ndarray
@@ -338,10 +339,8 @@ class _Model:
                 values, unit = formulas[one.name]
                 found.append(values * _factor(unit, one))
             return found
-        from evolvent.design.studies import record
-
         plan = self.module.plan(case)
-        names = [record.split(one.name)[0] if one.times is None else one.name for one in series]
+        names = [split(one.name)[0] if one.times is None else one.name for one in series]
         names += [name.partition("[")[0] for name in names if name.endswith("]")]
         run = plan.observe(names) if plan.observe is not None else plan.run(None)
         if run.attrs["status"] == "failed":
@@ -394,13 +393,11 @@ def _factor(unit: str, one: Series) -> float:
 
 def _values(run: Any, one: Series, content: Any) -> Array:
     """Values of a series in a run, in its unit."""
-    from evolvent.design.studies import record
-
     if one.times is None:
-        name, reduction = record.split(one.name)
+        name, reduction = split(one.name)
         found = variables.get(run, name)
         values = found.transpose("time", ...).values if "time" in found.dims else found.values[None]
-        number = np.asarray(record.REDUCTIONS[reduction or "last"](values), dtype=float)
+        number = np.asarray(REDUCTIONS[reduction or "last"](values), dtype=float)
         if number.ndim:
             raise InputError(f"--observe is {one.name!r}, which has {number.size} values a run; name a component of it")
         return np.atleast_1d(number) * _factor(str(found.attrs.get("units", "1")), one)

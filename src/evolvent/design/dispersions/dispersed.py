@@ -16,8 +16,9 @@ from evolvent import cases
 from evolvent.base.errors import InputError
 from evolvent.base.units import unit_text
 from evolvent.design.dispersions import order, sensitivity
-from evolvent.design.studies import draws, record, runner
+from evolvent.design.studies import draws, runner
 from evolvent.design.studies.study import Study
+from evolvent.results.kept import stored_name
 
 Array = np.ndarray
 #: Probabilities of the quantiles that are stated.
@@ -247,7 +248,7 @@ def evaluate(dataset: xr.Dataset, *, coverage: float = 0.95, confidence: float =
     evaluated = _Evaluation(sample, own, coverage, confidence)
     outputs: list[Output] = []
     notes: list[str] = []
-    wanted = {record.stored_name(name): name for name in content.get("keep") or []}
+    wanted = {stored_name(name): name for name in content.get("keep") or []}
     for name, variable in dataset.data_vars.items():
         if name in ("status", "reason") or variable.dtype.kind != "f" or variable.dims[:1] != ("case",):
             continue

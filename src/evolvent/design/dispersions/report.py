@@ -189,7 +189,7 @@ def figures(found: Dispersion) -> list[Figure]:
 
 def record_name(one: Output) -> str:
     """Name of a result as the beginning of a file's name."""
-    from evolvent.design.studies.record import stored_name
+    from evolvent.results.kept import stored_name
 
     return stored_name(one.name).strip("_")
 

@@ -5,31 +5,17 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from evolvent import results
-from evolvent.base.errors import EvolventError, InputError, nearest
+from evolvent.base.errors import EvolventError
 from evolvent.results import variables
+from evolvent.results.kept import Kept, number, of_run, reduced, refusal, split, stored_name
 
-#: What may be kept of a variable over time, ``NAME.last`` and so on.
-REDUCTIONS: dict[str, Callable[[np.ndarray], Any]] = {
-    "first": lambda values: values[0],
-    "last": lambda values: values[-1],
-    "min": lambda values: np.fmin.reduce(values, axis=0),
-    "max": lambda values: np.fmax.reduce(values, axis=0),
-    "abs_max": lambda values: np.fmax.reduce(np.abs(values), axis=0),
-    "mean": lambda values: values.mean(axis=0, dtype=float),
-}
-#: Words of each of them.
-_HOW = {
-    "first": "at the start", "last": "at the end", "min": "least", "max": "largest", "abs_max": "largest magnitude",
-    "mean": "mean",
-}  # fmt: skip
 #: Attributes of a run that differ between two computations of the same case.
 _CLOCKS = ("wall_time_s", "compile_time_s")
 
@@ -43,7 +29,8 @@ class Outcome:
     index : int, of the case
     status : str, of the run; "failed" also where there is no run
     reason : str, why it failed; else empty
-    variables : mapping, name -> DataArray without a name; empty for a failed case
+    variables : mapping, name -> xarray.Variable; empty for a failed case
+    coordinates : mapping, dimension -> its coordinate
     missing : tuple of str, wanted names that the run does not have
     known : tuple of str, names that it has, where some are missing
     """
@@ -51,23 +38,13 @@ class Outcome:
     index: int
     status: str
     reason: str = ""
-    variables: Mapping[str, xr.DataArray] = dataclasses.field(default_factory=dict)
+    variables: Mapping[str, xr.Variable] = dataclasses.field(default_factory=dict)
+    coordinates: Mapping[str, xr.Variable] = dataclasses.field(default_factory=dict)
     missing: tuple[str, ...] = ()
     known: tuple[str, ...] = ()
 
 
-def stored_name(wanted: str) -> str:
-    """Name in the results of what is kept: "tip mass.position.x.max" -> "tip_mass_position_x_max"."""
-    return re.sub(r"\W+", "_", wanted)
-
-
-def split(wanted: str) -> tuple[str, str]:
-    """Name of a variable, and what is kept of it over time; '' for all of it."""
-    name, _, last = wanted.rpartition(".")
-    return (name, last) if last in REDUCTIONS and name else (wanted, "")
-
-
-def outcome(index: int, run: xr.Dataset | xr.DataTree | Exception, keep: Sequence[str]) -> Outcome:
+def outcome(index: int, run: xr.Dataset | xr.DataTree | Kept | Exception, keep: Sequence[str]) -> Outcome:
     """What is kept of a run, or the reason why there is none."""
     if isinstance(run, Exception):
         is_own = isinstance(run, EvolventError)
@@ -76,73 +53,37 @@ def outcome(index: int, run: xr.Dataset | xr.DataTree | Exception, keep: Sequenc
     status = str(run.attrs["status"])
     if status == "failed":
         return Outcome(index=index, status=status, reason=" ".join(str(run.attrs["message"]).split()))
+    if isinstance(run, Kept):
+        found = {stored_name(name): values for name, values in run.variables.items()}
+        return Outcome(
+            index=index, status=status, variables=found, coordinates=run.coordinates, missing=run.missing,
+            known=run.known,
+        )  # fmt: skip
     return _outcome(index, status, results.regular(run), keep)  # at times that all cases have
 
 
 def _outcome(index: int, status: str, run: xr.Dataset | xr.DataTree, keep: Sequence[str]) -> Outcome:
     """What is kept of a run that did not fail."""
-    numbers = _numbers(run)
+    numbers = {name: number(name, value) for name, value in _numbers(run).items()}
+    found: dict[str, xr.Variable] = {}
+    along: dict[str, xr.Variable] = {}
+    missing = []
     if not keep:
-        root = run.to_dataset() if isinstance(run, xr.DataTree) else run
-        timeless = {str(name): values for name, values in root.data_vars.items() if "time" not in values.dims}
-        own = {name: _number(name, value) for name, value in numbers.items()}
-        return Outcome(index=index, status=status, variables=own | timeless)
-    found, missing = {}, []
-    for wanted in keep:
-        name, reduction = split(wanted)
-        values = _number(name, numbers[name]) if name in numbers else _variable(run, name)
-        if values is None or (reduction and "time" not in values.dims):
+        found |= numbers
+    root = variables.root_dataset(run)
+    for wanted in keep or [str(name) for name, values in root.data_vars.items() if "time" not in values.dims]:
+        name, reduction = split(wanted) if keep else (wanted, "")
+        own = (numbers[name], {}) if name in numbers else of_run(run, name)
+        if own is None or (reduction and "time" not in own[0].dims):
             missing.append(wanted)
-        else:
-            found[stored_name(wanted)] = _reduced(values, reduction) if reduction else values
-    known = (*variables.names(run, over_time=False), *numbers) if missing else ()
-    return Outcome(index=index, status=status, variables=found, missing=tuple(missing), known=known)
-
-
-def _variable(run: xr.Dataset | xr.DataTree, name: str) -> xr.DataArray | None:
-    """A variable of a run by its full name, its dimensions safe to stand beside those of other parts; or None."""
-    if name in run.data_vars and "." not in name:
-        return run.data_vars[name]
-    try:
-        found = variables.get(run, name)
-    except InputError:
-        return None
-    if found.dims == ("time",) and name == "time":
-        return None
-    part = variables.owner(name)
-    bare_names = {dim: str(dim).removeprefix(f"{part}.") for dim in found.dims if dim not in variables.SHARED}
-    found = found.rename({dim: stored_name(f"{part}.{bare}") for dim, bare in bare_names.items()})
-    text = found.attrs.get("long_name", "")
-    found.attrs = {**found.attrs, "long_name": f"{name}: {text}" if text else name}
-    return found
-
-
-def check_names(keep: Sequence[str], run: xr.Dataset | xr.DataTree) -> None:
-    """Refuse names of `keep` that a run will not have.
-
-    Parameters
-    ----------
-    keep : names; a word alone may be a statistic, of which the run itself decides
-    run : the results at the start
-
-    Raises
-    ------
-    InputError
-        The sentence names the nearest variable.
-    """
-    for wanted in keep:
-        name, reduction = split(wanted)
-        if wanted == name and not re.search(r"[.\[]", wanted) and wanted not in variables.parts(run):
             continue
-        head, _, last = name.rpartition(".")
-        if not reduction and head and _variable(run, name) is None and _variable(run, head) is not None:
-            raise InputError(f"keep holds {wanted!r}; after the variable, {nearest(last, REDUCTIONS)}")
-        try:
-            found = variables.get(run, name)
-        except InputError as error:
-            raise InputError(f"keep holds {wanted!r}; {error}") from None
-        if reduction and "time" not in found.dims:
-            raise InputError(f"keep holds {wanted!r}, but {name!r} has no time to reduce; write {name!r}")
+        values = reduced(own[0], reduction, name) if reduction else own[0]
+        found[stored_name(wanted) if keep else wanted] = values
+        along |= {dim: one for dim, one in own[1].items() if dim in values.dims}
+    known = (*variables.names(run, over_time=False), *numbers) if missing else ()
+    return Outcome(
+        index=index, status=status, variables=found, coordinates=along, missing=tuple(missing), known=known
+    )  # fmt: skip
 
 
 def _numbers(run: xr.Dataset | xr.DataTree) -> dict[str, float]:
@@ -157,18 +98,6 @@ def _numbers(run: xr.Dataset | xr.DataTree) -> dict[str, float]:
     return numbers
 
 
-def _number(name: str, value: float) -> xr.DataArray:
-    return xr.DataArray(value, attrs={"long_name": name.replace("_", " ")})
-
-
-def _reduced(values: xr.DataArray, reduction: str) -> xr.DataArray:
-    """`values` over time in one value."""
-    ordered = values.transpose("time", ...)
-    reduced = ordered.isel(time=0, drop=True).copy(data=REDUCTIONS[reduction](ordered.values))
-    reduced.attrs = {**values.attrs, "long_name": f"{values.attrs.get('long_name', values.name)}, {_HOW[reduction]}"}
-    return reduced
-
-
 def check_kept(outcomes: Sequence[Outcome]) -> None:
     """Refuse names of `keep` that none of the first runs has.
 
@@ -180,10 +109,7 @@ def check_kept(outcomes: Sequence[Outcome]) -> None:
     runs = [o for o in outcomes if o.status != "failed"]
     for name in runs[0].missing if runs else ():
         if all(name in o.missing for o in runs):
-            variable, reduction = split(name)
-            if reduction and variable in runs[0].known:
-                raise InputError(f"keep holds {name!r}, but {variable!r} has no time to reduce; write {variable!r}")
-            raise InputError(f"keep holds {name!r}, which no run has; {nearest(variable, runs[0].known)}")
+            raise refusal(name, runs[0].known)
 
 
 # ------------------------------------------------------------------------------------------------ tables
@@ -239,15 +165,15 @@ def _row(one: Outcome) -> Table:
         values = _plain(variable.values)[np.newaxis]
         columns[name] = Column(dims=dims, attrs=_attrs(variable), values=values, first=one.index)
         for dim in dims:
-            if dim in variable.coords:
-                along = variable.coords[dim]
+            if dim in one.coordinates:
+                along = one.coordinates[dim]
                 at = along.values if along.values.dtype.kind in "biuf" else along.values.astype(str)
                 coordinates[dim] = Coordinate(attrs=_attrs(along), values=at, common=True)
     rows = {"cases": (one.index,), "status": (one.status,), "reason": (one.reason,)}
     return Table(**rows, columns=columns, coordinates=coordinates)  # type: ignore[arg-type]
 
 
-def _attrs(variable: xr.DataArray) -> dict[str, str]:
+def _attrs(variable: xr.Variable) -> dict[str, str]:
     return {name: str(variable.attrs[name]) for name in ("units", "long_name") if name in variable.attrs}
 
 

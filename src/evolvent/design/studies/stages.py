@@ -16,6 +16,7 @@ from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import shown
 from evolvent.design.studies import record
 from evolvent.results import variables
+from evolvent.results.kept import check_names as check_kept_names
 
 #: Folder of the stages' runs in a study's folder.
 FOLDER = "stages"
@@ -115,7 +116,7 @@ def check_names(keep: Sequence[str], stages: Sequence[Stage], run: xr.DataTree) 
     known = {*variables.parts(run), *map(str, variables.root_dataset(run).variables)}
     for stage in stages:
         try:
-            record.check_names([one for one in own_keep(keep, stage.name) if variables.owner(one) in known], run)
+            check_kept_names([one for one in own_keep(keep, stage.name) if variables.owner(one) in known], run)
         except InputError as error:
             raise InputError(f"stage {stage.name!r}: {error}") from None
 
@@ -147,7 +148,8 @@ def chain(
         If the user ended a run, which is not kept.
     """
     each: dict[str, record.Outcome] = {}
-    kept: dict[str, xr.DataArray] = {}
+    kept: dict[str, xr.Variable] = {}
+    along: dict[str, xr.Variable] = {}
     notes: list[str] = []
     before = ""
     for name, changes in overrides.items():
@@ -158,12 +160,16 @@ def chain(
         if keep and not own:
             one = dataclasses.replace(one, variables={})
         each[name] = one
-        kept |= {f"{name}_{key}": _named(values, name) for key, values in one.variables.items()}
+        kept |= {f"{name}_{key}": _named(values, name, key) for key, values in one.variables.items()}
+        along |= {
+            f"{name}_{dim}": xr.Variable((f"{name}_{dim}",), of.values, of.attrs) for dim, of in one.coordinates.items()
+        }
         if one.status == "failed":
             reason = f"stage {name!r}: {one.reason}"
-            return record.Outcome(index=index, status="failed", reason=reason, variables=kept), each, notes
+            found = record.Outcome(index=index, status="failed", reason=reason, variables=kept, coordinates=along)
+            return found, each, notes
         before = str(path)
-    return record.Outcome(index=index, status=one.status, variables=kept), each, notes
+    return record.Outcome(index=index, status=one.status, variables=kept, coordinates=along), each, notes
 
 
 def check_kept(each: Sequence[Mapping[str, record.Outcome]]) -> None:
@@ -202,8 +208,7 @@ def _run(
         return error
 
 
-def _named(values: xr.DataArray, stage: str) -> xr.DataArray:
+def _named(values: xr.Variable, stage: str, name: str) -> xr.Variable:
     """A variable of a stage, its dimensions those of the stage."""
-    found = values.rename({dim: f"{stage}_{dim}" for dim in values.dims})
-    found.attrs = {**values.attrs, "long_name": f"{stage}: {values.attrs.get('long_name', values.name)}"}
-    return found
+    attrs = {**values.attrs, "long_name": f"{stage}: {values.attrs.get('long_name', name)}"}
+    return xr.Variable(tuple(f"{stage}_{dim}" for dim in values.dims), values.values, attrs)

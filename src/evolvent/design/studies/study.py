@@ -21,7 +21,7 @@ from evolvent.base import progress, safe_open, schema
 from evolvent.base.errors import InputError, nearest
 from evolvent.design.studies import catalogue, draws, stages as st
 from evolvent.design.studies.axes import MOST_CASES, Axis, annotation, axes, whole_number
-from evolvent.design.studies.record import REDUCTIONS, check_names, stored_name
+from evolvent.results.kept import REDUCTIONS, check_names, stored_name
 
 SAMPLES = ("grid", "list", *draws.DRAWN)
 _KEYS = ("study", "case", "set", "stages", "sample", "over", "samples", "correlation", "seed", "keep", "batch")

@@ -11,9 +11,12 @@ from typing import Any
 import xarray as xr
 
 from evolvent import cases
+from evolvent.assembly.variants import Variants
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.design.studies import record, stages, store
 from evolvent.design.studies.study import Study
+from evolvent.results.kept import Kept
+from evolvent.results.variables import names
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -133,9 +136,9 @@ def _outcomes(task: Task) -> list[record.Outcome]:
             runs = run_batch(loaded)
         except Exception:  # noqa: BLE001  (the cases one by one then show which of them is to blame)
             runs = None
-    found = []
+    found, variants = [], Variants()
     for k, (index, case) in enumerate(zip(task.indices, loaded, strict=True)):
-        run = case if isinstance(case, Exception) else runs[k] if runs is not None else _run(module, case, task.keep)
+        run = case if isinstance(case, Exception) else runs[k] if runs is not None else _run(case, task.keep, variants)
         if not isinstance(run, Exception) and run.attrs["status"] == "interrupted":
             raise KeyboardInterrupt
         found.append(record.outcome(index, run, task.keep))
@@ -150,12 +153,16 @@ def _loaded(task: Task, overrides: Mapping[str, Any]) -> Any:
         return error
 
 
-def _run(module: Any, case: Any, keep: Sequence[str]) -> xr.Dataset | xr.DataTree | Exception:
-    """The run of a case, of which what is kept is observed, or why there is none."""
+def _run(case: Any, keep: Sequence[str], variants: Variants) -> xr.Dataset | xr.DataTree | Kept | Exception:
+    """The run of a case, or what is kept of it, or why there is none."""
     try:
-        plan = module.plan(case)
-        if plan.observe is None or not keep:
+        plan = cases.system(case.system).plan(case, keep=keep, variants=variants)
+        if plan.keep is None:
             return plan.run(None)
-        return plan.observe([record.split(wanted)[0] for wanted in keep])
+        found = plan.keep()
+        if found.missing and plan.start is not None:  # for the sentence that names the nearest one
+            known = (*names(plan.start(), over_time=False), *found.attrs["statistics"])
+            found = dataclasses.replace(found, known=known)
+        return found
     except Exception as error:  # noqa: BLE001  (whatever a case raises is the reason that is recorded)
         return error

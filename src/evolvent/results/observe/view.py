@@ -109,7 +109,7 @@ class View:
             name: {field: np.empty((self.t.size, *np.shape(rows[field]))) for field in RESULTS[name]}
             for name, rows in records.items()
         }
-        needs.load(model, evaluate)
+        needs.load(self.solution.model, evaluate)  # the copy needs no others
         factor = np.resize(self.load_factor, self.t.size)
         filled = [(values, records[name][field]) for name, kept in found.items() for field, values in kept.items()]
         filled = [(values, of_record) for values, of_record in filled if of_record.size]

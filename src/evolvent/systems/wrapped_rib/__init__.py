@@ -60,9 +60,9 @@ class WrappedRib(SystemDefinition):
     def __init__(self, begin: Start | None = None) -> None:
         self.begin = begin
 
-    def plan(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> Plan:
+    def plan(self, case: Any, **options: Any) -> Plan:
         """As of `SystemDefinition`; a saved run, from which a case starts, is read once."""
-        return SystemDefinition.plan(WrappedRib(initial_state(case)), case, laws=laws)
+        return SystemDefinition.plan(WrappedRib(initial_state(case)), case, **options)
 
     def build(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> System:
         """The parts of a case."""

@@ -1,0 +1,58 @@
+"""Systems with other values of some keys."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from evolvent import cases
+from evolvent.base.errors import InputError, nearest
+from evolvent.parts.registry import read_parts
+
+if TYPE_CHECKING:
+    from evolvent.analysis.system import System
+    from evolvent.parts.base import Part
+
+#: Keys of a case that a system has beside its parts.
+_OTHERS = ("title", "gravity", "simulate", "equilibrium", "modes", "margin")
+
+
+def with_values(system: System, values: Mapping[str, Any]) -> System:
+    """A copy of a system with other values: see `evolvent.System.with_values`."""
+    if not isinstance(values, Mapping):
+        raise InputError(f"the values are {values!r}; they must be a mapping of keys, such as 'hinge.stiffness': 2.0")
+    of_parts: dict[str, dict[str, Any]] = {}
+    others: dict[str, Any] = {}
+    for key, value in values.items():
+        words = str(key).removeprefix("parts.")
+        name, _, rest = words.partition(".")
+        if name in system.parts and rest:
+            of_parts.setdefault(name, {})[rest] = value
+        elif words == key and name in _OTHERS:
+            others[key] = value
+        else:
+            raise InputError(f"cannot set {key!r}: no part is called {name!r}; {nearest(name, system.parts)}")
+    found = _with_others(system, others) if others else system.copy()
+    for name, changes in of_parts.items():
+        found._parts[name] = _changed(name, system.parts[name], changes)
+    return found
+
+
+def _changed(name: str, part: Part, changes: Mapping[str, Any]) -> Part:
+    """A part with other values of its keys, read as those of a case are."""
+    first = {key.partition(".")[0] for key in changes}
+    written = part.model_dump(mode="json", include=first & part.model_fields_set)
+    kept = {key: getattr(part, key) for key in part.model_fields_set - first}
+    content = {"kind": type(part).model_fields["kind"].default, **kept, **written}
+    for key, value in changes.items():
+        cases.set_value({"system": "structure", "parts": {name: content}}, f"parts.{name}.{key}", value)
+    return read_parts({name: content})[name]
+
+
+def _with_others(system: System, values: Mapping[str, Any]) -> System:
+    """A system with other keys of a case beside its parts."""
+    own = {name: value for name, value in system._content().items() if name != "parts"}
+    case = cases.load({**own, "parts": {}}, values)
+    found: System = cases.system("structure").system(case)
+    found._parts = dict(system.parts)
+    return found

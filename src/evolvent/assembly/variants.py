@@ -1,0 +1,262 @@
+"""Variants: assemblies of systems that differ from one another in values of a few parts.
+
+The first system is assembled whole, and what every part has written is kept. Of another one the parts that differ write
+themselves again, behind what stood there before them. Where their rows then differ in `OWN_FIELDS` and in parameters
+alone, which nothing else of a model follows from, a copy of the first model takes them; all else is assembled whole.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evolvent.assembly import needs
+from evolvent.assembly.assembled import Array, Assembly
+from evolvent.assembly.blocks import blocks_of
+from evolvent.assembly.builder import Builder
+from evolvent.base.errors import InputError
+from evolvent.flow.implicit import add_weight
+
+#: Fields of records that parts write and solvers alone read. A zero, an infinity and a sign stay what they are.
+OWN_FIELDS: dict[str, frozenset[str]] = {
+    family: frozenset(fields.split())
+    for family, fields in {
+        "bodies": "mass inertia spin_inertia",
+        "points": "mass",
+        "springs": "stiffness damping length lateral_stiffness lateral_damping",
+        "coordinates": "stiffness damping rest friction stick low high stop latch_stiffness latch_damping",
+        "motors": "position_gain velocity_gain limit rate_limit",
+        "synchronizations": "stiffness damping",
+        "thrusters": "force limit",
+        "controllers": "proportional derivative limit dead_band",
+        "joints": "",
+        "gear_coordinates": "",
+        "loads": "",
+        "markers": "",
+    }.items()
+}
+#: Families that have inertia, and those whose parts or checks read it: where a model has these, it is assembled whole.
+_INERT = ("bodies", "points")
+_READ_INERTIA = ("threads", "wheels", "controllers", "field_points", "rods", "body_contacts", "links", "guides")
+#: Lists of a builder that parts append to, beside its rows.
+_LISTS = ("q", "v", "released", "values", "velocity_parameters", "poses", "joint_parts", "at_end")
+#: Mappings and sets that parts add to.
+_TABLES = ("names", "specs", "body_points", "laws", "expressions", "breaks")
+
+
+class _State(NamedTuple):
+    """Sizes of what a builder holds."""
+
+    rows: Mapping[str, int]
+    lists: Mapping[str, int]
+    tables: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, builder: Builder) -> _State:
+        return cls(
+            {family: len(rows) for family, rows in builder.rows.items()},
+            {name: len(getattr(builder, name)) for name in _LISTS},
+            {name: getattr(builder, name).copy() for name in _TABLES},
+        )
+
+
+class _Written(NamedTuple):
+    """What a part has written: the builder before it, and the rows and lists that it has added."""
+
+    before: _State
+    rows: Mapping[str, list[dict[str, Any]]]
+    lists: Mapping[str, list[Any]]
+    tables: Mapping[str, Any]
+    others: bool  # whether it has changed what other parts had written
+
+
+class Change(NamedTuple):
+    """A field of a record that another value has."""
+
+    family: str
+    row: int
+    field: str
+    value: Any
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Base:
+    """The system that was assembled whole."""
+
+    gravity: Array
+    builder: Builder
+    written: Mapping[str, _Written]
+    assembly: Assembly
+
+
+class Variants:
+    """Assemblies of systems that share most of their parts.
+
+    Attributes
+    ----------
+    fast, whole : int, systems that were assembled from the first one, and whole
+    """
+
+    def __init__(self) -> None:
+        self._base: _Base | None = None
+        self.fast = self.whole = 0
+
+    def assembled(self, gravity: Array, parts: Mapping[str, Any]) -> Assembly | None:
+        """The assembly of parts by name, from that of the first system; None where they must be assembled whole."""
+        base = self._base
+        if base is None or list(parts) != list(base.builder.specs) or not np.array_equal(gravity, base.gravity):
+            return None
+        changes: list[Change] = []
+        values: dict[int, float] = {}
+        for name, part in parts.items():
+            old = base.assembly.parts[name]
+            if part is not old and part != old and not _add_changes(base, name, part, changes, values):
+                return None
+        found = _changed(base, changes, values, {**base.assembly.parts, **parts})
+        self.fast += found is not None
+        return found
+
+    def assemble(self, gravity: Array, parts: Mapping[str, Any]) -> Assembly:
+        """Assemble parts, by name in the order in which they refer to one another, whole.
+
+        Raises
+        ------
+        InputError
+            As of `evolvent.System.assemble`.
+        """
+        builder, written = Builder(gravity), {}
+        for name, part in parts.items():
+            before = _State.of(builder)
+            builder.write(name, part)
+            written[name] = _written(builder, before)
+        self.whole += 1
+        found = builder.build()
+        if self._base is None:
+            model = found.model.copy()
+            kept = dataclasses.replace(found, model=model, y=found.y.copy(), s=found.s.copy())
+            self._base = _Base(gravity.copy(), builder, written, kept)
+        return found
+
+
+def _written(builder: Builder, before: _State, others: bool = False) -> _Written:
+    return _Written(
+        before,
+        {
+            family: [dict(row) for row in rows[before.rows[family] :]]
+            for family, rows in builder.rows.items()
+            if len(rows) > before.rows[family]
+        },
+        {name: getattr(builder, name)[size:] for name, size in before.lists.items()},
+        {name: getattr(builder, name).copy() for name in _TABLES},
+        others,
+    )
+
+
+def _written_again(base: _Base, name: str, part: Any) -> _Written:
+    """What another part of that name would have written in its place."""
+    before, old = base.written[name].before, base.builder
+    builder = Builder(base.gravity)
+    builder.rows = {family: [dict(row) for row in old.rows[family][:size]] for family, size in before.rows.items()}
+    for one, size in before.lists.items():
+        setattr(builder, one, list(getattr(old, one)[:size]))
+    for one, table in before.tables.items():
+        setattr(builder, one, table.copy())
+    builder.write(name, part)
+    mutated = any(
+        row is not kept and (row.keys() != kept.keys() or any(row[key] is not kept[key] for key in row))
+        for family, size in before.rows.items()
+        for row, kept in zip(builder.rows[family][:size], old.rows[family][:size], strict=True)
+    )
+    sizes = {one: before.lists[one] for one in ("q", "v")}
+    moved = any(getattr(builder, one)[:size] != getattr(old, one)[:size] for one, size in sizes.items())
+    return _written(builder, before, mutated or moved)
+
+
+def _add_changes(base: _Base, name: str, part: Any, changes: list[Change], values: dict[int, float]) -> bool:
+    """Add what a part changes in the records and parameters of the model; whether that is all."""
+    old = base.written[name]
+    family, _ = base.builder.names.get(name, ("", 0))
+    if family not in OWN_FIELDS or not set(old.rows) <= set(OWN_FIELDS):
+        return False
+    try:
+        new = _written_again(base, name, part)
+    except InputError:  # which the whole assembly states
+        return False
+    if new.lists["at_end"] or old.lists["at_end"]:
+        return False
+    own = {one: table for one, table in new.tables.items() if one != "specs"}
+    if new.others or set(new.rows) != set(old.rows) or own != {one: old.tables[one] for one in own}:
+        return False
+    for of, rows in new.rows.items():
+        if len(rows) != len(old.rows[of]):
+            return False
+        for k, (row, before) in enumerate(zip(rows, old.rows[of], strict=True)):
+            for field in _different(row, before):
+                if field not in OWN_FIELDS[of] or not _alike(row.get(field), before.get(field)):
+                    return False
+                changes.append(Change(of, old.before.rows[of] + k, field, row[field]))
+    for one, listed in new.lists.items():
+        if one != "values" and not _equal_lists(one, listed, old.lists[one]):
+            return False
+    mine, before_values = np.array(new.lists["values"]), np.array(old.lists["values"])
+    if mine.shape != before_values.shape:
+        return False
+    at = np.flatnonzero(mine != before_values)
+    if not _alike(mine[at], before_values[at]):
+        return False
+    values |= {old.before.lists["values"] + int(k): float(mine[k]) for k in at}
+    return True
+
+
+def _different(row: Mapping[str, Any], before: Mapping[str, Any]) -> Iterator[str]:
+    """Fields of a row that are not those of another."""
+    for field in row.keys() | before.keys():
+        if field not in row or field not in before or not np.array_equal(row[field], before[field]):
+            yield field
+
+
+def _alike(new: Any, old: Any) -> bool:
+    """Whether values are zero, infinite and of a sign where others are."""
+    if new is None or old is None or np.shape(new) != np.shape(old):
+        return False
+    return bool(np.array_equal(np.sign(new), np.sign(old)) and np.array_equal(np.isfinite(new), np.isfinite(old)))
+
+
+def _equal_lists(name: str, new: list[Any], old: list[Any]) -> bool:
+    if len(new) != len(old):
+        return False
+    if name == "poses":
+        pairs = (pair for one, other in zip(new, old, strict=True) for pair in zip(one, other, strict=True))
+        return all(np.array_equal(a, b) for a, b in pairs)
+    return bool(new == old)
+
+
+def _changed(base: _Base, changes: list[Change], values: Mapping[int, float], parts: dict[str, Any]) -> Assembly | None:
+    """The base with changes; None where other parts or tables of the model follow from them."""
+    inert = {change.family for change in changes} & set(_INERT)
+    old = base.assembly
+    if inert and any(getattr(old.model, family).size for family in _READ_INERTIA):
+        return None
+    if "points" in inert and np.any(old.model.row_sides["point"] >= 0):
+        return None
+    if any(index in base.builder.velocity_parameters for index in values):
+        return None
+    model = old.model.copy()
+    for change in changes:
+        getattr(model, change.family)[change.field][change.row] = change.value
+    for index, value in values.items():
+        model.parameters[index] = value
+    if inert:
+        families = {name: getattr(model, name) for name in base.builder.rows}
+        model.blocks[:] = blocks_of(families, base.builder.pools)
+        if np.any(base.gravity):
+            model.G[:] = 0.0
+            needs.load(model, add_weight)
+            add_weight(base.gravity, int(model.info.nq), model, model.G)
+    return dataclasses.replace(
+        old, model=model, y=old.y.copy(), s=old.s.copy(), names=dict(old.names), laws=dict(old.laws), parts=parts,
+        expressions=dict(old.expressions),
+    )  # fmt: skip

@@ -1,0 +1,293 @@
+"""What is kept of a run by name, `keep` of simulations and studies: values over time, or reduced, without a tree.
+
+A run needs no finer samples where the values at a sample depend on that sample alone (`is_local`), and no others where
+the first or the last value is asked for.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import re
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from evolvent.base.errors import InputError, nearest
+from evolvent.parts.base import Part
+from evolvent.results import variables
+from evolvent.results.observe import observe_part
+from evolvent.results.observe.symbols import add_symbols
+from evolvent.results.observe.variables import AXES, Observed, Variable
+from evolvent.results.observe.view import View
+
+if TYPE_CHECKING:
+    from evolvent.assembly.assembled import Assembly
+    from evolvent.solvers.solution import Solution
+
+#: What may be kept of a variable over time, ``NAME.last`` and so on.
+REDUCTIONS: dict[str, Callable[[np.ndarray], Any]] = {
+    "first": lambda values: values[0],
+    "last": lambda values: values[-1],
+    "min": lambda values: np.fmin.reduce(values, axis=0),
+    "max": lambda values: np.fmax.reduce(values, axis=0),
+    "abs_max": lambda values: np.fmax.reduce(np.abs(values), axis=0),
+    "mean": lambda values: values.mean(axis=0, dtype=float),
+}
+#: Words of each of them.
+_HOW = {
+    "first": "at the start", "last": "at the end", "min": "least", "max": "largest", "abs_max": "largest magnitude",
+    "mean": "mean",
+}  # fmt: skip
+#: Families whose variables at a sample follow from the states at it and at the first one, without reactions.
+_LOCAL = {
+    "bodies", "points", "springs", "coordinates", "motors", "synchronizations", "wheels", "thrusters", "controllers",
+}  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Kept(Mapping[str, Any]):
+    """Values of a run by the names that were asked for: a float, or an array of what has several values.
+
+    Attributes
+    ----------
+    attrs : mapping, how the run ended: status, message, solver, method_reason, wall_time_s, compile_time_s, and
+        statistics, a mapping of numbers
+    variables : mapping, the same values with their dimensions, units and words
+    coordinates : mapping, dimension -> its coordinate
+    missing : tuple of str, names that the run does not have
+    known : tuple of str, names that it has, where some are missing
+    """
+
+    attrs: Mapping[str, Any]
+    variables: Mapping[str, xr.Variable]
+    coordinates: Mapping[str, xr.Variable] = dataclasses.field(default_factory=dict)
+    missing: tuple[str, ...] = ()
+    known: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> Any:
+        """Value of a name."""
+        values = self.variables[name].values
+        return values.item() if values.ndim == 0 else values
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.variables)
+
+    def __len__(self) -> int:
+        return len(self.variables)
+
+    def __repr__(self) -> str:
+        return f"Kept({dict(self)!r}, status={self.attrs['status']!r})"
+
+    def units(self, name: str) -> str:
+        """Unit of a value, SI; "1" where it has none."""
+        return str(self.variables[name].attrs.get("units", "1"))
+
+
+def stored_name(wanted: str) -> str:
+    """A name without dots and blanks: "tip mass.position.x.max" -> "tip_mass_position_x_max"."""
+    return re.sub(r"\W+", "_", wanted)
+
+
+def split(wanted: str) -> tuple[str, str]:
+    """Name of a variable, and what is kept of it over time; '' for all of it."""
+    name, _, last = wanted.rpartition(".")
+    return (name, last) if last in REDUCTIONS and name else (wanted, "")
+
+
+def reduced(values: xr.Variable, reduction: str, name: str) -> xr.Variable:
+    """Values over time in one value.
+
+    Parameters
+    ----------
+    values : with the dimension time
+    reduction : one of `REDUCTIONS`
+    name : str, that stands for words that are missing
+    """
+    ordered = values.transpose("time", ...)
+    text = f"{values.attrs.get('long_name', name)}, {_HOW[reduction]}"
+    found = REDUCTIONS[reduction](ordered.values)
+    return xr.Variable(ordered.dims[1:], found, {**values.attrs, "long_name": text})
+
+
+def check_names(keep: Sequence[str], run: xr.Dataset | xr.DataTree) -> None:
+    """Refuse names of `keep` that a run will not have.
+
+    Parameters
+    ----------
+    keep : names; a word alone may be a statistic, of which the run itself decides
+    run : the results at the start
+
+    Raises
+    ------
+    InputError
+        The sentence names the nearest variable.
+    """
+    for wanted in keep:
+        name, reduction = split(wanted)
+        if wanted == name and not re.search(r"[.\[]", wanted) and wanted not in variables.parts(run):
+            continue
+        head, _, last = name.rpartition(".")
+        if not reduction and head and not _has(run, name) and _has(run, head):
+            raise InputError(f"keep holds {wanted!r}; after the variable, {nearest(last, REDUCTIONS)}")
+        try:
+            found = variables.get(run, name)
+        except InputError as error:
+            raise InputError(f"keep holds {wanted!r}; {error}") from None
+        if reduction and "time" not in found.dims:
+            raise InputError(f"keep holds {wanted!r}, but {name!r} has no time to reduce; write {name!r}")
+
+
+def refusal(wanted: str, known: Iterable[str]) -> InputError:
+    """Why a name of `keep` that no run has is refused; `known` : names that runs have."""
+    variable, reduction = split(wanted)
+    if reduction and variable in known:
+        return InputError(f"keep holds {wanted!r}, but {variable!r} has no time to reduce; write {variable!r}")
+    return InputError(f"keep holds {wanted!r}, which no run has; {nearest(variable, known)}")
+
+
+def _has(run: xr.Dataset | xr.DataTree, name: str) -> bool:
+    """Whether a run has a variable of a full name."""
+    try:
+        variables.get(run, name)
+    except InputError:
+        return False
+    return True
+
+
+# ------------------------------------------------------------------------------------------------ of a solution
+
+
+def is_local(assembly: Assembly, keep: Sequence[str]) -> bool:
+    """Whether values of all names at a sample depend on that sample and the first one alone."""
+    return all(_is_local(assembly, part) for part in {variables.owner(name) for name in keep})
+
+
+def _is_local(assembly: Assembly, part: str) -> bool:
+    own = assembly.parts.get(part)
+    if own is None or type(own).observe is not Part.observe or part in assembly.joint_parts:
+        return False
+    return assembly.names[part][0] in _LOCAL
+
+
+def kept_of(
+    solution: Solution, keep: Sequence[str], root: Callable[[], xr.Dataset], *, fine: np.ndarray, why: str
+) -> Kept:
+    """What is kept of a solution, at the samples that all runs of a case have; nothing of a run that has failed.
+
+    Parameters
+    ----------
+    solution : Solution
+    keep : names, with their reductions; those that are not there are `missing`
+    root : returns the variables of the root of its results; called where a name is of no part
+    fine : (nt,) bool, samples that other runs of the case may not have
+    why : str, why the method was taken
+    """
+    attrs = {
+        "status": solution.status, "message": solution.message, "solver": solution.method, "method_reason": why,
+        "wall_time_s": solution.wall_time, "compile_time_s": solution.compile_time,
+        "statistics": dict(solution.statistics),
+    }  # fmt: skip
+    if solution.status == "failed":
+        return Kept(attrs=attrs, variables={}, missing=tuple(keep))
+    samples, statistics = np.flatnonzero(~fine), solution.statistics
+    if is_local(solution.assembly, keep):
+        if all(split(name)[1] in ("first", "last") for name in keep):
+            samples = np.unique(samples[[0, -1]])
+        solution = dataclasses.replace(solution.chosen(samples), reactions=None)
+        samples = np.arange(samples.size)
+    view, roots = View.of(solution), functools.cache(root)
+    seen: dict[str, Observed] = {}
+    found: dict[str, xr.Variable] = {}
+    coordinates: dict[str, xr.Variable] = {}
+    for wanted in keep:
+        name, reduction = split(wanted)
+        if variables.owner(name) in solution.assembly.parts:
+            own = _of_part(view, name, seen)
+        else:
+            own = _of_root(roots(), statistics, name)
+        if own is None or (reduction and "time" not in own[0].dims):
+            continue
+        values, along = (_at(own[0], samples), {dim: _at(one, samples) for dim, one in own[1].items()})
+        found[wanted] = reduced(values, reduction, name) if reduction else values
+        coordinates |= {dim: one for dim, one in along.items() if dim in found[wanted].dims}
+    missing = tuple(name for name in keep if name not in found)
+    return Kept(attrs=attrs, variables=found, coordinates=coordinates, missing=missing)
+
+
+def _at(values: xr.Variable, samples: np.ndarray) -> xr.Variable:
+    """Values at some of the samples."""
+    if "time" not in values.dims or samples.size == values.sizes["time"]:
+        return values
+    return values.isel(time=samples)
+
+
+#: A variable and the coordinates of its dimensions.
+Labelled = tuple[xr.Variable, Mapping[str, xr.Variable]]
+
+
+def _of_part(view: View, name: str, seen: dict[str, Observed]) -> Labelled | None:
+    """A variable of a part by its full name; None where there is none."""
+    match, part = variables.matched(name), variables.owner(name)
+    if match is None or match["variable"] is None:
+        return None
+    if part not in seen:
+        seen[part] = observe_part(view, part)
+    if match["variable"] not in seen[part].variables:
+        add_symbols(view, part, seen[part])
+    of = seen[part]
+    given = of.variables.get(match["variable"]) or of.coordinates.get(match["variable"])
+    if given is None:
+        return None
+    texts: dict[Hashable, str] = {dim: one.long_name for dim, one in of.coordinates.items()}
+    try:
+        values = variables.entry(_variable(given), match, name, texts)
+    except InputError:
+        return None
+    along = {dim: _variable(of.coordinates[dim]) for dim in map(str, values.dims) if dim in of.coordinates}
+    if "time" in values.dims:
+        along["time"] = xr.Variable(("time",), view.t, {"units": "s", "long_name": "time"})
+    if "axis" in values.dims:
+        along["axis"] = xr.Variable(("axis",), list(AXES))
+    return _named(values, along, name)
+
+
+def _variable(one: Variable) -> xr.Variable:
+    return xr.Variable(one.dims, one.values, {"units": one.units, "long_name": one.long_name})
+
+
+def _of_root(root: xr.Dataset, statistics: Mapping[str, float], name: str) -> Labelled | None:
+    """A variable of the root, or a statistic; None where there is none."""
+    if name in statistics and name not in root.variables:
+        return number(name, statistics[name]), {}
+    return of_run(root, name)
+
+
+def of_run(run: xr.Dataset | xr.DataTree, name: str) -> Labelled | None:
+    """A variable of a run by its full name; None where there is none."""
+    is_own = name in run.data_vars and "." not in name
+    if name == "time" or not (is_own or _has(run, name)):
+        return None
+    found = run.data_vars[name] if is_own else variables.get(run, name)
+    along = {str(dim): found.coords[dim].variable.to_base_variable() for dim in found.dims if dim in found.coords}
+    values = found.variable.to_base_variable()
+    return (values, along) if is_own else _named(values, along, name)
+
+
+def _named(values: xr.Variable, along: Mapping[str, xr.Variable], name: str) -> Labelled:
+    """A variable under its full name, whose dimensions can stand beside those of other parts."""
+    part, text = variables.owner(name), values.attrs.get("long_name", "")
+    new = {
+        str(dim): str(dim) if dim in variables.SHARED else stored_name(f"{part}.{str(dim).removeprefix(f'{part}.')}")
+        for dim in values.dims
+    }
+    attrs = {**values.attrs, "long_name": f"{name}: {text}" if text else name}
+    coordinates = {new[dim]: xr.Variable((new[dim],), one.values, one.attrs) for dim, one in along.items()}
+    return xr.Variable(tuple(new[str(dim)] for dim in values.dims), values.values, attrs), coordinates
+
+
+def number(name: str, value: float) -> xr.Variable:
+    """A statistic."""
+    return xr.Variable((), float(value), {"long_name": name.replace("_", " ")})

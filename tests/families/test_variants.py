@@ -1,0 +1,110 @@
+"""Systems with other values: assembled from one that is there, they are what building them gives, to the last bit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+import evolvent
+from evolvent import InputError, System, cases
+from evolvent.assembly.assembled import Assembly
+from evolvent.base.schema import Section
+from families import plain  # noqa: F401  (it enters the cases)
+from families.case import CASES
+
+#: Most keys that are varied of one system, evenly spaced.
+MOST = 40
+#: Systems whose keys are varied: one for each family, and the built-in structures.
+SYSTEMS = [*CASES, *(name for name in cases.built_in() if cases.content_of(name)["system"] == "structure")]
+
+
+def numbers(value: Any, key: str) -> Iterator[tuple[str, float]]:
+    """Keys of numbers that are not zero in a value of a part."""
+    if isinstance(value, Section):
+        for name in value.model_fields_set:
+            yield from numbers(getattr(value, name), f"{key}.{name}")
+    elif isinstance(value, tuple):
+        for k, one in enumerate(value):
+            yield from numbers(one, f"{key}.{k}")
+    elif isinstance(value, float) and value != 0.0 and np.isfinite(value):
+        yield key, value
+
+
+def arrays(assembly: Assembly) -> Iterator[tuple[str, np.ndarray]]:
+    """Arrays of a model and of its start, by name."""
+    yield "y", assembly.y
+    yield "s", assembly.s
+    for name, value in assembly.model._asdict().items():
+        rows = np.asarray(value)
+        for field in rows.dtype.names or ():
+            yield f"{name}.{field}", np.ascontiguousarray(rows[field])
+        if rows.dtype.names is None and name != "addresses":
+            yield name, rows
+
+
+def outcome(system: System) -> Assembly | str:
+    """The assembly of a system, or why it is refused."""
+    try:
+        return system.assemble()
+    except InputError as error:
+        return str(error)
+
+
+def rebuilt(system: System) -> System:
+    """A system of the same parts, put together part by part."""
+    found = System(gravity=system._gravity.tolist())
+    for name, part in system.parts.items():
+        found.add(part, name)
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_number_may_vary(name: str) -> None:
+    system = CASES[name]().system() if name in CASES else evolvent.load(name)
+    system.with_values({}).assemble()  # the one that is there
+    keys = [found for part in system.parts for found in numbers(system.parts[part], part)]
+    for key, value in keys[:: 1 + len(keys) // MOST]:
+        for factor in (1.01, -1.0):
+            try:
+                varied = system.with_values({key: factor * value})
+            except InputError:  # beside the parts' schema there is nothing to compare
+                continue
+            fast, whole = outcome(varied), outcome(rebuilt(varied))
+            if isinstance(whole, str) or isinstance(fast, str):
+                assert fast == whole
+                continue
+            assert fast.names == whole.names
+            assert fast.joint_parts == whole.joint_parts
+            assert fast.laws.keys() == whole.laws.keys()
+            assert fast.expressions.keys() == whole.expressions.keys()
+            assert fast.parts == whole.parts
+            for (field, a), (_, b) in zip(arrays(fast), arrays(whole), strict=True):
+                assert a.tobytes() == b.tobytes(), f"{key} * {factor}: {field}"
+
+
+#: Keys whose values go into the model that is there, and keys that the whole assembly takes.
+FAST = {
+    "solar-array": ["hinge 1.stiffness", "hinge 2.damping", "hinge 3.rest", "hinge 1.latch_stiffness", "panel 1.mass",
+                    "satellite.inertia.0"],
+}  # fmt: skip
+WHOLE = {"solar-array": ["hinge 3.angle"]}
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "counts"),
+    [(name, key, (1, 1)) for name, keys in FAST.items() for key in keys]
+    + [(name, key, (0, 2)) for name, keys in WHOLE.items() for key in keys],
+)
+def test_what_is_assembled_from_the_model_that_is_there(name: str, key: str, counts: tuple[int, int]) -> None:
+    system = evolvent.load(name)
+    first = system.with_values({})
+    first.assemble()
+    value = next(value for part in system.parts for found, value in numbers(system.parts[part], part) if found == key)
+    outcome(system.with_values({key: 1.01 * value}))
+    variants = first._variants
+    assert variants is not None
+    assert (variants.fast, variants.whole) == counts
