@@ -279,9 +279,10 @@ def _add_points(model, work):
 def tangent(scale, model, work, matrix):
     """Twice the derivative of `residual` by dq and la/2, constraints times `scale`; after `residual` only.
 
-    Left out is what only slows Newton's method: what `evolvent.flow.implicit.tangent` leaves out, and that a vector
-    fixed to a body, of which the mean of both ends acts, turns by (1 - [theta/2]x)^-1 times what the tangent has, theta
-    the rotation vector of the step.
+    Left out is what only slows Newton's method: what `evolvent.flow.implicit.tangent` leaves out; that a vector fixed
+    to a body, of which the mean of both ends acts, turns by (1 - [theta/2]x)^-1 times what the tangent has, theta the
+    rotation vector of the step; and theta x t of the torque t on a free body by other forces than loads and actuators,
+    since its row stands in the axes of the step's start.
     """
     n_q, n_v, h = model.info.nq, model.info.nv, work.step.h
     c_mass, c_rate = 4.0 / ((1.0 + work.step.chi_v) * h * h), 2.0 / h
