@@ -3,7 +3,7 @@
 
     python3 start.py run heliogyro     results, figures, animation and report in heliogyro-run/
     python3 start.py quick             the fast tests alone, under a minute
-    python3 start.py test              lint, types, layers, all tests, documentation
+    python3 start.py test              lint, types, layers, tests, documentation; `test --release` runs long tests as well
     python3 start.py docs              documentation as HTML in docs/_build/html/
     python3 start.py wheel             a wheel with compiled functions for this Python and platform, in dist/
     python3 start.py lowest            a fast part of the tests, every dependency at its lower bound
@@ -36,7 +36,7 @@ BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 USAGE = (
     "usage: python3 start.py run CASE [options of evolvent run] | quick [options of pytest] | "
-    "test [options of pytest] | docs | wheel | lowest [EXTRA ...] [-- options of pytest] | bench [NAME [options]]"
+    "test [--release] [options of pytest] | docs | wheel | lowest [EXTRA ...] [-- options of pytest] | bench [NAME [options]]"
 )
 #: Folders of tests that `quick` runs unless others are named.
 QUICK = ("tests/unit", "tests/elements", "tests/loads", "tests/massprops/signals")
@@ -144,8 +144,11 @@ def quick(arguments: list[str]) -> int:
 def test(arguments: list[str]) -> int:
     """Lint, format, types, layers, tests and documentation; all are run, and any failure counts.
 
-    What has one process runs beside what has several, which at times leave a core idle.
+    Tests with the marker `release` run only with the option `--release`. What has one process runs beside what has
+    several, which at times leave a core idle.
     """
+    chosen = [] if "--release" in arguments else ["-m", "not release"]
+    arguments = [word for word in arguments if word != "--release"]
     if code := set_up("test"):
         return code
     if not arguments:  # the validation book is that of a whole run
@@ -160,7 +163,7 @@ def test(arguments: list[str]) -> int:
         "types": ["mypy"],
         "layers": ["lint-imports", "--no-logo"],
     }
-    tests = {"tests": ["pytest", "-q", "-rs", f"--junitxml={DURATIONS}", *in_parallel(), *arguments]}
+    tests = {"tests": ["pytest", "-q", "-rs", f"--junitxml={DURATIONS}", *in_parallel(), *chosen, *arguments]}
     digits = {} if arguments else {"digits": ["pytest", "-q", "-m", "digits", *in_parallel()]}
     failed: dict[str, list[str]] = {}
     for shown, beside in ((tests, checks), (digits, {"docs": SPHINX})):  # the pages show what the tests have found

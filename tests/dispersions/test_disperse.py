@@ -139,11 +139,19 @@ def test_files_of_a_dispersion(read, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_same_bits_for_any_number_of_workers_and_after_an_interruption(tmp_path):
+@pytest.mark.release
+def test_the_same_bits_for_any_number_of_workers(tmp_path):
+    """As of sweeps (`tests/studies/test_sweep.py`)."""
     study = {**copy.deepcopy(STUDY), "samples": 8}
     here = evolvent.disperse(study, coverage=0.5, confidence=0.9)
     spread = evolvent.disperse({**study, "batch": 2}, output=tmp_path / "s", workers=2, coverage=0.5, confidence=0.9)
     xr.testing.assert_equal(spread.dataset, here.dataset)
+
+
+@pytest.mark.slow
+def test_the_same_bits_after_an_interruption(tmp_path):
+    study = {**copy.deepcopy(STUDY), "samples": 8}
+    here = evolvent.disperse(study, coverage=0.5, confidence=0.9)
     assert here.outputs[0].upper.confidence >= 0.9
 
     class Stop(Exception):

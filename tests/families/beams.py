@@ -19,7 +19,9 @@ BETA = np.array([1.8751040687, 4.6940911330, 7.8547574382, 10.9955407349])
 SIGMA = np.array([0.7340955137, 1.0184673186, 0.9992244965, 1.0000335533])
 
 SQUARE = elements.Rectangle(thickness=0.05, width=0.05)
-SOFT, HARD, RIGID = (elements.Material(young_modulus=E, poisson_ratio=0.0, density=1000.0) for E in (2e6, 2e9, 2e11))
+SOFT, STIFF, HARD, RIGID = (
+    elements.Material(young_modulus=E, poisson_ratio=0.0, density=1000.0) for E in (2e6, 5e8, 2e9, 2e11)
+)
 EI, MASS = 2e6 * 0.05**4 / 12.0, 2.5
 
 
@@ -153,13 +155,13 @@ def hinge() -> Case:
 
     def system() -> System:
         found = System()
-        rod(found, 2, HARD, "revolute")
+        rod(found, 2, STIFF, "revolute")
         found.add(parts.RotationalSpring(body="ground", node="rod.root", stiffness=c, rest=rest), "hinge")
         return found
 
     w = math.sqrt(c / INERTIA)
     return Case(
-        part="hinge", system=system, seen=tip, end=2.0, step=5e-5, theory=5e-4,
+        part="hinge", system=system, seen=tip, end=2.0, step=7e-5, theory=5e-4,
         motion=lambda t: columns(np.sin(oscillation(t, rest, 0.0, 0.0, w))), still=(math.sin(rest),), poles=(1j * w,),
     )  # fmt: skip
 
@@ -201,13 +203,13 @@ def node_on_spring() -> Case:
 
     def system() -> System:
         found = System()
-        rod(found, 1, HARD, "revolute", direction=(math.cos(start), math.sin(start), 0.0))
+        rod(found, 1, STIFF, "revolute", direction=(math.cos(start), math.sin(start), 0.0))
         found.add(parts.Spring(a="rod.tip", b=(d, 0.0, 0.0), stiffness=k, length=0.0), "spring")
         return found
 
     w = math.sqrt(k * d / INERTIA)
     return Case(
-        part="points", system=system, seen=tip, end=2.0, step=1e-4, theory=5e-4,
+        part="points", system=system, seen=tip, end=2.0, step=2e-4, theory=5e-4,
         motion=lambda t: columns(np.sin(swing(t, start, w))), still=(0.0,), poles=(1j * w,),
     )  # fmt: skip
 

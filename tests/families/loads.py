@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from evolvent import System, parts
-from families.beams import BETA, EI, HARD, INERTIA, cantilever, oscillation, rod, tip
+from families.beams import BETA, EI, INERTIA, STIFF, cantilever, oscillation, rod, tip
 from families.case import Array, Case, at, columns, of, springs_poles, swing
 from families.lumped import (
     BODY_INERTIA,
@@ -178,14 +178,14 @@ def moment() -> Case:
 
     def system() -> System:
         found = System()
-        rod(found, 2, HARD, "revolute")
+        rod(found, 2, STIFF, "revolute")
         found.add(parts.RotationalSpring(body="ground", node="rod.root", stiffness=c), "hinge")
         found.add(parts.Torque(at="rod.root", torque=(0.0, 0.0, M)), "moment")
         return found
 
     w = math.sqrt(c / INERTIA)
     return Case(
-        part="moment", system=system, seen=tip, end=2.0, step=5e-5, theory=5e-4,
+        part="moment", system=system, seen=tip, end=2.0, step=7e-5, theory=5e-4,
         motion=lambda t: columns(np.sin(oscillation(t, M / c, 0.0, 0.0, w))), still=(math.sin(M / c),),
         poles=(1j * w,),
     )  # fmt: skip

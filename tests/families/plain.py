@@ -32,11 +32,11 @@ def disturbed(assembly: Assembly) -> Array:
 
 
 def numbers(name: str) -> dict[str, list[float]]:
-    """Rates, residual and energies of a case's disturbed start, and where a few steps lead from its start."""
+    """Rates, residual and energies of a case's disturbed start, and where two steps lead from its start."""
     case = CASES[name]()
     row = next(family for family in table.FAMILIES if family.name == name)
     assembly, found = case.system().assemble(), {}
-    y, model, samples = disturbed(assembly), assembly.model, np.array([0.0, 3.0 * case.step])
+    y, model, samples = disturbed(assembly), assembly.model, np.array([0.0, 2.0 * case.step])
     if table.EXPLICIT in row.solvers:
         sums = np.zeros(mdl.N_INVENTORY)
         inventory.inventory(0.0, y, assembly.s, model, sums)

@@ -206,23 +206,20 @@ def test_a_structure_with_the_part(command, tmp_path):
         assert sentence in err
 
 
-def test_pages_of_the_package_show_its_keys(installed, tmp_path):
+def test_pages_of_the_package_show_its_keys(environment, tmp_path):
     pytest.importorskip("sphinx")
     pytest.importorskip("myst_parser")
     (tmp_path / "conf.py").write_text('extensions = ["myst_parser", "evolvent.sphinxext"]\n')
     page = "# Mast\n\n```{keys} pantograph tension-cable\n```\n\n```{parts} tension-cable\n```\n\n"
     (tmp_path / "index.md").write_text(page + "```{case-file} pantograph\n```\n")
-    source = str(pathlib.Path(evolvent.__file__).parents[1])
-    env = os.environ | {"PYTHONPATH": os.pathsep.join([source, str(installed), os.environ.get("PYTHONPATH", "")])}
-    del env["EVOLVENT_PLUGINS"]
     build = [sys.executable, "-m", "sphinx", "-q", "-b", "text", ".", "out"]
-    done = subprocess.run(build, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
+    done = subprocess.run(build, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     text = (tmp_path / "out" / "index.txt").read_text()
     for words in ("Pantograph\n", "Tension cable\n", "cells", "stiffness", "system: pantograph"):
         assert words in text, words
     (tmp_path / "index.md").write_text("# Mast\n\n```{keys} pantografh\n```\n")
-    done = subprocess.run(build, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
+    done = subprocess.run(build, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert "no system and no kind of part is called 'pantografh'; did you mean 'pantograph'?" in done.stderr
 
 
@@ -258,6 +255,7 @@ def test_a_package_that_cannot_be_loaded_harms_no_other(environment, tmp_path, i
         shutil.rmtree(broken)
 
 
+#: Lines by which modules end the process that imports them, and how these endings are named.
 ENDINGS = {
     "sys.exit(3)": "SystemExit: 3",
     "raise KeyboardInterrupt": "KeyboardInterrupt",
@@ -266,35 +264,45 @@ ENDINGS = {
 }
 
 
+@pytest.fixture
+def ending(installed):
+    """A package of one module for each of `ENDINGS`, which provides a system and a part."""
+    folder = installed / "ending-0.1.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: ending\nVersion: 0.1\n")
+    numbers = range(len(ENDINGS))
+    points = ["[evolvent.systems]", *(f"ending{k} = ends_{k}:System" for k in numbers)]
+    points += ["[evolvent.parts]", *(f"hoop{k} = ends_{k}:Hoop" for k in numbers)]
+    (folder / "entry_points.txt").write_text("\n".join(points) + "\n")
+    for k, line in enumerate(ENDINGS):
+        (installed / f"ends_{k}.py").write_text(f"import sys\n{line}\n")
+    yield
+    shutil.rmtree(folder)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("line", ENDINGS)
-def test_a_package_that_ends_the_process_is_named_and_harms_no_other(program, tmp_path, installed, line):
-    ending = installed / "ending-0.1.dist-info"
-    ending.mkdir()
-    (ending / "METADATA").write_text("Metadata-Version: 2.1\nName: ending\nVersion: 0.1\n")
-    points = "[evolvent.systems]\nending = ends_it:System\n[evolvent.parts]\nhoop = ends_it:Hoop\n"
-    (ending / "entry_points.txt").write_text(points)
-    (installed / "ends_it.py").write_text(f"import sys\n{line}\n")
-    part = f"the plug-in 'hoop' of the package 'ending' cannot be loaded: {ENDINGS[line]}\n"
-    try:
-        code, out, err = program("list")
-        assert code == 0
-        assert "pantograph" in out
-        assert err.count(f"evolvent: the system 'ending' of 'ends_it:System' cannot be loaded: {ENDINGS[line]}\n") == 1
-        assert err.count(f"evolvent: {part}") == 1
-        if line not in ("sys.exit(3)", "raise KeyboardInterrupt"):
-            return
+@pytest.mark.usefixtures("ending")
+def test_a_package_that_ends_the_process_is_named_and_harms_no_other(program, environment, tmp_path):
+    def part(k: int, why: str) -> str:
+        return f"the plug-in 'hoop{k}' of the package 'ending' cannot be loaded: {why}\n"
+
+    code, out, err = program("list")
+    assert code == 0
+    assert "pantograph" in out
+    for k, why in enumerate(ENDINGS.values()):
+        system = f"evolvent: the system 'ending{k}' of 'ends_{k}:System' cannot be loaded: {why}\n"
+        assert err.count(system) == err.count(f"evolvent: {part(k, why)}") == 1
+    with one_process(environment) as run:
         (tmp_path / "case.yaml").write_text("parts: {a: {kind: point, mass: 1 kg}}\nsimulate: {until: 1 s}\n")
-        code, _, err = program("run", "case.yaml", "--no-figures", "-o", "run.nc")
+        code, _, err = run(tmp_path, "run", "case.yaml", "--no-figures", "-o", "run.nc")
         assert code == 0
-        assert f"evolvent: {part}" in err
+        assert all(f"evolvent: {part(k, why)}" in err for k, why in enumerate(ENDINGS.values()))
         assert all("cannot be loaded" in line for line in err.splitlines())
-        (tmp_path / "case.yaml").write_text("system: ending\n")
-        code, _, err = program("run", "case.yaml")
-        assert code == 2
-        assert "the system 'ending' of 'ends_it:System' cannot be loaded" in err
-    finally:
-        shutil.rmtree(ending)
+        for k in range(len(ENDINGS)):
+            (tmp_path / "case.yaml").write_text(f"system: ending{k}\n")
+            code, _, err = run(tmp_path, "run", "case.yaml")
+            assert code == 2
+            assert f"the system 'ending{k}' of 'ends_{k}:System' cannot be loaded" in err
 
 
 def test_plug_ins_can_be_left_out(installed, monkeypatch):

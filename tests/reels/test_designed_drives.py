@@ -107,6 +107,7 @@ def test_the_first_drive_of_the_search_cancels_most_of_the_swing() -> None:
 def test_what_is_missed_is_reported(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A time in which it cannot be done: exit code 1, the nearest drive is written."""
     monkeypatch.setattr(search, "ROUNDS", (1,))
+    monkeypatch.setattr(search, "MOST_FURTHER", 0)
     file, picture, bounds = tmp_path / "drive.yaml", tmp_path / "drive.png", tmp_path / "bounds.yaml"
     bounds.write_text("residual_swing: 0.01 deg\nerror: 0.1\n")
     options = [f"--set={key}={value}" for key, value in SHORT.items()]

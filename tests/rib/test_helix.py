@@ -176,7 +176,7 @@ def test_a_torque_along_a_screw_pushes_a_rod_along_its_axis():
 @pytest.mark.parametrize(("pitch", "formulation"), [(0.1, "cable"), (0.6, "cable"), (0.6, "assumed_strain")])
 def test_a_helix_is_held_by_its_closed_form(book, pitch, formulation):
     """Sum of the contact forces T L cos(a)/(2 R^2), tension T (1 - s/L)/(R cos(a)), and the height of the helix."""
-    changes = {"rib.pitch": pitch, "rib.formulation": formulation, "rib.elements": 40, "hold.time": 25}
+    changes = {"rib.pitch": pitch, "rib.formulation": formulation, "rib.elements": 40, "hold.time": 15}
     run = evolvent.run("wrapped-rib-hold", changes)
     case = case_of(run)
     cosine = math.cos(case.helix_angle)
@@ -202,7 +202,7 @@ def test_a_helix_is_held_by_its_closed_form(book, pitch, formulation):
 def test_a_torque_about_the_axis_alone_pulls_a_helix_into_the_plane(monkeypatch):
     """Nothing holds the height of the free tip: without friction the tension has no part along the axis."""
     monkeypatch.setattr(structure, "_pitch", lambda case: 0.0)
-    changes = {"rib.pitch": 0.2, "rib.elements": 20, "hold.time": 40, "drive.ramp": 1}
+    changes = {"rib.pitch": 0.2, "rib.elements": 16, "hold.time": 30, "drive.ramp": 1}
     run = evolvent.run("wrapped-rib-hold", changes)
     z = run["rib-1"]["position"].values[:, :, 2]
     assert abs(z[-1, -1] - z[-1, 0]) < 0.2 * (z[0, -1] - z[0, 0])
@@ -222,7 +222,7 @@ def test_turns_beside_one_another_do_not_press_on_one_another():
     ("pitch", "changes"),
     [
         (0.6, {"drive": {"kind": "torque", "torque": 0.2}, "solver.duration": 110}),
-        (0.1, {"drive": {"kind": "tip", "rate": 0.5, "ramp": 2}}),
+        pytest.param(0.1, {"drive": {"kind": "tip", "rate": 0.5, "ramp": 2}}, marks=pytest.mark.release),
         (0.6, {"drive": {"kind": "tip", "rate": 0.5, "ramp": 2}}),
         (0.1, {"drive": {"kind": "hub", "rate": 0.2, "torque": 0.1}, "hub.motion": "driven", "solver.duration": 150}),
     ],
@@ -247,7 +247,7 @@ def test_a_rib_winds_as_a_helix(pitch, changes):
 
 def test_a_helix_springs_open_as_a_plane_coil_of_the_same_energy(book):
     """To the first order in the pitch the tip follows the closed form of the rib as seen along the hub's axis."""
-    runs = [evolvent.run("wrapped-rib-deploy", {"solver.duration": 300, "rib.pitch": p}) for p in (0.0, 0.05)]
+    runs = [evolvent.run("wrapped-rib-deploy", {"solver.duration": 150, "rib.pitch": p}) for p in (0.0, 0.05)]
     tips = [float(run.tip_radius[-1, 0]) for run in runs]
     assert tips[1] == pytest.approx(tips[0], rel=1e-3)
     case = case_of(runs[1])
@@ -256,9 +256,9 @@ def test_a_helix_springs_open_as_a_plane_coil_of_the_same_energy(book):
     assert stored(runs[1], "bending")[0] == pytest.approx(energy, rel=1e-3)
     assert elastic(runs[1])[-1] < elastic(runs[1])[0]
     assert abs(balance(runs[1])).max() < 4e-3
-    closed = float(closed_forms.deployed_tip_radius(case.strip, 300.0))
+    closed = float(closed_forms.deployed_tip_radius(case.strip, 150.0))
     book(
-        "Wrapped rib", "Helix, pitch 0.05 m: radius of the tip at 300 s of its deployment", source="closed form",
+        "Wrapped rib", "Helix, pitch 0.05 m: radius of the tip at 150 s of its deployment", source="closed form",
         reference="sqrt(R^2 + 2 v R t)", error=abs(tips[1] / closed - 1.0), allowed=0.01,
     )  # fmt: skip
 
@@ -266,21 +266,23 @@ def test_a_helix_springs_open_as_a_plane_coil_of_the_same_energy(book):
 @pytest.mark.parametrize(
     "changes",
     [
-        {"rib.formulation": "assumed_strain", "rib.elements": 40},
+        {"rib.formulation": "assumed_strain", "rib.elements": 30},
         {"solver.method": "generalized-alpha"},
         {"rib.root": "clamp"},
         {"hub.motion": "spin", "hub.density": 10},
     ],
 )
 def test_every_kind_of_helix_is_released(changes):
-    run = evolvent.run("wrapped-rib-deploy", {"rib.pitch": 0.4, "solver.duration": 40} | changes)
+    run = evolvent.run("wrapped-rib-deploy", {"rib.pitch": 0.4, "rib.elements": 20, "solver.duration": 25} | changes)
     assert run.attrs["status"] == "success"
     assert float(run.wrap_angle[-1, 0]) < float(run.wrap_angle[0, 0]) - 0.5
     assert -0.03 < balance(run).min() < balance(run).max() < 1e-3  # numerical damping
 
 
 def test_helices_on_a_free_hub_keep_the_momenta():
-    run = evolvent.run("wrapped-rib-deploy", FREE | {"rib.count": 2, "rib.pitch": 0.4, "solver.duration": 10})
+    run = evolvent.run(
+        "wrapped-rib-deploy", FREE | {"rib.count": 2, "rib.pitch": 0.4, "rib.elements": 20, "solver.duration": 10}
+    )
     scale = 10.0 * float(np.abs(run.hub_torque).max())
     assert np.abs(run.angular_momentum.values).max() < 1e-9 * max(scale, 1.0)
     assert np.abs(run.momentum.values).max() < 1e-9

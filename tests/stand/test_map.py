@@ -11,8 +11,8 @@ from evolvent.systems.inertia_stand import SYSTEM
 
 @pytest.fixture(scope="module")
 def box():
-    """Runs at the middles of 8 x 8 cells of the 20 % box, noise-free."""
-    x, z = (0.1 * (np.arange(8.0) - 3.5) * side / 0.4 for side in (0.8, 0.348))
+    """Runs at the middles of 6 x 6 cells of the 20 % box, noise-free."""
+    x, z = (0.8 / 6.0 * (np.arange(6.0) - 2.5) * side / 0.4 for side in (0.8, 0.348))
     overrides = [{"body.offset_x": float(a), "body.offset_z": float(b)} for a in x for b in z]
     both = {}
     for way in ("fit", "three-frequencies"):
@@ -25,7 +25,7 @@ def box():
 
 def _errors(runs):
     seen = [r for r in runs if float(r.least_energy) > 0.3]
-    assert len(seen) > 40
+    assert len(seen) > 22
     return 100.0 * np.array(
         [np.abs(r.inertia_identified / r.inertia_true - 1.0).sel(component=["xx", "zz"]).values for r in seen]
     )
@@ -74,14 +74,14 @@ def test_what_a_study_does_not_keep_is_not_drawn(keep, drawn):
     ],
 )
 def test_every_figure_of_a_map_is_drawn(fixed):
-    over = {"body.offset_x": [-0.4, 0.0, 0.4], "body.offset_z": [-0.2, 0.2]}
+    over = {"body.offset_x": [-0.4, 0.4], "body.offset_z": [-0.2, 0.2]}
     case = {"sensors.duration": "4 s", **fixed}
     study = studies.sweep({"study": "map", "case": "inertia-stand", "set": case, "over": over})
     assert np.all(np.isfinite(study.least_energy))
     drawn = draw.of_system(study)
     assert set(drawn) == {"energies", "amplitudes", "least_energy", "frequencies", "inertia_error"}
     for sheet in drawn.values():
-        sheet.canvas.draw()
+        sheet.draw_without_rendering()
 
 
 def test_a_map_of_one_case_is_drawn():

@@ -145,6 +145,7 @@ def test_a_sweep_goes_on_and_keeps_failures(study, tmp_path):
     assert again == [(8, 8)]
 
 
+@pytest.mark.release
 def test_workers_give_the_same_bits(study):
     here = studies.sweep(study)
     there = studies.sweep(study | {"batch": 1}, workers=2)

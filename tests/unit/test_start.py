@@ -77,11 +77,15 @@ def test_all_steps_run_and_a_failure_names_its_tests_at_the_end(start: Any, monk
     assert {"digits", "sphinx-build"} <= {word for words in calls[-2:] for word in words}, "after all other steps"
     assert said[-1].splitlines() == ["failed: tests", "  tests/a.py::test_x[1]", "  tests/b.py::test_y"]
     assert [text for text in said if text.startswith("no error\n--- types: ok in ")]
-    calls.clear()
-    assert start.test(["-k", "rotation"]) == 1
-    assert [words for words in calls if words[0] == "pytest"] == [
-        ["pytest", "-q", "-rs", f"--junitxml={start.DURATIONS}", *start.in_parallel(), "-k", "rotation"]
-    ]
+    for words, options in (
+        (["-k", "rotation"], ["-m", "not release", "-k", "rotation"]),
+        (["--release", "-k", "rotation"], ["-k", "rotation"]),
+    ):
+        calls.clear()
+        assert start.test(words) == 1
+        assert [command for command in calls if command[0] == "pytest"] == [
+            ["pytest", "-q", "-rs", f"--junitxml={start.DURATIONS}", *start.in_parallel(), *options]
+        ]
 
 
 @pytest.mark.slow

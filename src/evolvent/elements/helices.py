@@ -7,6 +7,7 @@ distance of the nodes from the axis, are those of least energy for the angle tha
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -90,6 +91,7 @@ def helix_stiffness_ratio(
     return least / energy
 
 
+@functools.lru_cache(maxsize=256)
 def _bent_element(
     formulation: str, length: float, section: CrossSection, material: Material, radius: float, advance: float,
     angle: float,

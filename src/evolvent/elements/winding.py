@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 _CABLES = ("cable", "cable_stretch")
 
 
+@functools.lru_cache(maxsize=256)
 def bent_element(
     formulation: str,
     length: float,
@@ -45,7 +46,7 @@ def bent_element(
     -------
     energy : float
     sizes : (2,) or (4,) float
-        Chord (m), length of both slopes, and of a beam those of both y and of both z directors.
+        Chord (m), length of both slopes, and of a beam those of both y and of both z directors; not writeable.
     """
     c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
     every = np.zeros((8, 3, 4))  # of nodal vectors, coordinates and sizes
@@ -104,6 +105,7 @@ def _least(energy: Callable[[Array], Any], p: Array) -> tuple[float, Array]:
         p = p + change
         if np.abs(change / p).max() < 1e-13:
             break
+    p.setflags(write=False)
     return float(energy(p)), p
 
 
