@@ -2,6 +2,7 @@
 
 import base64
 import datetime
+import functools
 import html.parser
 import re
 import shutil
@@ -51,10 +52,23 @@ def write(tmp_path):
     return made
 
 
+@pytest.fixture(scope="module")
+def reported(runs, tmp_path_factory):
+    """The report of a run by its name, written once."""
+
+    @functools.cache
+    def path(name):
+        found = tmp_path_factory.mktemp("reports") / f"{name}.html"
+        report.write(runs[name], str(found), date=DATE)
+        return found
+
+    return path
+
+
 @pytest.mark.parametrize("name", ["heliogyro", "stand", "rib"])
-def test_holds_everything_and_needs_nothing(runs, write, name):
-    run = runs[name]
-    path, page = write(run)
+def test_holds_everything_and_needs_nothing(runs, reported, name):
+    run, path = runs[name], reported(name)
+    page = Page(path.read_text(encoding="utf-8"))
     text = " ".join(page.text)
     module = cases.system(run.attrs["system"])
     for number in module.numbers(run):
@@ -119,9 +133,9 @@ def browser():
     return found
 
 
-def test_it_fits_a_narrow_screen(runs, write, browser):
+def test_it_fits_a_narrow_screen(reported, browser):
     playwright = pytest.importorskip("playwright.sync_api")
-    path, _ = write(runs["rib"])
+    path = reported("rib")
     with playwright.sync_playwright() as driver:
         opened = driver.chromium.launch(executable_path=browser, args=["--no-sandbox"])
         page = opened.new_page(viewport={"width": 390, "height": 800})
@@ -130,8 +144,8 @@ def test_it_fits_a_narrow_screen(runs, write, browser):
         opened.close()
 
 
-def test_chromium_renders_it(runs, write, tmp_path, browser):
-    path, _ = write(runs["heliogyro"])
+def test_chromium_renders_it(reported, tmp_path, browser):
+    path = reported("heliogyro")
     shot = tmp_path / "shot.png"
     options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--window-size=900,1500"]
     private = f"--user-data-dir={tmp_path / 'profile'}"

@@ -54,6 +54,7 @@ def test_figures_6_8_and_9_share_the_runs_of_figure_7():
         assert run.impulse[run.peak] == pytest.approx(gained, rel=0.05)
 
 
+@pytest.mark.release
 def test_damping_at_the_root_alone_neither_lowers_nor_delays_the_peak():
     made = rib_figures.root_damping(QUICK)
     time, peak, impulse, mean = np.array([[float(cell) for cell in row[1:5]] for row in numbers(made.text)]).T
@@ -63,6 +64,7 @@ def test_damping_at_the_root_alone_neither_lowers_nor_delays_the_peak():
     assert mean == pytest.approx(mean[0], rel=0.1)
 
 
+@pytest.mark.release
 def test_points_that_do_not_touch_at_rest_lie_off_by_what_a_cubic_departs_from_an_arc():
     """Of the wound rib's points, those at the nodes lie R theta^4/384 farther out than those in the middle."""
     (run,) = rib_runs.runs([rib_runs.of_the_paper()[1]], papers.silent)

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from studio.serving import serving
+from studio.serving import WAIT, part, serving
 
 ARGUMENTS = [
     "--no-sandbox",
@@ -22,6 +22,15 @@ ARGUMENTS = [
     "--disable-sync",
     "--enable-unsafe-swiftshader",
 ]
+
+#: Run in each page: no transitions, which are drawn in software and awaited.
+AT_ONCE = """addEventListener("DOMContentLoaded", () => {
+  const style = document.createElement("style");
+  style.textContent = "*, *::before, *::after { transition: none !important; animation-duration: 1ms !important; }";
+  document.head.append(style);
+});"""
+#: Whether a test failed.
+FAILED = pytest.StashKey[bool]()
 
 
 def chromium() -> str | None:
@@ -61,6 +70,67 @@ def server(browser: Any, folder: pathlib.Path) -> Iterator[Any]:
     """A studio that serves the working folder of the tests of a file."""
     with serving(folder) as started:
         yield started
+
+
+@pytest.fixture(scope="module")
+def context(browser: Any) -> Iterator[Any]:
+    """One profile for all pages of a file, so that what a page is made of is fetched once; nothing fades in or out."""
+    opened = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    opened.set_default_timeout(WAIT)
+    opened.add_init_script(AT_ONCE)
+    yield opened
+    opened.close()
+
+
+@pytest.fixture(scope="module")
+def kept_pages() -> list[Any]:
+    """The page that the tests of a file share, none before the first of them and after one that failed."""
+    return []
+
+
+@pytest.fixture
+def page(request: pytest.FixtureRequest, context: Any, server: Any, kept_pages: list[Any]) -> Iterator[Any]:
+    """The page, at the file's `FIRST_TAB`; it asks nothing of another machine, and nothing goes wrong in it.
+
+    It is loaded once for a file: a load costs a browser some seconds of processor time.
+    """
+    tab, button = getattr(request.module, "FIRST_TAB", ("tab-case", "run"))
+    if not kept_pages:
+        opened = context.new_page()
+        opened.outside, opened.wrong = [], []
+        own = (server.url, "data:", "blob:")
+        opened.on("request", lambda r: None if r.url.startswith(own) else opened.outside.append(r.url))
+        opened.on("pageerror", lambda error: opened.wrong.append(str(error)))
+        opened.goto(server.url)
+        kept_pages.append(opened)
+    shown = kept_pages.pop()
+    if shown.locator(".q-dialog").count():  # of the test before
+        shown.keyboard.press("Escape")
+        shown.locator(".q-dialog").wait_for(state="detached")
+    shown.click(part(tab))
+    shown.wait_for_selector(part(button))
+    shown.wait_for_timeout(400)
+    yield shown
+    try:
+        assert shown.outside == []
+        assert shown.wrong == []
+        assert "Traceback" not in server.log.read_text()
+    except AssertionError:
+        shown.close()
+        raise
+    if request.node.stash.get(FAILED, False):
+        shown.close()
+    else:
+        kept_pages.append(shown)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
+    """Note whether a test failed, for its page."""
+    report = yield
+    if report.when == "call":
+        item.stash[FAILED] = report.failed
+    return report
 
 
 @pytest.fixture(scope="session")

@@ -46,12 +46,12 @@ def choose(page: Any, select: str, option: str | re.Pattern[str], *, typed: str 
 
     wanted = re.compile(rf"^{re.escape(option)}$") if isinstance(option, str) else option
     entry = page.locator(".q-menu .q-item").filter(has_text=wanted).first
-    for _ in range(4):
+    for _ in range(8):
         page.locator(f".q-field:has({part(select)})").click()
         if typed:
             page.locator(part(select)).fill(typed)
         try:
-            entry.click(timeout=15_000)
+            entry.click(timeout=6_000)
             break
         except PlaywrightTimeout:
             page.keyboard.press("Escape")

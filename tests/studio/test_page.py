@@ -74,33 +74,6 @@ def folder(tmp_path_factory):
     return place
 
 
-@pytest.fixture(scope="module")
-def context(browser):
-    """One profile for all pages, so that what the page is made of is fetched once."""
-    opened = browser.new_context(viewport={"width": 1400, "height": 900})
-    yield opened
-    opened.close()
-
-
-@pytest.fixture
-def page(context, server):
-    """A page; it asks nothing of another machine, and nothing goes wrong in it."""
-    opened = context.new_page()
-    outside, errors = [], []
-    opened.on("request", lambda r: outside.append(r.url) if not r.url.startswith((server.url, "data:", "blob:")) else 0)
-    opened.on("pageerror", lambda error: errors.append(str(error)))
-    opened.set_default_timeout(WAIT)
-    opened.goto(server.url)
-    opened.click(part("tab-case"))
-    opened.wait_for_selector(part("run"))
-    opened.wait_for_timeout(400)
-    yield opened
-    opened.close()
-    assert outside == []
-    assert errors == []
-    assert "Traceback" not in server.log.read_text()
-
-
 def open_runs(page):
     page.click(part("tab-runs"))
 

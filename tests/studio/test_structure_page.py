@@ -44,25 +44,6 @@ def folder(tmp_path_factory):
     return place
 
 
-@pytest.fixture
-def page(browser, server):
-    """A page; it asks nothing of another machine, and nothing goes wrong in it."""
-    opened = browser.new_page(viewport={"width": 1400, "height": 900})
-    outside, errors = [], []
-    opened.on("request", lambda r: outside.append(r.url) if not r.url.startswith((server.url, "data:", "blob:")) else 0)
-    opened.on("pageerror", lambda error: errors.append(str(error)))
-    opened.set_default_timeout(40_000)
-    opened.goto(server.url)
-    opened.click(part("tab-case"))
-    opened.wait_for_selector(part("run"))
-    opened.wait_for_timeout(400)
-    yield opened
-    opened.close()
-    assert outside == []
-    assert errors == []
-    assert "Traceback" not in server.log.read_text()
-
-
 def add(page, kind, name=None):
     """Add a part of a kind; the name is the proposed one unless given."""
     page.click(part("add-part"))

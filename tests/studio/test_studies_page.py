@@ -13,6 +13,8 @@ from studio.serving import SHORT, WAIT, choose, part
 
 #: A phone.
 PHONE = {"width": 390, "height": 844}
+#: Where the tests begin: the panel, and what it has when it is there.
+FIRST_TAB = ("tab-studies", "run-study")
 
 
 @pytest.fixture(scope="module")
@@ -39,20 +41,6 @@ def opened(browser, server, **options):
     page.set_default_timeout(WAIT)
     page.goto(server.url)
     return page
-
-
-@pytest.fixture
-def page(browser, server):
-    errors = []
-    made = opened(browser, server, viewport={"width": 1440, "height": 900})
-    made.on("pageerror", lambda error: errors.append(str(error)))
-    made.click(part("tab-studies"))
-    made.wait_for_selector(part("run-study"))
-    made.wait_for_timeout(400)
-    yield made
-    made.context.close()
-    assert errors == []
-    assert "Traceback" not in server.log.read_text()
 
 
 def state(page, pattern):

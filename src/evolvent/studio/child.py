@@ -10,6 +10,8 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from evolvent.base import startup
+
 
 def start(
     module: str, *arguments: str | os.PathLike[str], folder: str | os.PathLike[str], stderr: Any
@@ -32,8 +34,7 @@ def close(process: subprocess.Popen[str]) -> None:
 
 def channel() -> Callable[..., None]:
     """What sends a message, its items as keywords, from this process; whatever else is printed goes to stderr."""
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
+    startup.prepare_process()
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 

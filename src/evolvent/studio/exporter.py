@@ -13,6 +13,7 @@ import threading
 import zipfile
 from typing import Any
 
+from evolvent.base import startup
 from evolvent.studio import child
 
 #: Kinds of downloads that are written by a process of their own: ending of the file's name.
@@ -30,7 +31,10 @@ def main(kind: str, run: str, target: str) -> int:
     send = child.channel()
     threading.Thread(target=_end_with_stdin, daemon=True).start()
     try:
-        with progress.shown_by(lambda stage: send(what=stage.what, done=stage.done, total=stage.total)):
+        with (
+            progress.shown_by(lambda stage: send(what=stage.what, done=stage.done, total=stage.total)),
+            startup.hidden(*startup.ARRAY_LIBRARIES),
+        ):
             _write(kind, run, target)
     except EvolventError as error:
         send(error=str(error))

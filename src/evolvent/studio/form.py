@@ -90,6 +90,7 @@ class Group:
                 yield from part.groups()
 
 
+@functools.cache
 def describe(kind: type[Section], *, skip: tuple[str, ...] = (), flat: bool = False) -> Group:
     """The form of a model.
 

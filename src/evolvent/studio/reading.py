@@ -20,6 +20,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from evolvent.base import startup
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.studio import child
 
@@ -247,7 +248,8 @@ def main() -> int:
 
         _allow(seconds)
         try:
-            send(found=tasks[asked["task"]](note, **asked["given"]))
+            with startup.hidden(*startup.ARRAY_LIBRARIES):
+                send(found=tasks[asked["task"]](note, **asked["given"]))
         except EvolventError as error:
             send(error=str(error))
         except (MemoryError, RecursionError):

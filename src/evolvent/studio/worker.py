@@ -7,6 +7,7 @@ work; what was computed is kept.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import pathlib
@@ -15,6 +16,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from evolvent.base import startup
 from evolvent.studio import child
 
 #: Files of a job.
@@ -37,7 +39,8 @@ def main(folder: str) -> int:
         compute = {
             "run": _run, "equilibrium": _equilibrium, "modes": _modes, "sweep": _sweep, "identify": _identify,
         }[job["kind"]]  # fmt: skip
-        compute(place, job, report)
+        with contextlib.nullcontext() if job["kind"] == "sweep" else startup.hidden(*startup.ARRAY_LIBRARIES):
+            compute(place, job, report)
     except EvolventError as error:
         report.send(status="failed", message=str(error))
     except KeyboardInterrupt:
