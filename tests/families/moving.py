@@ -286,7 +286,7 @@ def threaded(
 
 
 enter("threads")(threaded())
-enter("threads all out")(threaded(out=1.1))
+enter("threads all out")(threaded(out=1.0))
 enter("threads with dampers")(threaded(damping=3.0))
 enter("threads that go slack")(threaded(damping=0.5, slack=True))
 enter("threads by length")(threaded(boundary_segment="by-length", wound_mass="carried"))

@@ -52,7 +52,7 @@ def test_tangent(motion: str, rng: np.random.Generator) -> None:
     assembly = craft() if motion == "free" else heliogyro(segments="springs", out=2.9, nodes=6, stiffness=1e3)
     y, out = assembly.y.copy(), 3 * int(assembly.s[0])
     y[int(assembly.model.threads["iq"][0]) :][:out] += 0.01 * rng.standard_normal(out)
-    assert tangent_error(assembly, y, rng) < 1e-6
+    assert tangent_error(assembly, y, rng) < 1e-4
 
 
 def test_order_against_the_chain_of_fixed_links(book: Book) -> None:
