@@ -12,8 +12,10 @@ from evolvent import InputError, System, parts
 from evolvent.kernels import joint, rigid
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.fixed_lengths import with_positions
+from evolvent.solvers.graph import pattern_of
 from evolvent.solvers.implicit import ENERGY_MOMENTUM, NAME as ALPHA, solve_implicit
 from evolvent.solvers.modes import modes
+from evolvent.solvers.ordering import matrix_of, operations
 from evolvent.solvers.static import solve_static
 from implicit.rigs import Equations
 
@@ -275,3 +277,14 @@ def test_segments_stand_behind_the_joints_of_parts() -> None:
     assert own.tolist() == [False, True, True, True, True]
     assert (found.model.joints["until"][own] > 0.0).tolist() == [True, False, False, False]
     assert with_positions(found) is found
+
+
+@pytest.mark.parametrize("body", [FREE_BODY, SPINNING], ids=["free", "spinning"])
+@pytest.mark.parametrize("drive", [PAID_OUT, parts.FreeSpool(inertia=0.02, angle=2.0)], ids=["driven", "free"])
+def test_the_cost_of_a_step_is_linear_in_the_number_of_nodes(body: parts.RigidBody, drive: Any) -> None:
+    """Also where the multipliers of all segments join their nodes to a body that moves, and to the spool."""
+    found = [
+        operations(matrix_of(pattern_of(with_positions(thread_on(body, drive, nodes=n).assemble()).model)))
+        for n in (20, 40, 80)
+    ]
+    assert found[2] - found[1] == 2 * (found[1] - found[0])

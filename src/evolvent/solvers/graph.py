@@ -6,6 +6,7 @@ Unknowns are the velocities of the model in their order, then one multiplier for
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -69,12 +70,13 @@ def pattern_of(model: mdl.Model, *, layers: bool = False) -> Pattern:
     if layers:
         _couple_layers(graph)
     size = len(graph.blocks)
-    _add_multipliers(graph)
+    owner = _add_multipliers(graph)
     return Pattern(
         blocks=graph.blocks,
         multipliers=np.arange(len(graph.blocks)) >= size,
         pairs=np.array(sorted(graph.pairs), dtype=np.int64).reshape(-1, 2),
         fixed=np.isin(np.arange(len(graph.blocks)), sorted(graph.fixed)),
+        owner=owner,
     )
 
 
@@ -160,27 +162,38 @@ def _couple_layers(graph: _Graph) -> None:
 
 
 def _segment_ends(graph: _Graph, row: np.record) -> list[int]:
-    """Blocks that a segment of fixed length acts on, at the spool and when it has left it."""
+    """Blocks that a segment of fixed length acts on, its own node first, at the spool and when it has left it."""
     i = int(row["last"])
     thread = graph.model.threads[int(row["first"])]
     nodes = [graph.of(int(thread["iv"]) + 3 * j) for j in range(i, min(i + 2, int(thread["n"])))]
     return [*nodes, int(graph.body[thread["body"]]), _spool(graph, thread)]
 
 
-def _add_multipliers(graph: _Graph) -> None:
-    """A block for the multipliers of all joints between the same two blocks."""
+def _add_multipliers(graph: _Graph) -> dict[int, int]:
+    """A block for the multipliers of all joints between the same two blocks; the node that each segment belongs to.
+
+    A segment pulls its own node, and others further in: the rows of segments have full rank in their nodes alone.
+    """
     groups: dict[tuple[int, ...], list[int]] = {}
-    for k, row in enumerate(graph.model.joints):
-        if row["kind"] == joint.SEGMENT:
-            ends = _segment_ends(graph, row)
-        else:
-            found = ends_of(row, graph.model.gear_coordinates)
-            ends = [int(graph.body[index]) if what == "bodies" else graph.of(index) for what, index in found]
-        groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
-        if row["kind"] not in (joint.POINT, joint.ANGLE, joint.GEAR):  # the force turns with the other side
-            graph.couple(*ends)
-    for blocks, rows in groups.items():
+    owner: dict[int, int] = {}
+
+    def add(rows: list[int], blocks: Iterable[int]) -> int:
         group = len(graph.blocks)
         graph.blocks.append(graph.n_v + np.array(rows, dtype=np.int64))
         for block in blocks:
             graph.couple(group, block)
+        return group
+
+    for k, row in enumerate(graph.model.joints):
+        if row["kind"] == joint.SEGMENT:
+            ends = _segment_ends(graph, row)
+            owner[add([k], ends)] = ends[0]
+        else:
+            found = ends_of(row, graph.model.gear_coordinates)
+            ends = [int(graph.body[index]) if what == "bodies" else graph.of(index) for what, index in found]
+            groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
+        if row["kind"] not in (joint.POINT, joint.ANGLE, joint.GEAR):  # the force turns with the other side
+            graph.couple(*ends)
+    for blocks, rows in groups.items():
+        add(rows, blocks)
+    return owner

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -30,12 +31,15 @@ class Pattern(NamedTuple):
     multipliers : (nb,) bool, which of the blocks hold multipliers
     pairs : (ne, 2) int, blocks that couple, multipliers with what they act on included
     fixed : (nb,) bool, blocks that cannot move freely in space even without constraints, as a body on a fixed axis
+    owner : dict of blocks of multipliers to the block that each is eliminated with: of a chain, whose constraints have
+        full rank in their own blocks alone, whatever else they act on, and on which no other constraint acts
     """
 
     blocks: list[Array]
     multipliers: Array
     pairs: Array
     fixed: Array
+    owner: Mapping[int, int] = MappingProxyType({})
 
 
 class Order(NamedTuple):
@@ -68,7 +72,7 @@ def elimination_order(pattern: Pattern) -> Order:
     constraint waits for all that it acts on. In the graph of what constraints join, the ground included, those of a
     bridge (an edge in no loop) need wait for the part on the side away from the ground only, which moves freely without
     it: they are eliminated together with that part, in one block with pivots of both. So trees fill nothing, stiff or
-    massless, and only what is in a loop waits.
+    massless, and only what is in a loop waits. Of a chain the pattern itself says which block each belongs to.
 
     Ties go to the smaller block and then to the first one, so a chain is eliminated from a free end.
     """
@@ -141,10 +145,13 @@ def _minimum_degree(
 
 def _owners(pattern: Pattern) -> dict[int, int]:
     """Groups of multipliers that are bridges, and the block on their side away from the ground."""
-    acts: dict[int, set[int]] = {g: set() for g in np.flatnonzero(pattern.multipliers).tolist()}
+    acts: dict[int, set[int]] = {
+        g: set() for g in np.flatnonzero(pattern.multipliers).tolist() if g not in pattern.owner
+    }
     for a, b in np.asarray(pattern.pairs, dtype=np.int64).reshape(-1, 2).tolist():
         if pattern.multipliers[a] != pattern.multipliers[b]:
-            acts[a if pattern.multipliers[a] else b].add(b if pattern.multipliers[a] else a)
+            group, block = (a, b) if pattern.multipliers[a] else (b, a)
+            acts.get(group, set()).add(block)
     edges: dict[int, tuple[int, int]] = {}
     free = _NONE - 1  # edges of no group: fixed blocks, and groups that act on more than two
     for block in np.flatnonzero(pattern.fixed).tolist():
@@ -159,7 +166,7 @@ def _owners(pattern: Pattern) -> dict[int, int]:
         for a, b in itertools.pairwise(ends) if len(ends) > 2 else ():
             edges[free], edges[free - 1] = (a, b), (a, b)
             free -= 2
-    found = {}
+    found = dict(pattern.owner)
     for edge, child in _bridges(edges):
         if edge >= 0 and len(pattern.blocks[edge]) <= len(pattern.blocks[child]):
             found[edge] = child

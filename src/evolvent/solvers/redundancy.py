@@ -98,12 +98,17 @@ def undetermined(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, ine
     ----------
     inertia : c_mass (1/s2) so great that stiffness does not count, and a typical mass (kg)
     """
+    c_mass, mass = inertia
+    _write_tangent(model, matrix, t, y, c_mass, c_mass * mass)
+    return int(sparse_lu.factor(matrix))
+
+
+def _write_tangent(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, c_mass: float, scale: float) -> None:
+    """Evaluate a model at a state, and write its tangent with masses, without multipliers."""
     n_v, n_j = int(model.info.nv), model.joints.size
     la = np.zeros(n_j)
     residual(t, y, np.zeros(n_v), la, 0.0, 1.0, model, np.zeros(n_v + n_j), np.zeros(N_POWERS))
-    c_mass, mass = inertia
-    tangent(t, y, la, c_mass, 0.0, c_mass * mass, model, matrix)
-    return int(sparse_lu.factor(matrix))
+    tangent(t, y, la, c_mass, 0.0, scale, model, matrix)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -228,10 +233,9 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     if np.any(unknowns < n_v):
         raise InputError(redundant(assembly, matrix))
     unresolved = unknowns.size + int(matrix.counts[LOST])
-    la = np.zeros(model.joints.size)
-    tangent(t, y, la, _HUGE, 0.0, 1.0, model, matrix)
+    _write_tangent(model.copy(), matrix, t, y, _HUGE, 1.0)
     values, places, columns = ordering.entries(matrix)
-    whole = sparse.coo_matrix((values, (places, columns)), shape=(n_v + la.size, n_v + la.size)).tocsr()
+    whole = sparse.coo_matrix((values, (places, columns)), shape=(n_v + model.joints.size,) * 2).tocsr()
     G, M = whole[n_v:, :n_v], whole[:n_v, :n_v] / _HUGE
     joints = model.joints
     length = max(1.0, length_of(model, weight))
