@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from evolvent import System, parts
 from evolvent.elements import Material, Rectangle
-from evolvent.solvers import solve
+from evolvent.solvers import energy_momentum, solve
+from evolvent.solvers.balance import defect
 from evolvent.solvers.energy_momentum import solve_energy
+from evolvent.solvers.implicit_run import Run
 from evolvent.solvers.solution import Solution
 
 #: The least spectral radius, with the strongest filter.
@@ -129,3 +134,35 @@ def test_a_beam_gains_no_energy_at_changing_steps() -> None:
     system.add(parts.Joint(a="ground", b="strip.root", type="clamp"), "root")
     for tolerance in (1e-3, 1e-5):
         assert gained(ran(system, 0.5, tolerance, LEAST)) < 1e-10
+
+
+def falling_arm() -> System:
+    """A pendulum."""
+    return arm(gravity=(0.0, -9.81, 0.0))
+
+
+@pytest.mark.parametrize("factors", [(2.0, 0.5), (1.9, 1.0, 0.6), ()], ids=["alternating", "in turn", "at random"])
+@pytest.mark.parametrize("build", [oscillator, falling_arm])
+def test_energy_of_the_system_and_of_the_filter_never_increases(
+    build: Callable[[], System], factors: tuple[float, ...], rng: np.random.Generator
+) -> None:
+    """E less work + chi/4 dv.M dv over steps of changing lengths; the filter falls at longer ones, and comes back."""
+    plan = energy_momentum.plan(build().assemble(), samples=[0.0, 1e3], tolerance=1e-4, spectral_radius=LEAST)
+    run = Run(plan)
+    work, masses = run.work, np.array([MASS] * 3 + [INERTIA] * 3 if build is falling_arm else [1.0] * 3)
+    assert run.begin() == ""
+    energies, filters = [], []
+    for k in range(400):
+        given = factors[k % len(factors)] if factors else math.exp(rng.uniform(-math.log(2.0), math.log(2.0)))
+        work.loop.step = 0.008 * given
+        steps = int(work.loop.steps)
+        while work.loop.steps == steps:
+            run.advance(1)
+        step = work.step.step
+        filters.append(float(step.chi))
+        energies.append(float(defect(work.balance, 0.0)) + 0.25 * filters[-1] * float(masses @ work.step.before**2))
+    found, size = np.array(energies), np.ptp(filters)
+    assert np.diff(found[1:]).max() < 1e-11
+    assert found[1] - found[-1] < 0.1
+    assert size > 0.02
+    assert max(filters) == pytest.approx(0.125)

@@ -63,6 +63,8 @@ def test_a_capture_within_a_step_is_reported(method: str) -> None:
 def test_the_warning_is_that_of_the_result(method: str) -> None:
     run = panel(0.0).simulate(until=3.0, every=0.1, method=method, step=0.1)
     assert "'hinge' captures" in run.attrs["warning"]
+    kept = panel(0.0).simulate(until=3.0, every=0.1, method=method, step=0.1, keep=["steps"])
+    assert kept.attrs["warning"] == run.attrs["warning"]
 
 
 @pytest.mark.parametrize("segments", ["springs", "inextensible"])

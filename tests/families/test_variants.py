@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import InputError, System, cases
+from evolvent import InputError, System, cases, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.schema import Section
 from families import plain  # noqa: F401  (it enters the cases)
@@ -108,3 +109,25 @@ def test_what_is_assembled_from_the_model_that_is_there(name: str, key: str, cou
     variants = first._variants
     assert variants is not None
     assert (variants.fast, variants.whole) == counts
+
+
+def test_a_lighter_body_is_checked_against_its_spool() -> None:
+    """A reel, which has no records, states an inertia that its body includes."""
+    system = System()
+    system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.1)), "hub")
+    system.add(parts.Reel(body="hub", radius=0.1, drive=parts.FreeSpool(inertia=0.01)), "reel")
+    system.with_values({}).assemble()
+    with pytest.raises(InputError, match=r"reel.drive.inertia is 0.01 kg m2; the inertia of 'hub' includes it"):
+        system.with_values({"hub.inertia": (0.001, 0.001, 0.001)}).assemble()
+
+
+def test_a_varied_system_goes_to_another_process_without_the_shared_model() -> None:
+    """A system with a field, whose builder holds functions."""
+    system = System()
+    system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "stone")
+    system.add(parts.Orbit(rate=0.01), "orbit")
+    varied = system.with_values({"stone.mass": 2.0})
+    varied.assemble()
+    found = pickle.loads(pickle.dumps(varied))
+    assert found.parts == varied.parts
+    assert dict(arrays(found.assemble()))["y"].tobytes() == varied.assemble().y.tobytes()

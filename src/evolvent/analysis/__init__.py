@@ -463,7 +463,10 @@ def simulate_kept(
     if solution.status == "failed":
         root = times.mark(solution.t)
         raise RunFailed(solution.message, tree(solution, case=case(), why=why, title=title, root=root))
-    found = kept_of(solution, keep, lambda: root_of(solution, {}), fine=times.is_fine(solution.t), why=why)
+    found = kept_of(
+        solution, keep, lambda: root_of(solution, {}), fine=times.is_fine(solution.t), why=why,
+        warning=warning_of(solution),
+    )  # fmt: skip
     if found.missing:
         known = names(tree(solution, case="", why=why), over_time=False)
         raise refusal(found.missing[0], [*known, *solution.statistics])

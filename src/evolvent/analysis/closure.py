@@ -101,7 +101,7 @@ def unresolved_captures(solution: Solution) -> str:
     what = "captures" if worst.family == "coordinates" else "takes up a node"
     others = f" (and {len(short) - 1} more captures)" if len(short) > 1 else ""
     return (
-        f"{names[worst.family, worst.index]!r} {what} at t = {worst.time:.6g} s{others} in about {worst.duration:.2g} "
+        f"{names[worst.family, worst.row]!r} {what} at t = {worst.time:.6g} s{others} in about {worst.duration:.2g} "
         f"s, less than the step of {step:.3g} s: its load and the vibration that it excites are not resolved; use a "
         f"`step` of at most {worst.duration / STEPS:.1g} s, or a `tolerance`"
     )

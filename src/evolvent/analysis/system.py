@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from pydantic_core import PydanticCustomError
@@ -20,6 +20,8 @@ from evolvent.parts.base import Part, check_name
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from evolvent.results.kept import Kept
 
 _GRAVITY = units.Vector(quantity=units.Quantity(what="an acceleration", unit="m/s^2", example="9.81 m/s^2"))
 
@@ -157,6 +159,20 @@ class System:
             builder.write(name, part)
         return builder.build()
 
+    @overload
+    def simulate(
+        self, *, until: Any = None, every: Any = None, fine: bool | None = None, method: str | None = None,
+        step: Any = None, tolerance: float | None = None, spectral_radius: float | None = None,
+        progress: Callable[[float], None] | None = None, keep: None = None,
+    ) -> xr.DataTree: ...  # fmt: skip
+
+    @overload
+    def simulate(
+        self, *, until: Any = None, every: Any = None, fine: bool | None = None, method: str | None = None,
+        step: Any = None, tolerance: float | None = None, spectral_radius: float | None = None,
+        progress: Callable[[float], None] | None = None, keep: Sequence[str],
+    ) -> Kept: ...  # fmt: skip
+
     def simulate(
         self,
         *,
@@ -169,7 +185,7 @@ class System:
         spectral_radius: float | None = None,
         progress: Callable[[float], None] | None = None,
         keep: Sequence[str] | None = None,
-    ) -> Any:
+    ) -> xr.DataTree | Kept:
         """Integrate the motion from the start over time.
 
         Parameters
@@ -216,7 +232,7 @@ class System:
             self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
         )
 
-    def _kept(self, keep: Sequence[str], progress: Callable[[float], None] | None, settings: Mapping[str, Any]) -> Any:
+    def _kept(self, keep: Sequence[str], progress: Callable[[float], None] | None, settings: Mapping[str, Any]) -> Kept:
         """What is kept of a simulation."""
         from evolvent import analysis
 

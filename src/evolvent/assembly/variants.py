@@ -38,7 +38,8 @@ OWN_FIELDS: dict[str, frozenset[str]] = {
         "markers": "",
     }.items()
 }
-#: Families that have inertia, and those whose parts or checks read it: where a model has these, it is assembled whole.
+#: Families that have inertia, and those whose parts or checks read it: where a model has these, or a reel (which has no
+#: records of its own), it is assembled whole.
 _INERT = ("bodies", "points")
 _READ_INERTIA = ("threads", "wheels", "controllers", "field_points", "rods", "body_contacts", "links", "guides")
 #: Lists of a builder that parts append to, beside its rows.
@@ -103,6 +104,10 @@ class Variants:
     def __init__(self) -> None:
         self._base: _Base | None = None
         self.fast = self.whole = 0
+
+    def __reduce__(self) -> tuple[type[Variants], tuple[()]]:
+        """A copy, also in another process, assembles its first system whole."""
+        return Variants, ()
 
     def assembled(self, gravity: Array, parts: Mapping[str, Any]) -> Assembly | None:
         """The assembly of parts by name, from that of the first system; None where they must be assembled whole."""
@@ -239,6 +244,8 @@ def _changed(base: _Base, changes: list[Change], values: Mapping[int, float], pa
     inert = {change.family for change in changes} & set(_INERT)
     old = base.assembly
     if inert and any(getattr(old.model, family).size for family in _READ_INERTIA):
+        return None
+    if inert and any(family == "reels" for family, _ in old.names.values()):
         return None
     if "points" in inert and np.any(old.model.row_sides["point"] >= 0):
         return None

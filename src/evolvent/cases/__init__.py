@@ -199,7 +199,7 @@ def set_value(content: dict[str, Any], key: str, value: Any) -> None:
     InputError
         If the key cannot be set.
     """
-    _write_out(system(content["system"]).Case, content, key)  # type: ignore[attr-defined]
+    _write_out(system(content["system"]).Case, content, key)
     override(content, key, value)
 
 

@@ -85,7 +85,7 @@ _I = types.int64
 #: whether velocities are filtered (1 or 0); of the step before chi_p, and what it filters of accelerations: the largest
 #: beside the size, and the root mean square by shares of inertia (1/s2)
 STEP = np.dtype(
-    [(name, np.float64) for name in ("t", "h", "chi", "chi_v", "ratio", "soft", "held", "chi_p", "largest", "mean")]
+    [(name, np.float64) for name in ("t", "h", "chi", "chi_v", "ratio", "soft", "held", "chi_p", "largest", "rms")]
 )
 
 

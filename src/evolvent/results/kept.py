@@ -53,8 +53,8 @@ class Kept(Mapping[str, Any]):
 
     Attributes
     ----------
-    attrs : mapping, how the run ended: status, message, solver, method_reason, wall_time_s, compile_time_s, and
-        statistics, a mapping of numbers
+    attrs : mapping, how the run ended: status, message, warning, solver, method_reason, wall_time_s, compile_time_s,
+        and statistics, a mapping of numbers
     variables : mapping, the same values with their dimensions, units and words
     coordinates : mapping, dimension -> its coordinate
     missing : tuple of str, names that the run does not have
@@ -173,8 +173,9 @@ def _is_local(assembly: Assembly, part: str) -> bool:
 
 
 def kept_of(
-    solution: Solution, keep: Sequence[str], root: Callable[[], xr.Dataset], *, fine: np.ndarray, why: str
-) -> Kept:
+    solution: Solution, keep: Sequence[str], root: Callable[[], xr.Dataset], *, fine: np.ndarray, why: str,
+    warning: str = "",
+) -> Kept:  # fmt: skip
     """What is kept of a solution, at the samples that all runs of a case have; nothing of a run that has failed.
 
     Parameters
@@ -184,10 +185,11 @@ def kept_of(
     root : returns the variables of the root of its results; called where a name is of no part
     fine : (nt,) bool, samples that other runs of the case may not have
     why : str, why the method was taken
+    warning : str, what the run warns of
     """
     attrs = {
-        "status": solution.status, "message": solution.message, "solver": solution.method, "method_reason": why,
-        "wall_time_s": solution.wall_time, "compile_time_s": solution.compile_time,
+        "status": solution.status, "message": solution.message, "warning": warning, "solver": solution.method,
+        "method_reason": why, "wall_time_s": solution.wall_time, "compile_time_s": solution.compile_time,
         "statistics": dict(solution.statistics),
     }  # fmt: skip
     if solution.status == "failed":

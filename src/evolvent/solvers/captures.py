@@ -22,10 +22,10 @@ STEPS = 10
 
 
 class Capture(NamedTuple):
-    """A capture: the part by its family and index, when it began (s), and in what time it takes the motion (s)."""
+    """A capture: the part by its family and row, when it began (s), and in what time it takes the motion (s)."""
 
     family: str
-    index: int
+    row: int
     time: float
     duration: float
 

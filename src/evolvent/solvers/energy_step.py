@@ -65,8 +65,8 @@ def filter_of(h, step, loop, options):
     k, most = step.chi_p * (loop.last / h) ** 2, math.inf
     if step.largest > 0.0:
         most = FILTER_SHARE * options.tolerance / (h * step.largest)
-    if step.mean > 0.0 and options.rates > 0.0 and loop.settling == 0:
-        most = min(most, FILTER_SHARE * options.rates * loop.fastest / step.mean)
+    if step.rms > 0.0 and options.rates > 0.0 and loop.settling == 0:
+        most = min(most, FILTER_SHARE * options.rates * loop.fastest / step.rms)
     root = 0.5 * (math.sqrt(k) + math.sqrt(k + 8.0 * most / h))
     return min(root * root, options.chi)
 
@@ -157,7 +157,7 @@ def end_step(model, work):
         squares += work.shares[i] * filtered * filtered
         work.acceleration[i] = new
         work.rate[i] = step.dq[i] / h
-    step.step.chi_p, step.step.largest, step.step.mean = step.step.chi, largest, math.sqrt(squares)
+    step.step.chi_p, step.step.largest, step.step.rms = step.step.chi, largest, math.sqrt(squares)
     for b in range(model.bodies.size):  # whose increments are those of the centre that it has with its thread
         if model.bodies[b].motion == rigid.FREE and model.bodies[b].carried != 0.0:
             for i in range(model.bodies[b].iv, model.bodies[b].iv + 3):
