@@ -286,10 +286,9 @@ class System:
                 raise RunFailed(solution.message, solution)
             return solution
 
+        found = evaluation.at_rest(assembly, asked)
         moves = motion or (motion is None and "until" in self.settings)
-        return evaluation.margins(
-            assembly, asked, run=run if moves else None, title=self.title, case=self._case(self.settings)
-        )
+        return found.results(run() if moves else None, title=self.title, case=self._case(self.settings))
 
     def equilibrium(
         self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.analysis.margins.lines import MarginCoordinate
 from evolvent.analysis.margins.tables import Table
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import sides
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
 
 
-def latch_of(assembly: Assembly, coordinate: MarginCoordinate, table: Table, solution: Solution) -> dict[str, Any]:
+def latch_of(assembly: Assembly, table: Table, solution: Solution) -> dict[str, Any]:
     """What a run says of the end of a coordinate's travel.
 
     Returns
@@ -27,6 +26,7 @@ def latch_of(assembly: Assembly, coordinate: MarginCoordinate, table: Table, sol
         joint, and root_force (N), root_moment (N m), its largest reactions at the samples from then on. Not a number
         where the run does not tell.
     """
+    coordinate = table.coordinate
     seen = observe(solution, [coordinate.name]).get(coordinate.name)
     found: dict[str, Any] = {"time": np.nan, "rate": np.nan, "energy": np.nan, "peak_load": np.nan}
     found |= {"joint": "", "root_force": np.nan, "root_moment": np.nan}
