@@ -64,7 +64,10 @@ class AtRest:
         for table, motion in zip(self.tables, moving, strict=True):
             given = _given(table) | (_given(motion) if motion is not None else set())
             lines.refuse_unstated(table.coordinate, given, self.standard)
-        latches = [] if solution is None else [latch_of(self.assembly, table, solution) for table in self.tables]
+        latches = []
+        if solution is not None:
+            both = zip(self.tables, moving, strict=True)
+            latches = [latch_of(self.mechanism, table, motion, solution) for table, motion in both]
         return MarginResults(self.label, self.standard, self.keys, self.tables, moving, latches, title=title, case=case)
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from evolvent.analysis.margins.mechanism import Mechanism
 from evolvent.analysis.margins.tables import Table
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import sides
@@ -15,8 +17,12 @@ if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
 
 
-def latch_of(assembly: Assembly, table: Table, solution: Solution) -> dict[str, Any]:
+def latch_of(mechanism: Mechanism, table: Table, motion: Table | None, solution: Solution) -> dict[str, Any]:
     """What a run says of the end of a coordinate's travel.
+
+    Parameters
+    ----------
+    table, motion : at rest, and along the run
 
     Returns
     -------
@@ -26,24 +32,20 @@ def latch_of(assembly: Assembly, table: Table, solution: Solution) -> dict[str, 
         joint, and root_force (N), root_moment (N m), its largest reactions at the samples from then on. Not a number
         where the run does not tell.
     """
-    coordinate = table.coordinate
-    seen = observe(solution, [coordinate.name]).get(coordinate.name)
+    assembly, coordinate = mechanism.assembly, table.coordinate
     found: dict[str, Any] = {"time": np.nan, "rate": np.nan, "energy": np.nan, "peak_load": np.nan}
     found |= {"joint": "", "root_force": np.nan, "root_moment": np.nan}
-    if seen is None or not solution.t.size:
-        return found
-    variables = {name: np.asarray(v.values) for name, v in seen.variables.items()}
-    x, rate = variables["angle" if coordinate.angle else "travel"], variables["rate"]
-    found["time"] = float(variables["latch_time"][-1])
-    if np.isfinite(found["time"]):
-        found["rate"] = float(variables["latch_rate"][-1])
-        found["peak_load"] = float(variables["latch_torque_peak" if coordinate.angle else "latch_force_peak"][-1])
-    else:
-        arrived = np.flatnonzero(coordinate.sense * (x - coordinate.end) >= 0.0)
-        if not arrived.size:
+    if math.isfinite(assembly.model.coordinates["latch"][coordinate.k]):
+        seen = observe(solution, [coordinate.name])[coordinate.name].variables
+        peak = "latch_torque_peak" if coordinate.angle else "latch_force_peak"
+        last = {name: float(np.asarray(seen[name].values)[-1]) for name in ("latch_time", "latch_rate", peak)}
+        if math.isfinite(last["latch_time"]):
+            found |= {"time": last["latch_time"], "rate": last["latch_rate"], "peak_load": last[peak]}
+    if math.isnan(found["time"]):
+        n = 0 if motion is None else motion.time.size  # the first sample after those before the end
+        if n >= solution.t.size:
             return found
-        n = int(arrived[0])
-        found["time"], found["rate"] = float(solution.t[n]), float(rate[n])
+        found["time"], found["rate"] = float(solution.t[n]), mechanism.rate(coordinate.k, solution, n)
     found["energy"] = 0.5 * float(table.inertia[-1]) * found["rate"] ** 2
     joint = _joint_of(assembly, coordinate.k)
     if joint:

@@ -16,7 +16,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,9 @@ from evolvent.kernels import axial, coordinate_laws
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
 from evolvent.solvers import equilibrium
+
+if TYPE_CHECKING:
+    from evolvent.solvers.solution import Solution
 
 Array = np.ndarray
 
@@ -80,16 +83,17 @@ class Position:
         G = [mechanism.left(t, y, bare, la=e)[:n_v] - self.zero for e in np.eye(mechanism.n_j)]
         self.G = np.array(G).reshape(mechanism.n_j, n_v)
         self.J = np.zeros((self.x.size, n_v))
-        for k in range(self.x.size):
-            self.J[k] = mechanism.left(t, y, mechanism.with_torque(k, self.x[k]))[:n_v] - self.zero
+        for k, one in enumerate(mechanism.with_torque):
+            one.coordinates["rest"] = self.x[k] - 1.0
+            self.J[k] = mechanism.left(t, y, one)[:n_v] - self.zero
 
     @functools.cached_property
-    def M(self) -> Array:
+    def mass(self) -> Array:
         """Mass matrix, (nv, nv)."""
         one = self._mechanism
         columns = [one.left(self.t, self.y, one.bare, a=e)[: one.n_v] - self.zero for e in np.eye(one.n_v)]
-        M = np.array(columns)
-        return 0.5 * (M + M.T)
+        found = np.array(columns)
+        return 0.5 * (found + found.T)
 
 
 class Mechanism:
@@ -116,19 +120,23 @@ class Mechanism:
         still["applied"] = 0.0
         #: The model without any force but those of constraints.
         self.bare = model._replace(coordinates=still, **{name: mdl.zeros(name, 0) for name in forces})
-        self._models: dict[tuple[str, Any], Any] = {}
+        #: The same with one coordinate, whose spring has a torque or force of 1 where `rest` is the value less 1.
+        self.with_torque = [self.bare._replace(coordinates=still[k : k + 1].copy()) for k in range(still.size)]
+        for one in self.with_torque:
+            one.coordinates["stiffness"] = 1.0
+        self._models: dict[str, Any] = {}
         self.powers = np.zeros(N_POWERS)
         self.none = np.zeros(self.n_v), np.zeros(self.n_j)
 
     # ------------------------------------------------------------------------------------------------ the engine
 
-    def _with(self, family: str, key: Any, records: Array) -> Any:
-        """The bare model with records of one family: made once for each key, later its records are overwritten."""
-        model = self._models.get((family, key))
+    def _with(self, share: Share, records: Array) -> Any:
+        """The bare model with records of a share: made once, later its records are overwritten."""
+        model = self._models.get(share.label)
         if model is None:
-            model = self._models[family, key] = self.bare._replace(**{family: records})
+            model = self._models[share.label] = self.bare._replace(**{share.family: records})
         else:
-            getattr(model, family)[:] = records
+            getattr(model, share.family)[:] = records
         return model
 
     def left(self, t: float, y: Array, model: Any, *, a: Any = None, la: Any = None, factor: float = 0.0) -> Array:
@@ -142,18 +150,22 @@ class Mechanism:
         """The mechanism at a time (s) and a state."""
         return Position(self, t, y)
 
+    def of_run(self, solution: Solution, n: int) -> Position:
+        """The mechanism at sample n of a run."""
+        self.bare.switches[:] = solution.s[n]
+        return self.at(float(solution.t[n]), solution.y[n])
+
+    def rate(self, k: int, solution: Solution, n: int) -> float:
+        """Rate of coordinate k (rad/s or m/s) at sample n of a run."""
+        at = self.of_run(solution, n)
+        return float(at.J[k] @ at.y[self.n_q : self.n_q + self.n_v])
+
     def at_rest(self, t: float) -> Position:
         """The mechanism at a time (s), where the system starts, without rates."""
         self.bare.switches[:] = self.assembly.s
         y = self.assembly.y.copy()
         y[self.n_q : self.n_q + self.n_v] = 0.0
         return self.at(t, y)
-
-    def with_torque(self, k: int, x: float) -> Any:
-        """The bare model with a torque or force of 1 in coordinate k, whose value is x."""
-        one = self.bare.coordinates[k : k + 1].copy()
-        one["stiffness"], one["rest"] = 1.0, x - 1.0
-        return self._with("coordinates", k, one)
 
     def power(self, share: Share, at: Position, direction: Direction, *, still: bool = False) -> float:
         """Virtual power of a share along a direction: N m or N, above 0 where it drives.
@@ -190,12 +202,13 @@ class Mechanism:
             a = np.zeros(self.n_v)
             equilibrium.turning(1.0, self.spin, y, self.whole, a)
             return self.left(t, y, self.bare, a=a)[: self.n_v]
-        own = getattr(self.whole, share.family)[list(share.rows)].copy()
         if share.family == "coordinates":
             own = self._coordinate(share, at, direction)
+        else:
+            own = getattr(self.whole, share.family)[list(share.rows)]
         if share.family == "fields":
             own["scale"] = 1.0
-        return self.left(t, y, self._with(share.family, share.label, own))[: self.n_v]
+        return self.left(t, y, self._with(share, own))[: self.n_v]
 
     def _coordinate(self, share: Share, at: Position, direction: Direction) -> Array:
         """A coordinate's record with the fields of a share alone; friction slips against the direction."""
@@ -242,10 +255,10 @@ class Mechanism:
         A = np.vstack([at.G, self.tied(at.J), at.J[held], at.J[[k]]])
         b = np.zeros(A.shape[0])
         b[-1] = sense
-        v = _least(at.M, A, b)
+        v = _least(at.mass, A, b)
         if float(np.abs(A @ v - b).max()) > _OFF:
             return None
-        return Direction(v, at.J @ v, float(v @ at.M @ v))
+        return Direction(v, at.J @ v, float(v @ at.mass @ v))
 
     def held_with(self, k: int, at: Position) -> tuple[list[int], list[int]]:
         """Coordinates that can be held while k moves, and those that follow it, by the constraints."""
@@ -284,7 +297,7 @@ class Mechanism:
         return at
 
     def _newton(self, rows: list[int], values: Array, at: Position) -> Position:
-        M, ties = at.M, self.synchronizations
+        M, ties = at.mass, self.synchronizations
         for _ in range(_ITERATIONS):
             x = at.x
             stretch = ties["ratio_b"] * x[ties["b"]] - ties["ratio_a"] * x[ties["a"]] - ties["offset"]

@@ -155,9 +155,8 @@ def along_motion(
     """
     rows: dict[int, list[tuple[float, float, Array, float]]] = {one.k: [] for one in coordinates}
     moving = list(coordinates)
-    for n, t in enumerate(solution.t):
-        mechanism.bare.switches[:] = solution.s[n]
-        at = mechanism.at(float(t), solution.y[n])
+    for n in range(solution.t.size):
+        at = mechanism.of_run(solution, n)
         moving = [one for one in moving if one.sense * (float(at.x[one.k]) - one.end) < 0.0]
         if not moving:
             break
