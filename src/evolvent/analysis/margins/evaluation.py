@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.analysis.margins import factors, lines, shares, tables
+from evolvent.analysis.margins import factors, latches, lines, shares, tables
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.keys import Margin
-from evolvent.analysis.margins.latches import latch_of
 from evolvent.analysis.margins.mechanism import Mechanism
 from evolvent.analysis.margins.results import MarginResults
 from evolvent.analysis.margins.shares import Share
@@ -64,11 +63,11 @@ class AtRest:
         for table, motion in zip(self.tables, moving, strict=True):
             given = _given(table) | (_given(motion) if motion is not None else set())
             lines.refuse_unstated(table.coordinate, given, self.standard)
-        latches = []
+        ends = []
         if solution is not None:
             both = zip(self.tables, moving, strict=True)
-            latches = [latch_of(self.mechanism, table, motion, solution) for table, motion in both]
-        return MarginResults(self.label, self.standard, self.keys, self.tables, moving, latches, title=title, case=case)
+            ends = [latches.of_solution(self.mechanism, table, motion, solution) for table, motion in both]
+        return MarginResults(self.label, self.standard, self.keys, self.tables, moving, ends, title=title, case=case)
 
 
 def at_rest(assembly: Assembly, keys: Margin) -> AtRest:
