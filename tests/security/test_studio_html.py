@@ -11,7 +11,7 @@ import pytest
 
 import evolvent
 from evolvent import cases
-from evolvent.exports import report
+from evolvent.exports import figure_pictures, report
 from evolvent.massprops import certificate, mass_properties
 from evolvent.results.figures import Figure, Line, Panel
 from evolvent.results.motion import Line as Thread, Motion
@@ -106,7 +106,7 @@ def test_a_report_holds_texts_as_texts(run, attack, monkeypatch, tmp_path):
     assert_harmless(page, scripts=0)
     line = Line(x=np.arange(3.0), y=np.arange(3.0), label=attack)
     figure = Figure(name="x", title=attack, panels=[Panel(x_label=attack, y_label=attack, lines=[line])])
-    picture = base64.b64decode(report.figure_picture(figure).source.partition(",")[2]).decode()
+    picture = base64.b64decode(figure_pictures.figure_picture(figure).source.partition(",")[2]).decode()
     drawn = Read(picture)
     assert not drawn.scripts
     assert not {"img", "script", "iframe", "textarea"} & {tag for tag, _ in drawn.found}

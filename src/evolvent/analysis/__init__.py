@@ -23,6 +23,7 @@ from evolvent.solvers.solution import first_latch
 if TYPE_CHECKING:
     import xarray as xr
 
+    from evolvent.analysis.margins.kept import KeptMargins
     from evolvent.results.kept import Kept
     from evolvent.solvers.solution import Solution
 
@@ -437,14 +438,14 @@ def check_kept(assembly: Assembly, keep: Sequence[str], *, method: str = "auto")
 
 
 def simulate_kept(
-    assembly: Assembly, keep: Sequence[str], *, case: Callable[[], str], title: str = "", fine: bool = True,
+    assembly: Assembly, margins: KeptMargins, *, case: Callable[[], str], title: str = "", fine: bool = True,
     **settings: Any,
 ) -> Kept:  # fmt: skip
     """What is kept of a simulation of an assembled system.
 
     Parameters
     ----------
-    keep : names, with reductions
+    margins : names of what is kept, and the margins among them
     case : returns the case as YAML, for the results of a run that has failed
     title, fine, settings : as of `simulate`
 
@@ -459,7 +460,9 @@ def simulate_kept(
     from evolvent.results.tree import root_of
     from evolvent.results.variables import names
 
-    solution, why, times = solve(assembly, fine=fine and not is_local(assembly, keep), **settings)
+    keep = margins.others
+    fine = fine and (margins.of_run or not is_local(assembly, keep))
+    solution, why, times = solve(assembly, fine=fine, **settings)
     if solution.status == "failed":
         root = times.mark(solution.t)
         raise RunFailed(solution.message, tree(solution, case=case(), why=why, title=title, root=root))
@@ -470,7 +473,7 @@ def simulate_kept(
     if found.missing:
         known = names(tree(solution, case="", why=why), over_time=False)
         raise refusal(found.missing[0], [*known, *solution.statistics])
-    return found
+    return margins.added(found, solution)
 
 
 def simulate(assembly: Assembly, *, case: str, title: str = "", **settings: Any) -> xr.DataTree:

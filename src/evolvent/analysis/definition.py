@@ -120,6 +120,7 @@ class SystemDefinition:
             For whatever can be found before the run.
         """
         from evolvent import analysis
+        from evolvent.analysis.margins.kept import KeptMargins
         from evolvent.results.fine_samples import Times
         from evolvent.results.kept import is_local, kept_of
         from evolvent.results.tree import root_of
@@ -130,7 +131,9 @@ class SystemDefinition:
         with naming_keys(keys):
             assembly, times, settings = self.assembled(case, given, variants)
             analysis.check_run(assembly, times, settings.get("step"))
-            fine = bool(settings.pop("fine", True)) and not (keep and is_local(assembly, keep))
+            margins = KeptMargins.of(assembly, self.sections(case).get("margin", {}), keep)
+            local = bool(keep) and not margins.of_run and is_local(assembly, margins.others)
+            fine = bool(settings.pop("fine", True)) and not local
             sampling = Times.of(times, self.between(case), fine=fine, values=assembly.y.size)
             method, prepare, note = self.prepare_run(case, assembly, sampling.all, settings)
 
@@ -157,6 +160,8 @@ class SystemDefinition:
             return analysis.observed(solution, names, system=case.system, root=root).assign(marks)
 
         def kept_values() -> Kept:
+            if not margins.need_run:
+                return margins.without_run()
             whole, seen, why = sampled(None)
             solution = closure.check_energy_gain(whole if seen.all() else whole.chosen(seen))
 
@@ -164,7 +169,8 @@ class SystemDefinition:
                 _, found = analysis.without(whole, self.findings(case, whole)[0], seen)
                 return root_of(solution, found)
 
-            return kept_of(solution, keep, root, fine=sampling.is_fine(solution.t), why=why)
+            found = kept_of(solution, margins.others, root, fine=sampling.is_fine(solution.t), why=why)
+            return margins.added(found, solution)
 
         def start() -> xr.DataTree:
             solution = analysis.at_start(assembly, method, float(times[0]))

@@ -203,7 +203,8 @@ class System:
         progress : called with the time reached (s), a few times a second; left out, a run that takes longer than 2 s
             prints lines with the time left on stderr
         keep : names of variables with reductions, as of a study (``"hinge 1.latch_time.last"``, ``.max``, ``.min``),
-            and of statistics; these values alone are returned, without the time that a tree takes
+            of margins (``"hinge 1.margin"``, ``"hinge 1.margin_in_run"``) and of statistics; these values alone are
+            returned, without the time that a tree takes
 
         Returns
         -------
@@ -235,15 +236,19 @@ class System:
     def _kept(self, keep: Sequence[str], progress: Callable[[float], None] | None, settings: Mapping[str, Any]) -> Kept:
         """What is kept of a simulation."""
         from evolvent import analysis
+        from evolvent.analysis.margins.kept import KeptMargins
 
         assembly = self.assemble()
         if isinstance(keep, str) or not all(isinstance(name, str) for name in keep):
             raise InputError(f"keep is {keep!r}; it must be a list of variables, such as ['hub.rate.z.last']")
-        if not self._found.issuperset(keep):
-            analysis.check_kept(assembly, keep)
-            self._found.update(keep)
+        margins = KeptMargins.of(assembly, self.sections.get("margin", {}), keep)
+        if not self._found.issuperset(margins.others):
+            analysis.check_kept(assembly, margins.others)
+            self._found.update(margins.others)
+        if not margins.need_run:
+            return margins.without_run()
         return analysis.simulate_kept(
-            assembly, keep, case=lambda: self._case(settings), title=self.title, progress=progress, **settings
+            assembly, margins, case=lambda: self._case(settings), title=self.title, progress=progress, **settings
         )
 
     def _run_settings(self, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -302,10 +307,9 @@ class System:
                 raise RunFailed(solution.message, solution)
             return solution
 
+        found = evaluation.at_rest(assembly, asked)
         moves = motion or (motion is None and "until" in self.settings)
-        return evaluation.margins(
-            assembly, asked, run=run if moves else None, title=self.title, case=self._case(self.settings)
-        )
+        return found.results(run() if moves else None, title=self.title, case=self._case(self.settings))
 
     def equilibrium(
         self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,

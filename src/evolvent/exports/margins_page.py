@@ -1,11 +1,15 @@
-"""Margins as one HTML page that needs nothing else."""
+"""Margins as one HTML page that needs nothing else, and as a section of the report of a run."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import json
+from typing import TYPE_CHECKING, Any
 
+from evolvent import cases
+from evolvent.analysis.margins import evaluation, factors, latches
+from evolvent.base.errors import InputError
 from evolvent.base.files import write_file
-from evolvent.exports.report import figure_picture
+from evolvent.exports.figure_pictures import figure_picture
 from evolvent.results import made_with
 from evolvent.view import pages
 
@@ -21,6 +25,51 @@ def write(found: MarginResults, path: str) -> str:
     InputError
         If the file cannot be written.
     """
+    page = pages.render(
+        "margins.html", title=f"Margins of {found.title or 'a mechanism'}", margins=_content(found),
+        made_with=f"made with {made_with()}", case=found.case,
+    )  # fmt: skip
+    write_file(path, page.encode())
+    return path
+
+
+def section(run: Any) -> dict[str, Any]:
+    """The section of a run's report: the margins of its case at rest, with what the run says of latches and stops.
+
+    Empty where the case has no key `margin`. Where the margins cannot be found, the verdict is the reason.
+    """
+    try:
+        content = cases.parse_yaml(run.attrs["case"], "the case of the run")
+    except InputError:
+        return {}
+    if not isinstance(content, dict) or not isinstance(content.get("margin"), dict):
+        return {}
+    try:
+        found = _content(_of_run(run, content))
+    except InputError as error:
+        verdict = f"The margins of this case are not stated: {error}."
+        return {"verdict": verdict, "tables": [], "drawn": None, "notes": []}
+    found["notes"].append("margins along the run are those of evolvent margin: a file of results has no states")
+    return found
+
+
+def _of_run(run: Any, content: dict[str, Any]) -> MarginResults:
+    """Margins of the case of a run at rest, and its latches and stops."""
+    if json.loads(run.attrs["laws"]):
+        raise InputError("the run used laws of the user, which the case cannot hold")
+    name = content["margin"].get("factors")
+    if name is not None and name not in factors.built_in():
+        raise InputError(f"the run does not hold the factors of {name!r}; evolvent margin reads them")
+    system = cases.presenter(run).system(cases.load(content))
+    keys = evaluation.with_keys(system.sections.get("margin", {}), {})
+    at_rest = evaluation.at_rest(system.assemble(), keys)
+    found = at_rest.results()
+    found.latches = [latches.of_tree(at_rest.assembly, table, run) for table in found.still]
+    return found
+
+
+def _content(found: MarginResults) -> dict[str, Any]:
+    """Verdict, tables, figure and notes."""
     tables = [
         ("Margins", found.rows()),
         ("What brings each margin to 0", found.balance_rows()),
@@ -30,14 +79,9 @@ def write(found: MarginResults, path: str) -> str:
     if found.latches:
         tables.append(("Latches and stops in the run", found.latch_rows()))
     negative = ", ".join(map(repr, found.negative))
-    page = pages.render(
-        "margins.html",
-        title=f"Margins of {found.title or 'a mechanism'}",
-        verdict=f"The margin of {negative} is below 0." if negative else "Every margin holds.",
-        tables=tables,
-        drawn=figure_picture(found.figure()),
-        notes=[*found.notes(), *filter(None, [found.standard.source]), f"made with {made_with()}"],
-        case=found.case,
-    )
-    write_file(path, page.encode())
-    return path
+    return {
+        "verdict": f"The margin of {negative} is below 0." if negative else "Every margin holds.",
+        "tables": tables,
+        "drawn": figure_picture(found.figure()),
+        "notes": [*found.notes(), *filter(None, [found.standard.source])],
+    }

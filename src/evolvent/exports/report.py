@@ -6,22 +6,19 @@ import dataclasses
 import datetime
 import io
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from evolvent import cases
 from evolvent.base.errors import counted
 from evolvent.base.files import write_file
+from evolvent.exports import margins_page
+from evolvent.exports.figure_pictures import figure_picture
 from evolvent.exports.pictures import pictures
 from evolvent.results import WELL, made_with, statistics_of, unfinished
-from evolvent.view import animation, pages, plots
+from evolvent.view import animation, pages
 
-if TYPE_CHECKING:
-    from evolvent.results.figures import Figure
-
-#: Largest figure that is kept as lines; a larger one is kept as points, bytes.
-_LARGEST_SVG = 250_000
 #: Stills that stand for the animation on paper.
 _STILLS = 3
 #: Units of what is conserved, or accounted for.
@@ -54,6 +51,7 @@ def _page(run: Any, date: datetime.datetime) -> str:
         "results": ("Results", [(n.label, n.value) for n in module.numbers(run) if n.label != "warning"]),
         "animation": ("Animation", _animation(run)),
         "figures": ("Figures", [figure_picture(figure) for figure in module.figures(run)]),
+        "margins": ("Margins", margins_page.section(run)),
         "balances": ("Balances", _balances(run)),
         "case": ("Case", run.attrs["case"]),
         "provenance": ("Provenance", _provenance(run, date)),
@@ -123,15 +121,6 @@ def _notes(run: Any) -> list[dict[str, Any]]:
         named = ", ".join(f"{key}: {law}" for key, law in laws.items())
         add("note", f"This run used laws of the user, which the case cannot hold: {named}.")
     return notes
-
-
-def figure_picture(figure: Figure) -> pages.Picture:
-    """A figure as an image in the page, whose text is its title."""
-    content, kind = plots.picture(figure, "svg", title=False), "svg+xml"
-    if len(content) > _LARGEST_SVG:
-        points = plots.picture(figure, "png", dpi=150, title=False)
-        content, kind = (points, "png") if len(points) < len(content) else (content, kind)
-    return pages.picture(content, kind, figure.title)
 
 
 def _animation(run: Any) -> dict[str, Any]:

@@ -2,22 +2,75 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.analysis.margins.lines import MarginCoordinate
+from evolvent.analysis.margins.mechanism import Mechanism
 from evolvent.analysis.margins.tables import Table
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import sides
 from evolvent.results.observe import observe
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from evolvent.solvers.solution import Solution
 
+Array = np.ndarray
 
-def latch_of(assembly: Assembly, coordinate: MarginCoordinate, table: Table, solution: Solution) -> dict[str, Any]:
+
+#: Variables of a part over time, by its name and theirs: (nt,) or (nt, 3).
+Variables = Callable[[str], Mapping[str, Array]]
+
+
+def of_solution(mechanism: Mechanism, table: Table, motion: Table | None, solution: Solution) -> dict[str, Any]:
+    """What a run says of the end of a coordinate's travel, as `latch_of`.
+
+    Parameters
+    ----------
+    table, motion : at rest, and along the run
+    """
+
+    def variables(name: str) -> Mapping[str, Array]:
+        return {key: np.asarray(v.values) for key, v in observe(solution, [name])[name].variables.items()}
+
+    n = 0 if motion is None else motion.time.size  # the first sample after those before the end
+    arrival = math.nan, math.nan
+    if n < solution.t.size:
+        arrival = float(solution.t[n]), mechanism.rate(table.coordinate.k, solution, n)
+    return latch_of(mechanism.assembly, table, solution.t, variables, arrival)
+
+
+def of_tree(assembly: Assembly, table: Table, run: xr.DataTree) -> dict[str, Any]:
+    """What the results of a run say of the end of a coordinate's travel, as `latch_of`."""
+
+    def variables(name: str) -> Mapping[str, Array]:
+        return {str(key): v.values for key, v in run.children[name].data_vars.items()} if name in run.children else {}
+
+    one, t = table.coordinate, run["time"].values
+    own = variables(one.name)
+    x, arrival = own.get("angle" if one.angle else "travel"), (math.nan, math.nan)
+    arrived = np.zeros(0) if x is None else np.flatnonzero(one.sense * (x - one.end) >= 0.0)
+    if arrived.size:
+        n = int(arrived[0])
+        arrival = float(t[n]), float(own["rate"][n])
+    return latch_of(assembly, table, t, variables, arrival)
+
+
+def latch_of(
+    assembly: Assembly, table: Table, t: Array, variables: Variables, arrival: tuple[float, float]
+) -> dict[str, Any]:
     """What a run says of the end of a coordinate's travel.
+
+    Parameters
+    ----------
+    table : at rest
+    t : (nt,) float, s
+    variables : of the parts of the run
+    arrival : time (s) and rate (rad/s or m/s) at the first sample at the end of the travel, NaN for none
 
     Returns
     -------
@@ -27,34 +80,28 @@ def latch_of(assembly: Assembly, coordinate: MarginCoordinate, table: Table, sol
         joint, and root_force (N), root_moment (N m), its largest reactions at the samples from then on. Not a number
         where the run does not tell.
     """
-    seen = observe(solution, [coordinate.name]).get(coordinate.name)
-    found: dict[str, Any] = {"time": np.nan, "rate": np.nan, "energy": np.nan, "peak_load": np.nan}
+    coordinate = table.coordinate
+    found: dict[str, Any] = {"time": arrival[0], "rate": arrival[1], "peak_load": np.nan}
     found |= {"joint": "", "root_force": np.nan, "root_moment": np.nan}
-    if seen is None or not solution.t.size:
-        return found
-    variables = {name: np.asarray(v.values) for name, v in seen.variables.items()}
-    x, rate = variables["angle" if coordinate.angle else "travel"], variables["rate"]
-    found["time"] = float(variables["latch_time"][-1])
-    if np.isfinite(found["time"]):
-        found["rate"] = float(variables["latch_rate"][-1])
-        found["peak_load"] = float(variables["latch_torque_peak" if coordinate.angle else "latch_force_peak"][-1])
-    else:
-        arrived = np.flatnonzero(coordinate.sense * (x - coordinate.end) >= 0.0)
-        if not arrived.size:
-            return found
-        n = int(arrived[0])
-        found["time"], found["rate"] = float(solution.t[n]), float(rate[n])
+    if math.isfinite(assembly.model.coordinates["latch"][coordinate.k]):
+        own, peak = variables(coordinate.name), "latch_torque_peak" if coordinate.angle else "latch_force_peak"
+        time, rate, load = (_last(own, name) for name in ("latch_time", "latch_rate", peak))
+        if math.isfinite(time):
+            found |= {"time": time, "rate": rate, "peak_load": load}
     found["energy"] = 0.5 * float(table.inertia[-1]) * found["rate"] ** 2
     joint = _joint_of(assembly, coordinate.k)
-    if joint:
-        reactions = observe(solution, [joint])[joint].variables
-        after = solution.t >= found["time"]
+    if joint and math.isfinite(found["time"]):
+        reactions, after = variables(joint), t >= found["time"]
         found["joint"] = joint
         for key in ("force", "moment"):
             if key in reactions and np.any(after):
-                size = np.linalg.norm(np.asarray(reactions[key].values)[after], axis=-1)
-                found[f"root_{key}"] = float(size.max())
+                found[f"root_{key}"] = float(np.linalg.norm(reactions[key][after], axis=-1).max())
     return found
+
+
+def _last(variables: Mapping[str, Array], name: str) -> float:
+    """The last value of a variable, NaN where there is none."""
+    return float(np.atleast_1d(variables.get(name, np.nan))[-1])
 
 
 def _joint_of(assembly: Assembly, k: int) -> str:

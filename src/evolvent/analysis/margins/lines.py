@@ -11,7 +11,7 @@ import numpy as np
 
 from evolvent.analysis.margins import factors as of
 from evolvent.analysis.margins.keys import Margin, MarginLine
-from evolvent.analysis.margins.mechanism import Mechanism
+from evolvent.analysis.margins.mechanism import Mechanism, Position
 from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import axial
 
@@ -56,7 +56,7 @@ class MarginCoordinate:
         return ("rad", "N m") if self.angle else ("m", "N")
 
 
-def coordinates_of(mechanism: Mechanism, keys: Margin, y: Array) -> list[MarginCoordinate]:
+def coordinates_of(mechanism: Mechanism, keys: Margin, at: Position) -> list[MarginCoordinate]:
     """All coordinates with a margin.
 
     Raises
@@ -65,12 +65,11 @@ def coordinates_of(mechanism: Mechanism, keys: Margin, y: Array) -> list[MarginC
         For a coordinate whose travel has no end, or one that the case names and that is none.
     """
     names, rows = mechanism.names, mechanism.whole.coordinates
-    J, x = mechanism.coordinates(keys.time, y)
     for name in keys.lines:
         if name not in names:
             raise InputError(f"margin.lines has {name!r}, which has no coordinate; {nearest(name, names)}")
     found = []
-    for same in _alike(J):
+    for same in _alike(at.J):
         asked = [k for k in same if names[k] in keys.lines]
         if len(asked) > 1:
             first, second = (names[k] for k in asked[:2])
@@ -84,7 +83,7 @@ def coordinates_of(mechanism: Mechanism, keys: Margin, y: Array) -> list[MarginC
         line = keys.lines.get(names[k], MarginLine())
         if line.leave_out:
             continue
-        travel = _travel(names[k], rows, ends, float(x[k]), line)
+        travel = _travel(names[k], rows, ends, float(at.x[k]), line)
         if travel is None:
             continue
         if not names[k]:
@@ -151,11 +150,11 @@ def _acceleration(line: MarginLine, start: float, end: float) -> float:
     return float(line.acceleration or 0.0)
 
 
-def with_others(mechanism: Mechanism, found: list[MarginCoordinate], t: float, y: Array) -> list[MarginCoordinate]:
+def with_others(mechanism: Mechanism, found: list[MarginCoordinate], at: Position) -> list[MarginCoordinate]:
     """The coordinates, each with those that are held while it moves and those that follow."""
     result = []
     for one in found:
-        held, follow = mechanism.held_with(one.k, t, y)
+        held, follow = mechanism.held_with(one.k, at)
         names = [tuple(mechanism.names[j] for j in group if j not in one.of) for group in (held, follow)]
         result.append(dataclasses.replace(one, held=names[0], follow=names[1]))
     return result

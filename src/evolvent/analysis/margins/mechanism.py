@@ -14,11 +14,11 @@ force Q has the share Q.v, and the reflected inertia is v.M v.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.linalg
 
 from evolvent import model as mdl
 from evolvent.analysis.margins.shares import GRAVITY, OWN, SPIN, Share, coordinate_names
@@ -30,6 +30,9 @@ from evolvent.kernels import axial, coordinate_laws
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
 from evolvent.solvers import equilibrium
+
+if TYPE_CHECKING:
+    from evolvent.solvers.solution import Solution
 
 Array = np.ndarray
 
@@ -59,8 +62,42 @@ class Direction:
     inertia: float
 
 
+class Position:
+    """A mechanism at a time and a state, with what its constraints and coordinates are there.
+
+    Attributes
+    ----------
+    t : float, s; y : (n,) float, the state
+    zero : (nv,) float, left side of the equations without any force of a part
+    G : (nj, nv) float, gradients of the joints; gaps : (nj,) float; penalties hold as constraints do
+    J : (nc, nv) float, gradients of the coordinates: the force of a spring with a torque of 1
+    x : (nc,) float, rad or m, values of the coordinates
+    """
+
+    def __init__(self, mechanism: Mechanism, t: float, y: Array) -> None:
+        self._mechanism, self.t, self.y = mechanism, t, y
+        bare, n_v = mechanism.bare, mechanism.n_v
+        r = mechanism.left(t, y, bare)
+        self.zero, self.gaps = r[:n_v], r[n_v:]
+        self.x = bare.coordinates["angle"].copy()
+        G = [mechanism.left(t, y, bare, la=e)[:n_v] - self.zero for e in np.eye(mechanism.n_j)]
+        self.G = np.array(G).reshape(mechanism.n_j, n_v)
+        self.J = np.zeros((self.x.size, n_v))
+        for k, one in enumerate(mechanism.with_torque):
+            one.coordinates["rest"] = self.x[k] - 1.0
+            self.J[k] = mechanism.left(t, y, one)[:n_v] - self.zero
+
+    @functools.cached_property
+    def mass(self) -> Array:
+        """Mass matrix, (nv, nv)."""
+        one = self._mechanism
+        columns = [one.left(self.t, self.y, one.bare, a=e)[: one.n_v] - self.zero for e in np.eye(one.n_v)]
+        found = np.array(columns)
+        return 0.5 * (found + found.T)
+
+
 class Mechanism:
-    """Forces, constraints and positions of an assembled system, at a time t (s).
+    """Forces, constraints and positions of an assembled system.
 
     Parameters
     ----------
@@ -83,19 +120,23 @@ class Mechanism:
         still["applied"] = 0.0
         #: The model without any force but those of constraints.
         self.bare = model._replace(coordinates=still, **{name: mdl.zeros(name, 0) for name in forces})
-        self._models: dict[tuple[str, Any], Any] = {}
+        #: The same with one coordinate, whose spring has a torque or force of 1 where `rest` is the value less 1.
+        self.with_torque = [self.bare._replace(coordinates=still[k : k + 1].copy()) for k in range(still.size)]
+        for one in self.with_torque:
+            one.coordinates["stiffness"] = 1.0
+        self._models: dict[str, Any] = {}
         self.powers = np.zeros(N_POWERS)
         self.none = np.zeros(self.n_v), np.zeros(self.n_j)
 
     # ------------------------------------------------------------------------------------------------ the engine
 
-    def _with(self, family: str, key: Any, records: Array) -> Any:
-        """The bare model with records of one family: made once for each key, later its records are overwritten."""
-        model = self._models.get((family, key))
+    def _with(self, share: Share, records: Array) -> Any:
+        """The bare model with records of a share: made once, later its records are overwritten."""
+        model = self._models.get(share.label)
         if model is None:
-            model = self._models[family, key] = self.bare._replace(**{family: records})
+            model = self._models[share.label] = self.bare._replace(**{share.family: records})
         else:
-            getattr(model, family)[:] = records
+            getattr(model, share.family)[:] = records
         return model
 
     def left(self, t: float, y: Array, model: Any, *, a: Any = None, la: Any = None, factor: float = 0.0) -> Array:
@@ -105,32 +146,28 @@ class Mechanism:
         residual(t, y, a, la, 0.0, factor, model, r, self.powers)
         return r
 
-    def mass(self, t: float, y: Array) -> Array:
-        """Mass matrix, (nv, nv)."""
-        zero = self.left(t, y, self.bare)[: self.n_v]
-        columns = [self.left(t, y, self.bare, a=e)[: self.n_v] - zero for e in np.eye(self.n_v)]
-        M = np.array(columns)
-        return 0.5 * (M + M.T)
+    def at(self, t: float, y: Array) -> Position:
+        """The mechanism at a time (s) and a state."""
+        return Position(self, t, y)
 
-    def constraints(self, t: float, y: Array) -> tuple[Array, Array]:
-        """Gradients (nj, nv) and gaps (nj,) of the joints; penalties hold as constraints do."""
-        r = self.left(t, y, self.bare)
-        zero, gaps = r[: self.n_v].copy(), r[self.n_v :].copy()
-        G = np.array([self.left(t, y, self.bare, la=e)[: self.n_v] - zero for e in np.eye(self.n_j)])
-        return G.reshape(self.n_j, self.n_v), gaps
+    def of_run(self, solution: Solution, n: int) -> Position:
+        """The mechanism at sample n of a run."""
+        self.bare.switches[:] = solution.s[n]
+        return self.at(float(solution.t[n]), solution.y[n])
 
-    def coordinates(self, t: float, y: Array) -> tuple[Array, Array]:
-        """Gradients (nc, nv) and values (nc,) of the coordinates: the force of a spring with a torque of 1."""
-        zero = self.left(t, y, self.bare)[: self.n_v]
-        rows = self.bare.coordinates
-        x, J = rows["angle"].copy(), np.zeros((rows.size, self.n_v))
-        for k in range(rows.size):
-            one = rows[k : k + 1].copy()
-            one["stiffness"], one["rest"] = 1.0, x[k] - 1.0
-            J[k] = self.left(t, y, self._with("coordinates", k, one))[: self.n_v] - zero
-        return J, x
+    def rate(self, k: int, solution: Solution, n: int) -> float:
+        """Rate of coordinate k (rad/s or m/s) at sample n of a run."""
+        at = self.of_run(solution, n)
+        return float(at.J[k] @ at.y[self.n_q : self.n_q + self.n_v])
 
-    def power(self, share: Share, t: float, y: Array, direction: Direction, *, still: bool = False) -> float:
+    def at_rest(self, t: float) -> Position:
+        """The mechanism at a time (s), where the system starts, without rates."""
+        self.bare.switches[:] = self.assembly.s
+        y = self.assembly.y.copy()
+        y[self.n_q : self.n_q + self.n_v] = 0.0
+        return self.at(t, y)
+
+    def power(self, share: Share, at: Position, direction: Direction, *, still: bool = False) -> float:
         """Virtual power of a share along a direction: N m or N, above 0 where it drives.
 
         Parameters
@@ -152,27 +189,28 @@ class Mechanism:
                         f"{share.part}.limit, the torque or force that it has at the worst"
                     )
                 return float(row["limit"]) * abs(float(direction.rates[int(row["coordinate"])]))
-        zero = self.left(t, y, self.bare)[: self.n_v]
-        parts = (zero - self._force(share, t, y, direction)) * direction.v
+        parts = (at.zero - self._force(share, at, direction)) * direction.v
         found = float(parts.sum())
         return found if abs(found) > _ROUND_OFF * float(np.abs(parts).sum()) else 0.0
 
-    def _force(self, share: Share, t: float, y: Array, direction: Direction) -> Array:
+    def _force(self, share: Share, at: Position, direction: Direction) -> Array:
         """Generalised forces of a share, on the left of the equations, with those of the bare model."""
+        t, y = at.t, at.y
         if share.label == GRAVITY:
             return self.left(t, y, self.bare, factor=1.0)[: self.n_v]
         if share.label == SPIN:
             a = np.zeros(self.n_v)
             equilibrium.turning(1.0, self.spin, y, self.whole, a)
             return self.left(t, y, self.bare, a=a)[: self.n_v]
-        own = getattr(self.whole, share.family)[list(share.rows)].copy()
         if share.family == "coordinates":
-            own = self._coordinate(share, direction)
+            own = self._coordinate(share, at, direction)
+        else:
+            own = getattr(self.whole, share.family)[list(share.rows)]
         if share.family == "fields":
             own["scale"] = 1.0
-        return self.left(t, y, self._with(share.family, share.label, own))[: self.n_v]
+        return self.left(t, y, self._with(share, own))[: self.n_v]
 
-    def _coordinate(self, share: Share, direction: Direction) -> Array:
+    def _coordinate(self, share: Share, at: Position, direction: Direction) -> Array:
         """A coordinate's record with the fields of a share alone; friction slips against the direction."""
         (k,) = share.rows
         own = self.whole.coordinates[k : k + 1].copy()
@@ -180,7 +218,7 @@ class Mechanism:
             if field not in share.fields:
                 own[field] = 0.0
         if "friction" in share.fields:
-            x, rate = float(self.bare.coordinates["angle"][k]), float(direction.rates[k])
+            x, rate = float(at.x[k]), float(direction.rates[k])
             own["relax"] = own["slips"] = own["bristle0"] = 0.0
             if abs(rate) <= _OFF:  # it does not move
                 own["friction"] = 0.0
@@ -197,7 +235,7 @@ class Mechanism:
             return np.zeros((0, self.n_v))
         return np.array([row["ratio_b"] * J[row["b"]] - row["ratio_a"] * J[row["a"]] for row in rows])
 
-    def direction(self, k: int, held: list[int], sense: float, t: float, y: Array) -> Direction:
+    def direction(self, k: int, held: list[int], sense: float, at: Position) -> Direction:
         """How the mechanism moves with coordinate k at the rate `sense`, 1 or -1.
 
         Raises
@@ -205,34 +243,31 @@ class Mechanism:
         InputError
             If it cannot.
         """
-        found = self._solved(k, held, sense, t, y)
+        found = self._solved(k, held, sense, at)
         if found is None:
             raise InputError(
-                f"{self.names[k]!r} cannot move at {self.value_text(k)}: the constraints and the coordinates that are "
-                f"held do not let it"
+                f"{self.names[k]!r} cannot move at {float(at.x[k]):.6g} {self.unit(k)}: the constraints and the "
+                f"coordinates that are held do not let it"
             )
         return found
 
-    def _solved(self, k: int, held: list[int], sense: float, t: float, y: Array) -> Direction | None:
-        G, _ = self.constraints(t, y)
-        J, _ = self.coordinates(t, y)
-        M = self.mass(t, y)
-        A = np.vstack([G, self.tied(J), J[held], J[[k]]])
+    def _solved(self, k: int, held: list[int], sense: float, at: Position) -> Direction | None:
+        A = np.vstack([at.G, self.tied(at.J), at.J[held], at.J[[k]]])
         b = np.zeros(A.shape[0])
         b[-1] = sense
-        v = _least(M, A, b)
+        v = _least(at.mass, A, b)
         if float(np.abs(A @ v - b).max()) > _OFF:
             return None
-        return Direction(v, J @ v, float(v @ M @ v))
+        return Direction(v, at.J @ v, float(v @ at.mass @ v))
 
-    def held_with(self, k: int, t: float, y: Array) -> tuple[list[int], list[int]]:
+    def held_with(self, k: int, at: Position) -> tuple[list[int], list[int]]:
         """Coordinates that can be held while k moves, and those that follow it, by the constraints."""
         held: list[int] = []
         follow: list[int] = []
         for j in range(len(self.names)):
             if j == k:
                 continue
-            free = self._solved(k, [*held, j], 1.0, t, y) is not None
+            free = self._solved(k, [*held, j], 1.0, at) is not None
             (held if free else follow).append(j)
         return held, follow
 
@@ -245,42 +280,37 @@ class Mechanism:
         quarters = np.floor(rows["angle"] / QUARTER + 0.5).astype(np.int64)
         self.bare.switches[rows["switch"][angles]] = quarters[angles]
 
-    def move(self, targets: dict[int, float], t: float, y: Array) -> Array:
-        """The position in which coordinates have the values `targets`, from the position y: a state at rest.
+    def move(self, targets: dict[int, float], at: Position) -> Position:
+        """The position in which coordinates have the values `targets`, at rest, from another one.
 
         Raises
         ------
         InputError
             If the mechanism does not reach it.
         """
-        y = y.copy()
-        y[self.n_q : self.n_q + self.n_v] = 0.0
-        _, x = self.coordinates(t, y)
         rows = list(targets)
-        end = np.array([targets[k] for k in rows])
-        steps = max(1, math.ceil(float(np.abs(end - x[rows]).max(initial=0.0)) / _MOVE))
-        start = x[rows]
+        start, end = at.x[rows], np.array([targets[k] for k in rows])
+        steps = max(1, math.ceil(float(np.abs(end - start).max(initial=0.0)) / _MOVE))
         for i in range(1, steps + 1):
-            y = self._newton(rows, start + (end - start) * i / steps, t, y)
+            at = self._newton(rows, start + (end - start) * i / steps, at)
             self.count_turns()
-        return y
+        return at
 
-    def _newton(self, rows: list[int], values: Array, t: float, y: Array) -> Array:
-        M = self.mass(t, y)
+    def _newton(self, rows: list[int], values: Array, at: Position) -> Position:
+        M, ties = at.mass, self.synchronizations
         for _ in range(_ITERATIONS):
-            G, gaps = self.constraints(t, y)
-            J, x = self.coordinates(t, y)
-            ties = self.synchronizations
+            x = at.x
             stretch = ties["ratio_b"] * x[ties["b"]] - ties["ratio_a"] * x[ties["a"]] - ties["offset"]
-            A, b = np.vstack([G, self.tied(J), J[rows]]), -np.concatenate([gaps, stretch, x[rows] - values])
+            A = np.vstack([at.G, self.tied(at.J), at.J[rows]])
+            b = -np.concatenate([at.gaps, stretch, x[rows] - values])
             off = float(np.abs(b).max(initial=0.0))
             if off <= _REACHED:
-                return y
-            moved = y.copy()
-            displace(y, _least(M, A, b), False, self.bare, moved)
-            y = moved
+                return at
+            moved = at.y.copy()
+            displace(at.y, _least(M, A, b), False, self.bare, moved)
+            at = self.at(at.t, moved)
         if off <= 1e3 * _REACHED:
-            return y
+            return at
         k = rows[int(np.argmax(np.abs(x[rows] - values)))]
         raise InputError(
             f"{self.names[k]!r} does not reach {values[rows.index(k)]:.6g} {self.unit(k)}: the constraints and the "
@@ -291,16 +321,13 @@ class Mechanism:
         """Unit of coordinate k."""
         return "rad" if self.whole.coordinates["kind"][k] == axial.ANGLE else "m"
 
-    def value_text(self, k: int) -> str:
-        """Value of coordinate k at the last evaluation, with its unit."""
-        return f"{float(self.bare.coordinates['angle'][k]):.6g} {self.unit(k)}"
-
 
 def _least(M: Array, A: Array, b: Array) -> Array:
     """The x of least x.M x with A x = b, in the sense of least squares where that has no solution."""
     L = np.linalg.cholesky(M)
-    B = scipy.linalg.solve_triangular(L, A.T, lower=True).T
+    B = np.linalg.solve(L, A.T).T
     size = np.linalg.norm(B, axis=1)
     size[size == 0.0] = 1.0
     w = np.linalg.lstsq(B / size[:, None], b / size, rcond=_RANK)[0]
-    return scipy.linalg.solve_triangular(L.T, w)
+    found: Array = np.linalg.solve(L.T, w)
+    return found

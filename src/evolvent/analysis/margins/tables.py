@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.analysis.margins import factors as of
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.lines import MarginCoordinate
-from evolvent.analysis.margins.mechanism import Direction, Mechanism
+from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position
 from evolvent.analysis.margins.shares import Share
 
 if TYPE_CHECKING:
@@ -126,50 +126,61 @@ class Table:
 
 def along_travel(
     mechanism: Mechanism, coordinate: MarginCoordinate, shares: list[Share], held: dict[int, float], stations: int,
-    t: float, y: Array, known: tuple[Standard, str],
+    at: Position, known: tuple[Standard, str],
 ) -> Table:  # fmt: skip
     """The table at rest, station by station.
 
     Parameters
     ----------
     held : values of the coordinates that are held, by row
+    at : a position at rest, from which the first station is sought
     known : the table of factors, and the evidence of what has no own
     """
     xs = np.linspace(coordinate.start, coordinate.end, stations)
     values, inertia = np.zeros((len(shares), stations)), np.zeros(stations)
     for n, x in enumerate(xs):
-        y = mechanism.move({**held, coordinate.k: float(x)}, t, y)
-        direction = mechanism.direction(coordinate.k, list(held), coordinate.sense, t, y)
-        values[:, n], inertia[n] = _at(mechanism, shares, direction, t, y, still=True), direction.inertia
+        at = mechanism.move({**held, coordinate.k: float(x)}, at)
+        direction = mechanism.direction(coordinate.k, list(held), coordinate.sense, at)
+        values[:, n], inertia[n] = _powers(mechanism, shares, direction, at, still=True), direction.inertia
     return Table(coordinate, shares, xs, np.zeros(0), values, inertia, *known)
 
 
 def along_motion(
-    mechanism: Mechanism, coordinate: MarginCoordinate, shares: list[Share], held: list[int], solution: Solution,
+    mechanism: Mechanism, coordinates: list[MarginCoordinate], shares: list[Share], solution: Solution,
     known: tuple[Standard, str],
-) -> Table | None:  # fmt: skip
-    """The table along a run, until the coordinate reaches its end; None where no sample of the run is before that.
+) -> list[Table | None]:  # fmt: skip
+    """The table along a run of each coordinate, until it reaches its end; None where no sample of the run is before.
 
     Positions and rates are those of the run; the direction is that of the coordinate with the others held.
     """
-    found: list[tuple[float, float, Array, float]] = []
-    for n, t in enumerate(solution.t):
-        y = solution.y[n]
-        mechanism.bare.switches[:] = solution.s[n]
-        _, x = mechanism.coordinates(float(t), y)
-        here = float(x[coordinate.k])
-        if coordinate.sense * (here - coordinate.end) >= 0.0:
+    rows: dict[int, list[tuple[float, float, Array, float]]] = {one.k: [] for one in coordinates}
+    moving = list(coordinates)
+    for n in range(solution.t.size):
+        at = mechanism.of_run(solution, n)
+        moving = [one for one in moving if one.sense * (float(at.x[one.k]) - one.end) < 0.0]
+        if not moving:
             break
-        direction = mechanism.direction(coordinate.k, held, coordinate.sense, float(t), y)
-        found.append((float(t), here, _at(mechanism, shares, direction, float(t), y, still=False), direction.inertia))
-    if not found:
+        for one in moving:
+            held = [mechanism.names.index(name) for name in one.held]
+            direction = mechanism.direction(one.k, held, one.sense, at)
+            powers = _powers(mechanism, shares, direction, at, still=False)
+            rows[one.k].append((at.t, float(at.x[one.k]), powers, direction.inertia))
+    return [_of_rows(one, shares, rows[one.k], known) for one in coordinates]
+
+
+def _of_rows(
+    coordinate: MarginCoordinate, shares: list[Share], rows: list[tuple[float, float, Array, float]],
+    known: tuple[Standard, str],
+) -> Table | None:  # fmt: skip
+    """The table of what was found at each sample; None without any."""
+    if not rows:
         return None
-    time, xs, values, inertia = zip(*found, strict=True)
+    time, xs, values, inertia = zip(*rows, strict=True)
     return Table(
         coordinate, shares, np.array(xs), np.array(time), np.array(values).reshape(len(xs), len(shares)).T,
         np.array(inertia), *known,
     )  # fmt: skip
 
 
-def _at(mechanism: Mechanism, shares: list[Share], direction: Direction, t: float, y: Array, *, still: bool) -> Any:
-    return np.array([mechanism.power(share, t, y, direction, still=still) for share in shares])
+def _powers(mechanism: Mechanism, shares: list[Share], direction: Direction, at: Position, *, still: bool) -> Any:
+    return np.array([mechanism.power(share, at, direction, still=still) for share in shares])

@@ -136,7 +136,7 @@ def write(found: Calibration, folder: pathlib.Path) -> list[str]:
 
 def page(found: Calibration) -> str:
     """The report as one HTML page that needs nothing else."""
-    from evolvent.exports.report import figure_picture
+    from evolvent.exports.figure_pictures import figure_picture
 
     names = [p.key for p in found.parameters]
     return pages.render(

@@ -17,7 +17,7 @@ from evolvent import results
 from evolvent.base.errors import visible
 from evolvent.base.files import write_file
 from evolvent.design.dispersions.dispersed import Dispersion, Output
-from evolvent.exports.report import figure_picture
+from evolvent.exports.figure_pictures import figure_picture
 from evolvent.results import made_with
 from evolvent.results.figures import Figure, Line, Panel
 from evolvent.view import pages

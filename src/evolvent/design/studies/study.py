@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
+from evolvent.analysis.margins.kept import others_of
 from evolvent.analysis.system import System
 from evolvent.base import progress, safe_open, schema
 from evolvent.base.errors import InputError, nearest
@@ -361,7 +362,8 @@ def _checked(study: Study, module: Any) -> Study:
     refused = None
     for index in corners(found):
         try:
-            plan = module.plan(cases.load(found.content, found.overrides(index)))
+            case = cases.load(found.content, found.overrides(index))
+            plan = module.plan(case, keep=() if found.stages else found.keep)
         except InputError as error:
             refused = refused or error
             continue
@@ -370,7 +372,7 @@ def _checked(study: Study, module: Any) -> Study:
         elif found.stages:
             st.check_names(found.keep, found.stages, plan.start())
         else:
-            check_names(found.keep, plan.start())
+            check_names(others_of(found.keep), plan.start())
         return found
     raise refused if refused is not None else InputError("the study has no cases")
 

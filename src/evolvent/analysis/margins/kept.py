@@ -1,0 +1,132 @@
+"""Margins by name, among what is kept of a run: ``hinge 1.margin`` and ``hinge 1.margin_in_run``.
+
+The first is the least margin over the travel at rest and needs no run, the second the least one along the run. Both are
+those of `evolvent.System.margin`, by the same key `margin` of the case.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from evolvent.base.errors import InputError
+from evolvent.results.kept import Kept, split
+
+if TYPE_CHECKING:
+    from evolvent.analysis.margins.evaluation import AtRest
+    from evolvent.assembly.assembled import Assembly
+    from evolvent.solvers.solution import Solution
+
+AT_REST, IN_RUN = "margin", "margin_in_run"
+#: Words of each of them.
+_WHAT = {AT_REST: "least margin over the travel at rest", IN_RUN: "least margin along the run"}
+
+
+def others_of(keep: Sequence[str]) -> tuple[str, ...]:
+    """Names of `keep` that are no margins."""
+    return tuple(name for name in keep if not _is_margin(name))
+
+
+def _is_margin(wanted: str) -> bool:
+    coordinate, _, variable = split(wanted)[0].rpartition(".")
+    return bool(coordinate) and variable in _WHAT
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class KeptMargins:
+    """The margins among the names of `keep`.
+
+    Attributes
+    ----------
+    keep : tuple of str, all names, in order
+    others : tuple of str, those that are no margins
+    at_rest : AtRest, or None where no margin is asked for
+    """
+
+    keep: tuple[str, ...]
+    others: tuple[str, ...]
+    at_rest: AtRest | None
+
+    @classmethod
+    def of(cls, assembly: Assembly, section: Mapping[str, Any], keep: Sequence[str]) -> KeptMargins:
+        """The margins at rest of an assembled system, where `keep` asks for margins.
+
+        Parameters
+        ----------
+        section : the key `margin` of the case, empty where it has none
+        keep : names, with reductions
+
+        Raises
+        ------
+        InputError
+            As of `evolvent.System.margin`, for a name that is no coordinate's, and for a reduction over time.
+        """
+        others = others_of(keep)
+        asked = [name for name in keep if name not in others]
+        if not asked:
+            return cls(tuple(keep), others, None)
+        from evolvent.analysis.margins import evaluation
+
+        for wanted in asked:
+            name, reduction = split(wanted)
+            if reduction:
+                raise InputError(f"keep holds {wanted!r}, but {name!r} has no time to reduce; write {name!r}")
+        found = cls(tuple(keep), others, evaluation.at_rest(assembly, evaluation.with_keys(section, {})))
+        if not (section and found.of_run):  # with the key, a run may give what is missing at rest
+            found.values(None)
+        return found
+
+    @property
+    def of_run(self) -> bool:
+        """Whether a margin along the run is asked for."""
+        return any(name.rpartition(".")[2] == IN_RUN for name in self.keep if name not in self.others)
+
+    @property
+    def need_run(self) -> bool:
+        """Whether anything is asked for that a run gives."""
+        return bool(self.others) or self.of_run or self.at_rest is None
+
+    def values(self, solution: Solution | None) -> dict[str, xr.Variable]:
+        """The margins by name, of a run where there is one; NaN where it says nothing of a coordinate.
+
+        Raises
+        ------
+        InputError
+            For a resistance that is neither given nor declared to be zero, and a name that is no coordinate's.
+        """
+        from evolvent.analysis.margins.results import least_of
+
+        if self.at_rest is None:
+            return {}
+        results = self.at_rest.results(solution if self.of_run else None)
+        found = {}
+        for wanted in self.keep:
+            if wanted in self.others:
+                continue
+            coordinate, _, variable = wanted.rpartition(".")
+            try:
+                table = results[coordinate] if variable == AT_REST else results.motion(coordinate)
+            except InputError as error:
+                raise InputError(f"keep holds {wanted!r}; {error}") from None
+            value = np.nan if table is None else least_of(table)[2]
+            found[wanted] = xr.Variable((), value, {"units": "1", "long_name": f"{wanted}: {_WHAT[variable]}"})
+        return found
+
+    def without_run(self) -> Kept:
+        """What is kept where margins at rest alone are asked for."""
+        attrs = {
+            "status": "success", "message": "margins at rest need no run", "solver": "", "method_reason": "",
+            "wall_time_s": 0.0, "compile_time_s": 0.0, "statistics": {},
+        }  # fmt: skip
+        return Kept(attrs=attrs, variables=self.values(None))
+
+    def added(self, kept: Kept, solution: Solution) -> Kept:
+        """What is kept of a run, with the margins; as it is, of a run that has failed."""
+        if self.at_rest is None or solution.status == "failed":
+            return kept
+        both = {**kept.variables, **self.values(solution)}
+        return dataclasses.replace(kept, variables={name: both[name] for name in self.keep if name in both})

@@ -1,0 +1,81 @@
+"""Margins in the report of a run: the tables of `evolvent margin`, latches from the results, sentences without them."""
+
+import math
+
+import pytest
+
+import evolvent
+from evolvent import cases
+from evolvent.exports import margins_page, report
+from margin_cases import NONE, case
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def run():
+    return evolvent.load(case()).simulate()
+
+
+def test_tables_are_those_of_margin(run):
+    margins = evolvent.load(case()).margin()
+    found = margins_page.section(run)
+    tables = dict(found["tables"])
+    assert tables["Margins"][1][:4] == margins.rows()[1][:4]
+    assert tables["Margins"][1][4:] == ["-", "holds"]
+    assert tables["What brings each margin to 0"] == margins.balance_rows()
+    assert tables["hinge: what counts where its margin is least"] == margins.contributions("hinge")
+    assert tables["Latches and stops in the run"] == margins.latch_rows()
+    assert math.isfinite(margins.latches[0]["energy"])
+    assert found["verdict"] == "Every margin holds."
+
+
+def test_the_report_has_the_section(run, tmp_path):
+    report.write(run, str(tmp_path / "r.html"))
+    page = (tmp_path / "r.html").read_text()
+    assert '<a href="#margins">Margins</a>' in page
+    assert "Every margin holds." in page
+    assert 'alt="Margins by ECSS-E-ST-33-01C"' in page
+    assert page.index('id="figures"') < page.index('id="margins"') < page.index('id="balances"')
+
+
+def test_a_stop_without_a_latch():
+    content = case()
+    for key in ("latch", "latch_stiffness"):
+        del content["parts"]["hinge"][key]
+    content["parts"]["hinge"] |= {"low": -9.0, "high": 1.0, "stop": 500.0}
+    content["margin"]["lines"] = {"hinge": {"travel": [0.0, 1.0]}}
+    system = evolvent.load(content)
+    rows = dict(margins_page.section(system.simulate())["tables"])["Latches and stops in the run"]
+    assert rows == system.margin().latch_rows()
+    assert rows[1][1] != "-"
+
+
+def changed(run, **margin):
+    """The run, as if its case had other keys of the margin."""
+    content = cases.parse_yaml(run.attrs["case"], "case")
+    content["margin"] = content["margin"] | margin
+    other = run.copy()
+    other.attrs = dict(run.attrs) | {"case": cases.dump(content)}
+    return other
+
+
+@pytest.mark.parametrize(
+    ("margin", "sentence"),
+    [
+        ({"zero": NONE}, "are not stated: margin: friction of 'hinge' is declared to be zero"),
+        ({"factors": "own.yaml"}, "are not stated: the run does not hold the factors of 'own.yaml'"),
+        ({"stations": 1}, "are not stated: margin.stations is 1"),
+    ],
+)
+def test_margins_that_are_not_stated(run, margin, sentence, tmp_path):
+    other = changed(run, **margin)
+    assert sentence in margins_page.section(other)["verdict"]
+    report.write(other, str(tmp_path / "r.html"))
+
+
+def test_a_case_without_margins_has_no_section(tmp_path):
+    plain = evolvent.load({key: value for key, value in case().items() if key != "margin"}).simulate()
+    assert margins_page.section(plain) == {}
+    report.write(plain, str(tmp_path / "r.html"))
+    assert "#margins" not in (tmp_path / "r.html").read_text()
