@@ -3,7 +3,7 @@
 
     python3 start.py run heliogyro     results, figures, animation and report in heliogyro-run/
     python3 start.py quick             the fast tests alone, under a minute
-    python3 start.py test              lint, types, layers, tests, documentation; `test --release` runs long tests as well
+    python3 start.py test              lint, types, layers, tests, documentation; `test --release`: long tests, too
     python3 start.py docs              documentation as HTML in docs/_build/html/
     python3 start.py wheel             a wheel with compiled functions for this Python and platform, in dist/
     python3 start.py lowest            a fast part of the tests, every dependency at its lower bound
@@ -36,7 +36,8 @@ BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 USAGE = (
     "usage: python3 start.py run CASE [options of evolvent run] | quick [options of pytest] | "
-    "test [--release] [options of pytest] | docs | wheel | lowest [EXTRA ...] [-- options of pytest] | bench [NAME [options]]"
+    "test [--release] [options of pytest] | docs | wheel | lowest [EXTRA ...] [-- options of pytest] | "
+    "bench [NAME [options]]"
 )
 #: Folders of tests that `quick` runs unless others are named.
 QUICK = ("tests/unit", "tests/elements", "tests/loads", "tests/massprops/signals")

@@ -22,6 +22,12 @@ def deployment(nodes: int) -> Run:
     return run(heliogyro(nodes=nodes), TIMES)
 
 
+@functools.cache
+def springs(stiffness: float, turn: bool) -> Run:
+    """The same on springs."""
+    return run(heliogyro(segments="springs", stiffness=stiffness, rotate_velocity=turn), TIMES, "rk4")
+
+
 def means(lag: np.ndarray) -> list[float]:
     return [float(lag[(TIMES >= a) & (TIMES <= b)].mean()) for a, b in WINDOWS]
 
@@ -105,8 +111,8 @@ def test_energy_and_hub_tension() -> None:
 
 
 def test_springs_at_1e7_are_inextensible_from_the_start() -> None:
-    """c = 1e7, n = 20 against rigid segments, 8 s of deployment: rate to 1e-5, lag to 0.01 deg after 1 s (issue 2)."""
-    t = np.arange(0.0, 8.0, 0.02)
+    """c = 1e7, n = 20 against rigid segments, 5 s of deployment: rate to 1e-5, lag to 0.01 deg after 1 s (issue 2)."""
+    t = np.arange(0.0, 5.0, 0.02)
     rigid = run(heliogyro(), t, rtol=1e-10, atol=1e-12)
     springs = run(heliogyro(segments="springs", stiffness=1e7), t, "rk4")
     assert np.max(np.abs(springs.rate() - rigid.rate()) / rigid.rate()) < 1e-5
@@ -114,18 +120,19 @@ def test_springs_at_1e7_are_inextensible_from_the_start() -> None:
 
 
 def test_springs_at_1e7_are_inextensible_farther_out() -> None:
-    """As above from 3 m out, through two releases: rate to 1e-5, lag to 0.01 deg (issue 2)."""
-    t = np.arange(0.0, 15.0, 0.05)
+    """As above from 3 m out, through a release: rate to 1e-5, lag to 0.01 deg (issue 2)."""
+    t = np.arange(0.0, 7.0, 0.05)
     given = {"out": 3.1, "rate": 1.0}
     rigid = run(heliogyro(**given), t, rtol=1e-10, atol=1e-12)
     springs = run(heliogyro(segments="springs", stiffness=1e7, **given), t, "rk4")
-    assert rigid.solution.s[-1, 0] == rigid.solution.s[0, 0] + 2
+    assert rigid.solution.s[-1, 0] == rigid.solution.s[0, 0] + 1
     assert np.max(np.abs(springs.rate() - rigid.rate()) / rigid.rate()) < 1e-5
     assert np.max(np.abs(springs.lag() - rigid.lag())[t >= 1.0]) < 0.01
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "difference", "tolerance"), [(1e2, 0.15, 0.02), (1e3, 0.016, 0.003), (1e4, 0.0016, 0.001)]
+    ("stiffness", "difference", "tolerance"),
+    [(1e2, 0.15, 0.02), pytest.param(1e3, 0.016, 0.003, marks=pytest.mark.release), (1e4, 0.0016, 0.001)],
 )
 def test_stiffness_hardly_matters(stiffness: float, difference: float, tolerance: float) -> None:
     """Lag from its rigid limit 0.15, 0.016, 0.0016 deg at c = 1e2, 1e3, 1e4 (thread.md); 1e4 within 0.005 (issue 2).
@@ -133,18 +140,19 @@ def test_stiffness_hardly_matters(stiffness: float, difference: float, tolerance
     The largest difference after 7 s, when the start's swing has gone, over the whole deployment, n = 20.
     """
     later = TIMES >= 7.0
-    springs = run(heliogyro(segments="springs", stiffness=stiffness), TIMES, "rk4")
-    largest = np.max(np.abs(springs.lag() - deployment(20).lag())[later])
+    off = np.abs(springs(stiffness, True).lag() - deployment(20).lag())
+    largest = np.max(off[later])
     assert largest == pytest.approx(difference, abs=tolerance)
     if stiffness == 1e4:
         after_first_second = TIMES >= 1.0
-        assert np.max(np.abs(springs.lag() - deployment(20).lag())[after_first_second]) < 0.005
+        assert np.max(off[after_first_second]) < 0.005
 
 
 def test_damping_hardly_matters() -> None:
     """d between 1e-6 and 1 N s/m changes the lag by less than 0.002 deg (thread.md): c = 1e4, [20, 60] s, mean."""
     t = np.arange(0.0, 60.0, 0.05)
-    lags = [run(heliogyro(segments="springs", damping=d), t, "rk4").lag()[t >= 20.0].mean() for d in (1e-6, 1e-3, 1e-1)]
+    runs = [run(heliogyro(segments="springs", damping=d), t, "rk4") for d in (1e-6, 1e-1)]
+    lags = [one.lag()[: t.size][t >= 20.0].mean() for one in (*runs, springs(1e4, True))]  # 1e-3 unless given
     assert np.ptp(lags) < 0.002
 
 
@@ -153,10 +161,7 @@ def test_the_rotation_of_velocities_hardly_matters() -> None:
 
     So it does up to 100 s, by 0.0003 deg up to 60 s; by 0.007 deg in the last window.
     """
-    lags = [
-        means(run(heliogyro(segments="springs", rotate_velocity=turn), TIMES, "rk4").lag()) for turn in (True, False)
-    ]
-    differences = np.abs(np.subtract(*lags))
+    differences = np.abs(np.subtract(*(means(springs(1e4, turn).lag()) for turn in (True, False))))
     assert np.all(differences < [0.0005, 0.0005, 0.006, 0.008])
 
 

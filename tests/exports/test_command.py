@@ -5,6 +5,7 @@ import pathlib
 import pytest
 
 
+@pytest.mark.usefixtures("sketched")
 def test_writes_every_format_beside_the_run(call, files, tmp_path):
     here = tmp_path / "run.nc"
     here.write_bytes(pathlib.Path(files["rib"]).read_bytes())

@@ -98,6 +98,7 @@ def test_holds_everything_and_needs_nothing(runs, reported, name):
     assert path.stat().st_size < 4e6
 
 
+@pytest.mark.usefixtures("sketched")
 def test_a_failed_run_is_labelled_at_the_top(failed, write):
     _, page = write(failed)
     text = " ".join(page.text)
@@ -107,6 +108,7 @@ def test_a_failed_run_is_labelled_at_the_top(failed, write):
     assert "is no result of the whole case" in text
 
 
+@pytest.mark.usefixtures("sketched")
 def test_interrupted_warned_and_old_runs(runs, write):
     old = runs["rib"].isel(time=[0, 1])
     old.attrs |= {"status": "interrupted", "message": "interrupted at t = 4 s", "warning": "a <b> & c"}

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from evolvent import InputError, results
+from evolvent import InputError, cases, results
 from evolvent.base import files
 from evolvent.design import studies
 
@@ -24,7 +24,8 @@ CODE = """
 import resource, sys
 sys.dont_write_bytecode = True
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
-sys.argv = ["evolvent", "run", "heliogyro", "-o", "run.nc", "--no-figures", "--quiet"]
+sys.argv = ["evolvent", "run", "heliogyro", "-o", "run.nc", "--no-figures", "--quiet", "--set", "solver.method=dopri5"]
+sys.argv += ["--set", "blade.segments=inextensible"]
 from evolvent.commands import cli
 cli.main()
 """
@@ -137,9 +138,11 @@ def test_the_temporary_name_is_that_of_this_process(tmp_path: pathlib.Path) -> N
 def test_evaluations_of_a_calibration_that_cannot_be_kept(call, tmp_path: pathlib.Path) -> None:
     times = np.linspace(0.0, 1.0, 5)
     (tmp_path / "data.csv").write_text("time,spin\n" + "".join(f"{t},{6.0 - t}\n" for t in times))
-    words = ("heliogyro", "data.csv", "--fit", "blade.tip_mass", "--observe", "body_rate=spin", "--quiet")
+    case = cases.content_of("heliogyro", {"blade.segments": "inextensible", "solver.method": "dopri5"})
+    (tmp_path / "short.yaml").write_text(json.dumps(case))
+    words = ("short.yaml", "data.csv", "--fit", "blade.tip_mass", "--observe", "body_rate=spin", "--quiet")
     with full(10):
         code, _, err = call("calibrate", *words)
     assert (code, err.count("\n")) == (2, 1)
-    assert err.startswith("evolvent: cannot write 'heliogyro-calibration")
+    assert err.startswith("evolvent: cannot write 'short-calibration")
     assert json.dumps(listed(tmp_path)).count("evaluations") <= 1

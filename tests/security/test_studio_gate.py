@@ -15,7 +15,7 @@ import pytest
 
 from evolvent.studio import gate
 from studio.conftest import browser  # noqa: F401  (a fixture)
-from studio.serving import SHORT, part, serving
+from studio.serving import SHORT, WAIT, part, serving
 
 TOKEN = "long enough"
 QUOTED = urllib.parse.quote(TOKEN)
@@ -165,7 +165,7 @@ def test_a_request_that_states_too_large_a_size_is_not_read(length, status):
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory):
-    """A studio with a token, and a secret beside its folder."""
+    """A studio that others can reach, with a token, and a secret beside its folder."""
     place = tmp_path_factory.mktemp("gate")
     (place / "secret.txt").write_text("the secret")
     folder = place / "work"
@@ -177,7 +177,7 @@ def server(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_STATE_HOME", str(place / "state"))
         patch.setenv("TMPDIR", str(place / "temporary"))
-        with serving(folder, "--token", TOKEN) as started:
+        with serving(folder, "--host", "0.0.0.0", "--token", TOKEN) as started:
             yield started
     assert "Traceback" not in started.log.read_text()
 
@@ -219,7 +219,7 @@ def test_odd_headers_reach_a_server_that_answers(server, asked):
     assert asked("/", headers={"Cookie": "x=" + "y" * 200_000})[0] in (400, 401, 431)
     with socket.create_connection(("127.0.0.1", port)) as raw:
         raw.sendall(b"GET / HTTP/1.1\r\nHost: \xff\xfe\r\nCookie: \x80=\xff\r\n\r\n")
-        assert raw.recv(100).split()[1] in (b"400", b"421")
+        assert raw.recv(100).split()[1] in (b"400", b"401", b"421")
 
 
 STEPS = ("../", "..%2f", "%2e%2e/", "..%5c", "..\\", "....//", "%252e%252e%252f", "..%c0%af", "/..;/")
@@ -260,21 +260,35 @@ def test_requests_without_what_they_need_are_no_error_of_the_server(asked):
             assert asked(path, method)[0] in (400, 403, 404, 405, 422)
 
 
-@pytest.fixture
-def uploading(server, browser, tmp_path):  # noqa: F811  (the fixture)
+@pytest.fixture(scope="module")
+def page(server, browser):  # noqa: F811  (the fixture)
+    """The page, opened by typing the token."""
+    opened = browser.new_page()
+    opened.goto(f"http://127.0.0.1:{urllib.parse.urlsplit(server.url).port}/")
+    opened.fill("input[name=token]", TOKEN)
+    opened.click("button")
+    opened.wait_for_selector(part("tab-case"), timeout=WAIT)
+    yield opened
+    opened.close()
+
+
+def test_the_token_is_asked_for_and_not_shown(asked, page):
+    assert asked("/", headers={"Cookie": ""})[0] == 401
+    assert "token" not in page.url
+
+
+@pytest.fixture(scope="module")
+def uploading(page, tmp_path_factory):
     """Addresses of an open page that cases and signals are uploaded to."""
-    page = browser.new_page()
-    page.goto(f"{server.url.partition('?')[0]}?token={QUOTED}")
-    addresses = []
+    addresses, place = [], tmp_path_factory.mktemp("uploads")
     for tab, name, text in (("tab-case", "case-upload", SHORT), ("tab-measure", "signals", "1,2\n3,4\n")):
         page.click(part(tab))
-        file = tmp_path / ("first.yaml" if tab == "tab-case" else "first.csv")
+        file = place / ("first.yaml" if tab == "tab-case" else "first.csv")
         file.write_text(text)
         with page.expect_request(lambda request: request.method == "POST" and "/upload/" in request.url) as sent:
             page.set_input_files(f"{part(name)} input[type=file]", file)
         addresses.append(urllib.parse.urlsplit(sent.value.url).path)
-    yield addresses
-    page.close()
+    return addresses
 
 
 def form(name, chunks):

@@ -15,7 +15,7 @@ from evolvent.exports import figure_pictures, report
 from evolvent.massprops import certificate, mass_properties
 from evolvent.results.figures import Figure, Line, Panel
 from evolvent.results.motion import Line as Thread, Motion
-from evolvent.view import animation
+from evolvent.view import animation, plots
 from studio.conftest import browser  # noqa: F401  (a fixture)
 from studio.serving import SHORT, WAIT, choose, part, serving
 
@@ -99,8 +99,10 @@ def test_a_report_holds_texts_as_texts(run, attack, monkeypatch, tmp_path):
     for variable in hostile.data_vars.values():
         if "long_name" in variable.attrs:
             variable.attrs["long_name"] = attack
-    monkeypatch.setattr(report, "_animation", lambda run: "")
-    report.write(hostile, str(tmp_path / "report.html"))
+    with monkeypatch.context() as patch:
+        patch.setattr(report, "_animation", lambda run: "")
+        patch.setattr(plots, "picture", lambda figure, kind, **_: b"-")  # one is drawn below
+        report.write(hostile, str(tmp_path / "report.html"))
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert page.count("hacked") > 8
     assert_harmless(page, scripts=0)

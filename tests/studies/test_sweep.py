@@ -233,13 +233,16 @@ def started(folder, records=6):
     return lambda: log.exists() and log.read_bytes().count(b"evc1") >= records
 
 
-def test_kill_9_loses_nothing_and_computes_nothing_twice(long_study, tmp_path):
+def test_kill_9_loses_nothing_computes_nothing_twice_and_leaves_no_worker(long_study, tmp_path):
     reference = studies.sweep(long_study)
     (tmp_path / "study.yaml").write_text(dump(long_study))
     process = start(tmp_path, "--workers", "2")
     wait_for(started(tmp_path))
-    os.killpg(process.pid, signal.SIGKILL)
+    family = psutil.Process(process.pid).children(recursive=True)
+    assert len(family) >= 2
+    process.kill()
     process.communicate(timeout=30)
+    wait_for(lambda: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in family), 20.0)
     first = recorded(tmp_path / "out")
     assert 6 <= len(first) < 24
     seen = []
@@ -250,17 +253,6 @@ def test_kill_9_loses_nothing_and_computes_nothing_twice(long_study, tmp_path):
     assert every[: len(first)] == first
     assert sorted(case for cases in every for case in cases) == list(range(24))
     same(again, reference)
-
-
-def test_no_worker_outlives_a_killed_sweep(long_study, tmp_path):
-    (tmp_path / "study.yaml").write_text(dump(long_study))
-    process = start(tmp_path, "--workers", "2")
-    parent = psutil.Process(process.pid)
-    wait_for(lambda: len(parent.children(recursive=True)) >= 2)
-    family = parent.children(recursive=True)
-    process.kill()
-    process.communicate(timeout=30)
-    wait_for(lambda: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in family), 20.0)
 
 
 @pytest.mark.parametrize("workers", ["1", "2"])

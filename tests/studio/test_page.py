@@ -17,7 +17,7 @@ from evolvent import cases, results
 from evolvent.design import studies
 from evolvent.design.studies import draw
 from evolvent.massprops.inertia import Body, Stand, linear_model
-from studio.serving import LONG, SHORT, WAIT, choose, part, serving
+from studio.serving import LONG, SHORT, WAIT, choose, part
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "stand.yaml"
 #: Values that the cases of a study take together.
@@ -462,18 +462,3 @@ def test_no_other_page_may_show_it_inside_itself(server):
         with urllib.request.urlopen(server.url + path) as answer:
             assert answer.headers["X-Frame-Options"] == "SAMEORIGIN"
             assert answer.headers["Cross-Origin-Resource-Policy"] == "same-origin"
-
-
-def test_token_is_needed(browser, folder, tmp_path):
-    place = tmp_path / "work"
-    place.mkdir()
-    with serving(place, "--host", "0.0.0.0", "--token", "long enough") as guarded:
-        address = re.sub(r"0\.0\.0\.0", "127.0.0.1", guarded.url.partition("?")[0])
-        assert refusal(address) == 401
-        page = browser.new_page()
-        page.goto(address)
-        page.fill("input[name=token]", "long enough")
-        page.click("button")
-        page.wait_for_selector(part("run"), timeout=WAIT)
-        assert "token" not in page.url
-        page.close()

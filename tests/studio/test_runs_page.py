@@ -182,7 +182,9 @@ def test_yaml_needs_no_side_scroll(page):
     page.keyboard.press("Escape")
 
 
+@pytest.mark.release
 def test_two_tabs_keep_their_own_drafts_over_a_restart(context, browser, tmp_path):
+    """On two servers, one after the other; `test_what_a_browser_sends_as_a_tab_is_no_path` reads a kept draft again."""
     place = tmp_path / "work"
     place.mkdir()
     (place / "short.yaml").write_text(SHORT)
