@@ -50,7 +50,7 @@ def of_tree(assembly: Assembly, table: Table, run: xr.DataTree) -> dict[str, Any
     def variables(name: str) -> Mapping[str, Array]:
         return {str(key): v.values for key, v in run.children[name].data_vars.items()} if name in run.children else {}
 
-    one, t = table.coordinate, run["time"].values
+    one, t = table.coordinate, np.asarray(run["time"].values)
     own = variables(one.name)
     x, arrival = own.get("angle" if one.angle else "travel"), (math.nan, math.nan)
     arrived = np.zeros(0) if x is None else np.flatnonzero(one.sense * (x - one.end) >= 0.0)
