@@ -38,7 +38,7 @@ def seen(family: str, method: str) -> Seen:
         table.check(assembly, table.IMPLICIT if method == "generalized-alpha" else table.EXPLICIT)
     except InputError as error:
         pytest.skip(str(error))
-    end = min(case.end, 400.0 * max(case.step, 1.25e-5))  # samples at ends of steps of 1e-3 s
+    end = min(case.end, 5e-3 * max(round(400.0 * case.step / 5e-3), 1))  # samples at ends of steps of 1e-3 s
     step = case.step if method == "rk4" else max(case.step, 1e-3)
     prepared, why = analysis.plan(assembly, np.linspace(0.0, end, 6), method=method, step=step)
     solution = prepared.run()

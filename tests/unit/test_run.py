@@ -161,8 +161,12 @@ def test_accounts_close(quick):
 
 
 @pytest.mark.slow
+@pytest.mark.release
 def test_whole_paper_case():
-    """The built-in case's numbers against the reference results of the paper's model."""
+    """The built-in case's numbers against the reference results of the paper's model.
+
+    `tests/docs/test_sentences.py` holds them with fewer digits, `tests/analytic/test_heliogyro_reference.py` the lags.
+    """
     run = evolvent.run("heliogyro")
     assert float(run.body_rate[-1]) == pytest.approx(0.2601, abs=2e-4)
     assert float((abs(run.body_rate_paper - run.body_rate) / run.body_rate).max()) == pytest.approx(0.0428, abs=1e-4)
