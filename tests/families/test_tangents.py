@@ -95,7 +95,8 @@ def of_state(assembly: Assembly, method: str, rng: np.random.Generator) -> tuple
     n, m = int(model.info.nv), model.joints.size
     moves = 1.0 if method == IMPLICIT else 0.0
     y, a = disturbed(assembly, rng, 0.5 * moves), moves * rng.standard_normal(n)
-    equations, la = Equations(assembly, 0.37, y, a, moves * C_MASS, moves * C_RATE), rng.standard_normal(m)
+    step = moves / C_RATE  # over which friction slips
+    equations, la = Equations(assembly, 0.37, y, a, moves * C_MASS, moves * C_RATE, step), rng.standard_normal(m)
     exact = differences(lambda d: equations.residual(d[:n], la + d[n:]), n + m)
     found = equations.tangent(la)
     return exact, found

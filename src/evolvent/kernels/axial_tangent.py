@@ -20,6 +20,9 @@ from evolvent.kernels.sides import (
 from evolvent.kernels.sparse import SPARSE, add_block, first_entry
 from evolvent.model import MODEL
 
+#: Part of a torque, or of its derivative by the angle, below which an entry of their tangent is round-off.
+ROUND_OFF = 1e-14
+
 _I = types.int64
 _U = types.UniTuple(types.float64, 3)
 
@@ -77,15 +80,19 @@ def _add_between_bodies(model, a, b, u, g, torque, slope, matrix):
         for i in range(3):
             K[i, j] = slope * t[i] * t[j] + torque * (one[i] + two[i])
             K[6 + i, j] = K[i, j] + torque * turned[i]
-    _add_turns(matrix, model, a, a, K, 0, 1.0)
-    _add_turns(matrix, model, a, b, K, 0, -1.0)
-    _add_turns(matrix, model, b, a, K, 6, -1.0)
-    _add_turns(matrix, model, b, b, K, 6, 1.0)
+    least = ROUND_OFF * (abs(torque) + abs(slope))
+    _add_turns(matrix, model, a, a, K, 0, 1.0, least)
+    _add_turns(matrix, model, a, b, K, 0, -1.0, least)
+    _add_turns(matrix, model, b, a, K, 6, -1.0, least)
+    _add_turns(matrix, model, b, b, K, 6, 1.0, least)
 
 
-@indirect(void(SPARSE, MODEL, _I, _I, MATRIX, _I, REAL))
-def _add_turns(matrix, model, i, j, K, first, scale):
-    """Add scale K[first : first + 3, :3], torques on body i by turns of body j in inertial axes, to their unknowns."""
+@indirect(void(SPARSE, MODEL, _I, _I, MATRIX, _I, REAL, REAL))
+def _add_turns(matrix, model, i, j, K, first, scale, least):
+    """Add scale K[first : first + 3, :3], torques on body i by turns of body j in inertial axes, to their unknowns.
+
+    Entries below `least` are round-off, and left out: of a body that nothing else holds they would be its pivot.
+    """
     bodies, n_q = model.bodies, model.info.nq
     if bodies[i].motion == rigid.DRIVEN or bodies[j].motion == rigid.DRIVEN:
         return
@@ -104,7 +111,8 @@ def _add_turns(matrix, model, i, j, K, first, scale):
             value = 0.0
             for d in range(3):
                 value += x[d] * (K[first + d, 0] * z[0] + K[first + d, 1] * z[1] + K[first + d, 2] * z[2])
-            values[to + m * down + c * right] += scale * value
+            if abs(value) > least:
+                values[to + m * down + c * right] += scale * value
 
 
 @inlined
