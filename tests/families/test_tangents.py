@@ -42,9 +42,17 @@ TORQUES = (
     "threads", "threads all out", "threads with dampers", "threads that go slack", "threads by length",
     "threads of fixed length", "loads on threads", "loads on threads of fixed length", "carried threads", "free spools",
 )  # fmt: skip
-KNOWN = {(name, ENERGY): 0.3 for name in TORQUES}
+#: Families whose case is a free body with a torque.
+HELD = ("a free body", "a guide", "radiation pressure on a panel")
+KNOWN = {(name, ENERGY): 0.3 for name in (*TORQUES, *HELD)}
+#: The direction of friction on beams follows that of the normal.
+KNOWN |= {("a contact with friction", method): 1e-5 for method in (STATIC, IMPLICIT)}
 #: Differences reach over the kink of a segment that is about to go slack.
 KNOWN |= {("threads that go slack", method): 0.05 for method in (STATIC, IMPLICIT)}
+
+
+#: A path whose body cannot be at rest; friction without a step, over which bristles bend.
+NOT_SO = {("a joint driven along a path", ENERGY), ("a contact between bodies with friction", STATIC)}
 
 
 def cells() -> list[tuple[str, Callable[[], System], str]]:
@@ -52,7 +60,7 @@ def cells() -> list[tuple[str, Callable[[], System], str]]:
     found = []
     for row in FAMILIES:
         for method in (STATIC, IMPLICIT, ENERGY):
-            if method in row.solvers:
+            if method in row.solvers and (row.name, method) not in NOT_SO:
                 found.append((row.name, CASES[row.name]().system, method))
     for name, system in SYSTEMS.items():
         for method in (STATIC, IMPLICIT, ENERGY):
@@ -95,7 +103,8 @@ def of_state(assembly: Assembly, method: str, rng: np.random.Generator) -> tuple
     n, m = int(model.info.nv), model.joints.size
     moves = 1.0 if method == IMPLICIT else 0.0
     y, a = disturbed(assembly, rng, 0.5 * moves), moves * rng.standard_normal(n)
-    step = moves / C_RATE  # over which friction slips
+    rubs = np.any(model.body_contacts["friction"] > 0.0)
+    step = moves / C_RATE if rubs else 0.0  # over which friction slips
     equations, la = Equations(assembly, 0.37, y, a, moves * C_MASS, moves * C_RATE, step), rng.standard_normal(m)
     exact = differences(lambda d: equations.residual(d[:n], la + d[n:]), n + m)
     found = equations.tangent(la)

@@ -314,6 +314,6 @@ def test_what_has_no_modes_is_refused_before_it_waits(studio):
     thread |= {"segments": "inextensible"}
     content = cases.content_of({"parts": {"hub": HUB | {"motion": "driven"}, "reel": reel, "thread": thread}})
     for kind, words in (("modes", "modes do"), ("equilibrium", "equilibrium does")):
-        with pytest.raises(InputError, match=f"'thread' is a thread .* which {words} not support; for motions"):
+        with pytest.raises(InputError, match=f"'thread' is a thread .* which {words} not support; for an eq"):
             studio.submit(Draft("", "", content), kind)
     assert studio.jobs.listed() == []
