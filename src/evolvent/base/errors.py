@@ -64,7 +64,7 @@ def reason_of(error: OSError) -> str:
 
 def nearest(word: str, known: Iterable[str]) -> str:
     """A closing half sentence with the known word nearest to `word`, or with all of them."""
-    words = sorted(known)
+    words = sorted(set(known))
     if not words:
         return "there is none"
     close = difflib.get_close_matches(word, words, n=1, cutoff=0.5)
