@@ -284,7 +284,7 @@ SENTENCES = (
         ACCURACY,
         stiffness_of_meshes,
     ),
-    Sentence("the tip is fastest at {28.37}, {66.79} and {146.05} s for", ACCURACY, peak_times),
+    Sentence("the tip is fastest at {28.37}, {66.79} and {146.0} s for", ACCURACY, peak_times),
     Sentence(
         "Numerical damping takes {1} % of the energy, nearly all of it in the whip",
         ACCURACY,
