@@ -24,6 +24,7 @@ import math
 from evolvent.compiled.jit import inlined
 from evolvent.kernels import ancf
 from evolvent.kernels.ancf import nodal_vectors
+from evolvent.kernels.rotations import dot
 
 #: Vectors and products of the cable.
 N, PRODUCTS = 3, 6
@@ -151,11 +152,6 @@ def _derivative(H, p, first, v):
 
 
 @inlined
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@inlined
 def _vectors(e):
     """As `ancf.nodal_vectors`, as tuples."""
     return (e[3], e[4], e[5]), (e[6] - e[0], e[7] - e[1], e[8] - e[2]), (e[9], e[10], e[11])
@@ -197,7 +193,7 @@ def stretch_energy(e, H, h, U0, work):
     U = U0
     for p in range(3):
         a, q = _derivative(H, p, 0, v), _derivative(H, p, 3, v)
-        aa = _dot(a, a)
+        aa = dot(a, a)
         strain = math.sqrt(aa) - h[p]
         x, y, z = a[1] * q[2] - a[2] * q[1], a[2] * q[0] - a[0] * q[2], a[0] * q[1] - a[1] * q[0]
         U += 0.5 * H[3, p] * strain * strain + 0.5 * H[3, 3 + p] * (x * x + y * y + z * z) / (aa * aa)
@@ -208,17 +204,17 @@ def stretch_energy(e, H, h, U0, work):
 def _stressed(H, h, p, b, v, w):
     """Of point p at a state: a = r,x and q = r,xx; factors of a for a, of both for the other, of q for q; lost."""
     a, q = _combined(H[p, 0], H[p, 1], H[p, 2], v), _combined(H[p, 3], H[p, 4], H[p, 5], v)
-    aa, aq, EA = _dot(a, a), _dot(a, q), H[3, p]
+    aa, aq, EA = dot(a, a), dot(a, q), H[3, p]
     stretch = math.sqrt(aa)
     i = 1.0 / stretch
     N, power = EA * (stretch - h[p]), 0.0
     if b != 0.0:
-        rate = _dot(a, _combined(H[p, 0], H[p, 1], H[p, 2], w)) * i
+        rate = dot(a, _combined(H[p, 0], H[p, 1], H[p, 2], w)) * i
         N += b * EA * rate
         power = b * EA * rate * rate
     ii = i * i
     EI = H[3, 3 + p] * (ii * ii)
-    return a, q, N * i + EI * (2.0 * aq * aq * ii - _dot(q, q)), -EI * aq, EI * aa, power
+    return a, q, N * i + EI * (2.0 * aq * aq * ii - dot(q, q)), -EI * aq, EI * aa, power
 
 
 @inlined
@@ -233,7 +229,7 @@ def _ends(H, p, first, h, v, w):
 def _stretched(H, hh, p, b, interval, changes, a0, a1):
     """Axial force at point p over a step, the mean of the stretch, the stretch at its end, and lost power."""
     h, chi, _, ratio = interval
-    l0, l1, EA = math.sqrt(_dot(a0, a0)), math.sqrt(_dot(a1, a1)), H[3, p]
+    l0, l1, EA = math.sqrt(dot(a0, a0)), math.sqrt(dot(a1, a1)), H[3, p]
     d, mean = l1 - l0, 0.5 * (l0 + l1)
     changes[ancf.PRODUCTS + p] = d
     N = EA * (mean - hh[p] + 0.5 * chi * (d - ratio * changes[p]) + b * d / h)
@@ -253,9 +249,9 @@ def _stressed_between(H, hh, p, b, interval, changes, v, w):
     a0, a1, a = _ends(H, p, 0, interval[0], v, w)
     q0, q1, q = _ends(H, p, 3, interval[0], v, w)
     N, mean, _, lost = _stretched(H, hh, p, b, interval, changes, a0, a1)
-    w0, w1, aq0, aq1 = 1.0 / _dot(a0, a0), 1.0 / _dot(a1, a1), _dot(a0, q0), _dot(a1, q1)
+    w0, w1, aq0, aq1 = 1.0 / dot(a0, a0), 1.0 / dot(a1, a1), dot(a0, q0), dot(a1, q1)
     wm, ww, EI = 0.5 * (w0 + w1), 0.5 * (w0 * w0 + w1 * w1), H[3, 3 + p]
-    aq, qq = 0.5 * (aq0 + aq1), 0.5 * (_dot(q0, q0) + _dot(q1, q1))
+    aq, qq = 0.5 * (aq0 + aq1), 0.5 * (dot(q0, q0) + dot(q1, q1))
     on_a = N / mean - EI * (qq - wm * (aq0 * aq0 + aq1 * aq1)) * w0 * w1
     return a, q, on_a, -EI * ww * aq, EI * wm, lost
 
@@ -334,9 +330,9 @@ def stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
             right = (factor * a1[0], factor * a1[1], factor * a1[2])
         else:
             a, q = _combined(H[p, 0], H[p, 1], H[p, 2], v), _combined(H[p, 3], H[p, 4], H[p, 5], v)
-            rate, aa = _combined(H[p, 0], H[p, 1], H[p, 2], w), _dot(a, a)
+            rate, aa = _combined(H[p, 0], H[p, 1], H[p, 2], w), dot(a, a)
             stretch = math.sqrt(aa)
-            grows = _dot(a, rate) / stretch
+            grows = dot(a, rate) / stretch
             N = EA * (stretch - h[p] + b * grows)
             square = (EA * (1.0 + b * c) - (N + b * EA * grows) / stretch) / aa
             pull, right = N / stretch, _plane(square, a, b * EA / aa, rate)
@@ -348,7 +344,7 @@ def stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
 @inlined
 def add_stretch_tangent(H, p, a, q, pull, right, K):
     """Tangent of point p by its vectors a and q: bending (`stretch_tangent`), and pull I + a right^T to a."""
-    aa, aq, qq = _dot(a, a), _dot(a, q), _dot(q, q)
+    aa, aq, qq = dot(a, a), dot(a, q), dot(q, q)
     EI, z = H[3, 3 + p] / (aa * aa), aq / aa
     one, square = pull + EI * (2.0 * z * aq - qq), EI * (4.0 * qq / aa - 12.0 * z * z)
     S = (H[p, 0], H[p, 1], H[p, 2], H[p, 3], H[p, 4], H[p, 5])

@@ -14,7 +14,7 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.compiled.views import matrix_view
 from evolvent.kernels import ancf, contact_laws, rigid, surfaces
 from evolvent.kernels.ancf_beams import NODE_VECTORS
-from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.rotations import cross, dot, turn, turn_back
 from evolvent.kernels.sides import body_columns, turn_axis
 from evolvent.kernels.sparse import SPARSE, add_block, add_inner, first_entry, inner
 from evolvent.model import MODEL
@@ -80,16 +80,6 @@ def _add_column(W, c, n_a, b, n_b, J, T, arm_a, arm_b, f, k, df):
         W[i, c] += J[0, i] * df[0] + J[1, i] * df[1] + J[2, i] * df[2] - T[0, i] * bx - T[1, i] * by - T[2, i] * bz
 
 
-@inlined
-def _times(K, x, y, z):
-    """Product of the upper left part of K with a vector."""
-    return (
-        K[0, 0] * x + K[0, 1] * y + K[0, 2] * z,
-        K[1, 0] * x + K[1, 1] * y + K[1, 2] * z,
-        K[2, 0] * x + K[2, 1] * y + K[2, 2] * z,
-    )
-
-
 # ------------------------------------------------------------------------------------------------ beams on surfaces
 
 
@@ -126,7 +116,7 @@ def add_point_tangents(y0, y1, h, c_rate, model, matrix):
             if h == 0.0:
                 u, v, w = surfaces.point_position(y1, point.iv, S), bodies[b].v, bodies[b].w
                 x = cross(w[0], w[1], w[2], arm[0], arm[1], arm[2])
-                x = _times(H, u[0] - v[0] - x[0], u[1] - v[1] - x[1], u[2] - v[2] - x[2])
+                x = turn(H, u[0] - v[0] - x[0], u[1] - v[1] - x[1], u[2] - v[2] - x[2])
                 slope, g = 1.0, _sum(g, slope + c_rate * point.d_rate, point.d_rate, x, 0.0, x)
             for p in range(3):
                 for q in range(3):
@@ -149,7 +139,7 @@ def add_point_tangents(y0, y1, h, c_rate, model, matrix):
             count, nodes = 3, (nodes[0], nodes[1], first, 0)
             f = (-point.f[0], -point.f[1], -point.f[2])
             for c in range(12 + size):
-                x, df = cross(T[0, c], T[1, c], T[2, c], f[0], f[1], f[2]), _times(K, J[0, c], J[1, c], J[2, c])
+                x, df = cross(T[0, c], T[1, c], T[2, c], f[0], f[1], f[2]), turn(K, J[0, c], J[1, c], J[2, c])
                 df = (df[0] + x[0], df[1] + x[1], df[2] + x[2])
                 _add_column(W, c, 12, 12, size, J, T, none, arm, f, none, df)
         if element >= 0:
@@ -278,16 +268,16 @@ def add_body_tangents(h, c_rate, model, matrix):
             x, ds = cross(row.radius_a * z[0], row.radius_a * z[1], row.radius_a * z[2], unit[0], unit[1], unit[2]), 0.0
             p = (r[0] + x[0], r[1] + x[1], r[2] + x[2])
             if least > 0.0:
-                ds = -(_dot(e, _times(H, p[0], p[1], p[2])) + _dot(unit, cross(z[0], z[1], z[2], e[0], e[1], e[2])))
+                ds = -(dot(e, turn(H, p[0], p[1], p[2])) + dot(unit, cross(z[0], z[1], z[2], e[0], e[1], e[2])))
                 ds /= least
-            dn = _times(H, p[0] + ds * e[0], p[1] + ds * e[1], p[2] + ds * e[2])
+            dn = turn(H, p[0] + ds * e[0], p[1] + ds * e[1], p[2] + ds * e[2])
             k = _sum(x, 1.0, ds, e, -row.radius_a, dn)
-            change = factor * (row.d_gap + c_rate * row.d_rate) * _dot(row.n1, p)
+            change = factor * (row.d_gap + c_rate * row.d_rate) * dot(row.n1, p)
             if row.d_rate != 0.0:
                 tb = zero if of_a else t
                 dv = _velocity_change(A, B, arm_a, arm_b, r, t if of_a else zero, tb, k)
                 x = cross(tb[0], tb[1], tb[2], unit[0], unit[1], unit[2])
-                change += row.d_rate * (_dot(dn, v) + _dot(x, v) + _dot(n, dv))
+                change += row.d_rate * (dot(dn, v) + dot(x, v) + dot(n, dv))
             df = _sum(zero, 0.0, change, (n[0], n[1], n[2]), lam, dn)
             if rubs:
                 s = _slid(row, A, B, r, k) if h == 0.0 else (factor * r[0], factor * r[1], factor * r[2])
@@ -309,18 +299,13 @@ def _write_bend(row, bodies, h, H):
         along = 1.0 if on_a else 0.0
         if on_a and on_b:  # of two axes that cross the distance is one from a plane
             bent = 0.0
-    w, across = _dot(e, g), 1.0 if on_b else 0.0
+    w, across = dot(e, g), 1.0 if on_b else 0.0
     for i in range(3):
         for j in range(3):
             same = 1.0 if i == j else 0.0
             H[i, j] = bent * (same - n[i] * n[j] - along * e[i] * e[j] - across * g[i] * g[j])
     least = 1.0 - across * w * w
     return bent * least if h == 0.0 and on_a and least > 1e-12 else 0.0
-
-
-@inlined
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @inlined
@@ -356,10 +341,10 @@ def _slid(row, A, B, r, k):
 @inlined
 def _friction_change(row, n, s, dn, change):
     """Change of friction as seen from b: by its displacement s, the turn dn of the normal, and the normal force."""
-    t, f, off = row.t, row.rubbing, _dot(n, s)
+    t, f, off = row.t, row.rubbing, dot(n, s)
     x = _sum(s, 1.0, -off, n, -row.tilt, dn)
-    along = (row.across - row.along) * _dot(t, x) - row.by_normal * change
-    return _sum(_sum(x, -row.across, along, t, 0.0, n), 1.0, -_dot(dn, f), n, 0.0, n)
+    along = (row.across - row.along) * dot(t, x) - row.by_normal * change
+    return _sum(_sum(x, -row.across, along, t, 0.0, n), 1.0, -dot(dn, f), n, 0.0, n)
 
 
 # ---------------------------------------------------------------------------------- bound; not compiled

@@ -22,7 +22,7 @@ from evolvent.kernels.node_loads import (
     section_axes,
     section_duals,
 )
-from evolvent.kernels.rotations import cross
+from evolvent.kernels.rotations import cross, dot
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
 
@@ -33,11 +33,6 @@ _NONE = (0.0, 0.0, 0.0)
 @inlined
 def _cross(a, b):
     return cross(a[0], a[1], a[2], b[0], b[1], b[2])
-
-
-@inlined
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @inlined
@@ -117,8 +112,8 @@ def _cable_column(y, k, j, d, M, c_rate, model):
         K[0, j], K[1, j], K[2, j] = f
         return
     a, b = _at(y, row.iq + 3), _at(y, row.iv + 3)
-    s, e = 1.0 / _dot(a, a), _NONE if on_place else d
-    ds = -2.0 * s * s * _dot(a, e)
+    s, e = 1.0 / dot(a, a), _NONE if on_place else d
+    ds = -2.0 * s * s * dot(a, e)
     u = _plus(_plus(_NONE, ds, _cross(a, b)), s, _cross(e, b))
     f = _law_change(row.law, A, dx, _plus(u, c_rate * s, _cross(a, e)))
     q = _plus(_plus(_plus(_NONE, ds, _cross(M, a)), s, _cross(M, e)), s, _cross(f, a))
@@ -154,7 +149,7 @@ def _dual_slopes(y, iq, d, at, n, p, q):
     b, c = _at(y, iq + 6), _at(y, iq + 9)
     e, g = d if at == 2 else _NONE, d if at == 3 else _NONE
     N, dN = _cross(b, c), _plus(_cross(e, c), 1.0, _cross(b, g))
-    a, da = math.sqrt(_dot(N, N)), _dot(n, dN)
+    a, da = math.sqrt(dot(N, N)), dot(n, dN)
     s = 1.0 / a
     dn = _plus(_plus(_NONE, s, dN), -s * da, n)
     dp = _plus(_plus(_plus(_NONE, s, _cross(g, n)), s, _cross(c, dn)), -s * da, p)
@@ -167,9 +162,9 @@ def _turn_change(y, iv, at, d, c_rate, n, p, q, dn, dp, dq):
     """Change of the section's angular velocity (n x n' + p x b' + q x c')/2, n' = -(n . b') p - (n . c') q."""
     u, v = _at(y, iv + 6), _at(y, iv + 9)
     du, dv = d if at == 2 else _NONE, d if at == 3 else _NONE
-    rate = _plus(_plus(_NONE, -_dot(n, u), p), -_dot(n, v), q)
-    change = _plus(_plus(_NONE, -_dot(dn, u) - c_rate * _dot(n, du), p), -_dot(dn, v) - c_rate * _dot(n, dv), q)
-    change = _plus(_plus(change, -_dot(n, u), dp), -_dot(n, v), dq)
+    rate = _plus(_plus(_NONE, -dot(n, u), p), -dot(n, v), q)
+    change = _plus(_plus(_NONE, -dot(dn, u) - c_rate * dot(n, du), p), -dot(dn, v) - c_rate * dot(n, dv), q)
+    change = _plus(_plus(change, -dot(n, u), dp), -dot(n, v), dq)
     w = _plus(_cross(dn, rate), 1.0, _cross(n, change))
     w = _plus(_plus(w, 1.0, _cross(dp, u)), 1.0, _cross(dq, v))
     w = _plus(_plus(w, c_rate, _cross(p, du)), c_rate, _cross(q, dv))
@@ -182,18 +177,18 @@ def _turned_change(y, iq, at, d, dn, f, M):
     found = section_axes(y, iq)
     e1, e2, e3 = (found[0], found[1], found[2]), (found[3], found[4], found[5]), (found[6], found[7], found[8])
     b = _at(y, iq + 6)
-    s, g = 1.0 / math.sqrt(_dot(b, b)), d if at == 2 else _NONE
-    d2 = _plus(_plus(_NONE, s, g), -s * _dot(e2, g), e2)
+    s, g = 1.0 / math.sqrt(dot(b, b)), d if at == 2 else _NONE
+    d2 = _plus(_plus(_NONE, s, g), -s * dot(e2, g), e2)
     d3 = _plus(_cross(dn, e2), 1.0, _cross(e1, d2))
-    moved = _plus(_plus(_plus(_NONE, _dot(e1, M), dn), _dot(e2, M), d2), _dot(e3, M), d3)
+    moved = _plus(_plus(_plus(_NONE, dot(e1, M), dn), dot(e2, M), d2), dot(e3, M), d3)
     return _plus(_plus(_plus(moved, f[0], e1), f[1], e2), f[2], e3)
 
 
 @inlined
 def _couple_change(n, p, dn, dp, M):
     """Change of the force (M x p - (M . (n x p)) n)/2 on a slope with its dual vector p and with n."""
-    side = _dot(M, _plus(_cross(dn, p), 1.0, _cross(n, dp)))
-    found = _plus(_plus(_cross(M, dp), -side, n), -_dot(M, _cross(n, p)), dn)
+    side = dot(M, _plus(_cross(dn, p), 1.0, _cross(n, dp)))
+    found = _plus(_plus(_cross(M, dp), -side, n), -dot(M, _cross(n, p)), dn)
     return 0.5 * found[0], 0.5 * found[1], 0.5 * found[2]
 
 

@@ -81,6 +81,12 @@ def turn_back(R, x, y, z):
 
 
 @inlined
+def dot(a, b):
+    """a . b of two vectors of three."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inlined
 def cross(ax, ay, az, bx, by, bz):
     """a x b."""
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx

@@ -13,6 +13,7 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import ancf, ancf_beams, cable, rod
 from evolvent.kernels.profile import profile
 from evolvent.kernels.rod_strains import STRAIN
+from evolvent.kernels.rotations import dot
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 
@@ -139,7 +140,7 @@ def _add_beam_energies(y, k, model):
         if model.elements[i].stretch != 0:
             for q in range(3):
                 b = cable._derivative(model.H12[model.elements[i].form], q, 0, v)
-                g[q] = math.sqrt(cable._dot(b, b))
+                g[q] = math.sqrt(dot(b, b))
         else:
             ancf.products(v, n, g)
         after = at + AMPLITUDES * m
@@ -234,7 +235,7 @@ def add_thermal_loads(t0, t1, y, factor, model, P):
                 H = model.H12[elements[i].form]
                 for q in range(3):
                     a, b = cable._derivative(H, q, 0, v), cable._derivative(H, q, 3, v)
-                    pull = s[q] / math.sqrt(cable._dot(a, a))
+                    pull = s[q] / math.sqrt(dot(a, a))
                     cable._add_stress(H, q, a, b, pull, 0.0, 0.0, P[own : own + size])
             else:
                 ancf.add_force(s, v, n, P[own : own + size])
@@ -264,7 +265,7 @@ def _write_stretch_tangent(H, s, v, K):
             K[r, c] = 0.0
     for q in range(3):
         a = cable._derivative(H, q, 0, v)
-        aa = cable._dot(a, a)
+        aa = dot(a, a)
         pull = s[q] / math.sqrt(aa)
         for i in range(3):
             for j in range(3):
