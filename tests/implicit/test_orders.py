@@ -165,3 +165,47 @@ def test_energy_error_of_the_cable_pendulum_falls_by_four(book: Book) -> None:
         error=max(abs(np.log2(gained[k] / gained[k + 1]) - 2.0) for k in (0, 1)), allowed=0.16, unit="in the order",
         order=np.log2(gained[1] / gained[2]), wanted="2",
     )  # fmt: skip
+
+
+def pair() -> Assembly:
+    """Two arms in a plane, thrown from above."""
+    system = System(gravity=G)
+    for k, (x, inner) in enumerate(((0.1, (0.0, 0.0, 0.0)), (0.3, "arm 1.outer")), start=1):
+        ends = {"inner": (-0.1, 0.0, 0.0), "outer": (0.1, 0.0, 0.0)}
+        arm = parts.RigidBody(
+            mass=0.5, inertia=1e-3, position=(x, 0.0, 0.0), points=ends, angular_velocity=(0.0, 0.0, 8.0),
+            velocity=(0.0, 8.0 * x, 0.0),
+        )  # fmt: skip
+        system.add(arm, f"arm {k}")
+        system.add(parts.Joint(a=inner, b=f"arm {k}.inner", type="revolute", axis=(0, 0, 1)), f"pivot {k}")
+    return system.assemble()
+
+
+def pair_exact() -> Array:
+    """Places of the second arm's centre by Lagrange's equations."""
+    m, length, c, J = 0.5, 0.2, 0.1, 1e-3
+
+    def rates(t: float, y: Array) -> Array:
+        a, b, u, v = y
+        M = np.array([
+            [J + m * c * c + m * length**2, m * length * c * np.cos(a - b)],
+            [m * length * c * np.cos(a - b), J + m * c * c],
+        ])  # fmt: skip
+        s = m * length * c * np.sin(a - b)
+        weights = -9.81 * m * np.array([(c + length) * np.cos(a), c * np.cos(b)])
+        return np.concatenate([[u, v], np.linalg.solve(M, weights + np.array([-s * v * v, s * u * u]))])
+
+    a, b = solve_ivp(rates, (0.0, 1.0), [0.0, 0.0, 8.0, 8.0], "DOP853", TIMES, rtol=1e-12, atol=1e-12).y[:2]
+    return np.stack([length * np.cos(a) + c * np.cos(b), length * np.sin(a) + c * np.sin(b)], axis=1)
+
+
+def test_adaptive_steps_follow_their_tolerance() -> None:
+    """The error goes by the tolerance to the power 2/3, and few steps are rejected: their length changes seldom."""
+    exact, errors = pair_exact(), []
+    for tolerance in (1e-6, 1e-8):
+        found = run(pair(), TIMES, tolerance=tolerance)
+        place = found.y[:, 7:9] if np.allclose(found.y[0, 7:9], (0.3, 0.0)) else found.y[:, 3:5]
+        errors.append(np.abs(place - exact).max())
+        assert found.statistics["rejected_steps"] < 0.06 * found.statistics["steps"]
+    assert 1e-7 < errors[1] < errors[0] / 8.0
+    assert errors[1] < 2e-5
