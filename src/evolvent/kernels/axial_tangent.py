@@ -178,12 +178,12 @@ def _add_turns_of_body(matrix, model, a, at, na, Ja, bt, nb, Jb, force):
 
 
 @inlined
-def add_damping(y, model, rows, k, damping, matrix):
-    """Add what a change of place alone changes in a damping torque about coordinate k: damping times its rate."""
+def add_damping(y, model, rows, k, factor, matrix):
+    """Add what a change of place alone changes in a torque about coordinate k: `factor` times its rate."""
     J, L = model.J[0], model.J[1]
     a = gradients(model, rows, k, J)
     b = rate_gradients(y, model, rows, k, L)
-    add_outer(matrix, a, J, b, L, damping)
+    add_outer(matrix, a, J, b, L, factor)
 
 
 @inlined
