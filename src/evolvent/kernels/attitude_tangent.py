@@ -14,6 +14,8 @@ from evolvent.kernels.sides import turn_axis
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.model import MODEL
 
+USED_FOR = ("wheels", "thrusters", "controllers")
+
 
 @inlined
 def add_frame_tangents(y, c_rate, model, matrix):

@@ -8,7 +8,9 @@ from evolvent.kernels.axial import TRAVEL, gradients, rate_gradients
 from evolvent.kernels.axial_tangent import add_angle_tangent, add_damping, add_outer
 from evolvent.kernels.coordinate_laws import measure_motor_slopes
 from evolvent.kernels.sparse import SPARSE
-from evolvent.model import MODEL
+from evolvent.model import MODEL, having
+
+USED_FOR = "coordinates"
 
 
 @indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
@@ -38,13 +40,13 @@ def add_coordinate_tangents(y, h, c_rate, model, matrix):
             add_damping(y, model, coordinates, k, by_rate, matrix)
 
 
-@indirect(void(types.int64, REAL, REAL, MODEL, SPARSE))
+@indirect(void(types.int64, REAL, REAL, MODEL, SPARSE), used_for=having("coordinates", kind=TRAVEL))
 def add_travel_tangent(k, along, slope, model, matrix):
     """`axial_tangent.add_travel_tangent` of a joint's coordinate."""
     axial_tangent.add_travel_tangent(model, model.coordinates, k, along, slope, matrix)
 
 
-@indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
+@indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE), used_for="synchronizations")
 def add_synchronization_tangents(y, h, c_rate, model, matrix):
     """What cables couple between different coordinates; the rest is among the slopes of each."""
     coordinates, rows, J = model.coordinates, model.synchronizations, model.J

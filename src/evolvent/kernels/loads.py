@@ -16,6 +16,7 @@ from evolvent.kernels.springs import ON_POINT, marker_kinematics, push_marker
 from evolvent.kernels.work import note_load
 from evolvent.model import MODEL
 
+USED_FOR = "loads"
 _I = types.int64
 #: Kinds of loads: a force on a node of a thread, forces per length of threads, a force, a torque and
 #: light on a panel at markers.

@@ -33,6 +33,8 @@ from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
 
+USED_FOR = "rods"
+
 
 @inlined
 def _column(R, i):

@@ -19,8 +19,9 @@ from evolvent.kernels.thread.boundary import pull_slopes
 from evolvent.kernels.thread.end import TINY
 from evolvent.kernels.thread.spool import paid_out, spool_direction, spool_pull, spool_torques
 from evolvent.kernels.thread.springs import damper_slope, paid_rates, segment_columns, segment_vector, turning_columns
-from evolvent.model import MODEL
+from evolvent.model import MODEL, having
 
+USED_FOR = having("threads", drive=FREE_SPOOL)
 #: Rate at which the regularised friction reaches its limit, rad/s.
 CREEP = 1e-6
 #: Part of a segment by which a step may run past the release of a node.

@@ -19,8 +19,10 @@ from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_turning
 from evolvent.kernels.thread.boundary import interval_factor, length_factor, mean_square
 from evolvent.kernels.thread.end import TINY, is_end, node_columns, pull_end
 from evolvent.kernels.thread.spool import pull_spool
-from evolvent.model import MODEL
+from evolvent.kernels.thread.wound import SPRINGS
+from evolvent.model import MODEL, having
 
+USED_FOR, _SPRINGS = "threads", having("threads", kind=SPRINGS)
 _I = types.int64
 
 
@@ -189,7 +191,10 @@ def longest_step(y, s, model):
     return found
 
 
-@indirect(types.UniTuple(REAL, 2)(VECTOR, REAL, INTEGERS, MODEL, _I, types.boolean, VECTOR))
+@indirect(
+    types.UniTuple(REAL, 2)(VECTOR, REAL, INTEGERS, MODEL, _I, types.boolean, VECTOR),
+    used_for=_SPRINGS,
+)
 def spring_thread(y, h, s, model, p, loaded, dy):
     """Right-hand side of a spring thread (eqs. 3, 4, 7 to 11) and its pull on the body (eq. 15).
 
