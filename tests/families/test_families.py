@@ -136,16 +136,6 @@ def test_cell(row: Family, variant: str, monkeypatch: pytest.MonkeyPatch) -> Non
         assert words in str(refused.value)
 
 
-@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")
-def test_functions_that_a_model_may_lack_exist() -> None:
-    names = {f"{function.__module__}.{function.__name__}" for function in jit.functions()}
-    names |= {function.__module__ for function in jit.functions()}
-    model = CASES["a free body"]().system().assemble().model
-    assert {
-        name for name in needs.absent(model) if not {f"evolvent.{name}", f"evolvent.kernels.{name}"} & names
-    } == set()
-
-
 def test_every_row_has_a_case() -> None:
     assert sorted(CASES) == sorted(row.name for row in FAMILIES)
     for row in FAMILIES:

@@ -212,10 +212,11 @@ class Indirect(Linked):
     ----------
     py_func : the plain function
     slot : int, its index in `ADDRESSES`
+    used_for : what a model must have for it to be called, as of `evolvent.model.having`; None for nothing
     """
 
-    def __init__(self, function: Callable, signature: Any, *, disjoint: bool = False) -> None:
-        self.py_func, self.signature, self._disjoint = function, signature, disjoint
+    def __init__(self, function: Callable, signature: Any, *, disjoint: bool = False, used_for: Any = None) -> None:
+        self.py_func, self.signature, self._disjoint, self.used_for = function, signature, disjoint, used_for
         self.is_followed, self.options = is_followed(function.__module__), f"{signature} disjoint={disjoint}"
         functools.update_wrapper(self, function)
         module = function.__module__
@@ -306,16 +307,17 @@ def unload() -> None:
     loaded_late.clear()
 
 
-def indirect(signature: Any, *, disjoint: bool = False) -> Callable[[Callable], Any]:
+def indirect(signature: Any, *, disjoint: bool = False, used_for: Any = None) -> Callable[[Callable], Any]:
     """Compile a function for `signature`, to be called by address; see `Indirect`.
 
     `disjoint` promises that the array that it writes to overlaps none of its other arguments: sums then stay in
-    registers.
+    registers. It is called only on models that have what it is `used_for` (`evolvent.model.having`), and what its
+    module has as `USED_FOR`.
     """
 
     def decorate(function: Callable) -> Any:
         _check_followed(function)
-        return function if config.DISABLE_JIT else Indirect(function, signature, disjoint=disjoint)
+        return function if config.DISABLE_JIT else Indirect(function, signature, disjoint=disjoint, used_for=used_for)
 
     return decorate
 

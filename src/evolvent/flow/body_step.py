@@ -5,6 +5,7 @@ from __future__ import annotations
 from evolvent.compiled.jit import inlined
 from evolvent.kernels import attitude, rigid, sparse
 from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.sides import add_turning
 from evolvent.kernels.sparse import add_block
 
 
@@ -90,7 +91,8 @@ def add_bodies(model, work):
             gx, gy, gz = cross(p[0], p[1], p[2], k * work.dv[at], k * work.dv[at + 1], k * work.dv[at + 2])
             gx, gy, gz = turn_back(work.R0[b], gx, gy, gz)
             x, y, z = x - gx, y - gy, z - gz
-        torque = (x, y, z)
+        torque = bodies[b].torque
+        torque[0], torque[1], torque[2] = x, y, z
         for c in range(3):
             F[at + c] += mass * work.dv[at + c] / h - G[c]
             F[at + 3 + c] += (m[c] - m[3 + c]) / h - torque[c]
@@ -99,7 +101,11 @@ def add_bodies(model, work):
 
 @inlined
 def add_body_tangents(c_mass, model, work, matrix):
-    """Twice the derivatives of the bodies' inertia."""
+    """Twice the derivatives of the bodies' inertia, and of the axes of torques.
+
+    Forces' tangents have d(R^T t) of a torque t on a free body, whose row is R0^T t: with a turn e this has e x R0^T t
+    more, and the row, in which it stands on the left, that less.
+    """
     n_q, bodies, K = model.info.nq, model.bodies, model.K12
     for b in range(bodies.size):
         at = bodies[b].iv - n_q
@@ -109,7 +115,7 @@ def add_body_tangents(c_mass, model, work, matrix):
             for r in range(6):
                 for c in range(6):
                     K[r, c] = 0.0
-            m, J = _turned_momentum(b, model, work), bodies[b].inertia
+            m, J, t = _turned_momentum(b, model, work), bodies[b].inertia, bodies[b].torque
             if bodies[b].carried != 0.0:
                 J = bodies[b].own
             p = (0.5 * work.dq[at + 3], 0.5 * work.dq[at + 4], 0.5 * work.dq[at + 5])
@@ -121,11 +127,16 @@ def add_body_tangents(c_mass, model, work, matrix):
                 ex, ey, ez = 1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2)
                 ux, uy, uz = cross(p[0], p[1], p[2], ex, ey, ez)
                 tx, ty, tz = cross(s * (ex + ux), s * (ey + uy), s * (ez + uz), m[0], m[1], m[2])
-                K[3, 3 + c] = c_mass * x + 2.0 / work.step.h * tx
-                K[4, 3 + c] = c_mass * y + 2.0 / work.step.h * ty
-                K[5, 3 + c] = c_mass * z + 2.0 / work.step.h * tz
+                ux, uy, uz = cross(ex, ey, ez, t[0], t[1], t[2])
+                K[3, 3 + c] = c_mass * x + 2.0 / work.step.h * tx - ux
+                K[4, 3 + c] = c_mass * y + 2.0 / work.step.h * ty - uy
+                K[5, 3 + c] = c_mass * z + 2.0 / work.step.h * tz - uz
             if bodies[b].carried != 0.0:
                 _couple_centre(c_mass, b, model, K)
+                k = (bodies[b].mass + bodies[b].carried) / work.step.h
+                add_turning(
+                    matrix, model, b, bodies[b].moment, k * work.dv[at], k * work.dv[at + 1], k * work.dv[at + 2]
+                )
             add_block(matrix, at, at, K, 0, 0, 6, 6, 1.0)
 
 

@@ -279,10 +279,14 @@ def _add_points(model, work):
 def tangent(scale, model, work, matrix):
     """Twice the derivative of `residual` by dq and la/2, constraints times `scale`; after `residual` only.
 
-    Left out is what only slows Newton's method: what `evolvent.flow.implicit.tangent` leaves out; that a vector fixed
-    to a body, of which the mean of both ends acts, turns by (1 - [theta/2]x)^-1 times what the tangent has, theta the
-    rotation vector of the step; and theta x t of the torque t on a free body by other forces than loads and actuators,
-    since its row stands in the axes of the step's start.
+    Left out is what only slows Newton's method: what `evolvent.flow.implicit.tangent` leaves out; and that a vector
+    fixed to a body, of which the mean of both ends acts, turns by (1 - [theta/2]x)^-1 times what the tangent has, theta
+    the rotation vector of the step. Rods have that. Others would need columns of their own beside those of the rows:
+    measured on bodies with springs, joints by penalties and user's laws, it saves no iteration where a step turns them
+    by less than 0.1 rad, and up to a third of them at 0.2 rad.
+
+    Forces' tangents have torques on a free body in axes that turn with it; `body_step.add_body_tangents` takes them to
+    the axes of the step's start.
     """
     n_q, n_v, h = model.info.nq, model.info.nv, work.step.h
     c_mass, c_rate = 4.0 / ((1.0 + work.step.chi_v) * h * h), 2.0 / h
@@ -298,12 +302,12 @@ def tangent(scale, model, work, matrix):
     if model.springs.size > 0:
         springs.spring_tangents(tm, work.ym, h, c_rate, model, matrix)
     if model.coordinates.size > 0:
-        coordinate_tangent.add_coordinate_tangents(work.ym, c_rate, model, matrix)
+        coordinate_tangent.add_coordinate_tangents(work.ym, h, c_rate, model, matrix)
     if model.custom_forces.size > 0:
         custom.add_custom_tangents(tm, work.ym, c_rate, model, matrix)
     if model.fields.size > 0:
         fields.add_field_tangents(tm, work.ym, c_rate, model, matrix)
-    loads.add_load_tangents(tm, work.ym, c_rate, 0.0, model, matrix)
+    loads.add_load_tangents(tm, work.ym, c_rate, model, matrix)
     node_load_tangents.add_following_tangents(tm, work.ym, c_rate, model, matrix)
     beam_loads.add_field_tangents(work.ym, model, matrix)
     for k in range(model.joints.size):  # the rows are those of the end, but of gears
@@ -315,7 +319,7 @@ def tangent(scale, model, work, matrix):
     body_step.add_body_tangents(c_mass, model, work, matrix)
     if attitude.has_actuators(model):
         attitude.add_wheel_step_tangent(c_mass, n_q, work.R0, work.R1, model, matrix)
-        attitude_tangent.add_actuator_tangents(tm, work.ym, c_rate, 0.0, model, matrix)
+        attitude_tangent.add_actuator_tangents(tm, work.ym, c_rate, model, matrix)
     if model.joints.size > 0:
         _add_end_rows(scale, c_rate, model, work, matrix)
 

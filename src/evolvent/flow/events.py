@@ -22,7 +22,14 @@ from evolvent.model import (
     MODEL,
     P_ALL,
     RELEASE,
+    having,
 )
+
+
+def USED_FOR(model):  # noqa: N802
+    """Events."""
+    return model.info.ne
+
 
 #: Share of a segment by which a drive may run past the end of its thread (round-off of a run that ends just there).
 OVERRUN = 1e-6
@@ -162,7 +169,7 @@ def add_to_balance(t, y, s, model, sign):
         y[account + JUMP_LINEAR + c] += sign * out[P_ALL + c]
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR), used_for="threads")
 def release_nodes(t, y, s, model, g):
     """The next nodes leave their spools at Q (eqs. 1, 12): with the drive's velocity, turned along the thread if set.
 
@@ -243,7 +250,7 @@ def join_node(y, s, threads, nodes, p):
     s[p] += 1
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL), used_for=having("threads", kind=thread.INEXTENSIBLE))
 def start_links(t, y, s, model):
     """Put the boundary links that have no length yet onto their regular solution: their turning u and its rate g.
 
@@ -289,7 +296,7 @@ def is_short(threads, s, p):
     )
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64))
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64), used_for="threads")
 def capture_node(t, y, s, model, p):
     """The boundary node goes back onto the spool; where wound thread is carried its momentum goes to the body."""
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
@@ -338,7 +345,7 @@ def capture_node(t, y, s, model, p):
     impulse(y, s, model)
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64))
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64), used_for="threads")
 def separate(t, y, s, model, p):
     """The thread's end leaves the spool: the last node flies free (separation)."""
     threads, nodes = model.threads, model.nodes

@@ -12,6 +12,7 @@ from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import (
     ancf_beams,
     beam_loads,
+    constraint_rows,
     contact,
     coordinate,
     coordinate_laws,
@@ -44,12 +45,20 @@ from evolvent.model import (
 
 @inlined
 def has_explicit_forces(model):
-    """Whether a model has any of these; `needs.has_explicit_forces` for compiled code."""
+    """Whether a model has any of these, in compiled code."""
     stiff = model.beams.size > 0 or model.rods.size > 0 or model.body_contacts.size > 0
     return stiff or model.info.penalties > 0 or model.coordinates.size > 0 or model.custom_forces.size > 0
 
 
-@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
+def _has_penalties(model):
+    return model.info.penalties
+
+
+#: What a model has any of.
+EXPLICIT = ("beams", "rods", "coordinates", "custom_forces", "body_contacts", _has_penalties)
+
+
+@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, INTEGERS, MODEL, VECTOR), used_for=EXPLICIT)
 def add_explicit_forces(t, y, s, model, dy):
     """Forces of beams, rods, contacts, joint coordinates, penalties, users' laws: onto bodies and points, into F and P.
 
@@ -109,7 +118,7 @@ def add_explicit_forces(t, y, s, model, dy):
     return by_mass + by_stiffness + by_contact + by_joints, given
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR), used_for=EXPLICIT)
 def add_explicit_inventory(t, y, s, model, out):
     """Add beams, rods, contacts, coordinates, penalties, laws to an inventory (beams' momenta are those of bodies)."""
     F = model.F
@@ -169,7 +178,7 @@ def end_frictions(t, y, s, step, model):
     y[model.info.nq + model.info.nv + DISSIPATED] += taken
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64))
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64), used_for=("motors", constraint_rows.HELD, _has_penalties))
 def release_by(t, y, s, model, trigger):
     """Release the joints and switch off the motors that wait for a trigger (`user_events.release`).
 
@@ -190,7 +199,7 @@ def release_by(t, y, s, model, trigger):
             s[motors[k].switch] = 1
 
 
-@indirect(void(REAL, VECTOR, MODEL))
+@indirect(void(REAL, VECTOR, MODEL), used_for=_has_penalties)
 def release_penalties(t, y, model):
     """Take the strain energy of penalties that are released at t out of the energy balance."""
     joints, account = model.joints, model.info.nq + model.info.nv + RELEASE

@@ -156,12 +156,12 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     if model.springs.size > 0:
         springs.spring_tangents(t, y, 0.0, c_rate, model, matrix)
     if model.coordinates.size > 0:
-        coordinate_tangent.add_coordinate_tangents(y, c_rate, model, matrix)
+        coordinate_tangent.add_coordinate_tangents(y, 0.0, c_rate, model, matrix)
     if model.custom_forces.size > 0:
         custom.add_custom_tangents(t, y, c_rate, model, matrix)
     if model.fields.size > 0:
         fields.add_field_tangents(t, y, c_rate, model, matrix)
-    loads.add_load_tangents(t, y, c_rate, 1.0, model, matrix)
+    loads.add_load_tangents(t, y, c_rate, model, matrix)
     node_load_tangents.add_following_tangents(t, y, c_rate, model, matrix)
     beam_loads.add_field_tangents(y, model, matrix)
     for k in range(model.joints.size):
@@ -172,7 +172,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     rigid.add_body_tangent(y, c_mass, c_rate, n_q, model.bodies, model.K12, matrix)
     if attitude.has_actuators(model):
         attitude.add_wheel_tangent(y, c_mass, c_rate, n_q, model, matrix)
-        attitude_tangent.add_actuator_tangents(t, y, c_rate, 1.0, model, matrix)
+        attitude_tangent.add_actuator_tangents(t, y, c_rate, model, matrix)
     if model.threads.size > 0:
         thread.add_thread_tangent(y, c_mass, c_rate, model, matrix)
 

@@ -6,6 +6,8 @@ from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, kernel
 from evolvent.kernels import ancf_beams, constraint_rows, points, rigid, thread
 from evolvent.model import MODEL
 
+USED_FOR = ("rows", "threads")
+
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL))
 def prepare(t, y, s, model):

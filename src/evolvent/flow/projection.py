@@ -53,7 +53,7 @@ def _held(t, s, r, model):
     return model.rows[r].kind == constraint_rows.JOINT and joint.acts(t, s, model.joints, model.rows[r].index)
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL), used_for=constraint_rows.HELD)
 def project_joints(t, y, s, model):
     """Positions (two Newton iterations), then velocities, of a model with joints that are constraints."""
     rows, points, bodies, joints = model.rows, model.points, model.bodies, model.joints

@@ -60,7 +60,7 @@ def fill_observations(times, Y, S, LA, model, position, velocity, tension, spool
                     R[n, b, c, d] = bodies[b].R[c, d]
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, VECTOR, MODEL))
+@indirect(void(REAL, VECTOR, INTEGERS, VECTOR, MODEL), used_for="threads")
 def evaluate_threads(t, y, s, la, model):
     """Fields of threads and nodes that are results, into the records.
 
@@ -72,7 +72,7 @@ def evaluate_threads(t, y, s, la, model):
         thread.note_results(y, s, model, p)
 
 
-@indirect(void(types.int64, VECTOR, VECTOR, INTEGERS, REAL, MODEL))
+@indirect(void(types.int64, VECTOR, VECTOR, INTEGERS, REAL, MODEL), used_for="fields")
 def evaluate_fields(n, times, y, s, factor, model):
     """Resultant, power and work of each field on all masses, times `factor`, at sample n into its record.
 

@@ -17,6 +17,7 @@ from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
 
+USED_FOR = "elements"
 CABLE, BEAM = 0, 1
 #: Vectors of a node: position and slope; position and three slopes.
 NODE_VECTORS = (2, 4)

@@ -33,6 +33,7 @@ from evolvent.kernels.rotor import acceleration_about, add_reaction, take_inerti
 from evolvent.kernels.sparse import add_entry
 from evolvent.model import MODEL
 
+USED_FOR = ("wheels", "thrusters", "controllers")
 WHEELS, THRUSTERS = 0, 1
 #: Part of the largest rate over which the torque that raises it fades out.
 FADE = 0.01

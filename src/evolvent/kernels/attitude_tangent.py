@@ -14,13 +14,15 @@ from evolvent.kernels.sides import turn_axis
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.model import MODEL
 
+USED_FOR = ("wheels", "thrusters", "controllers")
+
 
 @inlined
-def add_frame_tangents(y, c_rate, turning, model, matrix):
+def add_frame_tangents(y, c_rate, model, matrix):
     """Derivatives of `add_frame_torques` by the turn of bodies, and c_rate times by velocities, as residuals.
 
-    The torque s f x n, f = R^T w0, changes with a turn d by s (f x d) x n in the body's axes (turning = 1), and by
-    s f x (d x n) in axes that stay where they are (0); that on the wheel, S f . (n x w), by S (f x d) . (n x w).
+    The torque s f x n, f = R^T w0, changes with a turn d by s (f x d) x n in the body's axes; that on the wheel,
+    S f . (n x w), by S (f x d) . (n x w).
     """
     wheels, bodies, fields, n_q = model.wheels, model.bodies, model.fields, model.info.nq
     for i in range(wheels.size):
@@ -42,13 +44,9 @@ def add_frame_tangents(y, c_rate, turning, model, matrix):
                 add_entry(matrix, first + c, at, along)
                 add_entry(matrix, at, first + c, -along - turned)
                 u = cross(u[0], u[1], u[2], n[0], n[1], n[2])
-                v = cross(d[0], d[1], d[2], n[0], n[1], n[2])
-                v = cross(f[0], f[1], f[2], v[0], v[1], v[2])
                 for r in columns:
                     d = turn_axis(bodies, b, kind, r)
-                    own = turning * (u[0] * d[0] + u[1] * d[1] + u[2] * d[2])
-                    kept = (1.0 - turning) * (v[0] * d[0] + v[1] * d[1] + v[2] * d[2])
-                    add_entry(matrix, first + r, first + c, h * (own + kept))
+                    add_entry(matrix, first + r, first + c, h * (u[0] * d[0] + u[1] * d[1] + u[2] * d[2]))
 
 
 @inlined
@@ -143,26 +141,21 @@ def add_controller_tangent(t, y, k, c_rate, model, matrix):
 
 
 @inlined
-def _add_thrust_tangent(i, turning, model, matrix):
-    """Add how the force of thruster i turns with its free body; `turning` as of `add_actuator_tangents`."""
-    K, f, x, d = model.K12, model.thrusters[i].push, model.thrusters[i].local, model.thrusters[i].direction
-    b = model.thrusters[i].body
-    m, share = cross(x[0], x[1], x[2], d[0], d[1], d[2]), f * (1.0 - turning)
+def _add_thrust_tangent(i, model, matrix):
+    """Add how the force of thruster i turns with its free body."""
+    K, f, d, b = model.K12, model.thrusters[i].push, model.thrusters[i].direction, model.thrusters[i].body
     for c in range(3):
-        e = (1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2))
-        u, v = cross(e[0], e[1], e[2], d[0], d[1], d[2]), cross(m[0], m[1], m[2], e[0], e[1], e[2])
+        u = cross(1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2), d[0], d[1], d[2])
         K[0, c], K[1, c], K[2, c] = turn(model.bodies[b].R, -f * u[0], -f * u[1], -f * u[2])
-        K[3, c], K[4, c], K[5, c] = share * v[0], share * v[1], share * v[2]
     row = model.bodies[b].iv - model.info.nq
-    add_block(matrix, row, row + 3, K, 0, 0, 6, 3, 1.0)
+    add_block(matrix, row, row + 3, K, 0, 0, 3, 3, 1.0)
 
 
-@indirect(void(REAL, VECTOR, REAL, REAL, MODEL, SPARSE))
-def add_actuator_tangents(t, y, c_rate, turning, model, matrix):
+@indirect(void(REAL, VECTOR, REAL, MODEL, SPARSE))
+def add_actuator_tangents(t, y, c_rate, model, matrix):
     """Add what torques on wheels and thrusters change with position, and c_rate times with velocity.
 
-    `turning` is 1 where torques on a free body stand in its axes, 0 where in those of a step's start. After
-    `actuator_forces` of the same state only.
+    After `actuator_forces` of the same state only.
     """
     wheels, n_q = model.wheels, model.info.nq
     for i in range(wheels.size):
@@ -176,7 +169,7 @@ def add_actuator_tangents(t, y, c_rate, turning, model, matrix):
         add_entry(matrix, wheels[i].iv - n_q, wheels[i].iv - n_q, slope)
     for i in range(model.thrusters.size):
         if model.thrusters[i].push > 0.0 and model.bodies[model.thrusters[i].body].motion == FREE:
-            _add_thrust_tangent(i, turning, model, matrix)
+            _add_thrust_tangent(i, model, matrix)
     for k in range(model.controllers.size):
         add_controller_tangent(t, y, k, c_rate, model, matrix)
-    add_frame_tangents(y, c_rate, turning, model, matrix)
+    add_frame_tangents(y, c_rate, model, matrix)

@@ -4,7 +4,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import MATRIX, REAL, indirect, inlined
 from evolvent.kernels import rigid
-from evolvent.kernels.axial import angle_of, gradients, place_on_body, rate_gradients, second_derivative
+from evolvent.kernels.axial import TRAVEL, angle_of, gradients, place_on_body, rate_gradients, second_derivative
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import (
     ON_BODY,
@@ -18,8 +18,10 @@ from evolvent.kernels.sides import (
     write_axial,
 )
 from evolvent.kernels.sparse import SPARSE, add_block, first_entry
-from evolvent.model import MODEL
+from evolvent.model import MODEL, having
 
+USED_FOR = ("coordinates", "gear_coordinates")
+_TRAVELS = (having("coordinates", kind=TRAVEL), having("gear_coordinates", kind=TRAVEL))
 #: Part of a torque, or of its derivative by the angle, below which an entry of their tangent is round-off.
 ROUND_OFF = 1e-14
 
@@ -143,7 +145,7 @@ def add_travel_tangent(model, rows, k, along, slope, matrix):
         _add_turns_of_body(matrix, model, a, at, na, Ja, bt, nb, Jb, force)
 
 
-@indirect(void(SPARSE, MODEL, _I, _I, _I, MATRIX, _I, _I, MATRIX, _U))
+@indirect(void(SPARSE, MODEL, _I, _I, _I, MATRIX, _I, _I, MATRIX, _U), used_for=_TRAVELS)
 def _add_turns_of_body(matrix, model, a, at, na, Ja, bt, nb, Jb, force):
     """What a turn of the body changes in the force, and a move of the point as seen from it in the torque on it."""
     bodies, values, motion = model.bodies, matrix.values, model.bodies[a].motion
@@ -178,12 +180,12 @@ def _add_turns_of_body(matrix, model, a, at, na, Ja, bt, nb, Jb, force):
 
 
 @inlined
-def add_damping(y, model, rows, k, damping, matrix):
-    """Add what a change of place alone changes in a damping torque about coordinate k: damping times its rate."""
+def add_damping(y, model, rows, k, factor, matrix):
+    """Add what a change of place alone changes in a torque about coordinate k: `factor` times its rate."""
     J, L = model.J[0], model.J[1]
     a = gradients(model, rows, k, J)
     b = rate_gradients(y, model, rows, k, L)
-    add_outer(matrix, a, J, b, L, damping)
+    add_outer(matrix, a, J, b, L, factor)
 
 
 @inlined
@@ -194,7 +196,7 @@ def add_outer(matrix, a, J, b, L, factor):
             _add_outer(matrix, a[2 * i], a[2 * i + 1], J, i, b[2 * j], b[2 * j + 1], L, j, factor)
 
 
-@indirect(void(SPARSE, _I, _I, MATRIX, _I, _I, _I, MATRIX, _I, REAL))
+@indirect(void(SPARSE, _I, _I, MATRIX, _I, _I, _I, MATRIX, _I, REAL), used_for="coordinates")
 def _add_outer(matrix, at, n, J, i, bt, m, L, j, factor):
     """Add factor J[i]^T L[j]; rows of unknowns at, at + 1 ..., columns bt, bt + 1 ..."""
     if n == 0 or m == 0:

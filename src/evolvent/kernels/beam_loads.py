@@ -13,6 +13,7 @@ from evolvent.kernels.sparse import SPARSE, add_block, add_inner, inner
 from evolvent.kernels.work import note_load
 from evolvent.model import MODEL
 
+USED_FOR = "beam_loads"
 __all__ = ["FIELD", "LINE", "MOMENT", "POINT", "add_beam_loads", "add_field_tangents", "evaluate_beam_loads", "follows"]
 
 

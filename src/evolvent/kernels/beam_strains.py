@@ -19,6 +19,7 @@ from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS, beam_energies, beam
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
+USED_FOR = "elements"
 #: Points of an element: the two of the results, the three of the means, of which the middle has moments; weights.
 _TWO, _THREE = 0.5 / math.sqrt(3.0), 0.5 * math.sqrt(0.6)
 POINTS = (0.5 - _TWO, 0.5 + _TWO, 0.5 - _THREE, 0.5, 0.5 + _THREE)

@@ -14,9 +14,12 @@ from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
 from evolvent.kernels.rigid import SPIN, add_wrench, centripetal, respond
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.sides import ON_BODY
-from evolvent.model import MODEL
+from evolvent.model import MODEL, having
 
+USED_FOR = "rows"
 THREAD, JOINT = 0, 1
+#: That joints are among the rows.
+HELD = having("rows", kind=JOINT)
 #: Kinds of guides.
 CENTRE, AXIS = 0, 1
 #: Share of 1 that the square of a direction may be off by round-off.
@@ -32,7 +35,7 @@ def has_joints(model):
     return found
 
 
-@indirect(void(REAL, VECTOR, types.int64, MODEL))
+@indirect(void(REAL, VECTOR, types.int64, MODEL), used_for=HELD)
 def _measure_joint_row(t, y, r, model):
     """Forces J of a unit multiplier of the joint of row r on its sides; `Model.F` is scratch."""
     rows, sides, bodies, k, F = model.rows, model.row_sides, model.bodies, model.rows[r].index, model.F

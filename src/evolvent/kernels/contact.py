@@ -16,6 +16,7 @@ from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.model import MODEL
 
+USED_FOR = contact_laws.CONTACTS
 _PAIR = types.UniTuple(REAL, 2)
 
 
@@ -130,7 +131,7 @@ def clear_history(model):
     model.contact_surfaces["impulse"] = model.body_contacts["impulse"] = 0.0
 
 
-@indirect(_PAIR(VECTOR, VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL, VECTOR))
+@indirect(_PAIR(VECTOR, VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL, VECTOR), used_for="contact_surfaces")
 def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
     """`add_contacts` of contact points of beams."""
     bodies, n_q, lost, rubbed = model.bodies, model.info.nq, 0.0, 0.0
@@ -188,7 +189,7 @@ def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
     return lost, rubbed
 
 
-@indirect(void(VECTOR, MODEL))
+@indirect(void(VECTOR, MODEL), used_for="contact_surfaces")
 def evaluate_points(y, model):
     """Evaluate all contact points of beams in a state, after `kinematics`, into their records; overwrites `Model.F`.
 
@@ -313,7 +314,7 @@ def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step, at)
     return f, slip, held
 
 
-@indirect(_PAIR(VECTOR, MODEL))
+@indirect(_PAIR(VECTOR, MODEL), used_for="contact_surfaces")
 def end_points(y, model):
     """`end_contacts` of contact points of beams."""
     bodies, slip, damped = model.bodies, 0.0, 0.0
@@ -341,7 +342,7 @@ def end_points(y, model):
     return slip, damped
 
 
-@indirect(_PAIR(VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL))
+@indirect(_PAIR(VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL), used_for="body_contacts")
 def add_bodies(y, h, step, soft, chi, ratio, model):
     """`add_contacts` of two bodies."""
     rows, bodies, lost, rubbed = model.body_contacts, model.bodies, 0.0, 0.0
@@ -461,7 +462,7 @@ def _rub_bodies(y, row, A, B, arm_a, arm_b, v, n, lam, h, step, at):
     return f, slip, held
 
 
-@indirect(_PAIR(MODEL))
+@indirect(_PAIR(MODEL), used_for="body_contacts")
 def end_bodies(model):
     """`end_contacts` of two bodies."""
     bodies, rows, slip, damped = model.bodies, model.body_contacts, 0.0, 0.0

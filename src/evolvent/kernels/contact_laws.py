@@ -24,9 +24,12 @@ Contact points of beams and contacts between bodies are records with the same fi
 import math
 
 from evolvent.compiled.jit import inlined
+from evolvent.model import having, not_negative
 
 #: Normal laws: of the paper; Hunt-Crossley; elastic work equal to the change of energy over a step.
 PAPER, HUNT_CROSSLEY, CONSERVATIVE = 0, 1, 2
+#: What functions of contacts are used for, and those of turns of beams that lie on one another.
+CONTACTS, TURNS = ("contact_surfaces", "body_contacts"), having("contact_surfaces", under=not_negative)
 #: Depth of a contact, of the radius, at which the bound of the explicit step takes its stiffness.
 DEPTH = 1e-3
 

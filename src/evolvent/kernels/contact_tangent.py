@@ -19,6 +19,7 @@ from evolvent.kernels.sides import body_columns, turn_axis
 from evolvent.kernels.sparse import SPARSE, add_block, add_inner, first_entry, inner
 from evolvent.model import MODEL
 
+USED_FOR = contact_laws.CONTACTS
 _I = types.int64
 
 
@@ -83,7 +84,7 @@ def _add_column(W, c, n_a, b, n_b, J, T, arm_a, arm_b, f, k, df):
 # ------------------------------------------------------------------------------------------------ beams on surfaces
 
 
-@indirect(void(VECTOR, VECTOR, REAL, REAL, MODEL, SPARSE))
+@indirect(void(VECTOR, VECTOR, REAL, REAL, MODEL, SPARSE), used_for="contact_surfaces")
 def add_point_tangents(y0, y1, h, c_rate, model, matrix):
     """`contact.add_tangents` of contact points of beams."""
     bodies, n_q, none = model.bodies, model.info.nq, (0.0, 0.0, 0.0)
@@ -146,7 +147,7 @@ def add_point_tangents(y0, y1, h, c_rate, model, matrix):
             _add_sum(matrix, nodes, (6, 6, size, 0), count, W)
 
 
-@indirect(void(VECTOR, REAL, REAL, MODEL, _I, SPARSE))
+@indirect(void(VECTOR, REAL, REAL, MODEL, _I, SPARSE), used_for=contact_laws.TURNS)
 def add_turn_tangents(y1, h, c_rate, model, k, matrix):
     """Tangents of cylinder k's layer, within the pattern of the matrix or through inner unknowns.
 
@@ -230,7 +231,7 @@ def _add_inner(matrix, point, row, factor, slope, lower, half, n_q, B):
 # ------------------------------------------------------------------------------------------------ two bodies
 
 
-@indirect(void(REAL, REAL, MODEL, SPARSE))
+@indirect(void(REAL, REAL, MODEL, SPARSE), used_for="body_contacts")
 def add_body_tangents(h, c_rate, model, matrix):
     """`contact.add_tangents` of two bodies; that of a state is exact, over a step the place on a's axis stays.
 

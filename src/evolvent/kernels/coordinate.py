@@ -27,6 +27,7 @@ from evolvent.kernels.coordinate_laws import (
 )
 from evolvent.model import BY_FRICTION, FRICTION_FORCE, MODEL, family_type
 
+USED_FOR = "coordinates"
 _I = types.int64
 #: Angle that a step may turn a joint coordinate by, rad; the quarter turns of its start distinguish turns up to 3/4 pi.
 MOST_TURNED = 1.5

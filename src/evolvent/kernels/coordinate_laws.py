@@ -18,6 +18,7 @@ from evolvent.kernels.law_slopes import motor_law_slope
 from evolvent.kernels.profile import profile
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL
 
+USED_FOR = "coordinates"
 #: Kinds of motors.
 BY_PROFILE, BY_LAW, BY_MOTION = 0, 1, 2
 #: Numerical damping of friction that sticks, under generalized-alpha.
@@ -114,7 +115,7 @@ def _following_torque(t, x, v, motors, k, model):
     return torque, slope, damper
 
 
-@indirect(void(REAL, REAL, INTEGERS, MODEL))
+@indirect(void(REAL, REAL, INTEGERS, MODEL), used_for="motors")
 def add_motors(t, share, s, model):
     """Add the torques of all motors to their coordinates; one that is switched off has none.
 
@@ -155,7 +156,7 @@ def motor_power(model):
     return power
 
 
-@indirect(void(MODEL))
+@indirect(void(MODEL), used_for="motors")
 def measure_motor_slopes(model):
     """Derivatives of the motors' torques at the last evaluation, into the records of their coordinates."""
     coordinates, motors = model.coordinates, model.motors
@@ -185,7 +186,7 @@ def _stretch(rows, k, a, b):
     return rows[k].ratio_b * b - rows[k].ratio_a * a - rows[k].offset
 
 
-@indirect(types.UniTuple(REAL, 2)(REAL, MODEL))
+@indirect(types.UniTuple(REAL, 2)(REAL, MODEL), used_for="synchronizations")
 def add_synchronizations(share, model):
     """Add the torques of all cables between coordinates; returns energy (J, at the end) and power dissipated (W).
 

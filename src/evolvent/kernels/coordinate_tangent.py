@@ -8,17 +8,25 @@ from evolvent.kernels.axial import TRAVEL, gradients, rate_gradients
 from evolvent.kernels.axial_tangent import add_angle_tangent, add_damping, add_outer
 from evolvent.kernels.coordinate_laws import measure_motor_slopes
 from evolvent.kernels.sparse import SPARSE
-from evolvent.model import MODEL
+from evolvent.model import MODEL, having
+
+USED_FOR = "coordinates"
 
 
-@indirect(void(VECTOR, REAL, MODEL, SPARSE))
-def add_coordinate_tangents(y, c_rate, model, matrix):
-    """Tangents of all joint coordinates, at the coordinates of the last forces."""
+@indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
+def add_coordinate_tangents(y, h, c_rate, model, matrix):
+    """Tangents of all joint coordinates, at the coordinates of the last forces, which are over an interval of length h.
+
+    Notes
+    -----
+    With the rates of a state its gradients change. Over a step what counts are those at its end: of the mean, and h/2
+    times their rates.
+    """
     coordinates = model.coordinates
     if model.motors.size > 0:
         measure_motor_slopes(model)
     if model.synchronizations.size > 0:
-        add_synchronization_tangents(y, c_rate, model, matrix)
+        add_synchronization_tangents(y, h, c_rate, model, matrix)
     for k in range(coordinates.size):
         torque = coordinates[k].torque + coordinates[k].applied
         damping = coordinates[k].damper + coordinates[k].motor_damper
@@ -27,29 +35,31 @@ def add_coordinate_tangents(y, c_rate, model, matrix):
             add_travel_tangent(k, torque, slope, model, matrix)
         else:
             add_angle_tangent(model, coordinates, k, torque, slope, matrix)
-        if damping != 0.0:
-            add_damping(y, model, coordinates, k, damping, matrix)
+        by_rate = damping if h == 0.0 else 0.5 * h * slope
+        if by_rate != 0.0:
+            add_damping(y, model, coordinates, k, by_rate, matrix)
 
 
-@indirect(void(types.int64, REAL, REAL, MODEL, SPARSE))
+@indirect(void(types.int64, REAL, REAL, MODEL, SPARSE), used_for=having("coordinates", kind=TRAVEL))
 def add_travel_tangent(k, along, slope, model, matrix):
     """`axial_tangent.add_travel_tangent` of a joint's coordinate."""
     axial_tangent.add_travel_tangent(model, model.coordinates, k, along, slope, matrix)
 
 
-@indirect(void(VECTOR, REAL, MODEL, SPARSE))
-def add_synchronization_tangents(y, c_rate, model, matrix):
+@indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE), used_for="synchronizations")
+def add_synchronization_tangents(y, h, c_rate, model, matrix):
     """What cables couple between different coordinates; the rest is among the slopes of each."""
     coordinates, rows, J = model.coordinates, model.synchronizations, model.J
     for k in range(rows.size):
         both = -rows[k].ratio_a * rows[k].ratio_b
-        factor, damping = both * (rows[k].stiffness + c_rate * rows[k].damping), both * rows[k].damping
+        factor = both * (rows[k].stiffness + c_rate * rows[k].damping)
+        by_rate = both * rows[k].damping if h == 0.0 else 0.5 * h * factor
         a = gradients(model, coordinates, rows[k].a, J[0])
         b = gradients(model, coordinates, rows[k].b, J[1])
         add_outer(matrix, a, J[0], b, J[1], factor)
         add_outer(matrix, b, J[1], a, J[0], factor)
-        if damping != 0.0:
+        if by_rate != 0.0:
             rate_gradients(y, model, coordinates, rows[k].b, J[2])
-            add_outer(matrix, a, J[0], b, J[2], damping)
+            add_outer(matrix, a, J[0], b, J[2], by_rate)
             rate_gradients(y, model, coordinates, rows[k].a, J[2])
-            add_outer(matrix, b, J[1], a, J[2], damping)
+            add_outer(matrix, b, J[1], a, J[2], by_rate)

@@ -17,6 +17,7 @@ from evolvent.kernels.sparse import SPARSE
 from evolvent.kernels.springs import ON_BODY, marker_columns, marker_kinematics, marker_turning, push_marker
 from evolvent.model import MODEL
 
+USED_FOR = "custom_forces"
 #: Resultants this small beside the forces are round-off; so are asymmetries of derivatives by differences.
 ROUND_OFF, ASYMMETRY = 1e-10, 1e-6
 

@@ -18,6 +18,7 @@ from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
 
+USED_FOR = "fields"
 #: Kinds of fields: an orbital frame, an acceleration by a user's law.
 ORBIT, LAW = 0, 1
 

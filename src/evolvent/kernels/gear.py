@@ -23,6 +23,7 @@ from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, first_entry
 from evolvent.model import MODEL
 
+USED_FOR = "gear_coordinates"
 _I = types.int64
 
 

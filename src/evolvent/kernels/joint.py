@@ -33,7 +33,7 @@ from evolvent.kernels.sides import (
     side_vector,
 )
 from evolvent.kernels.thread.joined import length_at_spool
-from evolvent.model import MODEL, family_type
+from evolvent.model import MODEL, family_type, having
 
 __all__ = [
     "ALONG", "ANGLE", "CORD", "DIRECTION", "DISTANCE", "GEAR", "INVOLUTE", "LINEAR", "POINT", "SEGMENT", "STILL",
@@ -41,6 +41,7 @@ __all__ = [
     "measure_joints", "note_reaction", "penalty_energy", "penalty_loss", "penalty_values", "side_count",
 ]  # fmt: skip
 
+USED_FOR, _CORDS = "joints", having("joints", kind=CORD)
 _I = types.int64
 # how a drive moves a joint: not; along its direction; round an involute
 STILL, LINEAR, INVOLUTE = 0, 1, 2
@@ -137,7 +138,7 @@ def joint_geometry(t, y, k, model):
     g[1, 0], g[1, 1], g[1, 2] = nx, ny, nz
 
 
-@indirect(void(VECTOR, _I, MODEL))
+@indirect(void(VECTOR, _I, MODEL), used_for=_CORDS)
 def _cord_geometry(y, k, model):
     """As `joint_geometry`, of a CORD: the whole length less `value`, gradients along the free part.
 
@@ -199,7 +200,7 @@ def _secant(y, h, k, model):
         secant_gap(joints, k, h)
 
 
-@indirect(void(VECTOR, REAL, _I, REAL, MODEL, VECTOR))
+@indirect(void(VECTOR, REAL, _I, REAL, MODEL, VECTOR), used_for=_CORDS)
 def _add_cord_force(y, h, k, la, model, F):
     """Generalised forces of the cord of joint k with tension -la over an interval of length h."""
     joints, bodies, n_q = model.joints, model.bodies, model.info.nq

@@ -24,6 +24,8 @@ from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
 from evolvent.kernels.thread.joined import couple_spool, turn_spool
 from evolvent.model import MODEL
 
+USED_FOR = "joints"
+
 
 @kernel
 def _add_gradient(matrix, row, at, n, g, J, scale, damped, times):

@@ -16,6 +16,7 @@ from evolvent.kernels.springs import ON_POINT, marker_kinematics, push_marker
 from evolvent.kernels.work import note_load
 from evolvent.model import MODEL
 
+USED_FOR = "loads"
 _I = types.int64
 #: Kinds of loads: a force on a node of a thread, forces per length of threads, a force, a torque and
 #: light on a panel at markers.
@@ -252,12 +253,12 @@ def evaluate_loads(n, times, y, factor, model):
 
 
 @inlined
-def add_load_tangents(t, y, c_rate, turning, model, matrix):
+def add_load_tangents(t, y, c_rate, model, matrix):
     """Tangents of all forces and torques at markers; see `add_load_tangent`."""
     for k in range(model.loads.size):
         on_body = model.loads[k].kind >= AT_MARKER and model.markers[model.loads[k].target].kind == ON_BODY
         if on_body or (model.loads[k].kind >= AT_MARKER and model.loads[k].law != 0):
-            add_load_tangent(t, y, k, c_rate, turning, model, matrix)
+            add_load_tangent(t, y, k, c_rate, model, matrix)
 
 
 @inlined
@@ -302,13 +303,9 @@ def _turn_columns(bodies, i, n, J):
         J[0, c], J[1, c], J[2, c] = turn(bodies[i].R, ax, ay, az)
 
 
-@indirect(void(REAL, VECTOR, _I, REAL, REAL, MODEL, SPARSE))
-def add_load_tangent(t, y, k, c_rate, turning, model, matrix):
+@indirect(void(REAL, VECTOR, _I, REAL, MODEL, SPARSE))
+def add_load_tangent(t, y, k, c_rate, model, matrix):
     """Add what load k changes with position and turn of its marker, and c_rate times with its velocity.
-
-    Parameters
-    ----------
-    turning : float, 1 where torques on a free body stand in its axes, 0 where in those of a step's start
 
     Notes
     -----
@@ -377,18 +374,15 @@ def add_load_tangent(t, y, k, c_rate, turning, model, matrix):
     for r in range(n):
         for c in range(n):
             K[r, c] = -(J[0, r] * K[18, c] + J[1, r] * K[19, c] + J[2, r] * K[20, c])
-    tx, ty, tz = turn_back(R, fx, fy, fz)
-    share = -turning  # of the torque's turn with its axes
     if not is_torque:
-        tx, ty, tz = cross(local[0], local[1], local[2], tx, ty, tz)
-        share = 1.0 - turning
         add_turning(matrix, model, i, local, -fx, -fy, -fz)
-    if bodies[i].motion == FREE:
+    elif bodies[i].motion == FREE:  # a torque turns with its axes
+        tx, ty, tz = turn_back(R, fx, fy, fz)
         for c in range(3):
             ux, uy, uz = cross(tx, ty, tz, 1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2))
-            K[3, 3 + c] += share * ux
-            K[4, 3 + c] += share * uy
-            K[5, 3 + c] += share * uz
+            K[3, 3 + c] -= ux
+            K[4, 3 + c] -= uy
+            K[5, 3 + c] -= uz
     add_block(matrix, at, at, K, 0, 0, n, n, 1.0)
 
 

@@ -15,6 +15,7 @@ from evolvent.kernels.node_loads import (
     GAUSS,
     LINE,
     POINT,
+    USED_FOR as USED_FOR,
     couple_on,
     follows,
     line_point,

@@ -14,10 +14,11 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.compiled.lookups import force_law_at
 from evolvent.kernels.ancf_beams import CABLE
 from evolvent.kernels.rotations import cross
-from evolvent.model import MODEL
+from evolvent.model import MODEL, having, nonzero
 
 # kinds of beam loads: a torque spread over the mass, a force per length, a force at a vector, a moment on a node
 FIELD, LINE, POINT, MOMENT = 0, 1, 2, 3
+USED_FOR = tuple(having("beam_loads", **test) for test in ({"kind": MOMENT}, {"frame": nonzero}, {"law": nonzero}))
 #: Points and weights of Gauss's rule on [0, 1], by which a force per length is integrated over an element.
 GAUSS = (
     (0.5 - 0.5 * math.sqrt(0.6), 5.0 / 18.0),

@@ -11,8 +11,11 @@ import math
 
 from evolvent.compiled.jit import CUBE, MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import surfaces
+from evolvent.kernels.contact_laws import CONTACTS
 from evolvent.kernels.rotations import turn, turn_back
 from evolvent.model import MODEL
+
+USED_FOR = CONTACTS
 
 
 def can_pass(model):

@@ -22,7 +22,7 @@ from evolvent.kernels.rotations import (
     turn_back,
 )
 from evolvent.kernels.sparse import add_block, add_entry
-from evolvent.model import MODEL
+from evolvent.model import MODEL, having, nonzero
 
 DRIVEN, SPIN, FREE = 0, 1, 2
 
@@ -67,7 +67,7 @@ def kinematics(t, y, model):
             free_mass(bodies[b].mass, bodies[b].inertia, R, bodies[b].w, bodies[b].M, bodies[b].F)
 
 
-@indirect(void(REAL, types.int64, MODEL))
+@indirect(void(REAL, types.int64, MODEL), used_for=having("bodies", path=nonzero))
 def move_along(t, b, model):
     """Position, velocity and acceleration of a driven body b that a drive moves along a line."""
     bodies = model.bodies

@@ -43,6 +43,8 @@ from evolvent.kernels.rod_strains import (
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.model import MODEL
 
+USED_FOR = "rods"
+
 
 @inlined
 def stress(rows, k, strain, at, scale, S):

@@ -26,6 +26,7 @@ from evolvent.compiled.views import matrix_view
 from evolvent.kernels.rotations import cross, rotation_from_quaternion, turn, turn_back
 from evolvent.model import MODEL
 
+USED_FOR = "rods"
 _I = types.int64
 #: Numbers of an element that `measure_element` writes: s, c, v, phi, psi, then the strains.
 COSINE, CHORD, PHI, PSI, STRAIN, MEASURES = 3, 4, 7, 8, 9, 15

@@ -33,6 +33,8 @@ from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
 
+USED_FOR = "rods"
+
 
 @inlined
 def _column(R, i):
@@ -244,8 +246,8 @@ def add_rod_tangents(h, c_rate, chi, ratio, model, matrix):
 
     Notes
     -----
-    Left out is how the damping's stresses follow the positions at given velocities. The rows of a step are torques in
-    the axes of its start; those of a state are in axes that turn with the bodies.
+    Left out is how the damping's stresses follow the positions at given velocities. Rows of torques are in axes that
+    turn with the bodies.
     """
     rows, bodies, work = model.rod_elements, model.bodies, model.rod
     S, p = work[_S : _S + 6], work[_P : _P + 7]
@@ -274,14 +276,14 @@ def add_rod_tangents(h, c_rate, chi, ratio, model, matrix):
         add_curved_strains(m1, S, length, A)
         project_columns(J0, A, J1, B, K)
         add_turned_forces(k, model, p, Ra, Rb, v0, A1, B1, v1, K)
-        if h == 0.0:  # torques in axes that turn: R^T t x dtheta
-            for side in range(2):
-                row, x, y, z = 3 + 6 * side, 0.0, 0.0, 0.0
-                for i in range(7):
-                    x, y, z = x + p[i] * J0[i, row], y + p[i] * J0[i, row + 1], z + p[i] * J0[i, row + 2]
-                _add_skew(K, row, row, 1.0, x, y, z)
         _end_axes(A0, bodies[a].w, h, P)
         _end_axes(B0, bodies[b].w, h, Q)
         to_body_axes(K, A0, B0, P, Q)
+        for side in range(2):  # torques in axes that turn: R^T t x dtheta
+            row, x, y, z = 3 + 6 * side, 0.0, 0.0, 0.0
+            for i in range(7):
+                x, y, z = x + p[i] * J0[i, row], y + p[i] * J0[i, row + 1], z + p[i] * J0[i, row + 2]
+            x, y, z = turn_back(A0 if side == 0 else B0, x, y, z)
+            _add_skew(K, row, row, 1.0, x, y, z)
         add_to_bodies(k, model, K, matrix)
     add_mass_damping_tangents(c_rate, model, matrix)

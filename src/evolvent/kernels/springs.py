@@ -20,6 +20,7 @@ from evolvent.kernels.sides import ON_BODY as ON_SIDE, ON_COORDINATES, add_produ
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL, family_type
 
+USED_FOR = "springs"
 ON_BODY, ON_POINT = 0, 1
 
 

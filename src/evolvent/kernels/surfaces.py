@@ -30,7 +30,7 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.kernels import ancf
 from evolvent.kernels.ancf_beams import NODE_VECTORS
-from evolvent.kernels.contact_laws import contact_energy
+from evolvent.kernels.contact_laws import TURNS, contact_energy
 from evolvent.kernels.rotations import cross, turn
 from evolvent.model import MODEL
 
@@ -159,7 +159,7 @@ def frame(bodies, row):
     return (X[0] + x, X[1] + y, X[2] + z), turn(R, n[0], n[1], n[2])
 
 
-@indirect(void(VECTOR, _I, MODEL))
+@indirect(void(VECTOR, _I, MODEL), used_for="contact_surfaces")
 def measure_points(y, what, model):
     """Gaps of beams' contact points by the state y and the bodies' current positions (`START`, `END` or `STATE`).
 
@@ -221,7 +221,7 @@ def combined(y, at, half, S):
     )
 
 
-@indirect(types.Tuple([_I, REAL])(VECTOR, MODEL, _I, _I, REAL, REAL, REAL, REAL, REAL, REAL, REAL))
+@indirect(types.Tuple([_I, REAL])(VECTOR, MODEL, _I, _I, REAL, REAL, REAL, REAL, REAL, REAL, REAL), used_for=TURNS)
 def nearest(y, model, beam, element, xi, px, py, pz, ax, ay, az):
     """Point of a beam's axis nearest to a point as seen along the unit vector a, searched from (element, xi) on.
 
@@ -326,7 +326,7 @@ def _is_far(y, elements, c, half, xi, p, a):
     return wx * wx + wy * wy + wz * wz - off * off > (FAR * length) ** 2
 
 
-@indirect(void(VECTOR, _I, MODEL, _I))
+@indirect(void(VECTOR, _I, MODEL, _I), used_for=TURNS)
 def measure_turns(y, what, model, k):
     """Points below the contact points of cylinder k's layer, gaps and normals, as `measure_points`.
 
@@ -471,7 +471,7 @@ def body_offset(row, bodies, p, q):
     return x[0] + p[0] - z[0] - q[0], x[1] + p[1] - z[1] - q[1], x[2] + p[2] - z[2] - q[2]
 
 
-@indirect(void(_I, MODEL))
+@indirect(void(_I, MODEL), used_for="body_contacts")
 def measure_bodies(what, model):
     """Gaps by the bodies' current positions, as `measure_points`."""
     rows = model.body_contacts

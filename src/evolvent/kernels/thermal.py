@@ -15,8 +15,9 @@ from evolvent.kernels.profile import profile
 from evolvent.kernels.rod_strains import STRAIN
 from evolvent.kernels.rotations import dot
 from evolvent.kernels.sparse import SPARSE
-from evolvent.model import MODEL
+from evolvent.model import MODEL, having, not_negative
 
+USED_FOR = "thermal_loads"
 #: Amplitudes of a load: T, T^2, Gy, Gy T, Gz, Gz T.
 AMPLITUDES = 6
 #: The first amplitudes stretch, the others bend.
@@ -56,7 +57,7 @@ def _fill_mean(t0, t1, factor, load, model):
     _fill_amplitudes(t1, factor, load, load.now, 0.5, model)
 
 
-@indirect(void(REAL, REAL, REAL, MODEL))
+@indirect(void(REAL, REAL, REAL, MODEL), used_for=having("thermal_loads", rod=not_negative))
 def heat_rods(t0, t1, factor, model):
     """Free strains of heated rods: means of those at t0 and t1, times `factor`, of which `kernels.rod` takes forces.
 

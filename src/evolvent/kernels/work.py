@@ -11,6 +11,7 @@ from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.kernels.profile import factor_at
 from evolvent.model import MODEL
 
+USED_FOR = ("loads", "beam_loads")
 #: Points and weights of Gauss's rule on [0, 1].
 _OUTER, _INNER = (0.5 * math.sqrt((3.0 + sign * 2.0 * math.sqrt(1.2)) / 7.0) for sign in (1.0, -1.0))
 _LOW, _HIGH = ((18.0 + sign * math.sqrt(30.0)) / 72.0 for sign in (-1.0, 1.0))

@@ -17,6 +17,7 @@ from numba.np import numpy_support
 
 from evolvent.compiled.jit import ADDRESSES
 from evolvent.compiled.pointer import Struct, array, record, shared
+from evolvent.model.having import has as has, having as having, nonzero as nonzero, not_negative as not_negative
 from evolvent.model.records import *  # noqa: F403  (the names of the model are those of this package)
 from evolvent.model.records import RECORDS
 from evolvent.model.results import RESULTS as RESULTS

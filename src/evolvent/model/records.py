@@ -47,13 +47,14 @@ RECORDS: dict[str, np.dtype] = {
     "blocks": _record("kind iq iv count family owner node", "inertia", inertia=_3),
     # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
     # acceleration, m/s2; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own
-    # (inertia), and spin0, spin1, momentum by turning on spools at both ends of a step, body axes
+    # (inertia), and spin0, spin1, momentum by turning on spools at both ends of a step, body axes; torque: on a free
+    # body over a step, less that of its wheels, in the axes of the step's start
     "bodies": _record(
         "motion iq iv path path_first path_last path_law",
         "mass inertia axis R0 x0 rate spin_inertia direction",
-        "R x v w M L F J a along carried moment own spin0 spin1 linear angular kinetic",
+        "R x v w M L F J a along carried moment own spin0 spin1 torque linear angular kinetic",
         inertia=_33, axis=_3, R0=_33, x0=_3, direction=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
-        moment=_3, own=_33, spin0=_3, spin1=_3, linear=_3, angular=_3,
+        moment=_3, own=_33, spin0=_3, spin1=_3, torque=_3, linear=_3, angular=_3,
     ),
     # without mass: a node of a beam, whose coordinates it has
     "points": _record("iq iv", "mass compliance", "f linear kinetic", f=_3, linear=_3),

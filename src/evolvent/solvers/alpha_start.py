@@ -184,7 +184,7 @@ def start_accelerations(model, matrix, work):
     return DONE
 
 
-@indirect(void(MODEL, SPARSE, WORKSPACE))
+@indirect(void(MODEL, SPARSE, WORKSPACE), used_for="threads")
 def thread_accelerations(model, matrix, work):
     """Give a model with threads at work.y the accelerations that its steps go on with; without a solution none.
 

@@ -120,7 +120,7 @@ def _from_spool(t, y, k, q, model):
     return y[q] - x[0] - dx, y[q + 1] - x[1] - dy, y[q + 2] - x[2] - dz, max(rest, 0.0)
 
 
-@indirect(void(REAL, REAL, REAL, VECTOR, MODEL, WORKSPACE))
+@indirect(void(REAL, REAL, REAL, VECTOR, MODEL, WORKSPACE), used_for="threads")
 def keep_lengths_at_spools(theta, t, h, y, model, work):
     """Move threads to where the elongations of their segments at the spools lie on straight lines (see `dense`).
 

@@ -12,6 +12,8 @@ from evolvent.kernels.springs import ON_BODY
 from evolvent.kernels.thread.wound import wound_mass
 from evolvent.model import MODEL
 
+USED_FOR = "threads"
+
 
 @indirect(void(MODEL, SPARSE))
 def add_carried_weights(model, matrix):

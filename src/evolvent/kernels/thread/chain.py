@@ -13,8 +13,10 @@ from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import centripetal
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.thread.spool import is_loose, spool_acceleration
-from evolvent.model import MODEL
+from evolvent.kernels.thread.wound import INEXTENSIBLE
+from evolvent.model import MODEL, having
 
+USED_FOR = having("threads", kind=INEXTENSIBLE)
 #: Of a segment: below this length a boundary link turns at the rate found at its release.
 SHORT = 1e-7
 

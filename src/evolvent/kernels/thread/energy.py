@@ -15,6 +15,8 @@ from evolvent.kernels.thread.springs import natural_segment, spring_points
 from evolvent.kernels.thread.wound import INEXTENSIBLE, SPRINGS, reels, spool_axis, wound_mass
 from evolvent.model import ELASTIC, H_CARRIED, H_RELEASED, H_WOUND, KINETIC, MODEL, N_INVENTORY, P_ALL
 
+USED_FOR = "threads"
+
 
 @indirect(void(VECTOR, INTEGERS, MODEL, types.int64, VECTOR))
 def thread_inventory(y, s, model, p, out):

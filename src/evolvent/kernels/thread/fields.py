@@ -14,6 +14,11 @@ from evolvent.kernels.thread.wound import spool_axis, wound_mass
 from evolvent.model import MODEL
 
 
+def USED_FOR(model):  # noqa: N802
+    """Fields and threads."""
+    return model.threads.size and model.fields.size
+
+
 @inlined
 def _end_field(t, model, p):
     """Force of fields on the mass at the end of thread p onto its body; returns its power, W."""

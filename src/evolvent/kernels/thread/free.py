@@ -18,9 +18,10 @@ from evolvent.kernels.sparse import SPARSE, add_entry
 from evolvent.kernels.thread.boundary import pull_slopes
 from evolvent.kernels.thread.end import TINY
 from evolvent.kernels.thread.spool import paid_out, spool_direction, spool_pull, spool_torques
-from evolvent.kernels.thread.springs import damper_slope, segment_columns, segment_vector, turning_columns
-from evolvent.model import MODEL
+from evolvent.kernels.thread.springs import damper_slope, paid_rates, segment_columns, segment_vector, turning_columns
+from evolvent.model import MODEL, having
 
+USED_FOR = having("threads", drive=FREE_SPOOL)
 #: Rate at which the regularised friction reaches its limit, rad/s.
 CREEP = 1e-6
 #: Part of a segment by which a step may run past the release of a node.
@@ -139,7 +140,8 @@ def _paid_slope(y, h, c_rate, rate, p, model):
     dx, dy, dz, _, _, _ = segment_vector(y, s, p, s[p] - 1, model)
     length, X = math.sqrt(dx * dx + dy * dy + dz * dz), threads[p].X
     along = (X[0] * dx + X[1] * dy + X[2] * dz) / length if length > TINY else 1.0
-    return damper * (c_rate * threads[p].r * (1.0 - along) + threads[p].coiling * rate * along)
+    coiled = threads[p].coiling * rate if h == 0.0 else 0.0
+    return damper * (c_rate * threads[p].r * (1.0 - along) + coiled * along)
 
 
 @inlined
@@ -169,16 +171,16 @@ def add_boundary(y, h, tension, torque, p, model, matrix):
         add_entry(matrix, k, b + c, torque * along)
     damper = damper_slope(h, p, s[p] - 1, model)
     if damper != 0.0 and length > TINY:
-        _add_boundary_rates(y, -copies * threads[p].r * damper, (ex, ey, ez), length, p, model, matrix)
+        _add_boundary_rates(y, h, -copies * threads[p].r * damper, (ex, ey, ez), length, p, model, matrix)
 
 
 @inlined
-def _add_boundary_rates(y, factor, e, length, p, model, matrix):
+def _add_boundary_rates(y, h, factor, e, length, p, model, matrix):
     """Add factor times what a change of place alone changes in the rate of the segment at free spool p to its row."""
-    s, k, X = model.switches, model.threads[p].spool_v - model.info.nq, model.threads[p].X
-    Ja, Jb, longer, L = model.J[0], model.J[1], model.threads[p].b[1], model.K12
+    s, k = model.switches, model.threads[p].spool_v - model.info.nq
+    Ja, Jb, L = model.J[0], model.J[1], model.K12
     _, _, _, vx, vy, vz = segment_vector(y, s, p, s[p] - 1, model)
-    v = (vx - longer * X[0], vy - longer * X[1], vz - longer * X[2])
+    v = paid_rates(h, p, (vx, vy, vz), model)
     rate = v[0] * e[0] + v[1] * e[1] + v[2] * e[2]
     across = (
         factor / length * (v[0] - rate * e[0]), factor / length * (v[1] - rate * e[1]),
@@ -187,7 +189,7 @@ def _add_boundary_rates(y, factor, e, length, p, model, matrix):
     a, n, b, m = segment_columns(p, s[p] - 1, s, model, Ja, Jb)
     _add_row(matrix, k, a, n, Ja, across, 1.0)
     _add_row(matrix, k, b, m, Jb, across, -1.0)
-    a, n, b, m = turning_columns(p, s[p] - 1, s, model, Ja, L)
+    a, n, b, m = turning_columns(h, p, s[p] - 1, s, model, Ja, L)
     along = (factor * e[0], factor * e[1], factor * e[2])
     _add_row(matrix, k, a, n, Ja, along, 1.0)
     _add_row(matrix, k, b, m, L, along, -1.0)

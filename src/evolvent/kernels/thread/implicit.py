@@ -31,6 +31,8 @@ from evolvent.kernels.thread.springs import (
 from evolvent.kernels.thread.wound import JOINED, carry_power, carry_wound, reels
 from evolvent.model import MODEL
 
+USED_FOR = "threads"
+
 
 @indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, VECTOR, REAL, MODEL, VECTOR))
 def add_thread_residual(t, y, a, step, model, F):

@@ -27,6 +27,11 @@ from evolvent.kernels.work import note_power
 from evolvent.model import MODEL
 
 
+def USED_FOR(model):  # noqa: N802
+    """Threads, and loads of any kind."""
+    return model.threads.size and (model.loads.size or model.fields.size or model.info["gravity"].any())
+
+
 @inlined
 def node_motion(threads, nodes, s, p, i, e, x, v):
     """Outward tangent, position and velocity of a released node of a thread into e, x and v, (3,) each.

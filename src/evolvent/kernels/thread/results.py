@@ -13,6 +13,8 @@ from evolvent.kernels.thread.spool import held_tension, hold_torque, outer_radiu
 from evolvent.kernels.thread.wound import wound_node
 from evolvent.model import ELASTIC, H_CARRIED, H_RELEASED, KINETIC, MODEL, P_ALL
 
+USED_FOR = "threads"
+
 
 @inlined
 def _note_pull(x, inner, tension, out):

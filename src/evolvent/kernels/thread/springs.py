@@ -19,8 +19,10 @@ from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_turning
 from evolvent.kernels.thread.boundary import interval_factor, length_factor, mean_square
 from evolvent.kernels.thread.end import TINY, is_end, node_columns, pull_end
 from evolvent.kernels.thread.spool import pull_spool
-from evolvent.model import MODEL
+from evolvent.kernels.thread.wound import SPRINGS
+from evolvent.model import MODEL, having
 
+USED_FOR, _SPRINGS = "threads", having("threads", kind=SPRINGS)
 _I = types.int64
 
 
@@ -189,7 +191,10 @@ def longest_step(y, s, model):
     return found
 
 
-@indirect(types.UniTuple(REAL, 2)(VECTOR, REAL, INTEGERS, MODEL, _I, types.boolean, VECTOR))
+@indirect(
+    types.UniTuple(REAL, 2)(VECTOR, REAL, INTEGERS, MODEL, _I, types.boolean, VECTOR),
+    used_for=_SPRINGS,
+)
 def spring_thread(y, h, s, model, p, loaded, dy):
     """Right-hand side of a spring thread (eqs. 3, 4, 7 to 11) and its pull on the body (eq. 15).
 
@@ -278,32 +283,44 @@ def segment_columns(p, i, s, model, Ja, Jb):
 
 
 @inlined
-def turning_columns(p, i, s, model, Ja, Jb):
+def paid_rates(h, p, v, model):
+    """Rate v of a vector, three floats, less the length that thread p pays out along X; over a step that alone."""
+    threads, of_state = model.threads, 1.0 if h == 0.0 else 0.0
+    X, longer = threads[p].X, threads[p].b[1]
+    return of_state * v[0] - longer * X[0], of_state * v[1] - longer * X[1], of_state * v[2] - longer * X[2]
+
+
+@inlined
+def turning_columns(h, p, i, s, model, Ja, Jb):
     """Columns of what turns of bodies change in the rates of both ends of segment i of thread p, as `segment_columns`.
 
-    That of the departure point is less the length paid out along the pay-out direction.
+    That of the departure point is less the length paid out along the pay-out direction. Over a step of length h > 0 the
+    lengths make the rate, but for what is paid out.
     """
     threads, bodies, own, a, n, b, m = model.threads, model.bodies, model.e[2], 0, 0, 0, 0
-    if is_end(threads, p, i):
+    if h == 0.0 and is_end(threads, p, i):
         v = model.nodes[threads[p].node].v
         a, n = marker_turning(model, threads[p].end, (0.0, 0.0, 0.0, v[0], v[1], v[2]), Ja)
     if i == s[p] - 1:
-        k, X, longer = threads[p].body, threads[p].payout_axis, threads[p].b[1]
-        Q, v = threads[p].Q, bodies[k].v
-        own[0], own[1], own[2] = turn_back(bodies[k].R, Q[3] - v[0], Q[4] - v[1], Q[5] - v[2])
-        for c in range(3):
-            own[c] += longer * X[c]
+        k, Q, v = threads[p].body, threads[p].Q, bodies[threads[p].body].v
+        x, yy, z = paid_rates(h, p, (v[0] - Q[3], v[1] - Q[4], v[2] - Q[5]), model)
+        own[0], own[1], own[2] = turn_back(bodies[k].R, -x, -yy, -z)
         b, m = side_columns(model, ON_BODY, k, -1, own, False, Jb)
     return a, n, b, m
 
 
 @inlined
 def damper_slope(h, p, i, model):
-    """Derivative of the tension of segment i of thread p by its rate, N s/m; 0 over a step and of a slack one."""
-    threads = model.threads
-    if h != 0.0 or (threads[p].slack != 0 and model.nodes[threads[p].node + i].tension == 0.0):
+    """Derivative of the tension of segment i of thread p by a rate that its lengths do not make, N s/m.
+
+    It is 0 of a slack segment, and over a step of those that do not leave the spool.
+    """
+    threads, leaves = model.threads, i == model.switches[p] - 1
+    if h != 0.0 and not leaves:
         return 0.0
-    return threads[p].damping * (interval_factor(h, threads, p)[0] if i == model.switches[p] - 1 else 1.0)
+    if threads[p].slack != 0 and model.nodes[threads[p].node + i].tension == 0.0:
+        return 0.0
+    return threads[p].damping * (interval_factor(h, threads, p)[0] if leaves else 1.0)
 
 
 @indirect(void(VECTOR, REAL, REAL, REAL, _I, _I, MODEL, SPARSE))
@@ -338,12 +355,11 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
     damper = damper_slope(h, p, i, model) if length > TINY else 0.0
     if damper != 0.0:
         if whole:
-            longer = threads[p].b[1]
-            v = (vx - longer * X[0], vy - longer * X[1], vz - longer * X[2])
+            v = paid_rates(h, p, v, model)
         rate = n[0] * v[0] + n[1] * v[1] + n[2] * v[2]
         for r in range(3):
             for c in range(3):
-                K[r, c] += damper / length * n[r] * (v[c] - rate * n[c])
+                K[r, c] += damper / length * n[r] * (v[c] - rate * m[c])
     if not (held or whole):
         outer = threads[p].iv + 3 * i - model.info.nq
         inner = outer + 3
@@ -360,7 +376,7 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
     add_product(matrix, b, nb, Jb, K, 0, 0, b, nb, Jb, copies)
     if damper != 0.0:
         write_axial(K, 0.0, damper, n)
-        _add_turned_rates(p, i, copies, a, na, b, nb, model, matrix)
+        _add_turned_rates(h, p, i, copies, a, na, b, nb, model, matrix)
     e = threads[p].end
     if held and model.markers[e].kind == MARKER_ON_BODY:
         body, local = model.markers[e].index, model.markers[e].local
@@ -371,7 +387,7 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
 
 
 @inlined
-def _add_turned_rates(p, i, copies, a, na, b, nb, model, matrix):
+def _add_turned_rates(h, p, i, copies, a, na, b, nb, model, matrix):
     """Add what turns of bodies change in the damper of segment i of thread p, whose derivative by rates is in K12.
 
     Parameters
@@ -379,7 +395,7 @@ def _add_turned_rates(p, i, copies, a, na, b, nb, model, matrix):
     a, na, b, nb : of `segment_columns`, which are in J[0] and J[1]
     """
     K, Ja, Jb, L, M = model.K12, model.J[0], model.J[1], model.J[2], model.K24
-    c, nc, d, nd = turning_columns(p, i, model.switches, model, L, M)
+    c, nc, d, nd = turning_columns(h, p, i, model.switches, model, L, M)
     add_product(matrix, a, na, Ja, K, 0, 0, c, nc, L, 1.0)
     add_product(matrix, b, nb, Jb, K, 0, 0, c, nc, L, -copies)
     add_product(matrix, a, na, Ja, K, 0, 0, d, nd, M, -1.0)

@@ -23,6 +23,7 @@ from evolvent.kernels.thread.springs import measure_segments, segment_slope
 from evolvent.kernels.thread.wound import reels, wound_mass
 from evolvent.model import MODEL
 
+USED_FOR = "threads"
 _I = types.int64
 
 

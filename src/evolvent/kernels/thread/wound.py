@@ -12,6 +12,7 @@ from evolvent.kernels.thread.end import carry_end, place_end
 from evolvent.kernels.thread.spool import carry_spool, note_spool, outer_radius, paid_out, ring_radius
 from evolvent.model import MODEL
 
+USED_FOR = "threads"
 #: Kinds of threads, by their segments: springs; of fixed length, with directions as coordinates; of fixed length, with
 #: positions as coordinates and a joint a segment (`joined`), as implicit methods have them.
 SPRINGS, INEXTENSIBLE, JOINED = 0, 1, 2
