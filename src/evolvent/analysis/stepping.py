@@ -53,12 +53,12 @@ class Stepper:
     ----------
     system : System, which is left as it is
     inputs : names of bodies on which forces and torques will be set; of one body its name alone will do
-    method : {"generalized-alpha", "hht", "rk4", "heun", "dopri5"}
+    method : an explicit method, or an implicit one but energy-momentum, by name
     start : float, s
     until : float, s, the end of the time that may be stepped through
     step : float, s, of a fixed-step method; None: by tolerance, or from the highest frequency
     tolerance : float, of adaptive methods
-    spectral_radius : float, of generalized-alpha and hht
+    spectral_radius : float, of implicit methods
 
     Raises
     ------

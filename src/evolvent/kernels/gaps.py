@@ -18,6 +18,8 @@ _I = types.int64
 # a spinning body keeps to an angle; a cord winds onto a drum of side a; points coincide along a direction that turns
 # two angles or travels stay in a ratio (`evolvent.kernels.gear`); a segment of a thread keeps its length
 POINT, DIRECTION, DISTANCE, ANGLE, CORD, ALONG, GEAR, SEGMENT = 0, 1, 2, 3, 4, 5, 6, 7
+#: Kinds of joints that keep a length, so that their multiplier is a tension: the sides along it, and what it is.
+LENGTHS = {DISTANCE: ((0, 1), "distance of the two ends")}
 #: Length of a segment (m) below which its direction is that in which the thread leaves its spool.
 TINY = 1e-9
 
@@ -92,11 +94,40 @@ def secant_gap(joints, k, h):
 
     Those of a product of two vectors are so already.
     """
-    if joints[k].kind in (DISTANCE, SEGMENT) and joints[k].length0 + joints[k].length1 > TINY:
-        scale = 2.0 * joints[k].measured / (joints[k].length0 + joints[k].length1)
-        for i in range(2):
-            for c in range(3):
-                joints[k].g[i, c] *= scale
+    if joints[k].kind in (DISTANCE, SEGMENT):
+        both = _apart(joints[k].u0, 0, 1) + _apart(joints[k].u1, 0, 1)
+        if both > TINY:
+            scale = 2.0 * joints[k].measured / both
+            for i in range(2):
+                for c in range(3):
+                    joints[k].g[i, c] *= scale
+
+
+@inlined
+def _apart(u, i, j):
+    """Distance of two of the vectors u."""
+    x, y, z = u[j, 0] - u[i, 0], u[j, 1] - u[i, 1], u[j, 2] - u[i, 2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@inlined
+def gap_rate_slopes(joints, k, side, a, b, d):
+    """Second derivative of the gap of joint k by the vector of a side and by all, times their rates: three floats.
+
+    Parameters
+    ----------
+    a, b, d : as of `measure_gap`
+    """
+    kind, vx, vy, vz = joints[k].kind, b[3] - a[3], b[4] - a[4], b[5] - a[5]
+    sign = 1.0 if side == 1 else -1.0
+    if kind == DIRECTION:
+        return (b[3], b[4], b[5]) if side == 0 else (a[3], a[4], a[5])
+    if kind == ALONG:
+        return (vx, vy, vz) if side == 2 else (sign * d[3], sign * d[4], sign * d[5])
+    if kind == DISTANCE:
+        n, rate, s = joints[k].g[1], joints[k].rate, sign / joints[k].measured
+        return s * (vx - rate * n[0]), s * (vy - rate * n[1]), s * (vz - rate * n[2])
+    return 0.0, 0.0, 0.0
 
 
 @indirect(void(_I, REAL, MODEL, SPARSE, _I, _I, MATRIX, _I, _I, MATRIX, _I, _I, MATRIX))

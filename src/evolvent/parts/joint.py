@@ -43,6 +43,8 @@ _LEAST_OFF = 1e-6
 _SLIDING = ("prismatic", "cylindrical", "screw", "point-on-line", "in-plane")
 
 
+#: Types that hold no rotation.
+_FREE_TO_TURN = ("spherical", "distance", "point-on-line", "in-plane")
 #: Types that let nothing move.
 CLAMPS = ("clamp", "fixed")
 
@@ -145,7 +147,7 @@ class Joint(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the joint's scalar constraints into the family `joints`; or fix the end of a thread."""
-        check_type(builder, name, self)
+        check_type(builder, name, self, turns=self.type in _FREE_TO_TURN)
         if fix_end(builder, name, self):
             return
         a, b = self._ends(builder, name)

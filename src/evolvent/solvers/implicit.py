@@ -95,7 +95,7 @@ def plan(
     tolerance : float, error of a step that is accepted, beside the size of the system (or 1 for slopes and turns); that
         of rates beside the fastest one follows from it (`step_error.rate_tolerance`)
     spectral_radius : float, at infinite frequency: 1 damps nothing. Of generalized-alpha 0 to 1, 0.3 if left out; 0
-        damps all that the step does not resolve. Of hht 1/2 to 1, 0.9 if left out. Of energy-momentum 1/3 to 1, 1/3 if left out, which dissipates most;
+        damps all that the step does not resolve. Of energy-momentum 1/3 to 1, 1/3 if left out, which dissipates most;
         where nothing holds the system from outside the strains alone are filtered, which keeps the angular momentum.
     newton : float, correction at which an iteration has converged, beside the same sizes; left out, that of adaptive
         steps follows from the tolerance of rates as well (`step_error.newton_limit`)
