@@ -247,6 +247,10 @@ def test_what_no_cord_can_be_is_refused(fields: dict[str, Any], message: str) ->
     system = System()
     system.add(parts.Point(mass=1.0, position=(0.0, 0.0, -1.0)), "first")
     system.add(parts.Point(mass=1.0, position=(0.0, 0.0, -2.0)), "second")
-    with pytest.raises(InputError, match=message):
+
+    def assemble() -> None:
         system.add(parts.Joint(**(given | fields)), "cord")
         system.assemble()
+
+    with pytest.raises(InputError, match=message):
+        assemble()

@@ -112,9 +112,13 @@ class Stepper:
         if method in IMPLICIT:
             self._run = implicit.Run(
                 implicit.plan(
-                    assembly, samples=times, method=method, step=step, tolerance=tolerance,
+                    assembly,
+                    samples=times,
+                    method=method,
+                    step=step,
+                    tolerance=tolerance,
                     spectral_radius=spectral_radius,
-                )  # fmt: skip
+                )
             )
             # samples are ends of steps: their momenta follow from the states
             self._run.work = self._run.work._replace(out_momenta=np.zeros((0, 6)))

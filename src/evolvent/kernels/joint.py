@@ -38,8 +38,9 @@ from evolvent.model import MODEL, family_type
 
 __all__ = [
     "ALONG", "ANGLE", "CORD", "DIRECTION", "DISTANCE", "GEAR", "INVOLUTE", "LENGTHS", "LINEAR", "POINT", "SEGMENT",
-    "STILL", "acts", "add_joint_force", "add_joint_residual", "add_penalty", "holds", "is_penalty", "is_place", "joint_geometry",
-    "measure_joints", "note_reaction", "penalty_energy", "penalty_loss", "penalty_values", "side_count",
+    "STILL", "acts", "add_joint_force", "add_joint_residual", "add_penalty", "holds", "is_penalty", "is_place",
+    "joint_geometry", "measure_joints", "note_reaction", "penalty_energy", "penalty_loss", "penalty_values",
+    "side_count",
 ]  # fmt: skip
 
 _I = types.int64

@@ -36,9 +36,7 @@ class Simulate(Section):
     absolute_tolerance: units.Tolerance | None = Field(
         None, description="of dopri5, in addition to tolerance; a hundredth of it if left out"
     )
-    spectral_radius: units.Fraction | None = Field(
-        None, description="of implicit methods, at infinite frequency"
-    )
+    spectral_radius: units.Fraction | None = Field(None, description="of implicit methods, at infinite frequency")
 
     def settings(self) -> dict[str, Any]:
         """Arguments of `System.simulate`."""
