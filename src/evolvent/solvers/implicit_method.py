@@ -1,7 +1,8 @@
 """Methods of implicit steps: a row of data each, and the functions by which the loop and Newton's method call them.
 
-Another method is a module like `alpha` or `energy_step`, its row and branches here, and branches of `begin` and
-`try_step` in `implicit_loop`. Nothing else reads `options.method`.
+Another method is its row here; with equations of its own a module like `alpha`, which has its code, and branches here.
+Nothing else reads `options.method`. Without the flag `midpoint` it has the forces of the ends of steps, starts by
+`alpha_start` with its constants alpha_m, alpha_f and beta, and is solved by `newton.solve_end`.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ def _filter(rho: float) -> dict[str, float]:
 
 _ALPHA = Method(
     ALPHA, families.IMPLICIT, 0.3, 0.0, "0", 1e-6, {"midpoint": 0, "conserves": 0, "divides": 0},
-    frozenset({"solvers.alpha", "solvers.alpha_start", "solvers.alpha_state", "solvers.newton.solve_alpha"}),
+    frozenset({"solvers.alpha", "solvers.alpha_start", "solvers.alpha_state", "solvers.newton.solve_end"}),
     _chung_hulbert,
 )  # fmt: skip
 #: Methods by name. One that is generalized-alpha with other constants is a row here.
@@ -100,12 +101,12 @@ def start_step(t, h, model, work):
 
 
 @inlined
-def predict(h, model, work):
-    """Increments from which Newton's method starts, those of the last change of the velocities."""
+def predict(h, coasts, model, work):
+    """Increments from which Newton's method starts: of constant velocities (`coasts`), or of their last change."""
     if work.options.method == ENERGY:
-        energy_step.predict(True, model, work)
+        energy_step.predict(not coasts, model, work)
     else:
-        alpha.predict(h, False, model, work)
+        alpha.predict(h, coasts, model, work)
 
 
 @inlined
