@@ -174,6 +174,27 @@ def penalties(system: System) -> None:
     system.add(together(system, parts.Joint(a=FREE, b=SPIN, type="prismatic", axis=TWIST, stiffness=50.0, damping=9.0)))
 
 
+def pulleys(**given: float) -> Callable[[System], None]:
+    """Cords over points of bodies of every kind."""
+
+    def add(system: System) -> None:
+        cords: list[tuple[Any, Any, Any]] = [
+            (FREE, SPIN, (0.9, -0.4, 0.6)), ((0.1, 0.7, 0.3), "other", FREE), ("point", FREE, "other"),
+            (SPIN, (1.0, 0.2, 0.1), "point"), ((0.1, 0.7, 0.3), (0.9, -0.4, 0.6), FREE),
+        ]  # fmt: skip
+        cords += [(DRIVEN, FREE, SPIN), ("point", SPIN, DRIVEN)] if given else []
+        for k, (a, b, over) in enumerate(cords):
+            system.add(parts.Joint(a=a, b=b, over=over, type="pulley", ratio=1.0 + 0.7 * k, **given))
+        system.add(beam("assumed_strain"), "beam")
+        system.add(parts.Joint(a=FREE, b="point", over="beam.tip", type="pulley", ratio=0.6, **given))
+
+    return add
+
+
+enter("pulleys")(pulleys())
+enter("soft pulleys")(pulleys(stiffness=300.0, damping=20.0))
+
+
 @enter("loads on bodies")
 def loads(system: System) -> None:
     """By laws, in axes of the body, and light on panels."""

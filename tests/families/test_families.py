@@ -24,6 +24,7 @@ from evolvent.compiled import jit
 from evolvent.solvers import solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.implicit_method import HHT, NAME
 from evolvent.solvers.modes import Where, at_equilibrium, modes
 from evolvent.solvers.static import solve_static
 from families.case import CASES, Case
@@ -35,11 +36,15 @@ VARIANTS = {
     "dopri5": (EXPLICIT, 1e-6),
     "alpha-step": (IMPLICIT, 5e-4),
     "alpha-tolerance": (IMPLICIT, 1e-3),
+    "hht-step": (IMPLICIT, 5e-4),
+    "hht-tolerance": (IMPLICIT, 1e-3),
     "energy-step": (ENERGY, 5e-4),
     "energy-tolerance": (ENERGY, 1e-3),
     "static": (STATIC, 1e-6),
     "modes": (MODES, 1e-6),
 }
+#: Methods of variants whose messages name them.
+METHODS = {"alpha-step": NAME, "alpha-tolerance": NAME, "hht-step": HHT, "hht-tolerance": HHT}
 CELLS = [pytest.param(row, variant, id=f"{row.name}-{variant}") for row in FAMILIES for variant in VARIANTS]
 
 
@@ -50,10 +55,11 @@ def solved(case: Case, variant: str) -> Any:
         return solve(assembly, samples=samples, method="rk4", step=case.step)
     if variant == "dopri5":
         return solve(assembly, samples=samples, method="dopri5")
-    if variant == "alpha-step":
-        return solve_implicit(assembly, samples=samples, step=case.end / 2000.0, spectral_radius=0.9)
-    if variant == "alpha-tolerance":
-        return solve_implicit(assembly, samples=samples, tolerance=1e-7, spectral_radius=0.9)
+    if variant in ("alpha-step", "hht-step"):
+        method = METHODS[variant]
+        return solve_implicit(assembly, samples=samples, method=method, step=case.end / 2000.0, spectral_radius=0.9)
+    if variant in ("alpha-tolerance", "hht-tolerance"):
+        return solve_implicit(assembly, samples=samples, method=METHODS[variant], tolerance=1e-7, spectral_radius=0.9)
     if variant == "energy-step":
         return solve_energy(assembly, samples=samples, step=case.end / 2000.0, spectral_radius=0.9)
     if variant == "energy-tolerance":
@@ -125,14 +131,15 @@ def test_cell(row: Family, variant: str, monkeypatch: pytest.MonkeyPatch) -> Non
         late = {function.__name__ for function in jit.loaded_late}
         assert late <= BEFORE, "loaded in the midst of a run"
         return
-    with pytest.raises(InputError, match=f"{SOLVERS[solver]} do(es)? not support"):
+    called = METHODS.get(variant, SOLVERS[solver])
+    with pytest.raises(InputError, match=f"{called} do(es)? not support"):
         solved(case, variant)
     # by its own name, whatever the families say that it needs
     others = [other if other is row else dataclasses.replace(other, solvers=families.EVERY) for other in FAMILIES]
     monkeypatch.setattr(families, "FAMILIES", tuple(others))
     with pytest.raises(InputError) as refused:
         solved(case, variant)
-    for words in (repr(case.part), row.name, SOLVERS[solver], row.advice):
+    for words in (repr(case.part), row.name, called, row.advice):
         assert words in str(refused.value)
 
 

@@ -1,4 +1,4 @@
-"""Generalized-alpha is of second order: positions, velocities and multipliers, from the first step on."""
+"""Generalized-alpha and HHT are of second order: positions, velocities and multipliers, from the first step on."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from book import Book
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
+from evolvent.solvers.implicit_method import HHT, NAME
 from helpers import rotation
 from implicit.rigs import RUBBER, SQUARE, run
 
@@ -97,9 +98,14 @@ PENDULUMS = {
 }
 
 
-@pytest.mark.parametrize("rho", [0.0, 0.3, 0.9, 1.0])
+METHODS = {NAME: "Generalized-alpha", HHT: "HHT"}
+SOURCES = {NAME: "Arnold & Bruls 2007", HHT: "Negrut et al. 2007"}
+RADII = [*((NAME, rho) for rho in (0.0, 0.3, 0.9, 1.0)), *((HHT, rho) for rho in (0.5, 0.9, 1.0))]
+
+
+@pytest.mark.parametrize(("method", "rho"), RADII)
 @pytest.mark.parametrize("name", sorted(PENDULUMS))
-def test_orders_of_pendulums(name: str, rho: float, book: Book) -> None:
+def test_orders_of_pendulums(name: str, method: str, rho: float, book: Book) -> None:
     """At 1 nothing damps what the multipliers' errors alternate by; their means over neighbouring steps are as good."""
     make, exact = PENDULUMS[name]
     x, v, la = exact()
@@ -108,7 +114,7 @@ def test_orders_of_pendulums(name: str, rho: float, book: Book) -> None:
     errors = []
     for h in steps:
         times = np.unique(np.round(np.add.outer(TIMES[1:-1], h * np.array([-1, 0, 1])), 12))
-        found = run(make(), [0.0, *times], step=h, spectral_radius=rho, newton=1e-13, largest_gain=10.0)
+        found = run(make(), [0.0, *times], method=method, step=h, spectral_radius=rho, newton=1e-13, largest_gain=10.0)
         q, u = found.y[2::3, :n], found.y[2::3, n : n + m]
         mean = found.la[2::3]
         if rho == 1.0:
@@ -118,27 +124,57 @@ def test_orders_of_pendulums(name: str, rho: float, book: Book) -> None:
     found_orders = orders(steps, errors)
     case = {"point": "point on a rod", "body": "body on a pivot", "top": "fast top on a pivot"}[name]
     book(
-        "Dynamics", f"Generalized-alpha, {case}, rho {rho:g}: order of q, v and la", reference="2",
-        source="Arnold & Bruls 2007; SciPy DOP853, 1e-13", error=np.abs(found_orders - 2.0).max(), allowed=0.1,
+        "Dynamics", f"{METHODS[method]}, {case}, rho {rho:g}: order of q, v and la", reference="2",
+        source=f"{SOURCES[method]}; SciPy DOP853, 1e-13", error=np.abs(found_orders - 2.0).max(), allowed=0.1,
         unit="in the order", order=found_orders[np.abs(found_orders - 2.0).argmax()], wanted="2",
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("rho", [0.0, 0.9, 1.0])
-def test_multipliers_are_of_second_order_in_the_first_steps(rho: float, book: Book) -> None:
+@pytest.mark.parametrize(("method", "rho"), [row for row in RADII if row != (NAME, 0.3)])
+def test_multipliers_are_of_second_order_in_the_first_steps(method: str, rho: float, book: Book) -> None:
     """Without the offsets of the start they are of the first: Arnold, Bruls & Cardona (2015)."""
     steps, errors = [1.0 / n for n in (100, 200, 400)], []
     for h in steps:
-        found = run(point(), h * np.arange(6), step=h, spectral_radius=rho, newton=1e-13, largest_gain=10.0)
+        found = run(
+            point(), h * np.arange(6), method=method, step=h, spectral_radius=rho, newton=1e-13, largest_gain=10.0
+        )
         x, v = found.y[:, :3], found.y[:, 3:6]
         la = 1.3 * ((v**2).sum(axis=1) + x @ G) / np.sqrt(1.04)
         errors.append([float(np.abs(found.la[1:, 0] - la[1:]).max())])
     order = orders(steps, errors)[0]
     book(
-        "Dynamics", f"Generalized-alpha, first five steps, rho {rho:g}: order of la", reference="2",
+        "Dynamics", f"{METHODS[method]}, first five steps, rho {rho:g}: order of la", reference="2",
         source="Arnold, Bruls & Cardona 2015", error=abs(order - 2.0), allowed=0.15, unit="in the order", order=order,
         wanted="2",
     )  # fmt: skip
+
+
+def amplification(alpha: float, turn: float) -> Array:
+    """The map of (u, h u', h^2 u'') of u'' = -w^2 u over a step h = turn/w, of HHT as Hilber, Hughes & Taylor print it.
+
+    u1'' + (1 + alpha) w^2 u1 - alpha w^2 u0 = 0, with Newmark's u1 and u1'.
+    """
+    beta, gamma, square = 0.25 * (1.0 - alpha) ** 2, 0.5 - alpha, turn * turn
+    left = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [(1.0 + alpha) * square, 0.0, 1.0]])
+    right = np.array([[1.0, 1.0, 0.5 - beta], [0.0, 1.0, 1.0 - gamma], [alpha * square, 0.0, 0.0]])
+    return np.linalg.solve(left, right)
+
+
+@pytest.mark.parametrize("alpha", [-1.0 / 3.0, -0.3, -0.05, 0.0])
+@pytest.mark.parametrize("turn", [0.1, 1.0, 10.0])
+def test_hht_is_the_method_of_hilber_hughes_and_taylor(alpha: float, turn: float) -> None:
+    """Places at steps in a row solve the difference equation of the method's amplification matrix."""
+    h, radius = 0.01, (1.0 + alpha) / (1.0 - alpha)
+    system = System()
+    system.add(parts.Point(mass=2.0, position=(1.01, 0.0, 0.0)), "mass")
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=2.0 * (turn / h) ** 2, length=1.0))
+    found = run(
+        system.assemble(), h * np.arange(9), method=HHT, step=h, spectral_radius=radius, newton=1e-13, largest_gain=10.0
+    )
+    u, coefficients = found.y[:, 0] - 1.0, np.poly(amplification(alpha, turn))
+    left = np.array([coefficients @ u[k : k + 4][::-1] for k in range(6)])
+    assert np.abs(left).max() < 1e-9 * np.abs(u).max()
+    assert np.abs(np.linalg.eigvals(amplification(alpha, 1e6))).max() == pytest.approx(radius, abs=1e-4)
 
 
 def cable(n: int = 10, **fields: object) -> Assembly:

@@ -68,7 +68,7 @@ def test_a_torque_turns_the_whole_craft() -> None:
     assert np.all(np.isfinite(kept))
 
 
-@pytest.mark.parametrize("method", ["generalized-alpha", "dopri5", "rk4"])
+@pytest.mark.parametrize("method", ["generalized-alpha", "hht", "dopri5", "rk4"])
 def test_a_force_held_from_outside_moves_an_oscillator(method: str) -> None:
     """x = F/k (1 - cos w t), the spring's force back is -k x; weight is not part of the wrench."""
     stepper = Stepper(mass(), inputs=["body"], method=method, until=10.0, tolerance=1e-8)
@@ -242,7 +242,7 @@ def test_cases_that_are_not_stepped() -> None:
         Stepper(mass(), inputs=["body", "body"])
 
 
-@pytest.mark.parametrize("method", ["generalized-alpha", "rk4"])
+@pytest.mark.parametrize("method", ["generalized-alpha", "hht", "rk4"])
 def test_a_tumbling_body_that_nothing_touches_bears_no_wrench(method: str) -> None:
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=(0.5, 0.6, 0.8), angular_velocity=(1.0, 2.0, 3.0)), "body")

@@ -106,7 +106,10 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
     if method != "auto":
         if method not in METHODS:
             raise InputError(f"method is {method!r}; {nearest(str(method), [*METHODS, 'auto'])}")
-        families.check(assembly, implicit.METHODS[method].solver if method in implicit.METHODS else families.EXPLICIT)
+        if method in implicit.METHODS:
+            families.check(assembly, implicit.METHODS[method].solver, method)
+        else:
+            families.check(assembly, families.EXPLICIT)
         return method, "as asked for"
     refused = {}
     for solver in (families.EXPLICIT, families.IMPLICIT, families.ENERGY):
@@ -223,7 +226,7 @@ def plan(
     if spectral_radius is not None:
         raise InputError(
             f"spectral_radius is {spectral_radius!r}, but the method is {method}; only "
-            f"{' and '.join(implicit.METHODS)} have one"
+            f"{', '.join(implicit.METHODS)} have one"
         )
     options = {"method": method}
     if method == "dopri5":

@@ -321,12 +321,12 @@ class SystemDefinition:
         if not self.steps:
             raise InputError(f"system is {case.system!r}, which is not stepped from outside")
         from evolvent import analysis
-        from evolvent.solvers import energy_momentum, implicit
+        from evolvent.solvers import implicit
 
         assembly = self.build(case).assemble()
         settings = self.prepared_settings(case, assembly, {})
         method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
-        if method == energy_momentum.NAME:
+        if method in implicit.METHODS and implicit.METHODS[method].flags["midpoint"]:
             method, _ = analysis.choose_method(assembly, implicit.NAME)
         found = {"method": method, "step": settings.get("step")}
         for name in ("tolerance", "spectral_radius"):

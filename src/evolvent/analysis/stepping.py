@@ -26,7 +26,8 @@ from evolvent.solvers.releases import write_accounts
 from evolvent.solvers.sampled import Sampled, bristles
 from evolvent.solvers.solution import Solution
 
-IMPLICIT = implicit.NAME
+#: Implicit methods that step: those whose forces are of the ends of steps, which an input is held over.
+IMPLICIT = tuple(name for name, of in implicit.METHODS.items() if not of.flags["midpoint"])
 
 
 class BodyState(NamedTuple):
@@ -52,12 +53,12 @@ class Stepper:
     ----------
     system : System, which is left as it is
     inputs : names of bodies on which forces and torques will be set; of one body its name alone will do
-    method : {"generalized-alpha", "rk4", "heun", "dopri5"}
+    method : an explicit method, or an implicit one but energy-momentum, by name
     start : float, s
     until : float, s, the end of the time that may be stepped through
     step : float, s, of a fixed-step method; None: by tolerance, or from the highest frequency
     tolerance : float, of adaptive methods
-    spectral_radius : float, of generalized-alpha
+    spectral_radius : float, of implicit methods
 
     Raises
     ------
@@ -83,14 +84,14 @@ class Stepper:
         system: System,
         *,
         inputs: str | Sequence[str] = (),
-        method: str = IMPLICIT,
+        method: str = implicit.NAME,
         start: float = 0.0,
         until: float = 1e4,
         step: float | None = None,
         tolerance: float = 1e-4,
         spectral_radius: float = 0.9,
     ) -> None:
-        known = [IMPLICIT, *METHODS]
+        known = [*IMPLICIT, *METHODS]
         if method not in known:
             raise InputError(f"method is {method!r}; {nearest(str(method), known)}")
         if not isinstance(system, System):
@@ -108,9 +109,16 @@ class Stepper:
         self._keys: Mapping[str, str] = {}
         self._events: list[tuple[np.ndarray, np.ndarray]] = []
         assembly, times = _with_inputs(system, self.inputs), np.array([start, until])
-        if method == IMPLICIT:
+        if method in IMPLICIT:
             self._run = implicit.Run(
-                implicit.plan(assembly, samples=times, step=step, tolerance=tolerance, spectral_radius=spectral_radius)
+                implicit.plan(
+                    assembly,
+                    samples=times,
+                    method=method,
+                    step=step,
+                    tolerance=tolerance,
+                    spectral_radius=spectral_radius,
+                )
             )
             # samples are ends of steps: their momenta follow from the states
             self._run.work = self._run.work._replace(out_momenta=np.zeros((0, 6)))
@@ -195,7 +203,7 @@ class Stepper:
             found -= self._held[name]
         if row["motion"] == rigid.FREE:  # whose record holds the gyroscopic torque as well
             found[3:] += np.cross(row["w"], row["R"] @ (row["inertia"] @ (row["R"].T @ row["w"])))
-            if self.method != IMPLICIT:
+            if self.method not in IMPLICIT:
                 found[:3] -= row["mass"] * self.assembly.model.info.gravity
         return found[:3], found[3:]
 
@@ -241,7 +249,7 @@ class Stepper:
 
     def _sample(self) -> _Sample:
         """State and what the method has kept of it, at the last sample."""
-        if self.method != IMPLICIT:
+        if self.method not in IMPLICIT:
             return _Sample(self.time, self._y.copy(), self._s.copy(), None)
         work, n = self._run.work, int(self._run.work.loop.sample) - 1
         one = slice(n, n + 1)
@@ -260,7 +268,7 @@ class Stepper:
             both: list[Any] = [None if a is None else np.concatenate([a, b]) for a, b in pairs]
             kept = Sampled(*both)
             kept = kept._replace(balance=kept.balance.view(np.recarray))
-        if self.method == IMPLICIT:
+        if self.method in IMPLICIT:
             times, kinds = self._run._events()
         else:
             times = np.concatenate([np.zeros(0), *(times for times, _ in self._events)])
@@ -284,7 +292,7 @@ class Stepper:
     @property
     def state(self) -> np.ndarray:
         """State vector [q | v | accounts] now."""
-        if self.method != IMPLICIT:
+        if self.method not in IMPLICIT:
             return self._y.copy()
         y: np.ndarray = self._run.work.y.copy()
         write_accounts(self.assembly.model, y[None], self._run.work.balance)
@@ -329,7 +337,7 @@ class Stepper:
                 self._advance(end)
         except RunFailed as error:
             self._failed = str(error)
-            if self.method == IMPLICIT:  # which may have come a part of the way
+            if self.method in IMPLICIT:  # which may have come a part of the way
                 self.time = self._run.reached
             raise
         self.time = end
@@ -338,7 +346,7 @@ class Stepper:
 
     def _advance(self, end: float) -> None:
         try:
-            if self.method == IMPLICIT:
+            if self.method in IMPLICIT:
                 self._continue_to(end)
             else:
                 self._solve(end)
@@ -397,7 +405,7 @@ class Stepper:
         """Fill the bodies' records with the state now, as generalized-alpha leaves them after every step."""
         self._held = {body: self._input(body) for body in self.inputs}
         self._results.forget()
-        if self.method != IMPLICIT:
+        if self.method not in IMPLICIT:
             model, dy = self.assembly.model, np.zeros_like(self._y)
             needs.load(model, rhs)
             rhs(self.time, self._y, self._s, model, dy)

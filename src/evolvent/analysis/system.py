@@ -194,12 +194,12 @@ class System:
         every : float, s, or a text, between samples; a 400th of the run if left out
         fine : bool, whether finer samples are kept where the motion is fast, at most as many as the others; True if
             left out. A variable ``fine_sample`` marks them.
-        method : {"auto", "generalized-alpha", "energy-momentum", "dopri5", "rk4", "heun"}
+        method : {"auto", "generalized-alpha", "hht", "energy-momentum", "dopri5", "rk4", "heun"}
             "auto" chooses from the parts; the result's attributes ``solver`` and ``method_reason`` say which and why.
         step : float, s, or a text, of a method with fixed steps; chosen if left out
         tolerance : float, of an adaptive method
-        spectral_radius : float, at infinite frequency: 0 to 1 of generalized-alpha, 1/3 to 1 of energy-momentum; 0.9 if
-            left out
+        spectral_radius : float, at infinite frequency: 0 to 1 of generalized-alpha, 1/2 to 1 of hht, 1/3 to 1 of
+            energy-momentum; 0.9 if left out
         progress : called with the time reached (s), a few times a second; left out, a run that takes longer than 2 s
             prints lines with the time left on stderr
         keep : names of variables with reductions, as of a study (``"hinge 1.latch_time.last"``, ``.max``, ``.min``),

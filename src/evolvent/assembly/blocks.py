@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.kernels import rigid
-from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS
+from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import (
     ANGLE,
     BEAM,
@@ -74,10 +74,10 @@ def _rows(families: Mapping[str, Array], pools: Mapping[str, Any]) -> Iterator[t
 
 def _nodal_masses(beam: np.record, elements: Array, pools: Mapping[str, Any]) -> Array:
     """Diagonal of a beam's mass matrix, a number for each nodal vector, kg and so on."""
-    vectors, pool = NODE_VECTORS[beam["kind"]], pools["M12" if beam["kind"] == CABLE else "M24"]
+    vectors = NODE_VECTORS[beam["kind"]]
     found = np.zeros(vectors * int(beam["nodes"]))
     for i, element in enumerate(elements[beam["first_element"] :][: beam["elements"]]):
-        found[vectors * i :][: 2 * vectors] += np.diag(pool[element["mass"]])
+        found[vectors * i :][: 2 * vectors] += np.diag(pools["M"][element["mass"]])
     return found
 
 

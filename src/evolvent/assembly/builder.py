@@ -31,11 +31,8 @@ from evolvent.kernels import (
     springs,
 )
 
-#: Pools of constants in `Model`, with the shape of one entry.
-_POOLS: dict[str, tuple[int, ...]] = {
-    "H24": (28, 28), "h24": (28,), "U24": (), "M24": (8, 8),
-    "H12": (6, 6), "h12": (6,), "U12": (), "B12": (2, 4), "M12": (4, 4),
-}  # fmt: skip
+#: Pools of constants of elements in `Model`, with the dimensions of one entry.
+_POOLS = {"H": 2, "h": 1, "U0": 0, "B": 2, "M": 2}
 #: Families that follow from the others.
 _DERIVED = ("info", "blocks", "rows", "row_sides", "row_pairs")
 #: Fields that hold an index in the state vector's second part, counted from its start while parts are written.
@@ -404,18 +401,13 @@ class Builder:
         """Pools of constants that elements share, and scratch memory."""
         n_v = len(self.v)
         beams = families["beams"]
-        pools = {
-            name: np.array(self.pools[name], dtype=float).reshape(len(self.pools[name]), *shape)
-            for name, shape in _POOLS.items()
-        }
         return dict(
-            B0=np.zeros((2, 4)),
             G=np.zeros(n_v),
             switches=s.copy(),
             strands=np.zeros((len(self.rows["nodes"]) + 1, 9)),
             angles=np.zeros(len(self.rows["beam_nodes"])),
             custom=np.zeros(max((custom.scratch_size(row["points"]) for row in self.rows["custom_forces"]), default=0)),
-            masses=factored_masses(beams, families["elements"], pools),
+            masses=factored_masses(beams, families["elements"], self.pools["M"]),
             rod=np.zeros(rod_strains.WORK),
             F=np.zeros(n_v),
             P=np.zeros(n_v),
@@ -425,7 +417,7 @@ class Builder:
             K24=np.zeros((24, 24)),
             K12=np.zeros((12, 12)),
             J=np.zeros((3, 3, 9)),
-            **pools,
+            **{name: _stacked(self.pools[name], ndim) for name, ndim in _POOLS.items()},
         )
 
     def _check_copies(self) -> None:
@@ -465,3 +457,13 @@ class Builder:
                     value = np.where(np.asarray(value) >= 0, np.asarray(value) + len(self.q), value)
                 family[field][k] = value
         return family
+
+
+def _stacked(entries: list[Any], ndim: int) -> Array:
+    """Arrays as one, each in the first places of the shape of the largest, 0 elsewhere."""
+    shape = tuple(max((value.shape[k] for value in entries), default=0) for k in range(ndim))
+    found = np.zeros((len(entries), *shape))
+    for k, value in enumerate(entries):
+        own: tuple[Any, ...] = (k, *(slice(size) for size in value.shape))
+        found[own] = value
+    return found

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from evolvent.assembly import needs
@@ -11,15 +13,15 @@ from evolvent.flow.impulse import prepare
 from evolvent.kernels import ancf_beams, constraint_rows
 
 
-def factored_masses(beams: Array, elements: Array, pools: dict[str, Array]) -> Array:
+def factored_masses(beams: Array, elements: Array, masses: Sequence[Array]) -> Array:
     """L D L^T of the beams' masses, which couple nodal vectors of neighbouring nodes: see `Model.masses`."""
     found = [np.zeros((0, 8))]
     for beam in beams:
         k = ancf_beams.NODE_VECTORS[beam["kind"]]
-        pool, n, w = pools["M12" if k == 2 else "M24"], k * int(beam["nodes"]), 2 * k - 1
+        n, w = k * int(beam["nodes"]), 2 * k - 1
         band = np.zeros((w + 1, n))  # band[i - j, j] = M[i, j], i >= j
         for c in range(beam["elements"]):
-            M = pool[elements["mass"][beam["first_element"] + c]]
+            M = masses[elements["mass"][beam["first_element"] + c]]
             for j in range(2 * k):
                 band[: 2 * k - j, k * c + j] += M[j:, j]
         rows = np.zeros((n, 8))

@@ -366,13 +366,14 @@ def has_symmetric_stiffness(model: Model) -> bool:
     return all(family.is_symmetric(model) for family in FAMILIES)
 
 
-def check(assembly: Any, solver: str) -> None:
+def check(assembly: Any, solver: str, called: str = "") -> None:
     """Refuse parts that a solver does not support, by name.
 
     Parameters
     ----------
     assembly : evolvent.assembly.assembled.Assembly
     solver : one of `SOLVERS`
+    called : str, what messages call it; left out, as `SOLVERS` does
 
     Raises
     ------
@@ -382,8 +383,9 @@ def check(assembly: Any, solver: str) -> None:
     found = list(_unsupported(assembly, solver))
     if not found:
         return
+    called = called or SOLVERS[solver]
     what = "does" if solver in (IMPLICIT, ENERGY, STATIC) else "do"
-    refused = f"which {SOLVERS[solver]} {what} not support"
+    refused = f"which {called} {what} not support"
     named: dict[str, list[str]] = {}
     for who, name, _ in found:
         named.setdefault(who, []).append(name)
@@ -406,7 +408,7 @@ def check(assembly: Any, solver: str) -> None:
     else:
         advice = "".join(dict.fromkeys(one for _, _, one in found[:MOST_NAMED] if one))
         advice = f"; no method supports all of them{advice}" if others else advice
-    raise InputError(f"{SOLVERS[solver]} {what} not support {several}{more}{advice}")
+    raise InputError(f"{called} {what} not support {several}{more}{advice}")
 
 
 def _unsupported(assembly: Any, solver: str) -> Iterator[tuple[str, str, str]]:

@@ -378,7 +378,7 @@ def total_mass(model):
     total = 0.0
     for k in range(model.elements.size):
         half = ancf_beams.NODE_VECTORS[model.beams[model.elements[k].beam].kind]
-        M = model.M12[model.elements[k].mass] if half == 2 else model.M24[model.elements[k].mass]
+        M = model.M[model.elements[k].mass]
         total += M[0, 0] + 2.0 * M[0, half] + M[half, half]
     for i in range(model.points.size):
         total += model.points[i].mass

@@ -410,8 +410,8 @@ def line_strains(e, length, xi, strains):
 def kinetic_energy(M, u):
     """1/2 u^T (M (x) I3) u, J."""
     T = 0.0
-    for i in range(M.shape[0]):
-        for j in range(M.shape[0]):
+    for i in range(u.size // 3):
+        for j in range(u.size // 3):
             T += 0.5 * M[i, j] * (u[3 * i] * u[3 * j] + u[3 * i + 1] * u[3 * j + 1] + u[3 * i + 2] * u[3 * j + 2])
     return T
 

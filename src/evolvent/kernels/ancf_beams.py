@@ -60,16 +60,12 @@ def add_elements(y, a, scale, interval, model, F):
     for k in range(elements.size):
         iq, iv, beam, mass, form = elements[k].iq, elements[k].iv, elements[k].beam, elements[k].mass, elements[k].form
         alpha, at, force = elements[k].alpha, iv - n_q, element_force_at(model, elements[k].force)
-        n = 12 if beams[beam].kind == CABLE else 24
+        n = 6 * NODE_VECTORS[beams[beam].kind]
         e, u, f, x, changes = y[iq : iq + n], y[iv : iv + n], F[at : at + n], model.e[0, :n], elements[k].changes
         for i in range(n):
             x[i] = scale * a[at + i] + alpha * u[i]
-        if n == 12:
-            by_mass += _add_inertia(model.M12[mass], 4, alpha, x, u, f)
-            H, h, B = model.H12[form], model.h12[form], model.B12[form]
-        else:
-            by_mass += _add_inertia(model.M24[mass], 8, alpha, x, u, f)
-            H, h, B = model.H24[form], model.h24[form], model.B0
+        by_mass += _add_inertia(model.M[mass], n // 3, alpha, x, u, f)
+        H, h, B = model.H[form], model.h[form], model.B[form]
         by_stiffness += force(e, u, interval, elements[k].beta, H, h, B, changes, work, f)
     return by_mass, by_stiffness
 
@@ -97,12 +93,9 @@ def add_element_tangents(y, c_mass, c_rate, interval, model, matrix):
         iq, iv, beam, mass, form = elements[k].iq, elements[k].iv, elements[k].beam, elements[k].mass, elements[k].form
         beta, at, tangent = elements[k].beta, iv - n_q, element_tangent_at(model, elements[k].tangent)
         factor = c_mass + c_rate * elements[k].alpha
-        n = 12 if beams[beam].kind == CABLE else 24
+        n = 6 * NODE_VECTORS[beams[beam].kind]
         e, u, changes = y[iq : iq + n], y[iv : iv + n], elements[k].changes
-        if n == 12:
-            K, M, H, h, B = model.K12, model.M12[mass], model.H12[form], model.h12[form], model.B12[form]
-        else:
-            K, M, H, h, B = model.K24, model.M24[mass], model.H24[form], model.h24[form], model.B0
+        K, M, H, h, B = model.K24, model.M[mass], model.H[form], model.h[form], model.B[form]
         tangent(e, u, interval, beta, c_rate, H, h, B, changes, work, K)
         add_with_mass(matrix, at, n, K, factor, M)
 
@@ -115,16 +108,11 @@ def beam_energies(y, first, last, model, out):
         row = elements[k]
         iq, iv, mass, form, bending = row.iq, row.iv, row.mass, row.form, row.bending
         energy = element_energy_at(model, row.energy)
-        if beams[row.beam].kind == CABLE:
-            e, u = y[iq : iq + 12], y[iv : iv + 12]
-            out[0] += ancf.kinetic_energy(model.M12[mass], u)
-            out[1] += energy(e, model.H12[form], model.h12[form], model.U12[form], work)
-            out[2] += energy(e, model.H12[bending], model.h12[bending], model.U12[bending], work)
-        else:
-            e, u = y[iq : iq + 24], y[iv : iv + 24]
-            out[0] += ancf.kinetic_energy(model.M24[mass], u)
-            out[1] += energy(e, model.H24[form], model.h24[form], model.U24[form], work)
-            out[2] += energy(e, model.H24[bending], model.h24[bending], model.U24[bending], work)
+        n = 6 * NODE_VECTORS[beams[row.beam].kind]
+        e, u = y[iq : iq + n], y[iv : iv + n]
+        out[0] += ancf.kinetic_energy(model.M[mass], u)
+        out[1] += energy(e, model.H[form], model.h[form], model.U0[form], work)
+        out[2] += energy(e, model.H[bending], model.h[bending], model.U0[bending], work)
 
 
 @indirect(void(VECTOR, types.int64, types.int64, MODEL, VECTOR, VECTOR))
@@ -134,8 +122,7 @@ def beam_momenta(y, first, last, model, P, H):
     for k in range(first, last):
         iq, iv, mass = elements[k].iq, elements[k].iv, elements[k].mass
         n = 2 * NODE_VECTORS[beams[elements[k].beam].kind]
-        M = model.M12[mass] if n == 4 else model.M24[mass]
-        half = n // 2
+        M, half = model.M[mass], n // 2
         for i in range(n):
             px = py = pz = 0.0
             for j in range(n):
@@ -160,6 +147,8 @@ def _divide_by_mass(model, k, row, x, at):
     # of a constant width the loops of the solution are unrolled
     if model.beams[k].kind == CABLE:
         banded_solve_vectors(model.masses, row, n, 3, x, at)
+    elif model.beams[k].kind != BEAM:
+        banded_solve_vectors(model.masses, row, n, 2 * NODE_VECTORS[model.beams[k].kind] - 1, x, at)
     else:
         banded_solve_vectors(model.masses, row, n, 7, x, at)
     return n
@@ -231,7 +220,7 @@ def add_gravity(gravity, model, P):
     for k in range(elements.size):
         at, mass = elements[k].iv - n_q, elements[k].mass
         n = 2 * NODE_VECTORS[beams[elements[k].beam].kind]
-        M = model.M12[mass] if n == 4 else model.M24[mass]
+        M = model.M[mass]
         for i in range(n):
             m = M[i, 0] + M[i, n // 2]
             for c in range(3):

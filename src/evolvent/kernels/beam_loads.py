@@ -128,7 +128,7 @@ def _note_middle(y, k, model):
 def _field_vectors(y, model, k, n, z, centre, pitch, out):
     """M (z x (e - c) + pitch z) of element k into out : (3 n,); returns M (z x (e - c)) . (z x (e - c)) for pitch 0."""
     iq, mass = model.elements[k].iq, model.elements[k].mass
-    M = model.M12[mass] if n == 4 else model.M24[mass]
+    M = model.M[mass]
     half = n // 2
     e = model.e
     for j in range(n):
@@ -190,7 +190,7 @@ def add_field_tangent(y, k, model, matrix):
     s, q, half = row.now / inertia, inner(matrix, 1), 3 * (n // 2)
     for element in range(first, last):
         at, mass = model.elements[element].iv - n_q, model.elements[element].mass
-        M = model.M12[mass] if n == 4 else model.M24[mass]
+        M = model.M[mass]
         for i in range(n):
             for j in range(n):
                 for c in range(3):

@@ -10,7 +10,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.compiled.lookups import force_law_at
-from evolvent.kernels.ancf_beams import CABLE
+from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.law_slopes import add_force_law_gradient
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import cross, turn, turn_back
@@ -88,7 +88,7 @@ def _element_point(y, model, k, x, v):
     element = model.field_points[k].element
     elements, S = model.elements, model.field_points[k].S
     iq, iv = elements[element].iq, elements[element].iv
-    n = 4 if model.beams[elements[element].beam].kind == CABLE else 8
+    n = 2 * NODE_VECTORS[model.beams[elements[element].beam].kind]
     for c in range(3):
         x[c] = v[c] = 0.0
         for j in range(n):
@@ -188,7 +188,7 @@ def _add_element(element, model, matrix):
         return
     elements = model.elements
     at = elements[element].iv - model.info.nq
-    size = 6 if model.beams[elements[element].beam].kind == CABLE else 12
+    size = 3 * NODE_VECTORS[model.beams[elements[element].beam].kind]
     for r in range(0, 2 * size, size):
         for c in range(0, 2 * size, size):
             add_block(matrix, at + r, at + c, model.K24, r, c, size, size, 1.0)

@@ -15,6 +15,7 @@ from evolvent.kernels.gaps import (
     DIRECTION,
     DISTANCE,
     GEAR,
+    LENGTHS,
     POINT,
     SEGMENT,
     copies_at,
@@ -36,9 +37,10 @@ from evolvent.kernels.thread.joined import length_at_spool
 from evolvent.model import MODEL, family_type, having
 
 __all__ = [
-    "ALONG", "ANGLE", "CORD", "DIRECTION", "DISTANCE", "GEAR", "INVOLUTE", "LINEAR", "POINT", "SEGMENT", "STILL",
-    "acts", "add_joint_force", "add_joint_residual", "add_penalty", "holds", "is_penalty", "is_place", "joint_geometry",
-    "measure_joints", "note_reaction", "penalty_energy", "penalty_loss", "penalty_values", "side_count",
+    "ALONG", "ANGLE", "CORD", "DIRECTION", "DISTANCE", "GEAR", "INVOLUTE", "LENGTHS", "LINEAR", "POINT", "SEGMENT",
+    "STILL", "acts", "add_joint_force", "add_joint_residual", "add_penalty", "holds", "is_penalty", "is_place",
+    "joint_geometry", "measure_joints", "note_reaction", "penalty_energy", "penalty_loss", "penalty_values",
+    "side_count",
 ]  # fmt: skip
 
 USED_FOR, _CORDS = "joints", having("joints", kind=CORD)
@@ -104,7 +106,7 @@ def joint_geometry(t, y, k, model):
     for c in range(3):
         u[0, c], u[1, c] = a[c], b[c]
     if kind != POINT:
-        d = side_rates(y, joints, bodies, k, 2, False) if side_count(kind) == 3 else a
+        d = side_rates(y, joints, bodies, k, 2, is_place(kind, 2)) if side_count(kind) == 3 else a
         measure_gap(joints, k, a, b, d)
         joints[k].rate -= paid
         return
@@ -185,9 +187,13 @@ def measure_joints(end, t, y, model):
         if joints[k].kind == GEAR:
             measure_gear(k, end, y, model)
         if end == 0:
-            joints[k].gap0, joints[k].length0 = joints[k].gap, joints[k].measured
+            joints[k].gap0 = joints[k].gap
         else:
-            joints[k].gap1, joints[k].length1 = joints[k].gap, joints[k].measured
+            joints[k].gap1 = joints[k].gap
+        u, kept = joints[k].u, joints[k].u0 if end == 0 else joints[k].u1
+        for side in range(3):
+            for c in range(3):
+                kept[side, c] = u[side, c]
 
 
 @inlined

@@ -5,14 +5,12 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import rigid
 from evolvent.kernels.gaps import (
-    ALONG,
     ANGLE,
-    DIRECTION,
-    DISTANCE,
     GEAR,
     SEGMENT,
     add_gap_tangent,
     copies_at,
+    gap_rate_slopes,
     is_place,
     side_count,
 )
@@ -69,7 +67,7 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
     d, n_d = 0, 0
     if side_count(kind) == 3:
         d, n_d = side_columns(
-            model, joints[k].on[2], joints[k].index[2], joints[k].iv[2], joints[k].local[2], False, Jd
+            model, joints[k].on[2], joints[k].index[2], joints[k].iv[2], joints[k].local[2], is_place(kind, 2), Jd
         )
         _add_gradient(matrix, row, d, n_d, joints[k].g[2], Jd, scale, damped, 1.0)
     if la == 0.0:
@@ -150,21 +148,9 @@ def side_of(y, k, side, model):
 @inlined
 def rate_slopes(y, k, side, model):
     """Second derivative of the gap of joint k by the vector of a side and by all, times their rates: three floats."""
-    joints, kind = model.joints, model.joints[k].kind
     a, b = side_of(y, k, 0, model), side_of(y, k, 1, model)
-    vx, vy, vz = b[3] - a[3], b[4] - a[4], b[5] - a[5]
-    sign = 1.0 if side == 1 else -1.0
-    if kind == DIRECTION:
-        return (b[3], b[4], b[5]) if side == 0 else (a[3], a[4], a[5])
-    if kind == ALONG:
-        if side == 2:
-            return vx, vy, vz
-        d = side_of(y, k, 2, model)
-        return sign * d[3], sign * d[4], sign * d[5]
-    if kind == DISTANCE:
-        n, rate, s = joints[k].g[1], joints[k].rate, sign / joints[k].measured
-        return s * (vx - rate * n[0]), s * (vy - rate * n[1]), s * (vz - rate * n[2])
-    return 0.0, 0.0, 0.0
+    d = side_of(y, k, 2, model) if side_count(model.joints[k].kind) == 3 else a
+    return gap_rate_slopes(model.joints, k, side, a, b, d)
 
 
 @inlined

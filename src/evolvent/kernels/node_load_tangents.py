@@ -9,7 +9,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels.ancf_beams import CABLE
+from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS
 from evolvent.kernels.law_slopes import force_law_gradient
 from evolvent.kernels.node_loads import (
     GAUSS,
@@ -67,7 +67,7 @@ def add_following_tangent(t, y, k, c_rate, model, matrix):
         _add_line_tangent(t, y, k, c_rate, model, matrix)
         return
     is_cable = model.beams[row.beam].kind == CABLE
-    half = 6 if is_cable else 12
+    half = 3 * NODE_VECTORS[model.beams[row.beam].kind]
     K, A = model.K12, model.K24
     M = node_vector(t, y, k, model)
     if row.law != 0:
@@ -199,7 +199,7 @@ def _add_line_tangent(t, y, k, c_rate, model, matrix):
     n_q = model.info.nq
     row = model.beam_loads[k]
     K, A = model.K24, model.K12
-    half = 6 if model.beams[row.beam].kind == CABLE else 12
+    half = 3 * NODE_VECTORS[model.beams[row.beam].kind]
     p, first = model.parameters[row.first : row.last], model.beams[row.beam].first_element
     for element in range(first, first + model.beams[row.beam].elements):
         at, length = model.elements[element].iv - n_q, model.elements[element].length

@@ -12,7 +12,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.compiled.lookups import force_law_at
-from evolvent.kernels.ancf_beams import CABLE
+from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL, having, nonzero
 
@@ -140,7 +140,7 @@ def line_point(y, element, xi, model):
     """Position and velocity of a point of an element's axis into model.scratch[1:]; returns the shape functions."""
     x, v = model.scratch[1], model.scratch[2]
     iq, iv = model.elements[element].iq, model.elements[element].iv
-    half = 6 if model.beams[model.elements[element].beam].kind == CABLE else 12
+    half = 3 * NODE_VECTORS[model.beams[model.elements[element].beam].kind]
     S = _axis_weights(model.elements[element].length, xi)
     for c in range(3):
         x[c] = S[0] * y[iq + c] + S[1] * y[iq + 3 + c] + S[2] * y[iq + half + c] + S[3] * y[iq + half + 3 + c]
@@ -154,7 +154,7 @@ def add_following_load(t, y, k, value, model, P):
     n_q = model.info.nq
     row = model.beam_loads[k]
     beam = row.beam
-    half = 6 if model.beams[beam].kind == CABLE else 12
+    half = 3 * NODE_VECTORS[model.beams[beam].kind]
     if row.kind != LINE:
         out = model.f[:half]
         _node_forces(t, y, k, model, out)

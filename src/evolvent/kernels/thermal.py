@@ -140,7 +140,7 @@ def _add_beam_energies(y, k, model):
         ancf.nodal_vectors(y[iq : iq + 3 * n + 3], n, v)
         if model.elements[i].stretch != 0:
             for q in range(3):
-                b = cable._derivative(model.H12[model.elements[i].form], q, 0, v)
+                b = cable._derivative(model.H[model.elements[i].form], q, 0, v)
                 g[q] = math.sqrt(dot(b, b))
         else:
             ancf.products(v, n, g)
@@ -233,7 +233,7 @@ def add_thermal_loads(t0, t1, y, factor, model, P):
             ancf.nodal_vectors(y[iq : iq + size], n, v)
             _fill_stresses(load, at, m, p, s)
             if elements[i].stretch != 0:
-                H = model.H12[elements[i].form]
+                H = model.H[elements[i].form]
                 for q in range(3):
                     a, b = cable._derivative(H, q, 0, v), cable._derivative(H, q, 3, v)
                     pull = s[q] / math.sqrt(dot(a, a))
@@ -296,10 +296,10 @@ def add_thermal_tangents(y, model, matrix):
             v, s = work[: 3 * n], work[3 * n : 3 * n + m]
             ancf.nodal_vectors(y[iq : iq + size], n, v)
             _fill_stresses(load, at, m, p, s)
-            K = model.K12 if is_cable else model.K24
-            M = model.M12[elements[i].mass] if is_cable else model.M24[elements[i].mass]
+            K = model.K24
+            M = model.M[elements[i].mass]
             if elements[i].stretch != 0:
-                _write_stretch_tangent(model.H12[elements[i].form], s, v, K)
+                _write_stretch_tangent(model.H[elements[i].form], s, v, K)
             else:
                 _write_product_tangent(s, n, K)
             middle = 3 * (n // 2) + 3

@@ -46,10 +46,10 @@ class Model(Struct):
     A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
     scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch
     pose : (12,) float, scratch, what the law of a torque is called with: position and attitude of its body
-    H24, h24, U24 : (k, 28, 28), (k, 28), (k,) float, forms of elements of 24 coordinates (`evolvent.elements`)
-    H12, h12, U12 : (k, 6, 6), (k, 6), (k,) float, those of cables
-    M24, M12 : (k, 8, 8), (k, 4, 4) float, masses
-    B12 : (k, 2, 4) float, curvature of cables at two points (`evolvent.elements.cable_bending`); B0 : none
+    H, h, U0 : (k, m, m), (k, m), (k,) float, forms of elements (`evolvent.elements`), m of the kind that has most: 28
+        of 24 coordinates, 6 of cables
+    M : (k, n, n) float, masses of elements, n of the kind that has most: 8 of 24 coordinates, 4 of cables
+    B : (k, 2, 4) float, curvature of cables at two points (`evolvent.elements.cable_bending`), 0 of other forms
     G : (nv,) float, weight
     masses : (N, 8) float, factors of the beams' masses, a row a nodal vector (`linalg.banded_solve_vectors`)
     switches : (ns,) int, those of the state that an implicit method has reached
@@ -108,16 +108,11 @@ class Model(Struct):
     rod_elements: Array = array(1, RECORDS["rod_elements"])
     gear_coordinates: Array = array(1, RECORDS["gear_coordinates"])
     thermal_loads: Array = array(1, RECORDS["thermal_loads"])
-    H24: Array = array(3)
-    h24: Array = array(2)
-    U24: Array = array(1)
-    H12: Array = array(3)
-    h12: Array = array(2)
-    U12: Array = array(1)
-    M24: Array = array(3)
-    M12: Array = array(3)
-    B12: Array = array(3)
-    B0: Array = array(2)
+    H: Array = array(3)
+    h: Array = array(2)
+    U0: Array = array(1)
+    M: Array = array(3)
+    B: Array = array(3)
     G: Array = array(1)
     masses: Array = array(2)
     switches: Array = array(1, np.int64)

@@ -176,14 +176,13 @@ RECORDS: dict[str, np.dtype] = {
     # a drive moves the row; event, switch: what releases it, event k or the latch of coordinate -2 - k, and its switch,
     # 1 once released, or -1; slack: factor of `info.compliance`; latest: `until` as it was given, which an event may
     # bring forward; first, last: of a segment of a thread, its thread and node. measured: distance, product, travel or
-    # angle, of which the gap is the rest, length0 and length1: that at both ends of an interval; force, moment: on the
-    # second side
+    # angle, of which the gap is the rest; u0, u1: u at both ends of an interval; force, moment: on the second side
     "joints": _record(
         "kind on index iq iv path drive law first last event switch nodes",
         "local along centre axis zero radius value stiffness damping until latest slack",
-        "u g measured gap rate driven bends gap0 gap1 length0 length1 stored force moment",
+        "u g u0 u1 measured gap rate driven bends gap0 gap1 stored force moment",
         on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),
-        force=_3, moment=_3,
+        u0=(3, 3), u1=(3, 3), force=_3, moment=_3,
     ),
     # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
     # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from

@@ -289,14 +289,16 @@ class Beam(Part):
             make = elements.cable_stretch_form if stretch else elements.cable_form
             bent = split(length, section, self.material, rest=rest)["bending"]
             whole = make(length, section, self.material, rest=rest)
-            mass = builder.pooled(M12=elements.cable_mass(length, section, self.material, inertia))
+            mass = builder.pooled(M=elements.cable_mass(length, section, self.material, inertia))
             B = elements.cable_bending(length, section, self.material)
-            form, bending = (builder.pooled(H12=of.H, h12=of.h, U12=of.U0, B12=B) for of in (whole, bent))
+            form, bending = (builder.pooled(H=of.H, h=of.h, U0=of.U0, B=B) for of in (whole, bent))
             return form, bending, mass
         parts = elements.beam_parts(self.formulation, length, section, self.material, rest=rest)
         whole = parts["membrane"] + parts["bending"] + parts["torsion"] + parts["section"]
-        mass = builder.pooled(M24=elements.beam_mass(length, section, self.material, inertia))
-        form, bending = (builder.pooled(H24=of.H, h24=of.h, U24=of.U0) for of in (whole, parts["bending"]))
+        mass = builder.pooled(M=elements.beam_mass(length, section, self.material, inertia))
+        form, bending = (
+            builder.pooled(H=of.H, h=of.h, U0=of.U0, B=np.zeros((2, 4))) for of in (whole, parts["bending"])
+        )
         return form, bending, mass
 
     def _write_sections(self, builder: Builder, length: float, section: CrossSection, rest: np.ndarray | None) -> int:

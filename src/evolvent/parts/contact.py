@@ -106,7 +106,7 @@ class Contact(ContactLaw):
         row, found = builder.rows["beams"][beam], []
         k = ancf_beams.NODE_VECTORS[row["kind"]]
         vectors = np.array([0, 1, k, k + 1])
-        masses = builder.pools["M12" if row["kind"] == ancf_beams.CABLE else "M24"]
+        masses = builder.pools["M"]
         for c in range(row["first_element"], row["first_element"] + row["elements"]):
             element = builder.rows["elements"][c]
             M = masses[element["mass"]]

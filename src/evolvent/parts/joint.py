@@ -11,7 +11,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
-from evolvent.kernels import axial, joint as kernels, rigid, sides
+from evolvent.kernels import axial, gaps, joint as kernels, rigid, sides
 from evolvent.parts.base import BodyName, Part, PointReference, unit
 from evolvent.parts.checks import check_units
 from evolvent.parts.drive import DriveKind, RampDrive
@@ -43,6 +43,10 @@ _LEAST_OFF = 1e-6
 _SLIDING = ("prismatic", "cylindrical", "screw", "point-on-line", "in-plane")
 
 
+#: Types that hold no rotation.
+_FREE_TO_TURN = ("spherical", "distance", "point-on-line", "in-plane", "pulley")
+#: Types that keep a length, of points that are apart.
+_ROPES = ("distance", "pulley")
 #: Types that let nothing move.
 CLAMPS = ("clamp", "fixed")
 
@@ -55,22 +59,27 @@ class Joint(Part):
     a, b : point
         Ends: "boom.root", "boom.tip" or "boom[5]" (a beam's node), "hub.left" (a point of a body), ("hub", (x, y, z)),
         "tether.tip" (the end of a thread, which has no rotation), a point mass, or a position on the ground. A body
-        named alone, "hub", means its point where the other end is at the start; in a joint of type "distance" its
-        origin.
+        named alone, "hub", means its point where the other end is at the start; in a joint of type "distance" or
+        "pulley" its origin.
     type : {"spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "screw", \
-"point-on-line", "in-plane", "distance"}
+"point-on-line", "in-plane", "distance", "pulley"}
         spherical: the points coincide, all rotations are free. revolute: they coincide, with rotation about `axis`.
         universal: with rotations about `axis` of a and `axis_b` of b. clamp, or fixed: without rotation. prismatic: b
         slides along `axis`, without rotation. cylindrical: b slides along `axis` and rotates about it. screw: as
         cylindrical, and b travels by `pitch` a turn against a, both of them bodies. point-on-line, in-plane: b moves on
         the line through a along `axis`, or in the plane through a normal to `axis`, all rotations are free. distance:
-        the distance of the points is constant.
+        the distance of the points is constant. pulley: a cord from a over the point `over` to b keeps its length; it
+        slides there without friction, and pushes where it would have to. Either way a, b and `over` are apart.
     axis : (3,) float
         Axis of the joint, inertial axes at the start; it is fixed to a.
     axis_b : (3,) float, optional
         Second axis of a universal joint, fixed to b, perpendicular to `axis`; inertial axes at the start.
     pitch : float, m, optional
         Travel of a screw a turn, positive of a right-handed thread.
+    over : point, optional
+        Of a pulley, whose radius is neglected.
+    ratio : float, 1, optional
+        Parts of the cord of a pulley between `over` and b, as of a tackle; 1 if left out.
     hold : {"section", "all"}
         Which coordinates of a beam's node a clamp constrains: the position and the rotation of the section, or all
         coordinates of the node, including the lengths of the slope vectors.
@@ -102,11 +111,13 @@ class Joint(Part):
     b: PointReference
     type: Literal[
         "spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "screw", "point-on-line",
-        "in-plane", "distance",
+        "in-plane", "distance", "pulley",
     ] = "spherical"  # fmt: skip
     axis: units.Direction = (0.0, 0.0, 1.0)
     axis_b: units.Direction | None = None
     pitch: units.Coordinate | None = None
+    over: PointReference | None = None
+    ratio: units.PositiveNumber | None = None
     hold: Literal["section", "all"] = "section"
     position: units.Position | None = None
     stiffness: units.StiffnessOrZero = 0.0
@@ -118,13 +129,13 @@ class Joint(Part):
     def _ends(self, builder: Builder, name: str) -> tuple[Side, Side]:
         """Both ends; a body named alone takes the place of the other end, or `position`."""
         ends = [builder.location(self.a, f"{name}.a"), builder.location(self.b, f"{name}.b")]
-        if ends[0].family == "bodies" and ends[1].family == "bodies" and ends[0].row == ends[1].row:
+        if self.type != "pulley" and ends[0].family == ends[1].family == "bodies" and ends[0].row == ends[1].row:
             raise InputError(f"{name}.a and {name}.b are on one body, {self.a!r}; a joint needs two parts")
         if ends[0].iq >= 0 and ends[0].iq == ends[1].iq:
             raise InputError(f"{name}.a and {name}.b are both {self.a!r}; a joint needs two points")
-        if self.type == "distance":
+        if self.type in _ROPES:
             if self.position is not None:
-                raise InputError(f"{name}.position is given; a joint of type 'distance' has no position")
+                raise InputError(f"{name}.position is given; a joint of type {self.type!r} has no position")
             return side_of(ends[0]), side_of(ends[1])
         alone = [end.alone for end in ends]
         if self.position is not None and not any(alone):
@@ -145,19 +156,20 @@ class Joint(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the joint's scalar constraints into the family `joints`; or fix the end of a thread."""
-        check_type(builder, name, self)
+        check_type(builder, name, self, turns=self.type in _FREE_TO_TURN)
         if fix_end(builder, name, self):
             return
         a, b = self._ends(builder, name)
-        swaps = self.type not in ("point-on-line", "in-plane", "universal")
+        swaps = self.type not in ("point-on-line", "in-plane", "universal", "pulley")
         if swaps and a.on == sides.ON_COORDINATES and b.on == sides.ON_BODY:
             a, b = b, a
         common = {"stiffness": self.stiffness, "damping": self.damping, **release_fields(builder, name, self)}
         builder.names[name] = ("joints", len(builder.rows["joints"]))
         if self.axis_b is not None and self.type != "universal":
             raise InputError(f"{name}.axis_b is given, but {name}.type is {self.type!r}, not 'universal'")
-        if self.pitch is not None and self.type != "screw":
-            raise InputError(f"{name}.pitch is given, but {name}.type is {self.type!r}, not 'screw'")
+        for key, of in (("pitch", "screw"), ("over", "pulley"), ("ratio", "pulley")):
+            if getattr(self, key) is not None and self.type != of:
+                raise InputError(f"{name}.{key} is given, but {name}.type is {self.type!r}, not {of!r}")
         apart, axis = norm(b.u - a.u), unit(self.axis)
         if self.hold == "all" and (self.type not in CLAMPS or a.on != sides.ON_BODY or b.node is None):
             raise InputError(f"{name}.hold is 'all'; it needs a joint of type 'clamp' between a body and a beam's node")
@@ -165,6 +177,8 @@ class Joint(Part):
             if apart == 0.0:
                 raise InputError(f"{name}: its two points coincide; a joint of type 'distance' needs a distance")
             add_row(builder, kernels.DISTANCE, a, b, value=apart, **common)
+        elif self.type == "pulley":
+            self._write_pulley(builder, name, a, b, common)
         elif self.type in _SLIDING:
             self._write_slide(builder, name, a, b, axis, common)
             if self.type == "screw":
@@ -214,6 +228,19 @@ class Joint(Part):
         last = len(builder.rows["gear_coordinates"])
         whole: dict[str, Any] = {"first": last - 2, "last": last, "radius": abs(self.pitch)}
         add_row(builder, kernels.GEAR, NOTHING, NOTHING, **whole, **common)
+
+    def _write_pulley(self, builder: Builder, name: str, a: Side, b: Side, common: dict[str, Any]) -> None:
+        """The row that keeps the length of a cord over a point."""
+        if self.over is None:
+            raise InputError(f"{name}.over is missing; the cord of a pulley runs over a point")
+        over, length, ratio = point_side(builder, self.over, f"{name}.over"), 0.0, self.ratio or 1.0
+        for key, end, parts in (("a", a, 1.0), ("b", b, ratio)):
+            apart = norm(end.u - over.u)
+            if apart == 0.0 or (over.on == sides.ON_BODY and over[:2] == end[:2]):
+                what = "coincide at the start" if apart == 0.0 else "are on one body"
+                raise InputError(f"{name}.{key} and {name}.over {what}; the cord of a pulley needs a free part there")
+            length += parts * apart
+        add_row(builder, gaps.PULLEY, a, b, direction=over, radius=ratio, value=length, **common)
 
     def _directions(self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray) -> list[Held]:
         """Directions that the joint holds."""

@@ -13,8 +13,6 @@ from evolvent.elements.dense import norm, product
 from evolvent.kernels import springs
 from evolvent.parts.thread import Thread
 
-#: Types of joints that hold no rotation of a thread's end, which has none.
-FREE_TO_TURN = ("spherical", "distance", "point-on-line", "in-plane")
 #: Distance of two points that are joined, beside the size of their coordinates.
 _LEAST_OFF = 1e-6
 
@@ -47,13 +45,13 @@ def carry_point(builder: Builder, name: str, point: Any) -> bool:
     return True
 
 
-def check_type(builder: Builder, name: str, joint: Any) -> None:
-    """Refuse a joint that holds a rotation or an axis of a thread's end."""
+def check_type(builder: Builder, name: str, joint: Any, *, turns: bool) -> None:
+    """Refuse a joint that holds an axis of a thread's end, or unless it `turns` freely a rotation, which it has not."""
     for key in ("a", "b"):
         where = getattr(joint, key)
         if tip_of(builder, where) is None:
             continue
-        if joint.type not in FREE_TO_TURN:
+        if not turns:
             raise InputError(
                 f"{name}.type is {joint.type!r}, but {name}.{key} is {where!r}, the end of a thread, which has no "
                 f"rotation; use type 'spherical', or join a body to it"

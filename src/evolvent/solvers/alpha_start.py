@@ -14,8 +14,8 @@ from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha import end_step
 from evolvent.solvers.alpha_state import factor_at, short_c_mass
-from evolvent.solvers.implicit_state import DONE, NOT_FINITE, REDUNDANT, SINGULAR, WORKSPACE
-from evolvent.solvers.newton import solve_alpha
+from evolvent.solvers.implicit_state import ALPHA, DONE, NOT_FINITE, REDUNDANT, SINGULAR, WORKSPACE
+from evolvent.solvers.newton import solve_end
 
 _I = types.int64
 
@@ -198,6 +198,7 @@ def thread_accelerations(model, matrix, work):
     n_v, h, t, options = work.dq.size, work.loop.step, work.loop.time, work.options
     am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
     options.alpha_m, options.alpha_f, options.beta, options.gamma = -1.0, 0.0, 1.0, 1.5
+    own, options.method = options.method, ALPHA
     A, half, found, springs = work.loads0, work.spare, 1, thread.has_springs(model)
     for i in range(work.y.size):
         work.y0[i] = work.y[i]
@@ -210,7 +211,7 @@ def thread_accelerations(model, matrix, work):
     for side in range(2):
         if found > 0:
             d = (0.5 + 0.5 * side) * h
-            found = solve_alpha(t + d, d, model, matrix, work)
+            found = solve_end(t + d, d, model, matrix, work)
             for i in range(work.y.size):
                 work.y[i] = work.y0[i]
             for i in range(work.la.size):
@@ -223,7 +224,7 @@ def thread_accelerations(model, matrix, work):
                     half[i] = work.dv1[i]
             for i in range(work.powers.shape[1]):
                 work.powers[1, i] = 2.0 * work.powers[1, i] - work.powers[0, i] if side == 1 else work.powers[0, i]
-    options.alpha_m, options.alpha_f, options.beta, options.gamma = am, af, beta, gamma
+    options.alpha_m, options.alpha_f, options.beta, options.gamma, options.method = am, af, beta, gamma, own
     for i in range(n_v):
         first = 2.0 * half[i] - work.dv1[i] if found > 0 else A[i]
         jerk = 6.0 * (work.dv1[i] - half[i]) if found > 0 else 0.0  # times h

@@ -173,7 +173,7 @@ def add_turning_tangent(factor, spin, y, model, matrix):
     square = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
     for k in range(elements.size):
         n = 2 * NODE_VECTORS[beams[elements[k].beam].kind]
-        M = model.M12[elements[k].mass] if n == 4 else model.M24[elements[k].mass]
+        M = model.M[elements[k].mass]
         at = elements[k].iv - n_q
         for i in range(n):
             for j in range(n):

@@ -1,4 +1,4 @@
-"""Runs by implicit steps, under generalized-alpha or energy-momentum: plan one, then run it."""
+"""Runs by implicit steps, under any of `METHODS`: plan one, then run it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Plan:
     Attributes
     ----------
     assembly : Assembly, with a model of the run's own
-    method : {"generalized-alpha", "energy-momentum"}
+    method : one of `METHODS`
     times : (nt,) float, s, of the samples
     step : float, s, of fixed steps; None where they follow from the tolerance
     matrix : SparseBlocks, room for the tangent and its factors
@@ -90,7 +90,7 @@ def plan(
     ----------
     assembly : Assembly, which is left as it is
     samples : (nt,) float, s, increasing; the first is the start, the last the end; they cut no step
-    method : {"generalized-alpha", "energy-momentum"}
+    method : one of `METHODS`
     step : float, s, fixed; None has it follow from `tolerance`
     tolerance : float, error of a step that is accepted, beside the size of the system (or 1 for slopes and turns); that
         of rates beside the fastest one follows from it (`step_error.rate_tolerance`)
@@ -121,7 +121,7 @@ def plan(
     largest_gain = None if largest_gain is None else positive("largest_gain", largest_gain)
     newton = None if newton is None else positive("newton", newton)
     longest = span if longest_step is None else positive("longest_step", longest_step)
-    families.check(assembly, of.solver)
+    families.check(assembly, of.solver, method)
     own = with_positions(dataclasses.replace(assembly, model=assembly.model.copy()), float(times[0]))
     try_laws(own, times[0], times[-1])
     with refusing_laws(own):

@@ -27,7 +27,6 @@ from evolvent.solvers.implicit_state import (
     AT_STOP,
     BUDGET,
     DONE,
-    ENERGY,
     GAINED,
     NO_CONVERGENCE,
     STOPPED,
@@ -49,7 +48,7 @@ STEADY, GROWTH = 6, 1.5
 def begin(model, matrix, work):
     """Start the loop from work.y at its time: forces, energies, sample 0; returns a status."""
     loop, n_q = work.loop, model.info.nq
-    if work.options.method == ENERGY:
+    if work.options.midpoint != 0:
         energy_step.begin(model, work)
     else:
         status = alpha_start.begin(model, matrix, work)
@@ -158,10 +157,10 @@ def try_step(t, t_end, h, passes, model, matrix, work):
         work.y0[i] = work.y[i]
     method.start_step(t, h, model, work)
     note_drives(t, h, model, work)
-    if work.options.method == ENERGY:
+    if work.options.midpoint != 0:
         iterations = newton.solve_energy(model, matrix, work)
     else:
-        iterations = newton.solve_alpha(t_end, h, model, matrix, work)
+        iterations = newton.solve_end(t_end, h, model, matrix, work)
     if work.options.tolerance > 0.0 and iterations > 0:
         error = method.local_error(h, model, work)
     if passes and iterations > 0:

@@ -1,7 +1,8 @@
 """Methods of implicit steps: a row of data each, and the functions by which the loop and Newton's method call them.
 
-Another method is a module like `alpha` or `energy_step`, its row and branches here, and branches of `begin` and
-`try_step` in `implicit_loop`. Nothing else reads `options.method`.
+Another method is its row here; with equations of its own a module like `alpha`, which has its code, and branches here.
+Nothing else reads `options.method`. Without the flag `midpoint` it has the forces of the ends of steps, starts by
+`alpha_start` with its constants alpha_m, alpha_f and beta, and is solved by `newton.solve_end`.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from evolvent.solvers.alpha_state import factor_at
 from evolvent.solvers.implicit_state import ALPHA, ENERGY
 
 #: Names of the methods.
-NAME, ENERGY_MOMENTUM = "generalized-alpha", "energy-momentum"
+NAME, HHT, ENERGY_MOMENTUM = "generalized-alpha", "hht", "energy-momentum"
 
 
 class Method(NamedTuple):
@@ -54,18 +55,34 @@ def _chung_hulbert(rho: float) -> dict[str, float]:
     }  # fmt: skip
 
 
+def _hilber_hughes_taylor(rho: float) -> dict[str, float]:
+    """Constants of HHT: generalized-alpha whose inertia is that of the end of a step.
+
+    Notes
+    -----
+    Hilber, Hughes & Taylor (1977), for constraints of index 3 Negrut, Rampalli, Ottarsson & Sajdak (2007), with
+    alpha = -(1 - rho)/(1 + rho) from -1/3 to 0:
+
+        (1 + alpha) v1' - alpha v0' = a1,  beta = (1 - alpha)^2/4,  gamma = 1/2 - alpha
+    """
+    damps = (1.0 - rho) / (1.0 + rho)
+    return {"alpha_m": 0.0, "alpha_f": damps, "beta": 0.25 * (1.0 + damps) ** 2, "gamma": 0.5 + damps}
+
+
 def _filter(rho: float) -> dict[str, float]:
     """Constant of energy-momentum (`evolvent.flow.energy_momentum`)."""
     return {"chi": rho * (1.0 - rho) / (1.0 + rho) ** 2}
 
 
+_ALPHA = Method(
+    ALPHA, families.IMPLICIT, 0.3, 0.0, "0", 1e-6, {"midpoint": 0, "conserves": 0, "divides": 0},
+    frozenset({"solvers.alpha", "solvers.alpha_start", "solvers.alpha_state", "solvers.newton.solve_end"}),
+    _chung_hulbert,
+)  # fmt: skip
 #: Methods by name. One that is generalized-alpha with other constants is a row here.
 METHODS = {
-    NAME: Method(
-        ALPHA, families.IMPLICIT, 0.3, 0.0, "0", 1e-6, {"midpoint": 0, "conserves": 0, "divides": 0},
-        frozenset({"solvers.alpha", "solvers.alpha_start", "solvers.alpha_state", "solvers.newton.solve_alpha"}),
-        _chung_hulbert,
-    ),
+    NAME: _ALPHA,
+    HHT: _ALPHA._replace(radius=0.9, least_radius=0.5 - 1e-9, least="1/2", constants=_hilber_hughes_taylor),
     ENERGY_MOMENTUM: Method(
         ENERGY, families.ENERGY, 1.0 / 3.0, 1.0 / 3.0 - 1e-9, "1/3", 1e-7,
         {"midpoint": 1, "conserves": 1, "divides": 1},
@@ -84,12 +101,12 @@ def start_step(t, h, model, work):
 
 
 @inlined
-def predict(h, model, work):
-    """Increments from which Newton's method starts, those of the last change of the velocities."""
+def predict(h, coasts, model, work):
+    """Increments from which Newton's method starts: of constant velocities (`coasts`), or of their last change."""
     if work.options.method == ENERGY:
-        energy_step.predict(True, model, work)
+        energy_step.predict(not coasts, model, work)
     else:
-        alpha.predict(h, False, model, work)
+        alpha.predict(h, coasts, model, work)
 
 
 @inlined

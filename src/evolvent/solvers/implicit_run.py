@@ -64,8 +64,8 @@ class Run(run.Run):
             roots.append(implicit_loop.restart)
         elif self.model.joints.size:  # for the rank of the constraints
             roots += [residual, tangent]
-        others = [row.modules for name, row in METHODS.items() if name != self.plan.method]
-        needs.load(self.model, *roots, without=frozenset().union(*others))
+        others = frozenset().union(*(row.modules for row in METHODS.values()))
+        needs.load(self.model, *roots, without=others - METHODS[self.plan.method].modules)
 
     def _hold_joints(self) -> None:
         """Joints and motors that events or latches release hold again, as before a run."""

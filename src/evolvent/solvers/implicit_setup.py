@@ -15,7 +15,6 @@ from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.energy_momentum import STEP, EnergyStep
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import contact, joint, rigid, sides, springs
-from evolvent.kernels.ancf_beams import CABLE
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.blocks import ANGLE, BEAM, POSITION, SCALAR, THREAD, indices
 from evolvent.kernels.drive import FREE
@@ -98,9 +97,7 @@ def length_of(model: mdl.Model, weight: np.ndarray) -> float:
 
 def form_energy(model: mdl.Model) -> float:
     """Sum of the constants U0 of the elements' forms, J: their strain energies are differences of terms as large."""
-    cables = model.beams["kind"][model.elements["beam"]] == CABLE
-    U = [pool[model.elements["form"][own]] for pool, own in ((model.U12, cables), (model.U24, ~cables))]
-    return float(sum(np.abs(values).sum() for values in U))
+    return float(np.abs(model.U0[model.elements["form"]]).sum())
 
 
 def strain_round_off(model: mdl.Model) -> float:

@@ -13,7 +13,7 @@ from evolvent.solvers.balance import BALANCE, EXTREMES
 # status codes of the loop
 BUDGET, DONE, AT_STOP, AT_RESTART, STOPPED = 0, 1, 2, 3, 4
 NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = -1, -2, -3, -4, -5
-#: Methods: generalized-alpha and energy-momentum.
+#: Codes of methods: generalized-alpha and energy-momentum; others have theirs in their own modules.
 ALPHA, ENERGY = 0, 1
 #: The loop's counters and clock.
 #:

@@ -12,7 +12,7 @@ from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.passing import note_places
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers import alpha, energy_step, implicit_method as method
+from evolvent.solvers import energy_step, implicit_method as method
 from evolvent.solvers.implicit_state import NO_CONVERGENCE, NOT_FINITE, REDUNDANT, SINGULAR, WORKSPACE
 from evolvent.solvers.least_norm import add_compliance
 from evolvent.solvers.step_error import newton_limit
@@ -25,8 +25,8 @@ SLOW = 0.15
 ROUND_OFF = 1e-8
 #: Share of `newton` that the corrections for momenta which are kept reach, and most corrections for them.
 SHARPER, MOST_SHARPENED = 1e-2, 4
-#: Most iterations of generalized-alpha; of energy-momentum with the contacts as they are, of the softest stage, and of
-#: one of those after it.
+#: Most iterations of methods with the forces of ends; of energy-momentum with the contacts as they are, of the softest
+#: stage, and of one of those after it.
 MOST, PLAIN, FIRST, STAGED = 25, 20, 40, 20
 #: Power of ten of the contacts' stiffness in the softest stage, and its least rise from one stage to the next.
 SOFTEST, LEAST_RISE = -6.0, 0.5
@@ -107,7 +107,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
         if kept and iteration == 1 and norm > SLOW * last:  # the tangent of a step before does not serve here
             # and its corrections say nothing of those from here on
             kept, stale, ratio, touching, last, first = False, True, 0.0, -1, math.inf, iteration + 1
-            method.predict(h, model, work)
+            method.predict(h, False, model, work)
             method.evaluate(t1, h, model, work)
             continue
         for k in range(work.la.size):
@@ -138,18 +138,18 @@ def _converged(iteration, left, touching, factored, work):
 
 
 @indirect(_I(REAL, REAL, MODEL, SPARSE, WORKSPACE))
-def solve_alpha(t1, h, model, matrix, work):
-    """Solve a step of generalized-alpha of length h that ends at t1; returns as `iterate` does.
+def solve_end(t1, h, model, matrix, work):
+    """Solve a step of length h that ends at t1, with the forces there; returns as `iterate` does.
 
     From the accelerations of the step's start; of a fixed step that this does not solve, from constant velocities.
     """
-    alpha.predict(h, False, model, work)
+    method.predict(h, False, model, work)
     found = iterate(t1, h, MOST, False, model, matrix, work)
     if found <= 0 and work.options.tolerance <= 0.0:
         for i in range(work.la.size):
             work.la[i] = work.la0[i]
         work.loop.factored = 0.0
-        alpha.predict(h, True, model, work)
+        method.predict(h, True, model, work)
         found = iterate(t1, h, MOST, False, model, matrix, work)
     if found > 0:
         note_places(model.bodies, work.R1, work.x1)

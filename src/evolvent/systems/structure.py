@@ -12,9 +12,14 @@ from evolvent.analysis.margins.keys import Margin
 from evolvent.base import units
 from evolvent.base.schema import Section
 from evolvent.parts.registry import PartsByName
+from evolvent.solvers import explicit_methods, implicit_method
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System
+
+    MethodName = str
+else:
+    MethodName = Literal[("auto", *implicit_method.METHODS, *reversed(explicit_methods.METHODS))]
 
 
 class Simulate(Section):
@@ -23,7 +28,7 @@ class Simulate(Section):
     until: units.Duration = Field(description="end of the run")
     every: units.Duration | None = Field(None, description="time between samples; left out, a 400th of the run")
     fine: bool = Field(True, description="whether finer samples are kept where the motion is fast")
-    method: Literal["auto", "generalized-alpha", "energy-momentum", "dopri5", "rk4", "heun"] = Field(
+    method: MethodName = Field(
         "auto", description="auto chooses from the parts; the results say which method it is, and why"
     )
     step: units.Duration | None = Field(None, description="of a method with fixed steps; chosen if left out")
@@ -31,9 +36,7 @@ class Simulate(Section):
     absolute_tolerance: units.Tolerance | None = Field(
         None, description="of dopri5, in addition to tolerance; a hundredth of it if left out"
     )
-    spectral_radius: units.Fraction | None = Field(
-        None, description="of generalized-alpha and energy-momentum, at infinite frequency"
-    )
+    spectral_radius: units.Fraction | None = Field(None, description="of implicit methods, at infinite frequency")
 
     def settings(self) -> dict[str, Any]:
         """Arguments of `System.simulate`."""

@@ -90,8 +90,8 @@ def observe_joint(view: View, name: str) -> Observed:
         torque = -view.solution.la[:, rows[0]]
         found.scalar("torque", torque, "N m", "torque of the drive on the body about its axis")
         found.plots = ["torque"]
-    elif row["kind"] == kernels.DISTANCE:
-        found.scalar("length", measured, *RESULTS["joints"]["measured"][1:])
+    elif row["kind"] in kernels.LENGTHS:
+        found.scalar("length", measured, "m", kernels.LENGTHS[row["kind"]][1])
         tension = view.solution.la[:, rows[0]]
         found.scalar("tension", tension, "N", "tension between the two ends, positive where it pulls")
         found.plots = ["tension"]

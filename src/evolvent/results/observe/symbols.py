@@ -190,8 +190,8 @@ def _joint(view: View, name: str, found: Observed) -> None:
     row = _point_row(view, name)
     if row is None:
         return
-    if part.type == "distance":
-        ends = np.stack([view.side(row, which, is_point=True).u for which in (0, 1)], axis=1)
+    if row["kind"] in joints.LENGTHS:
+        ends = np.stack([view.side(row, which, is_point=True).u for which in joints.LENGTHS[row["kind"]][0]], axis=1)
         found.along("ends", "end", ends, "m", "the two ends, inertial axes")
         found.drawn.append({"line": {"points": "ends", "kind": "rod", "values": ["tension"], "tip": None}})
         return
