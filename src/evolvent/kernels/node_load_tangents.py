@@ -9,7 +9,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS
+from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS
 from evolvent.kernels.law_slopes import force_law_gradient
 from evolvent.kernels.node_loads import (
     GAUSS,
@@ -65,7 +65,7 @@ def add_following_tangent(t, y, k, c_rate, model, matrix):
     if row.kind == LINE:
         _add_line_tangent(t, y, k, c_rate, model, matrix)
         return
-    is_cable = model.beams[row.beam].kind == CABLE
+    is_cable = model.beams[row.beam].kind != BEAM
     half = 3 * NODE_VECTORS[model.beams[row.beam].kind]
     K, A = model.K12, model.K24
     M = node_vector(t, y, k, model)

@@ -12,7 +12,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.compiled.lookups import force_law_at
-from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS
+from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
@@ -95,7 +95,7 @@ def node_vector(t, y, k, model):
         for c in range(3):
             x[c], v[c] = y[iq + c], y[iv + c]
         if row.kind == MOMENT:
-            v[0], v[1], v[2] = section_turn(y, iq, iv, model.beams[row.beam].kind == CABLE)
+            v[0], v[1], v[2] = section_turn(y, iq, iv, model.beams[row.beam].kind != BEAM)
         fx, fy, fz = force_law_at(row.law)(x, v, t, model.parameters[row.first : row.last])
     if row.frame != 0:
         e = section_axes(y, iq)
