@@ -77,9 +77,9 @@ def add_following_tangent(t, y, k, c_rate, model, matrix):
         d = (1.0 * (j % 3 == 0), 1.0 * (j % 3 == 1), 1.0 * (j % 3 == 2))
         for i in range(half):
             K[i, j] = 0.0
-        if is_cable:
+        if is_cable and j < 6:
             _cable_column(y, k, j, d, M, c_rate, model)
-        else:
+        elif not is_cable:
             _section_column(y, k, j, d, M, c_rate, model)
     add_block(matrix, row.iv - n_q, row.iv - n_q, K, 0, 0, half, half, -row.now)
 

@@ -109,14 +109,14 @@ def node_vector(t, y, k, model):
 
 @kernel
 def _node_forces(t, y, k, model, out):
-    """Generalised forces of load k on the vectors of its node, for a value of 1, into out : (12,) or (6,)."""
+    """Generalised forces of load k on the vectors of its node, for a value of 1, into out, all its coordinates."""
     iq = model.beam_loads[k].iq
     mx, my, mz = node_vector(t, y, k, model)
     for i in range(out.size):
         out[i] = 0.0
     if model.beam_loads[k].kind == POINT:
         out[0], out[1], out[2] = mx, my, mz
-    elif out.size == 6:
+    elif model.beams[model.beam_loads[k].beam].kind != BEAM:
         x, yy, z = y[iq + 3], y[iq + 4], y[iq + 5]
         fx, fy, fz = cross(mx, my, mz, x, yy, z)
         s = 1.0 / (x * x + yy * yy + z * z)
