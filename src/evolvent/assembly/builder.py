@@ -464,5 +464,6 @@ def _stacked(entries: list[Any], ndim: int) -> Array:
     shape = tuple(max((value.shape[k] for value in entries), default=0) for k in range(ndim))
     found = np.zeros((len(entries), *shape))
     for k, value in enumerate(entries):
-        found[(k, *(slice(size) for size in value.shape))] = value
+        own: tuple[Any, ...] = (k, *(slice(size) for size in value.shape))
+        found[own] = value
     return found
