@@ -18,6 +18,7 @@ from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
 
 USED_FOR = "elements"
+#: Kinds of elements: a BEAM has sections, other nodes have an axis alone, without twist.
 CABLE, BEAM = 0, 1
 #: Vectors of a node: position and slope; position and three slopes.
 NODE_VECTORS = (2, 4)

@@ -15,7 +15,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import VECTOR, indirect, inlined
 from evolvent.kernels import ancf
-from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS, beam_energies, beam_momenta
+from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies, beam_momenta
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
@@ -35,10 +35,10 @@ def evaluate_beams(y, model):
         row, extra, pull = model.elements[k], 0.0, 0.0
         strain, force = row.strain, row.axial_force
         for i in range(len(POINTS)):
-            if model.beams[row.beam].kind == CABLE:
-                e, N = _evaluate_cable(y, row, i, model)
-            else:
+            if model.beams[row.beam].kind == BEAM:
                 e, N = _evaluate_beam(y, row, i, model)
+            else:
+                e, N = _evaluate_cable(y, row, i, model)
             extra, pull = extra + _WEIGHTS[i] * e, pull + _WEIGHTS[i] * N
             if i < 2:
                 strain[i], force[i], row.free_strain[i] = e, N, row.free[i, 0]
@@ -106,14 +106,14 @@ def _note_axes(n, y, k, model):
     """
     row, iq = model.beams[k], model.beams[k].iq
     axes = row.axes
-    if row.kind != CABLE:
+    if row.kind == BEAM:
         bx, by, bz = y[iq + 6], y[iq + 7], y[iq + 8]
         x0, x1, x2 = cross(bx, by, bz, y[iq + 9], y[iq + 10], y[iq + 11])
     else:
         x0, x1, x2 = y[iq + 3], y[iq + 4], y[iq + 5]
     size = math.sqrt(x0 * x0 + x1 * x1 + x2 * x2)
     x0, x1, x2 = x0 / size, x1 / size, x2 / size
-    if row.kind == CABLE:
+    if row.kind != BEAM:
         if n == 0:
             steep = abs(x2) >= 0.9
             bx, by, bz = (x2, 0.0, -x0) if steep else (-x1, x0, 0.0)
@@ -162,11 +162,13 @@ def _evaluate_beam(y, row, i, model):
 @inlined
 def _evaluate_cable(y, row, i, model):
     """Results of point i of a cable's element but for strain and axial force, which are returned."""
-    p, at, e, xi, L = model.parameters, row.section + OF_CABLE * i, y[row.iq : row.iq + 12], POINTS[i], row.length
+    p, at, xi, L = model.parameters, row.section + OF_CABLE * i, POINTS[i], row.length
+    half = 3 * NODE_VECTORS[model.beams[row.beam].kind]
+    e = y[row.iq : row.iq + half + 6]
     A = (1.0 - 4.0 * xi + 3.0 * xi * xi, 6.0 * xi * (1.0 - xi) / L, 3.0 * xi * xi - 2.0 * xi)
     B = ((6.0 * xi - 4.0) / L, (6.0 - 12.0 * xi) / (L * L), (6.0 * xi - 2.0) / L)
-    ax, ay, az = _combined(e, A)
-    bx, by, bz = _combined(e, B)
+    ax, ay, az = _combined(e, half, A)
+    bx, by, bz = _combined(e, half, B)
     x, yy, z = cross(ax, ay, az, bx, by, bz)
     square = ax * ax + ay * ay + az * az
     size, bend = math.sqrt(square), math.sqrt(x * x + yy * yy + z * z) / square
@@ -182,10 +184,10 @@ def _evaluate_cable(y, row, i, model):
 
 
 @inlined
-def _combined(e, S):
-    """S . (r_p,x, r_q - r_p, r_q,x) of a cable's element."""
+def _combined(e, half, S):
+    """S . (r_p,x, r_q - r_p, r_q,x) of a cable's element, whose nodes have `half` coordinates."""
     return (
-        S[0] * e[3] + S[1] * (e[6] - e[0]) + S[2] * e[9],
-        S[0] * e[4] + S[1] * (e[7] - e[1]) + S[2] * e[10],
-        S[0] * e[5] + S[1] * (e[8] - e[2]) + S[2] * e[11],
+        S[0] * e[3] + S[1] * (e[half] - e[0]) + S[2] * e[half + 3],
+        S[0] * e[4] + S[1] * (e[half + 1] - e[1]) + S[2] * e[half + 4],
+        S[0] * e[5] + S[1] * (e[half + 2] - e[2]) + S[2] * e[half + 5],
     )

@@ -9,7 +9,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS
+from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS
 from evolvent.kernels.law_slopes import force_law_gradient
 from evolvent.kernels.node_loads import (
     GAUSS,
@@ -66,7 +66,7 @@ def add_following_tangent(t, y, k, c_rate, model, matrix):
     if row.kind == LINE:
         _add_line_tangent(t, y, k, c_rate, model, matrix)
         return
-    is_cable = model.beams[row.beam].kind == CABLE
+    is_cable = model.beams[row.beam].kind != BEAM
     half = 3 * NODE_VECTORS[model.beams[row.beam].kind]
     K, A = model.K12, model.K24
     M = node_vector(t, y, k, model)
@@ -78,9 +78,9 @@ def add_following_tangent(t, y, k, c_rate, model, matrix):
         d = (1.0 * (j % 3 == 0), 1.0 * (j % 3 == 1), 1.0 * (j % 3 == 2))
         for i in range(half):
             K[i, j] = 0.0
-        if is_cable:
+        if is_cable and j < 6:
             _cable_column(y, k, j, d, M, c_rate, model)
-        else:
+        elif not is_cable:
             _section_column(y, k, j, d, M, c_rate, model)
     add_block(matrix, row.iv - n_q, row.iv - n_q, K, 0, 0, half, half, -row.now)
 

@@ -12,7 +12,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.compiled.lookups import force_law_at
-from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS
+from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL, having, nonzero
 
@@ -96,7 +96,7 @@ def node_vector(t, y, k, model):
         for c in range(3):
             x[c], v[c] = y[iq + c], y[iv + c]
         if row.kind == MOMENT:
-            v[0], v[1], v[2] = section_turn(y, iq, iv, model.beams[row.beam].kind == CABLE)
+            v[0], v[1], v[2] = section_turn(y, iq, iv, model.beams[row.beam].kind != BEAM)
         fx, fy, fz = force_law_at(row.law)(x, v, t, model.parameters[row.first : row.last])
     if row.frame != 0:
         e = section_axes(y, iq)
@@ -110,14 +110,14 @@ def node_vector(t, y, k, model):
 
 @kernel
 def _node_forces(t, y, k, model, out):
-    """Generalised forces of load k on the vectors of its node, for a value of 1, into out : (12,) or (6,)."""
+    """Generalised forces of load k on the vectors of its node, for a value of 1, into out, all its coordinates."""
     iq = model.beam_loads[k].iq
     mx, my, mz = node_vector(t, y, k, model)
     for i in range(out.size):
         out[i] = 0.0
     if model.beam_loads[k].kind == POINT:
         out[0], out[1], out[2] = mx, my, mz
-    elif out.size == 6:
+    elif model.beams[model.beam_loads[k].beam].kind != BEAM:
         x, yy, z = y[iq + 3], y[iq + 4], y[iq + 5]
         fx, fy, fz = cross(mx, my, mz, x, yy, z)
         s = 1.0 / (x * x + yy * yy + z * z)

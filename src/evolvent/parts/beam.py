@@ -136,7 +136,7 @@ class Beam(Part):
 
     def _check(self, name: str) -> None:
         """Refuse keys that contradict one another."""
-        cable = self.vectors == 2
+        cable = self.vectors != 4
         check_grading(name, self.grading, self.elements)
         check_curve(name, self)
         key = "curvature" if self.shape is None else "shape"
@@ -273,9 +273,10 @@ class Beam(Part):
         if unloaded is None:
             return self.arc[:, None] * np.array([1.0, 0.0, 0.0])
         root = unloaded[0]
-        e1 = unit(root[1] if self.vectors == 2 else np.cross(root[2], root[3]))
+        has_section = self.vectors == 4
+        e1 = unit(np.cross(root[2], root[3]) if has_section else root[1])
         e2 = np.cross((0.0, 0.0, 1.0) if abs(e1[2]) < 0.9 else (0.0, 1.0, 0.0), e1)  # as of `beam_strains`
-        e2 = unit(e2 if self.vectors == 2 else root[2])
+        e2 = unit(root[2] if has_section else e2)
         return (unloaded[:, 0] - root[0]) @ np.array([e1, e2, np.cross(e1, e2)]).T
 
     def _constants(
@@ -308,7 +309,7 @@ class Beam(Part):
         for xi in POINTS:
             if rest is not None:
                 start = elements.line_strains(self.formulation, length, xi, rest)
-            if self.vectors == 2:
+            if self.vectors != 4:
                 s = section.at(xi).properties(self.material.nu)
                 found += [self.material.E * s.area, self.material.E * s.Iz, start[0]]
             else:
@@ -340,7 +341,7 @@ def node_rate(builder: Builder, at: Location) -> np.ndarray:
     count = 3 * kernels.NODE_VECTORS[at.beam]
     node = np.array(builder.q[at.iq : at.iq + count]).reshape(-1, 3)
     rates = np.array(builder.v[at.iv : at.iv + count]).reshape(-1, 3)
-    if at.beam == kernels.CABLE:
+    if at.beam != kernels.BEAM:
         turn: np.ndarray = np.cross(node[1], rates[1]) / dot(node[1], node[1])
         return turn
     # least squares of w x r = r' for both directions across

@@ -93,8 +93,8 @@ def is_beam(side: Side) -> bool:
 
 
 def is_cable(side: Side) -> bool:
-    """Whether a side is a node of 12-coordinate elements."""
-    return side.node is not None and side.node[0] == ancf_beams.CABLE
+    """Whether a side is a node of a cable, without twist."""
+    return side.node is not None and side.node[0] != ancf_beams.BEAM
 
 
 def fixed_direction(builder: Builder, key: str, side: Side, direction: Array) -> Side:
@@ -187,8 +187,8 @@ def _clamped_to_body(builder: Builder, body: int, b: Side) -> list[Held]:
 
 def all_slopes(builder: Builder, a: Side, b: Side) -> list[Held]:
     """Products of all components of the slopes of a node with axes of the body that holds them."""
-    kind = ancf_beams.BEAM if is_beam(b) else ancf_beams.CABLE
-    slopes = [slope(builder, b, i) for i in range(1, ancf_beams.NODE_VECTORS[kind])]
+    assert b.node is not None
+    slopes = [slope(builder, b, i) for i in range(1, ancf_beams.NODE_VECTORS[b.node[0]])]
     return [Held(direction_side(builder, a.body, e), s) for s in slopes for e in np.eye(3)]
 
 

@@ -14,7 +14,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm
 from evolvent.kernels import beam_loads, loads as kernels, springs
-from evolvent.kernels.ancf_beams import CABLE
+from evolvent.kernels.ancf_beams import BEAM
 from evolvent.parts.base import Part, PointReference, ThreadName, unit
 from evolvent.parts.beam import node_of
 from evolvent.parts.beam_load import add_beam_load, refuse_beside_law
@@ -301,7 +301,7 @@ class Torque(Part):
         if node is None:
             _write_at_marker(builder, name, kernels.TORQUE, self, vector)
             return
-        if node[1] == CABLE and self.law is None:
+        if node[1] != BEAM and self.law is None:
             tangent = unit(builder.q[node[2] + 3 : node[2] + 6])
             if np.linalg.norm(np.cross(tangent, vector)) <= 1e-9 * np.linalg.norm(vector):
                 key = "torque" if self.torque is not None else "axis"
@@ -358,7 +358,7 @@ def _write_at_node(builder: Builder, name: str, kind: int, load: Force | Torque,
                    vector: Sequence[float]) -> None:  # fmt: skip
     """Write a force or torque on a node of a beam."""
     beam, formulation, iq, iv = node
-    if load.frame == "body" and formulation == CABLE:
+    if load.frame == "body" and formulation != BEAM:
         raise InputError(
             f"{name}.frame is 'body', but {name}.at is {load.at!r}, a node of a cable, which has no section; use "
             f"'inertial', or a beam"

@@ -10,7 +10,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import bodies_of, rod_arms
 from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import rigid
-from evolvent.kernels.ancf_beams import CABLE, NODE_VECTORS
+from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SLOPE, idle
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
 from evolvent.solvers.static_work import velocity_slice
@@ -126,7 +126,7 @@ def _nodes(assembly: Assembly, index: int, where: slice, y: Array) -> list[Linea
         displacement = np.zeros((3, size))
         displacement[:, :3] = np.eye(3)
         rotation = np.zeros((3, size))
-        if row["kind"] == CABLE:
+        if row["kind"] != BEAM:
             rotation[:, 3:] = _skew(node[1]) / (node[1] @ node[1])
         else:
             # least squares of theta x r = dr for both directions across
