@@ -35,6 +35,7 @@ from evolvent.commands.run import beside, draw, list_names, print_rows, run, tab
 from evolvent.commands.spin_up import permissible_torque
 from evolvent.commands.studio import studio
 from evolvent.commands.sweep import sweep
+from evolvent.commands.validate import validate
 
 if TYPE_CHECKING:
     from evolvent.base.schema import Section
@@ -293,6 +294,7 @@ commands.add_command(modes)
 commands.add_command(equilibrium)
 commands.add_command(margin)
 commands.add_command(sweep)
+commands.add_command(validate)
 commands.add_command(disperse)
 commands.add_command(figure)
 commands.add_command(claims)

@@ -1,0 +1,35 @@
+"""The laboratory book: measured motion, predicted with a stated band and then compared (`evolvent validate`).
+
+`SETS` names the sets of measurements. Each is a module with `SET`, a `book.Set`, whose function `run` predicts and
+compares. Measurements are in `data/`, with source and licence in its README.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING
+
+from evolvent.base.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    from evolvent.laboratory.book import Set
+
+#: Sets of measurements, and their modules.
+SETS = {
+    "double-pendulum": "pendulum",
+    "triple-pendulum": "pendulum",
+}
+
+
+def found(name: str) -> Set:
+    """The set of a name.
+
+    Raises
+    ------
+    InputError
+        If there is none; the sentence names the nearest.
+    """
+    if name not in SETS:
+        raise InputError(f"no set of measurements is called {name!r}; {nearest(name, SETS)}")
+    of: Set = importlib.import_module(f"evolvent.laboratory.{SETS[name]}").SETS[name]
+    return of
