@@ -306,6 +306,7 @@ class Builder:
         of = families["row_sides"]["row"]
         bandwidth = int((of[families["row_pairs"]["a"]] - of[families["row_pairs"]["b"]]).max(initial=0))
         y = np.array(self.q + self.v + [0.0] * accounts)
+        y[families["bristles"]["account"]] = families["bristles"]["force0"]
         info = zeros_record(
             mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
             ne=2 * n_threads + len(self.rows["events"]) + self._latches() + self._brakes(), brakes=self._brakes(),
@@ -359,7 +360,11 @@ class Builder:
             at += int(np.sum(by_event))
             by_latch = rows["event"] <= -2
             rows["switch"][by_latch] = 2 * (n - 2 - rows["event"][by_latch]) + 1
+        own = self.rows["resistances"]
+        families["resistances"]["switch"] = at + np.arange(len(own))
+        at += len(own)
         s = np.zeros(at + self._brakes(), dtype=np.int64)
+        s[at - len(own) : at] = [row["start"] for row in own]
         for i, p in enumerate(np.flatnonzero(threads["spool_friction"] > 0.0).tolist()):
             threads["spool_switch"][p] = at + i
             s[at + i] = np.sign(self.v[self.rows["threads"][p]["spool_v"]])
@@ -373,14 +378,18 @@ class Builder:
         return s
 
     def _number_accounts(self, families: dict[str, Array], first: int) -> int:
-        """Give coordinates, motors and synchronizations their accounts, from index `first` of the state on."""
+        """Give coordinates and what acts on them their accounts, from index `first` of the state on."""
         at = first
-        for name, count in (("coordinates", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1)):
+        counts = (
+            ("coordinates", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1), ("resistances", 1),
+            ("bristles", 1),
+        )  # fmt: skip
+        for name, count in counts:
             size = families[name].size
             families[name]["account"] = at + count * np.arange(size)
             at += count * size
         self.rubbed, one = -1, np.ones(families["body_contacts"].size, dtype=int)
-        if any(
+        if families["bristles"].size or any(
             np.any(families[name]["friction"] > 0.0) for name in ("coordinates", "contact_surfaces", "body_contacts")
         ):
             self.rubbed, at = at, at + 1

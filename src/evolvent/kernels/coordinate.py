@@ -25,6 +25,13 @@ from evolvent.kernels.coordinate_laws import (
     note_peaks,
     synchronization_energy,
 )
+from evolvent.kernels.resistance import (
+    add_resistances,
+    end_resistances,
+    resistance_bound,
+    resistance_energy,
+    until_end_of_curve,
+)
 from evolvent.model import BY_FRICTION, FRICTION_FORCE, MODEL, family_type
 
 _I = types.int64
@@ -79,21 +86,25 @@ def coordinate_law(coordinates, k, latched, x0, x1, rate):
 
 
 @inlined
-def add_applied(t, share, s, model):
-    """Torques of motors and synchronizations of all coordinates; returns the latter's energy (J) and power lost (W).
+def add_applied(t, y, share, kept, s, model):
+    """Torques of other parts on all coordinates; returns energy (J) of synchronizations and resistances, and power (W).
 
     Parameters
     ----------
     share, s : as of `coordinate.add_motors`
+    kept : whether y is a state with its frictions among the accounts
     """
-    coordinates = model.coordinates
+    coordinates, energy, power = model.coordinates, 0.0, 0.0
     for k in range(coordinates.size):
         coordinates[k].applied = coordinates[k].applied_slope = coordinates[k].applied_damper = 0.0
     if model.motors.size > 0:
         add_motors(t, share, s, model)
+    if model.resistances.size > 0:
+        energy += add_resistances(y, share, 1 if kept else 0, s, model)
     if model.synchronizations.size > 0:
-        return add_synchronizations(share, model)
-    return 0.0, 0.0
+        stored, power = add_synchronizations(share, model)
+        energy += stored
+    return energy, power
 
 
 @indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, REAL, INTEGERS, MODEL, VECTOR))
@@ -111,7 +122,7 @@ def add_coordinates(t, y, h, s, model, F):
     for k in range(coordinates.size):
         axial.measure_between(coordinates, model.bodies, k, y, h, s[coordinates[k].switch])
     share, sticks = (1.0, 1.0) if h == 0.0 else (0.5, 2.0)  # friction is that of the end
-    energy, power = add_applied(t, share, s, model)
+    energy, power = add_applied(t, y, share, kept, s, model)
     for k in range(coordinates.size):
         latched, x, rate = s[coordinates[k].switch + 1], coordinates[k].angle, coordinates[k].rate
         start = x if h == 0.0 else coordinates[k].before
@@ -148,13 +159,19 @@ def end_frictions(y, s, model):
             y[at + FRICTION_FORCE] = end
             y[at + BY_FRICTION] += lost
             taken += lost
+    if model.resistances.size > 0:
+        for k in range(coordinates.size):
+            measure_coordinate(y, s, coordinates, model.bodies, k)
+        taken += end_resistances(y, 1, model)
     return taken
 
 
 @indirect(REAL(INTEGERS, MODEL))
 def coordinate_energy(s, model):
-    """Energy of all coordinates and of the cables between them, at the end of the last step, J."""
+    """Energy of all coordinates, and of cables and resistances on them, at the end of the last step, J."""
     coordinates, found = model.coordinates, synchronization_energy(model)
+    if model.resistances.size > 0:
+        found += resistance_energy(s, model)
     for k in range(coordinates.size):
         x = coordinates[k].angle
         found += coordinate_law(coordinates, k, s[coordinates[k].switch + 1], x, x, 0.0)[3] + bristle_energy(
@@ -210,9 +227,13 @@ def latch_values(t, y, s, model, first, g):
 
 
 @inlined
-def until_latch(s, coordinates):
-    """Part of the step at which the first latch is passed, by a secant; 1 where none is, or the step ends on it."""
-    part = 1.0
+def until_latch(s, model):
+    """Part of the step at which the first latch is passed, or a curve of a resistance ends, by a secant.
+
+    1 where there is none, or the step ends on it.
+    """
+    coordinates = model.coordinates
+    part = until_end_of_curve(s, model) if model.resistances.size > 0 else 1.0
     for k in range(coordinates.size):
         if s[coordinates[k].switch + 1] == 0 and math.isfinite(coordinates[k].latch):
             off, before = coordinates[k].angle - coordinates[k].latch, coordinates[k].before - coordinates[k].latch
@@ -229,16 +250,17 @@ def latch_reached(s, coordinates, k):
     return coordinates[k].side * (coordinates[k].angle - coordinates[k].latch) <= REACHED
 
 
-def coordinate_bound(coordinates):
+def coordinate_bound(model):
     """Stiffness (N m/rad) and damping (N m s/rad) of all joint coordinates, every stop reached and every latch locked.
 
     Not compiled.
     """
+    coordinates = model.coordinates
     locked = np.isfinite(coordinates["latch"])
     stiffness = (
         coordinates["stiffness"]
         + np.maximum(coordinates["stop"], 0.0)
         + np.where(locked, coordinates["latch_stiffness"], 0.0)
     )
-    stiffness += np.where(coordinates["friction"] > 0.0, coordinates["stick"], 0.0)
+    stiffness += np.where(coordinates["friction"] > 0.0, coordinates["stick"], 0.0) + resistance_bound(model)
     return stiffness, coordinates["damping"] + np.where(locked, coordinates["latch_damping"], 0.0)

@@ -16,6 +16,7 @@ from evolvent.compiled.lookups import motor_law_at
 from evolvent.kernels.drive import drive
 from evolvent.kernels.law_slopes import motor_law_slope
 from evolvent.kernels.profile import profile
+from evolvent.kernels.resistance import end_resistances
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL
 
 #: Kinds of motors.
@@ -81,11 +82,13 @@ def bristle_energy(coordinates, k):
 
 @inlined
 def count_slipping(model):
-    """A number that encodes which coordinates slip, and in which sense."""
+    """A number that encodes which coordinates and bristles slip, and in which sense."""
     coordinates, found = model.coordinates, 0
     for k in range(coordinates.size):
         if coordinates[k].friction > 0.0:
             found = 3 * found + 1 + int(coordinates[k].slips)
+    for i in range(model.bristles.size):
+        found = 3 * found + 1 + int(model.bristles[i].slips)
     return found
 
 
@@ -303,5 +306,7 @@ def end_coordinate_step(h, share, y, s, model):
     for k in range(rows.size):
         y[rows[k].account] += now * rows[k].lost + then * rows[k].lost0
         rows[k].lost0 = rows[k].lost
+    if model.resistances.size > 0:
+        rubbed += end_resistances(y, 0, model)
     note_peaks(s, coordinates, share)
     return rubbed

@@ -214,6 +214,17 @@ RECORDS: dict[str, np.dtype] = {
     "synchronizations": _record(
         "a b account", "ratio_a ratio_b offset stiffness damping", "stretch torque energy lost lost0"
     ),
+    # resistances on coordinates that depend on the path (`kernels.resistance`): curves from `curve` on, bristles from
+    # first to last; start, switch: number of the first curve, and index of that of the present one; account: of what is lost. time: s, of the last change of the
+    # curve, changes: how many there were
+    "resistances": _record(
+        "coordinate kind curve curves first last start switch account", "", "angle rate torque rubs stored state time changes"
+    ),
+    # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the
+    # curve ends, and below, above: the number of the curve behind that
+    "curves": _record("first count below above", "low high"),
+    # before, force0: coordinate and force at the start of a step; slips: the sense in which it slips; account: of the force
+    "bristles": _record("kind account", "stick limit", "before force0 force slips"),
     # a user-defined law between points, which are markers, from first_marker on. balanced: 1 where the last forces had
     # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric;
     # stated: 1 once the law has given an energy or a power

@@ -86,6 +86,14 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "energy": ("energy_elastic", "J", "elastic energy of the loops"),
         "lost": ("dissipation", "W", "power dissipated by the loops"),
     },
+    "resistances": {
+        "angle": ("angle", "rad", "angle on which it acts"),
+        "rate": ("rate", "rad s-1", "rate of the angle"),
+        "torque": ("torque", "N m", "torque, positive against the angle"),
+        "rubs": ("hysteresis_torque", "N m", "torque of the bristles, part of the torque"),
+        "stored": ("energy_elastic", "J", "elastic energy"),
+        "state": ("state", "1", "number of the present curve"),
+    },
     "joints": {
         "force": ("force", "N", "force of the joint on {on}, inertial axes"),
         "moment": ("moment", "N m", "moment of the joint on {on} about the joint's position, inertial axes"),

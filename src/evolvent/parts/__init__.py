@@ -19,6 +19,7 @@ from evolvent.parts.motor import Motor
 from evolvent.parts.point import Point
 from evolvent.parts.profile import Profile
 from evolvent.parts.reel import Reel
+from evolvent.parts.resistance import Harness
 from evolvent.parts.rigid_body import RigidBody
 from evolvent.parts.rod import Rod
 from evolvent.parts.rotational_spring import RotationalSpring
@@ -50,6 +51,7 @@ __all__ = [
     "FreeSpool",
     "Gear",
     "Guide",
+    "Harness",
     "Joint",
     "LawDrive",
     "LawLoad",

@@ -22,13 +22,14 @@ from evolvent.parts.expression import Constants, TimeExpression, refuse_unused
 V = TypeVar("V")
 
 
-def _rows(value: Any) -> Any:
-    """Rows of a table; a unit that stands in the last row alone is that of its column."""
+def table_rows(value: Any, columns: str = "[time, value]", least: int = 2) -> Any:
+    """Rows of a table of two columns; a unit that stands in the last row alone is that of its column."""
     rows = value.tolist() if isinstance(value, np.ndarray) else value
-    if not isinstance(rows, (list, tuple)) or len(rows) < 2:
-        raise PydanticCustomError("table", "it must be a list of two or more rows [time, value]")
+    if not isinstance(rows, (list, tuple)) or len(rows) < least:
+        many = "two or more rows" if least == 2 else "one or more rows"
+        raise PydanticCustomError("table", "it must be a list of {many} {columns}", {"many": many, "columns": columns})
     if any(not isinstance(row, (list, tuple)) or len(row) != 2 for row in rows):
-        raise PydanticCustomError("table", "every row of it must have two values, [time, value]")
+        raise PydanticCustomError("table", "every row of it must have two values, {columns}", {"columns": columns})
     try:
         columns = [units.shared_unit(list(column)) for column in zip(*rows, strict=True)]
     except (units.UnitError, TypeError, ValueError) as error:
@@ -122,7 +123,7 @@ class Profile(Section, Generic[V]):
     constants : mapping of names to numbers
     """
 
-    table: Annotated[tuple[tuple[units.Time, V], ...], BeforeValidator(_rows)] | None = None
+    table: Annotated[tuple[tuple[units.Time, V], ...], BeforeValidator(table_rows)] | None = None
     smooth: bool = False
     ramp: Ramp[V] | None = None
     sine: Sine[V] | None = None

@@ -12,6 +12,7 @@ from evolvent.analysis.margins import factors as of
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
+from evolvent.kernels import resistance
 
 Array = np.ndarray
 
@@ -24,11 +25,13 @@ class Rule(NamedTuple):
     category : str
     aspect : str, name of the share after that of the part, '' for the part as a whole
     fields : fields that a record keeps of those in `OWN`; the others are 0
+    of_kind : int, of the records to which it applies; None for all
     """
 
     category: str
     aspect: str = ""
     fields: tuple[str, ...] = ()
+    of_kind: int | None = None
 
 
 #: Fields of a coordinate's record that make a torque.
@@ -46,6 +49,11 @@ RULES: dict[str, tuple[Rule, ...]] = {
     "custom_forces": (Rule(of.LOAD),),
     "synchronizations": (Rule(of.SPRING),),
     "motors": (Rule(of.MOTOR),),
+    "resistances": (
+        Rule(of.HARNESS, of_kind=resistance.HARNESS),
+        Rule(of.SPRING, of_kind=resistance.TAPE_SPRING),
+        Rule(of.ADHESION, of_kind=resistance.ADHESION),
+    ),
     "loads": (Rule(of.LOAD),),
     "fields": (Rule(of.INERTIA),),
 }
@@ -92,20 +100,21 @@ def refuse_unsupported(assembly: Assembly) -> None:
             who = families.owner(assembly, name, 0)
             raise InputError(
                 f"{who!r} is one of the {name.replace('_', ' ')}, which margins do not support; they support rigid "
-                f"bodies and points with joints, gears, springs, synchronizations, motors, loads and fields"
+                f"bodies and points with joints, gears, springs, synchronizations, motors, resistances of joints, loads and "
+                f"fields"
             )
 
 
 def coordinate_names(assembly: Assembly) -> list[str]:
-    """Name of each row of the family `coordinates`: its spring's, or the joint's that a motor or a cable names."""
+    """Name of each row of the family `coordinates`: its spring's, or the joint's that a part on it names."""
     found = [""] * assembly.model.coordinates.size
     for name, (family, index) in assembly.names.items():
         if family == "coordinates":
             found[index] = name
     for name, (family, index) in assembly.names.items():
         part = assembly.parts.get(name)
-        if family == "motors" and part is not None:
-            k = int(assembly.model.motors["coordinate"][index])
+        if family in ("motors", "resistances") and part is not None:
+            k = int(families.records(assembly.model, family)["coordinate"][index])
             found[k] = found[k] or str(part.joint)
         if family == "synchronizations" and part is not None:
             for i, joint in enumerate(part.joints[:-1]):
@@ -153,6 +162,8 @@ def shares_of(assembly: Assembly, parts: Any, evidence: str, *, spins: bool) -> 
             for rule in rules:
                 records = families.records(assembly.model, family)
                 if rule.fields and not any(records[field][own[0]] != 0.0 for field in rule.fields):
+                    continue
+                if rule.of_kind is not None and records["kind"][own[0]] != rule.of_kind:
                     continue
                 label = f"{name}.{rule.aspect}" if rule.aspect else name
                 found.append(Share(label, name, rule.category, evidence, "", family, own, rule.fields))

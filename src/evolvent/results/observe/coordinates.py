@@ -1,4 +1,4 @@
-"""Observations of joint coordinates: springs of hinges and of travels, motors, synchronizations."""
+"""Observations of joint coordinates: springs of hinges and of travels, motors, synchronizations, resistances."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import axial, coordinate_laws
+from evolvent.kernels import axial, coordinate_laws, resistance
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, RESULTS
 from evolvent.results.observe.variables import Observed
 from evolvent.results.observe.view import View
@@ -129,4 +129,17 @@ def observe_synchronization(view: View, name: str) -> Observed:
     lost = np.sum([_since(view, int(account)) for account in model.synchronizations["account"][loops]], axis=0)
     found.scalar("damper_work", lost, "J", "energy that the loops have dissipated")
     found.plots = ["difference", _worded(row, "torque")]
+    return found
+
+
+def observe_resistance(view: View, name: str) -> Observed:
+    """Torque or force of a harness, a tape-spring hinge or an adhesion, its energy, and what it has taken."""
+    index, found = view.index(name), Observed()
+    own = view.model.resistances[index]
+    row = view.model.coordinates[int(own["coordinate"])]
+    _add(view, found, "resistances", index, row, "angle rate torque stored")
+    if own["kind"] == resistance.HARNESS:
+        _add(view, found, "resistances", index, row, "rubs")
+        found.scalar("hysteresis_work", _since(view, int(own["account"])), "J", "energy that the hysteresis has dissipated")
+    found.plots = [_worded(row, "angle"), _worded(row, "torque")]
     return found
