@@ -38,7 +38,8 @@ OFF = {STATIC: 1e-7, IMPLICIT: 1e-8, ENERGY: 20.0 * TURNED}
 #: changes by theta x t with its turn theta, which the tangent has of loads and actuators alone. Beside the inertia of
 #: the body, by which all is divided here, that is up to a fifth: these springs are stiff and the steps are long.
 TORQUES = (
-    "springs", "custom forces", "angles", "travels", "motors and synchronizations", "gears", "soft gears", "penalties",
+    "springs", "custom forces", "angles", "travels", "motors and synchronizations", "drivetrains",
+    "resistances", "gears", "soft gears", "penalties",
     "threads", "threads all out", "threads with dampers", "threads that go slack", "threads by length",
     "threads of fixed length", "loads on threads", "loads on threads of fixed length", "carried threads", "free spools",
 )  # fmt: skip

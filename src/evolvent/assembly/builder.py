@@ -382,14 +382,14 @@ class Builder:
         at = first
         counts = (
             ("coordinates", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1), ("resistances", 1),
-            ("bristles", 1),
+            ("bristles", 1), ("drivetrains", mdl.DRIVETRAIN_ACCOUNTS),
         )  # fmt: skip
         for name, count in counts:
             size = families[name].size
             families[name]["account"] = at + count * np.arange(size)
             at += count * size
         self.rubbed, one = -1, np.ones(families["body_contacts"].size, dtype=int)
-        if families["bristles"].size or any(
+        if families["bristles"].size or families["drivetrains"].size or any(
             np.any(families[name]["friction"] > 0.0) for name in ("coordinates", "contact_surfaces", "body_contacts")
         ):
             self.rubbed, at = at, at + 1

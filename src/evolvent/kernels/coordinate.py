@@ -18,13 +18,12 @@ from evolvent.kernels.axial import QUARTER, SMALL, TRAVEL
 from evolvent.kernels.coordinate_laws import (
     add_motors,
     add_synchronizations,
-    bristle_energy,
-    friction_force,
-    kept_friction,
     latch_torque,
     note_peaks,
     synchronization_energy,
 )
+from evolvent.kernels.drivetrain import add_drivetrains, drivetrain_energy, end_drivetrains
+from evolvent.kernels.joint_friction import bristle_energy, friction_force, kept_friction
 from evolvent.kernels.resistance import (
     add_resistances,
     end_resistances,
@@ -99,11 +98,14 @@ def add_applied(t, y, share, kept, s, model):
         coordinates[k].applied = coordinates[k].applied_slope = coordinates[k].applied_damper = 0.0
     if model.motors.size > 0:
         add_motors(t, share, s, model)
+    if model.drivetrains.size > 0:
+        energy, power = add_drivetrains(y, share, 1 if kept else 0, model)
     if model.resistances.size > 0:
         energy += add_resistances(y, share, 1 if kept else 0, s, model)
     if model.synchronizations.size > 0:
-        stored, power = add_synchronizations(share, model)
+        stored, lost = add_synchronizations(share, model)
         energy += stored
+        power += lost
     return energy, power
 
 
@@ -159,19 +161,24 @@ def end_frictions(y, s, model):
             y[at + FRICTION_FORCE] = end
             y[at + BY_FRICTION] += lost
             taken += lost
-    if model.resistances.size > 0:
+    if model.resistances.size > 0 or model.drivetrains.size > 0:
         for k in range(coordinates.size):
             measure_coordinate(y, s, coordinates, model.bodies, k)
+    if model.resistances.size > 0:
         taken += end_resistances(y, 1, model)
+    if model.drivetrains.size > 0:
+        taken += end_drivetrains(0.0, 1.0, y, 1, model)
     return taken
 
 
 @indirect(REAL(INTEGERS, MODEL))
 def coordinate_energy(s, model):
-    """Energy of all coordinates, and of cables and resistances on them, at the end of the last step, J."""
+    """Energy of all coordinates, and of what acts on them, at the end of the last step, J."""
     coordinates, found = model.coordinates, synchronization_energy(model)
     if model.resistances.size > 0:
         found += resistance_energy(s, model)
+    if model.drivetrains.size > 0:
+        found += drivetrain_energy(model)
     for k in range(coordinates.size):
         x = coordinates[k].angle
         found += coordinate_law(coordinates, k, s[coordinates[k].switch + 1], x, x, 0.0)[3] + bristle_energy(
@@ -263,4 +270,5 @@ def coordinate_bound(model):
         + np.where(locked, coordinates["latch_stiffness"], 0.0)
     )
     stiffness += np.where(coordinates["friction"] > 0.0, coordinates["stick"], 0.0) + resistance_bound(model)
+    np.add.at(stiffness, model.drivetrains["coordinate"], model.drivetrains["stick"])
     return stiffness, coordinates["damping"] + np.where(locked, coordinates["latch_damping"], 0.0)

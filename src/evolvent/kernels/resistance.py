@@ -123,7 +123,7 @@ def bristle_between(kind, stick, limit, start, moved):
 def _end_of_bristle(bristles, i, start, moved):
     """`bristle_between` of a step of generalized-alpha, which acts by the force of its end.
 
-    Slip and stick are an active set, as of `coordinate_laws.friction_force`: what slips sticks once it moves back, without
+    Slip and stick are an active set, as of `joint_friction.friction_force`: what slips sticks once it moves back, without
     a limit in that evaluation.
     """
     stick, limit = bristles[i].stick, bristles[i].limit
@@ -233,7 +233,7 @@ def end_resistances(y, kept, model):
             end, mean, _, _ = bristle_between(bristles[i].kind, stick, bristles[i].limit, start, moved)
             lost += _lost(stick, start, end, mean, moved)
             bristles[i].force = bristles[i].force0 = y[bristles[i].account] = end
-            bristles[i].before, bristles[i].slips = x, 0.0
+            bristles[i].before = x
         y[rows[k].account] += lost
         taken += lost
     return taken

@@ -103,6 +103,7 @@ class Model(Struct):
     body_contacts: Array = array(1, RECORDS["body_contacts"])
     motors: Array = array(1, RECORDS["motors"])
     synchronizations: Array = array(1, RECORDS["synchronizations"])
+    drivetrains: Array = array(1, RECORDS["drivetrains"])
     resistances: Array = array(1, RECORDS["resistances"])
     curves: Array = array(1, RECORDS["curves"])
     bristles: Array = array(1, RECORDS["bristles"])

@@ -79,6 +79,13 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "power": ("power", "W", "power of the motor"),
         "on": ("on", "1", "1 until the motor is switched off, then 0"),
         "reference": ("reference", "rad", "reference angle of the motor"),
+        "current": ("current", "A", "current of the winding"),
+    },
+    "drivetrains": {
+        "torque": ("joint_torque", "N m", "torque on the joint, after detent, magnetic losses and gear"),
+        "cogging": ("detent_torque", "N m", "torque of the detent, positive against the angle"),
+        "rubs": ("friction_torque", "N m", "torque of magnetic hysteresis and gear, positive against the angle"),
+        "stored": ("energy_elastic", "J", "energy of the detent"),
     },
     "synchronizations": {
         "stretch": ("difference", "rad", "difference of the angles that each loop couples, times their ratios"),
@@ -92,7 +99,6 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "torque": ("torque", "N m", "torque, positive against the angle"),
         "rubs": ("hysteresis_torque", "N m", "torque of the bristles, part of the torque"),
         "stored": ("energy_elastic", "J", "elastic energy"),
-        "state": ("state", "1", "number of the present curve"),
     },
     "joints": {
         "force": ("force", "N", "force of the joint on {on}, inertial axes"),

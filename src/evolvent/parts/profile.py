@@ -163,6 +163,8 @@ def _as_keys(value: Any) -> Any:
 ForceProfile = Annotated[Profile[units.Force], BeforeValidator(_as_keys)]
 TorqueProfile = Annotated[Profile[units.Torque], BeforeValidator(_as_keys)]
 TorqueOrForceProfile = Annotated[Profile[units.TorqueOrForce], BeforeValidator(_as_keys)]
+VoltageProfile = Annotated[Profile[units.Voltage], BeforeValidator(_as_keys)]
+CurrentProfile = Annotated[Profile[units.Current], BeforeValidator(_as_keys)]
 LineForceProfile = Annotated[Profile[units.LineForce], BeforeValidator(_as_keys)]
 TemperatureProfile = Annotated[Profile[units.Temperature], BeforeValidator(_as_keys)]
 GradientProfile = Annotated[Profile[units.TemperatureGradient], BeforeValidator(_as_keys)]

@@ -17,6 +17,7 @@ from evolvent.parts import hysteresis
 from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.find_coordinate import find_coordinate
+from evolvent.parts.joint_coordinate import PRESLIDING
 from evolvent.parts.profile import table_rows
 
 Array = np.ndarray
@@ -179,3 +180,129 @@ class Harness(Part):
             fields = {"kind": LAWS[self.law], "stick": stick, "limit": limit, "before": start}
             builder.add("bristles", force0=force, force=force, **fields)
         add_resistance(builder, name, h, kernels.HARNESS, curve, first)
+
+
+class TapeSpringHinge(Part):
+    """A tape-spring hinge: a moment-angle curve of the straight tape, and another one of the folded tape.
+
+    Parameters
+    ----------
+    joint : str
+        A `RotationalSpring` or `TranslationalSpring`, or a revolute or prismatic `Joint`, whose coordinate is then 0 at
+        the start.
+    straight : rows [angle, moment] or [travel, force]
+        Of the straight tape, until it buckles: at the last row where it folds towards larger angles, at the first row
+        where towards smaller ones. A positive moment resists a growing coordinate.
+    folded : rows [angle, moment] or [travel, force]
+        Of the folded tape, from where it snaps back.
+    opposite : rows [angle, moment] or [travel, force], optional
+        Of the tape that is folded the other way; without it the straight tape does not buckle that way.
+    state : {"straight", "folded", "opposite"}, optional
+        At the start, where the tape may be either.
+
+    Notes
+    -----
+    Between buckling and snap-back the tape has either moment, by where it comes from. The area between both curves there
+    is what a cycle takes. At a snap the energy falls at once; a table of moments does not say how the area is shared by
+    the two snaps: each takes half. Beyond the other rows the curves go on straight.
+    """
+
+    kind: Literal["tape-spring-hinge"] = "tape-spring-hinge"
+    joint: CoordinateName
+    straight: CurveTable
+    folded: CurveTable
+    opposite: CurveTable | None = None
+    state: Literal["straight", "folded", "opposite"] | None = None
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the row of the family `resistances` and its curves."""
+        h = find_coordinate(builder, f"{name}.joint", self.joint)
+        row = builder.rows["coordinates"][h]
+        x, moment = ascending(f"{name}.straight", self.straight, row["kind"])
+        energy = energies(x, moment)
+        energy -= np.interp(0.0, x, energy)
+        ends: dict[str, Any] = {}
+        first, others = len(builder.rows["curves"]), []
+        up = self.folded[-1][0] > x[-1]
+        for number, key in enumerate(("folded", "opposite"), 1):
+            table = getattr(self, key)
+            if table is None:
+                continue
+            own = ascending(f"{name}.{key}", table, row["kind"])
+            others.append((own, self._offset(f"{name}.{key}", (x, moment, energy), own, up), up))
+            ends |= {"high": x[-1], "above": number} if up else {"low": x[0], "below": number}
+            up = not up
+        add_curve(builder, x, moment, energy, **ends)
+        for own, offset, upwards in others:
+            end = {"low": own[0][0], "below": 0} if upwards else {"high": own[0][-1], "above": 0}
+            add_curve(builder, *own, energies(*own) + offset, **end)
+        start = self._start(name, builder.rows["curves"][first:], float(row["angle"]))
+        add_resistance(builder, name, h, kernels.TAPE_SPRING, first, len(builder.rows["bristles"]), start)
+
+    def _offset(self, key: str, straight: tuple[Array, Array, Array], own: tuple[Array, Array], up: bool) -> float:
+        """Energy at the first row of a folded curve, such that both snaps take half of the area between the curves."""
+        x, moment, energy = straight
+        name, _, word = key.rpartition(".")
+        buckles, back = (x[-1], own[0][0]) if up else (x[0], own[0][-1])
+        beyond = own[0][-1] > x[-1] if up else own[0][0] < x[0]
+        if not (beyond and x[0] < back < x[-1]):
+            side = "above" if up else "below"
+            raise InputError(
+                f"{key} goes from {own[0][0]:.9g} to {own[0][-1]:.9g}; it must start within {name}.straight, which goes "
+                f"from {x[0]:.9g} to {x[-1]:.9g}, and end {side} it"
+            )
+        inner, outer = (energy_at(*own, at) for at in (back, buckles))
+        lower, upper = (energy[0] + energy_at(x, moment, at) for at in (back, buckles))
+        area = (upper - lower) - (outer - inner)
+        if area < 0.0:
+            raise InputError(
+                f"{key} and {name}.straight give {-area:.6g} J a cycle; between snap-back, at {back:.9g}, and buckling, at "
+                f"{buckles:.9g}, the straight tape must resist more than the {word} one"
+            )
+        return float(lower + 0.5 * area - inner)
+
+    def _start(self, name: str, curves: list[dict[str, Any]], angle: float) -> int:
+        """Number of the curve at the start."""
+        words = ("straight", "folded", "opposite")
+        can = [words[k] for k, curve in enumerate(curves) if curve["low"] < angle < curve["high"]]
+        if self.state is not None and self.state not in can:
+            raise InputError(f"{name}.state is {self.state!r}, but at {angle:.9g} the tape is {' or '.join(can)}")
+        if self.state is None and len(can) > 1:
+            raise InputError(
+                f"{name}.state is missing: at {angle:.9g} the tape may be {' or '.join(can)}; say which it is at the start"
+            )
+        return words.index(self.state or can[0])
+
+
+class Adhesion(Part):
+    """An adhesion that holds a joint until it breaks, once: the torque or force that a release must overcome.
+
+    Parameters
+    ----------
+    joint : str
+        A `RotationalSpring` or `TranslationalSpring`, or a revolute or prismatic `Joint`.
+    torque : float, N m or N
+        Torque or force at which it breaks, either way.
+    distance : float, rad or m, optional
+        Way from the start at which it breaks; 1e-4 rad or 1e-5 m if left out. The energy torque distance/2 is lost.
+    """
+
+    kind: Literal["adhesion"] = "adhesion"
+    joint: CoordinateName
+    torque: units.TorqueOrForceLimit
+    distance: units.PositiveAngleOrTravel | None = None
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the row of the family `resistances` and its curves: before it breaks, and after."""
+        h = find_coordinate(builder, f"{name}.joint", self.joint)
+        row = builder.rows["coordinates"][h]
+        for key in ("torque", "distance"):
+            check_units(f"{name}.{key}", getattr(self, key), row["kind"])
+        way = PRESLIDING[row["kind"]] if self.distance is None else float(self.distance)
+        x = float(row["angle"]) + way * np.array([-1.0, 0.0, 1.0])
+        first = len(builder.rows["curves"])
+        ends: dict[str, Any] = {"low": x[0], "high": x[-1], "below": 1, "above": 1}
+        energy = 0.5 * self.torque * way
+        add_curve(builder, x, self.torque * np.array([-1.0, 0.0, 1.0]), energy * np.array([1.0, 0.0, 1.0]), **ends)
+        add_curve(builder, x, np.zeros(3), np.zeros(3))
+        add_resistance(builder, name, h, kernels.ADHESION, first, len(builder.rows["bristles"]))

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.analysis.margins.shares import GRAVITY, OWN, SPIN, Share, coordinate_names
+from evolvent.analysis.margins.shares import EDDY, GRAVITY, MAGNETIC, OWN, SPIN, Share, coordinate_names
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual
@@ -112,7 +112,7 @@ class Mechanism:
         model.info.exact = 1
         model.switches[:] = assembly.s
         self.names = coordinate_names(assembly)
-        forces = ("springs", "loads", "fields", "motors", "synchronizations", "resistances", "custom_forces")
+        forces = ("springs", "loads", "fields", "motors", "drivetrains", "synchronizations", "resistances", "custom_forces")
         self.whole, self.synchronizations = model, model.synchronizations
         still = model.coordinates.copy()
         for field in OWN:
@@ -189,6 +189,8 @@ class Mechanism:
                         f"{share.part}.limit, the torque or force that it has at the worst"
                     )
                 return float(row["limit"]) * abs(float(direction.rates[int(row["coordinate"])]))
+        if share.family == "drivetrains":
+            return -self._motor_loss(share, at, direction, still=still)
         if share.family == "resistances":
             self._slip(share, at, direction, still=still)
             held = self._held(share, at, direction)
@@ -230,6 +232,25 @@ class Mechanism:
             else:
                 own["anchor"] = x - math.copysign(_SLIPPING * float(own["friction"][0] / own["stick"][0]), rate)
         return own
+
+    def _motor_loss(self, share: Share, at: Position, direction: Direction, *, still: bool) -> float:
+        """Power that a motor loses before its joint: N m or N; the detent with its amplitude, wherever the rotor is."""
+        (row,) = (self.whole.drivetrains[k] for k in share.rows)
+        k, n = int(row["coordinate"]), float(row["ratio"])
+        rate, hysteresis = abs(float(direction.rates[k])), n * float(row["hysteresis"])
+        if share.label.endswith(EDDY):
+            own = float(at.J[k] @ at.y[self.n_q : self.n_q + self.n_v])
+            return float(n * n * row["eddy"] * own * direction.rates[k])
+        if share.label.endswith(MAGNETIC):
+            return (hysteresis + n * float(row["detent"])) * rate
+        motor = dataclasses.replace(share, label=share.part, family="motors", rows=(int(row["motor"]),))
+        driving = self.power(motor, at, direction, still=still)
+        over = driving - hysteresis * rate
+        if over > 0.0:
+            return float((1.0 - row["forward"]) * over)
+        if row["backward"] == 0.0:
+            return float(row["holds"]) * rate
+        return float((1.0 / row["backward"] - 1.0) * -over)
 
     def _slip(self, share: Share, at: Position, direction: Direction, *, still: bool) -> None:
         """Let the bristles of a resistance slip against the direction, and its curve be that of the position.

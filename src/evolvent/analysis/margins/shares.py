@@ -34,6 +34,8 @@ class Rule(NamedTuple):
     of_kind: int | None = None
 
 
+#: Shares of a motor beside its torque.
+MAGNETIC, GEAR, EDDY = "magnetic", "gear", "eddy"
 #: Fields of a coordinate's record that make a torque.
 OWN = ("stiffness", "damping", "friction", "stop", "latch_stiffness", "latch_damping")
 #: Category of each family of parts with forces. A new kind of part that resists is a row here.
@@ -49,6 +51,9 @@ RULES: dict[str, tuple[Rule, ...]] = {
     "custom_forces": (Rule(of.LOAD),),
     "synchronizations": (Rule(of.SPRING),),
     "motors": (Rule(of.MOTOR),),
+    "drivetrains": (
+        Rule(of.MOTOR_LOSSES, MAGNETIC), Rule(of.FRICTION, GEAR), Rule(of.DAMPING, EDDY),
+    ),
     "resistances": (
         Rule(of.HARNESS, of_kind=resistance.HARNESS),
         Rule(of.SPRING, of_kind=resistance.TAPE_SPRING),
@@ -135,6 +140,8 @@ def _records_of(assembly: Assembly, family: str) -> dict[str, tuple[int, ...]]:
     size = families.records(assembly.model, family).size
     if not size:
         return {}
+    if family == "drivetrains":
+        return {families.owner(assembly, family, k): (k,) for k in range(size)}
     if not firsts or firsts[0][0] != 0:
         raise InputError(f"the {family.replace('_', ' ')} of the system have no name, by which margins list them")
     ends = [*(index for index, _ in firsts[1:]), size]
