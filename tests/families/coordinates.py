@@ -6,13 +6,12 @@ import math
 from typing import Any
 
 import numpy as np
-
 from scipy.optimize import brentq
 
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
-from families.case import Array, Case, at, columns, of, springs_poles
 from evolvent.parts.base import Part
+from families.case import Array, Case, at, columns, of, springs_poles
 from implicit.rigs import coordinates
 
 M = 2.0
@@ -148,9 +147,11 @@ def harness() -> Case:
 @of("a tape-spring hinge")
 def tape_spring() -> Case:
     """A folded tape opens against a spring, snaps, and swings about straight; with damping it would stay folded."""
-    J, k, slope, moment, start, snaps, c = 0.4, 30.0, 0.2, 0.5, 0.7, 0.1, 0.6
+    J, k, slope, moment, start, snaps, c = 0.4, 30.0, 0.2, 0.1, 0.7, 0.1, 0.4
     it = parts.TapeSpringHinge(
-        joint="hinge", straight=[[-1.0, -k], [0.2, 0.2 * k]], folded=[[snaps, moment + slope * snaps], [3.0, moment + 3.0 * slope]]
+        joint="hinge",
+        straight=[[-1.0, -k], [0.2, 0.2 * k]],
+        folded=[[snaps, moment + slope * snaps], [3.0, moment + 3.0 * slope]],
     )
     w, u = math.sqrt((slope + c) / J), math.sqrt((k + c) / J)
     rest, middle = (c * start - moment) / (slope + c), c * start / (k + c)
@@ -163,7 +164,7 @@ def tape_spring() -> Case:
         return columns(np.where(t < when, folded, straight))
 
     return Case(
-        part="it", system=lambda: on_wheel(it, angle=start, stiffness=c, rest=start), seen=hinge_angle(start), end=1.4,
+        part="it", system=lambda: on_wheel(it, angle=start, stiffness=c, rest=start), seen=hinge_angle(start), end=2.2,
         step=1e-3, motion=motion, still=(rest,), poles=springs_poles((slope + c) / J),
     )  # fmt: skip
 
@@ -194,7 +195,10 @@ def adhesion() -> Case:
 
 @of("a motor's drivetrain")
 def drivetrain() -> Case:
-    """A motor of a current turns a wheel on a spring against eddies, magnetic hysteresis and a gear, one way."""
+    """A motor of a current turns a wheel on a spring against eddies, magnetic hysteresis and a gear, one way.
+
+    In equilibrium these slip.
+    """
     J, k, n, K, current, h, b, e, stick = 0.4, 3.0, 10.0, 0.02, 5.0, 0.01, 2e-3, 0.8, 5e3
     it = parts.Motor(
         joint="hinge", current={"constant": current}, torque_constant=K, resistance=1.0, ratio=n, hysteresis_torque=h,
@@ -203,14 +207,11 @@ def drivetrain() -> Case:
     # sliding, J x'' = e (n K i - n^2 b x' - n h) - k x
     rest, decay, v = e * (n * K * current - n * h) / k, 0.5 * e * n * n * b / J, 1.0
     w = math.sqrt(k / J - decay**2)
-    still = n * K * current / (k + stick)
-    half = 0.5 * n * n * b / J
     return Case(
         part="it", system=lambda: on_wheel(it, rate=v, stiffness=k), seen=hinge_angle(0.0), end=0.4, step=2e-4,
         motion=lambda t: columns(
             rest * (1.0 - np.exp(-decay * t) * (np.cos(w * t) + decay / w * np.sin(w * t)))
             + v / w * np.exp(-decay * t) * np.sin(w * t)
         ),
-        theory=2e-3, kink=1e-4, still=(still,), damped=True,
-        poles=(complex(-half, math.sqrt((k + stick) / J - half**2)),),
+        theory=2e-3, kink=1e-4, still=(rest,), poles=(complex(-decay, w),), damped=True,
     )  # fmt: skip

@@ -14,7 +14,7 @@ from evolvent.kernels import drivetrain
 from resistances.rigs import INERTIA, METHODS, run, seen, wheel
 
 Array = np.ndarray
-K, R, U, N = 0.05, 2.0, 10.0, 4.0
+K, R, U, N = 0.2, 2.0, 10.0, 4.0
 WINDING: dict[str, Any] = {"torque_constant": K, "resistance": R, "ratio": N}
 
 
@@ -33,8 +33,8 @@ def loaded(it: parts.Motor, load: float, **spring: Any) -> System:
 def test_speeds_up_to_no_load(book: Book, method: str) -> None:
     """By the back-EMF alone, v = U/(n K) (1 - exp(-(n K)^2 t/(R J))); the stall torque is n K U/R."""
     c = N * K
-    times = np.linspace(0.0, 60.0, 13)
-    found = run(wheel(motor(voltage={"constant": U})), times, method, **({"step": 0.05} if method == "rk4" else {}))
+    times = np.linspace(0.0, 6.0, 13)
+    found = run(wheel(motor(voltage={"constant": U})), times, method, **({"step": 0.01} if method == "rk4" else {}))
     own = seen(found, "it")
     exact = U / c * (1.0 - np.exp(-c * c / (R * INERTIA) * times))
     book(
@@ -56,7 +56,7 @@ def test_a_steady_rate_and_where_the_power_goes(book: Book, method: str, load: f
     """Driving a load through a gear, and driven by it: i, rate and every loss in closed form."""
     h, b, e, back = 0.004, 1e-4, 0.8, 0.6
     it = motor(voltage={"constant": U}, hysteresis_torque=h, eddy_damping=b, efficiency=e, back_efficiency=back)
-    found = run(loaded(it, load, damping=0.0), np.linspace(0.0, 80.0, 9), method,
+    found = run(loaded(it, load, damping=0.0), np.linspace(0.0, 30.0, 7), method,
                 **({"step": 2e-3} if method == "rk4" else {}))  # fmt: skip
     own = seen(found, "it")
     # at the joint: e (n K i - n^2 b v - n h) = load where it drives, else (n h - D) / back = -load
@@ -65,13 +65,14 @@ def test_a_steady_rate_and_where_the_power_goes(book: Book, method: str, load: f
     rate = (c * U / R - drive) / (c * c / R + N * N * b)
     current = (U - c * rate) / R
     book(
-        "Rigid bodies", f"Motor with magnetic losses and a gear {'driving' if load > 0 else 'driven'} ({method}): steady rate",
+        "Rigid bodies",
+        f"Motor with magnetic losses and a gear {'driving' if load > 0 else 'driven'} ({method}): steady rate",
         reference=f"{rate:.5f} rad/s", source="balance of torques",
         error=abs(own["rate"][-1] - rate) / rate, allowed=2e-4,
     )  # fmt: skip
     assert own["current"][-1] == pytest.approx(current, rel=2e-4)
     assert own["joint_torque"][-1] == pytest.approx(load, rel=1e-3)
-    powers = {key: (own[key][-1] - own[key][-2]) / 10.0 for key in ("electrical_work", "copper_work", "eddy_work",
+    powers = {key: (own[key][-1] - own[key][-2]) / 5.0 for key in ("electrical_work", "copper_work", "eddy_work",
               "magnetic_work", "gear_work")}  # fmt: skip
     gear = (1.0 - e) * (drive - N * h) if load > 0.0 else (1.0 / back - 1.0) * (N * h - drive)
     wanted = {
@@ -95,7 +96,8 @@ def test_the_balance_closes_at_long_steps(step: float) -> None:
     own = seen(found, "it")
     assert found.balance.by_friction == pytest.approx(own["magnetic_work"] + own["gear_work"], abs=1e-12)
     assert found.balance.by_joints == pytest.approx(own["eddy_work"], abs=1e-12)
-    assert own["gear_work"][-1] > 0.0 and np.ptp(own["angle"]) > 1.0
+    assert own["gear_work"][-1] > 0.0
+    assert np.ptp(own["angle"]) > 1.0
 
 
 def test_a_detent_holds_without_current() -> None:
@@ -103,7 +105,7 @@ def test_a_detent_holds_without_current() -> None:
     A, cycles = 0.03, 6
     it = motor(current={"constant": 0.0}, detent_torque=A, detents=cycles, bristle_stiffness=1.0)
     rate = 1e-3
-    found = run(wheel(it, rate=rate), np.linspace(0.0, 2.0, 41), "energy")
+    found = run(wheel(it, rate=rate), np.linspace(0.0, 2.0, 41), "energy", step=2e-3)
     w = N * math.sqrt(A * cycles / INERTIA)
     assert seen(found, "it")["angle"] == pytest.approx(rate / w * np.sin(w * found.t), abs=1e-3 * rate / w)
     assert found.balance.by_friction[-1] == 0.0
@@ -117,7 +119,7 @@ def test_a_gear_that_locks_itself_holds_a_load(method: str) -> None:
     own = seen(found, "it")
     assert np.abs(own["angle"][:11]).max() < 1e-3
     assert own["joint_torque"][-1] == pytest.approx(0.5 * N * K * 5.0)
-    assert own["rate"][-1] == pytest.approx((0.5 - 0.3) / INERTIA, rel=1e-2)
+    assert own["rate"][-1] == pytest.approx((2.0 - 0.3) / INERTIA, rel=3e-2)
     free = seen(run(loaded(motor(**keys, holding_torque=0.2), 0.3), np.linspace(0.0, 1.0, 11), method), "it")
     assert free["rate"][-1] == pytest.approx(-0.1 / INERTIA, rel=1e-2)
 
@@ -136,7 +138,10 @@ def test_the_limit_of_friction_is_smooth_where_it_is_said(push: float, backward:
 
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"voltage": {"constant": 1.0}, "torque_constant": None}, r"it\.torque_constant is missing; it\.voltage needs it"),
-    ({"torque": {"constant": 1.0}}, r"it\.torque_constant belongs to it\.voltage or it\.current, but it\.torque is given"),
+    (
+        {"torque": {"constant": 1.0}},
+        r"it\.torque_constant belongs to it\.voltage or it\.current, but it\.torque is given",
+    ),
     ({"current": {"constant": 1.0}, "detent_torque": 0.1}, r"it\.detent_torque and it\.detents go together"),
     ({"current": {"constant": 1.0}, "back_efficiency": 0.0}, r"it\.holding_torque belongs to a gear that locks itself"),
     ({"current": {"constant": 1.0}, "efficiency": 0.0}, r"it\.efficiency is 0\.0"),

@@ -157,7 +157,10 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"torque": [[0, 0], [1, 1]], "stiffness": 2.0}, r"it\.torque and it\.stiffness are both given"),
     ({"torque": [[0, 0], [0, 1]]}, r"it\.torque: row 2 is at 0, not above the row before, at 0"),
     ({"loop": [[0, 0], [1, 1]]}, r"it\.loop starts at 0 and ends at 1; a loop ends where it starts"),
-    ({"loop": [[0, 0], [0.5, 0], [1, 1], [0.5, 1], [0, 0]]}, r"it\.loop is met to .* of its height, the range of its torques, by the law 'slip'"),
+    (
+        {"loop": [[0, 0], [0.5, 0], [1, 1], [0.5, 1], [0, 0]]},
+        r"it\.loop is met to .* of its height, the range of its torques, by the law 'slip'",
+    ),
     ({"stiffness": "3 N/m"}, r"it\.stiffness is 3 N/m, but its coordinate is an angle; give it in N m/rad"),
     ({"stiffness": 1.0, "misfit": 0.1}, r"it\.misfit belongs to it\.loop"),
     ({"bristles": [[1.0, 0.2]], "rest": 0.1}, r"it\.rest belongs to it\.stiffness"),

@@ -389,8 +389,13 @@ class Builder:
             families[name]["account"] = at + count * np.arange(size)
             at += count * size
         self.rubbed, one = -1, np.ones(families["body_contacts"].size, dtype=int)
-        if families["bristles"].size or families["drivetrains"].size or any(
-            np.any(families[name]["friction"] > 0.0) for name in ("coordinates", "contact_surfaces", "body_contacts")
+        if (
+            families["bristles"].size
+            or families["drivetrains"].size
+            or any(
+                np.any(families[name]["friction"] > 0.0)
+                for name in ("coordinates", "contact_surfaces", "body_contacts")
+            )
         ):
             self.rubbed, at = at, at + 1
         points = families["contact_surfaces"]["last"] - families["contact_surfaces"]["first"]

@@ -270,5 +270,7 @@ def coordinate_bound(model):
         + np.where(locked, coordinates["latch_stiffness"], 0.0)
     )
     stiffness += np.where(coordinates["friction"] > 0.0, coordinates["stick"], 0.0) + resistance_bound(model)
-    np.add.at(stiffness, model.drivetrains["coordinate"], model.drivetrains["stick"])
+    rows = model.drivetrains
+    rubs = (rows["hysteresis"] > 0.0) | (rows["forward"] < 1.0) | (rows["backward"] < 1.0)
+    np.add.at(stiffness, rows["coordinate"], np.where(rubs, rows["stick"], 0.0))
     return stiffness, coordinates["damping"] + np.where(locked, coordinates["latch_damping"], 0.0)

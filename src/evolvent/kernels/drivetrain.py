@@ -1,12 +1,13 @@
 """What a motor on a joint's coordinate x loses before the joint: detent, eddy currents, magnetic hysteresis, gear.
 
-The rotor turns by n dx, n the ratio. With its detent torque A sin(N n (x - x0)), eddy currents b n x' and the torque n K i
-of its current, what comes to the gear is, on the joint's side, D = T - n A sin(N n (x - x0)) - n^2 b x'. Hysteresis of the
-magnets, H = n h, and the gear resist as friction does, by a bristle (`joint_friction.friction_force`) with the limit
+The rotor turns by n dx, n the ratio. Of the motor's torque T at the joint, D = T - n A sin(N n (x - x0)) - n^2 b x'
+comes to the gear: less a detent torque of the amplitude A and that of eddy currents. Magnetic hysteresis, H = n h,
+and the gear resist as friction does, by a bristle (`joint_friction.friction_force`) with the limit
 - H + (1 - e) (D s - H) where the motor drives, D s > H: the joint has e (D s - H);
 - (H - D s)/e_b + D s where the load drives: it must overcome (H - D s)/e_b;
 s the sense of the motion that is resisted, e and e_b the efficiencies. With e_b = 0 the gear locks itself, up to a
-torque that it `holds`. The detent has the energy (A/N) (1 - cos(N n (x - x0))), whose change over an interval is its work.
+torque that it `holds`. The detent has the energy (A/N) (1 - cos(N n (x - x0))), whose change over an interval is its
+work.
 """
 
 import math
@@ -62,7 +63,7 @@ def friction_limit(rows, k, push):
 
 @indirect(types.UniTuple(REAL, 2)(VECTOR, REAL, types.int64, MODEL))
 def add_drivetrains(y, share, kept, model):
-    """Add the torques of all drivetrains, after those of the motors; returns their energy (J) and the power of eddies (W).
+    """Add the torques of all drivetrains, after those of the motors; returns energy (J) and power of eddies (W).
 
     Parameters
     ----------

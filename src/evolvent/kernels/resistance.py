@@ -6,8 +6,9 @@ A torque is one on the left of the equations: a positive one resists a growing c
 A bristle is a spring of the stiffness k with a limit L of its force F. Along a path that goes one way (s = 1 or -1),
 - slip (an element of the models of Masing and Iwan): dF/dx = k below the limit, then F = s L;
 - Dahl: dF/dx = k (1 - s F/L) (Dahl, 1976), so F goes to s L exponentially.
-Both have the energy F^2/(2 k), and take (F dx - F dF/k) >= 0: L of each slip, and F^2/L dx. Over an interval the path is
-taken to go one way, and all integrals are closed forms: the mean force times the way is exactly what is stored and lost.
+Both have the energy F^2/(2 k), and take (F dx - F dF/k) >= 0: L of each slip, and F^2/L dx. Over an interval the path
+is taken to go one way, and all integrals are closed forms: the mean force times the way is exactly what is stored and
+lost.
 
 A curve may end at an angle, where the resistance changes over to another curve at once: a tape-spring that buckles, or
 an adhesion that breaks. Steps end there; what the energy falls by is lost. Beyond its rows a curve goes on straight.
@@ -92,7 +93,7 @@ def curve_between(p, curves, c, x0, x1):
 
 @inlined
 def bristle_between(kind, stick, limit, start, moved):
-    """Force of a bristle behind a way that goes one way, and its mean; the derivative of the first, twice of the second.
+    """Force of a bristle behind a way in one sense, and its mean; the derivative of the first, twice of the second.
 
     Parameters
     ----------
@@ -123,8 +124,8 @@ def bristle_between(kind, stick, limit, start, moved):
 def _end_of_bristle(bristles, i, start, moved):
     """`bristle_between` of a step of generalized-alpha, which acts by the force of its end.
 
-    Slip and stick are an active set, as of `joint_friction.friction_force`: what slips sticks once it moves back, without
-    a limit in that evaluation.
+    Slip and stick are an active set, as of `joint_friction.friction_force`: what slips sticks once it moves back,
+    without a limit in that evaluation.
     """
     stick, limit = bristles[i].stick, bristles[i].limit
     end, mean, by_end, by_mean = bristle_between(bristles[i].kind, stick, limit, start, moved)
@@ -186,7 +187,6 @@ def add_resistances(y, share, kept, s, model):
             stored += 0.5 * end * end / stick
         rows[k].angle, rows[k].rate = x, coordinates[h].rate
         rows[k].torque, rows[k].rubs, rows[k].stored = torque + rubs, rubs, stored
-        rows[k].state = curve - rows[k].curve
         coordinates[h].applied += torque + rubs
         coordinates[h].applied_slope += slope
         energy += stored

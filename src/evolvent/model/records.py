@@ -205,9 +205,10 @@ RECORDS: dict[str, np.dtype] = {
         "anchor caught peak",
         axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),
-    # motors on coordinates: by a profile (kind 0), a user's law (1) or PD to a drive's motion (2), by a voltage (3) or a
-    # current (4), constant: N m/A or N/A, of the coordinate, resistance: ohm; slope, damper: derivatives; account: of the
-    # work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last evaluation, or 0
+    # motors on coordinates: by a profile (kind 0), a user's law (1), PD to a drive's motion (2), a voltage (3) or a
+    # current (4), constant: N m/A or N/A, of the coordinate, resistance: ohm; slope, damper: derivatives; account:
+    # of the work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last
+    # evaluation, or 0
     "motors": _record(
         "coordinate kind drive law first last account event switch",
         "position_gain velocity_gain limit rate_limit until latest constant resistance",
@@ -225,15 +226,18 @@ RECORDS: dict[str, np.dtype] = {
         "a b account", "ratio_a ratio_b offset stiffness damping", "stretch torque energy lost lost0"
     ),
     # resistances on coordinates that depend on the path (`kernels.resistance`): curves from `curve` on, bristles from
-    # first to last; start, switch: number of the first curve, and index of that of the present one; account: of what is lost. time: s, of the last change of the
-    # curve, changes: how many there were
+    # first to last; start: number of the first curve, switch: index of that of the present one; account: of what is
+    # lost. time: s, of the last change of the curve, changes: how many there were
     "resistances": _record(
-        "coordinate kind curve curves first last start switch account", "", "angle rate torque rubs stored state time changes"
+        "coordinate kind curve curves first last start switch account",
+        "",
+        "angle rate torque rubs stored time changes",
     ),
     # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the
     # curve ends, and below, above: the number of the curve behind that
     "curves": _record("first count below above", "low high"),
-    # before, force0: coordinate and force at the start of a step; slips: the sense in which it slips; account: of the force
+    # before, force0: coordinate and force at the start of a step; slips: the sense in which it slips; account: of the
+    # force
     "bristles": _record("kind account", "stick limit", "before force0 force slips"),
     # a user-defined law between points, which are markers, from first_marker on. balanced: 1 where the last forces had
     # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric;

@@ -12,11 +12,13 @@ from evolvent.kernels import resistance
 
 Array = np.ndarray
 #: Ways after which the bristles of an identification slip, of the loop's whole range: places that they may take.
-DEFLECTIONS = 0.45 * np.geomspace(0.02, 1.0, 12)
+DEFLECTIONS = 0.25 * np.geomspace(0.02, 1.0, 12)
 #: Rows of an identified elastic curve.
 ROWS = 9
 #: What the ends of a loop may be apart, of its range; stiffness of a bristle, of the sum, that is left out.
 _CLOSED, _LEAST = 0.01, 1e-6
+#: Weight of the bristles' largest forces beside the misfit of all rows: of what rows do not tell apart, the smaller.
+_SMALL = 1e-3
 
 
 @dataclasses.dataclass(frozen=True)
@@ -61,7 +63,8 @@ def identified(key: str, loop: Array, law: str, misfit: float) -> Hysteresis:
     -----
     The torque is linear in the rows of the elastic curve and, for given ways after which they slip, in the bristles'
     stiffnesses, which are not negative. The ways are those of a grid (`DEFLECTIONS`), so that this is a linear problem
-    with bounds. Bristles without torque go round the loop twice; the second time counts.
+    with bounds; a small weight on the bristles' forces chooses among what the rows do not tell apart. Bristles without
+    torque go round the loop twice; the second time counts.
     """
     from scipy.optimize import lsq_linear  # which most runs do not need
 
@@ -83,15 +86,17 @@ def identified(key: str, loop: Array, law: str, misfit: float) -> Hysteresis:
     rows = np.linspace(x.min(), x.max(), min(ROWS, np.unique(x).size))
     hats = np.array([np.interp(x, rows, e) for e in np.eye(rows.size)]).T
     least = np.concatenate([np.full(rows.size, -np.inf), np.zeros(DEFLECTIONS.size)])
-    solved = lsq_linear(np.hstack([hats, found]), torque, bounds=(least, np.inf), tol=1e-14).x
+    small = np.hstack([np.zeros((DEFLECTIONS.size, rows.size)), np.diag(_SMALL * np.sqrt(x.size) * span * DEFLECTIONS)])
+    A, b = np.vstack([np.hstack([hats, found]), small]), np.append(torque, np.zeros(DEFLECTIONS.size))
+    solved = lsq_linear(A, b, bounds=(least, np.inf), tol=1e-14).x
     stiffness = solved[rows.size :]
     kept = stiffness > _LEAST * stiffness.sum()
     off = float(np.sqrt(np.mean((hats @ solved[: rows.size] + found @ stiffness - torque) ** 2)))
     part = off / max(float(np.ptp(torque)), 1e-300)
     if not part <= misfit:
         raise InputError(
-            f"{key} is met to {part:.3g} of its height, the range of its torques, by the law {law!r}, not to {misfit:g}; give bristles, or a larger "
-            f"misfit"
+            f"{key} is met to {part:.3g} of its height, the range of its torques, by the law {law!r}, not to "
+            f"{misfit:g}; give bristles, or a larger misfit"
         )
     pairs = [(float(k), float(k * span * d)) for k, d in zip(stiffness[kept], DEFLECTIONS[kept], strict=True)]
     return Hysteresis(rows, solved[: rows.size], pairs, part)

@@ -13,8 +13,8 @@ from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.drive import FreeSpool
 from evolvent.parts.find_coordinate import find_coordinate
-from evolvent.parts.law import Constants, MotorLaw, Parameters, PathDrive, write_law
 from evolvent.parts.joint_coordinate import PRESLIDING
+from evolvent.parts.law import Constants, MotorLaw, Parameters, PathDrive, write_law
 from evolvent.parts.profile import CurrentProfile, Profile, TorqueOrForceProfile, VoltageProfile, write_profile
 from evolvent.parts.release import ReleaseName, release_fields
 
@@ -80,11 +80,11 @@ class Motor(Part):
 
     Notes
     -----
-    Give one of `torque`, `law`, `motion`, `voltage` and `current`. Inductance is neglected. The inertia of a rotor is not
-    that of a motor: add a spinning body and a `Gear`. Losses and gear take from the torque of any motor; `torque`, `law`,
-    `motion` and `limit` are those before that. The torque acts between the two parts of the joint; a positive torque
-    increases the coordinate. Its work counts as work of drives. A motor that is switched off has no torque: it leaves
-    the coordinate free.
+    Give one of `torque`, `law`, `motion`, `voltage` and `current`. Inductance is neglected. The inertia of a rotor is
+    not that of a motor: add a spinning body and a `Gear`. Losses and gear take from the torque of any motor; `torque`,
+    `law`, `motion` and `limit` are those before that. The torque acts between the two parts of the joint; a positive
+    torque increases the coordinate. Its work counts as work of drives. A motor that is switched off has no torque: it
+    leaves the coordinate free.
     """
 
     kind: Literal["motor"] = "motor"
@@ -151,27 +151,32 @@ class Motor(Part):
             raise InputError(f"{name}.efficiency is 0.0; a gear that turns needs one above 0")
         if (self.back_efficiency == 0.0) != (self.holding_torque is not None):
             raise InputError(
-                f"{name}.holding_torque belongs to a gear that locks itself, with {name}.back_efficiency 0; give both or "
-                f"neither"
+                f"{name}.holding_torque belongs to a gear that locks itself, with {name}.back_efficiency 0; give both "
+                f"or neither"
             )
+
+    @property
+    def rubs(self) -> bool:
+        """Whether the motor loses anything as friction does."""
+        return bool(self.hysteresis_torque or self.efficiency < 1.0 or self.back_efficiency < 1.0)
 
     @property
     def has_drivetrain(self) -> bool:
         """Whether the motor has a winding, or loses anything before its joint."""
-        magnetic = self.detent_torque or self.hysteresis_torque or self.eddy_damping
-        geared = self.efficiency < 1.0 or self.back_efficiency < 1.0
-        return bool(magnetic or geared or self.torque_constant is not None)
+        return bool(self.rubs or self.detent_torque or self.eddy_damping or self.torque_constant is not None)
 
     def _add_drivetrain(self, builder: Builder, name: str, h: int, motor: int) -> None:
         """Write the row of the family `drivetrains`."""
         row = builder.rows["coordinates"][h]
         stick = self.bristle_stiffness
-        if stick is None:
+        if not self.rubs:
+            stick = 1.0  # nothing slips
+        elif stick is None:
             stick = self._most() / PRESLIDING[row["kind"]]
         if stick == 0.0:
             raise InputError(
-                f"{name}.bristle_stiffness is missing; it does not follow from {name}.hysteresis_torque, {name}.limit or the "
-                f"size of the torque, voltage or current"
+                f"{name}.bristle_stiffness is missing; it does not follow from {name}.hysteresis_torque, {name}.limit "
+                f"or the size of the torque, voltage or current"
             )
         builder.add(
             "drivetrains", coordinate=h, motor=motor, ratio=self.ratio, detent=self.detent_torque,
@@ -192,8 +197,16 @@ class Motor(Part):
         """Write the row of the family `motors`."""
         self._check(name)
         hinge = find_coordinate(builder, f"{name}.joint", self.joint)
-        for key in ("torque", "motion", "position_gain", "velocity_gain", "holding_torque", "bristle_stiffness", "limit",
-                    "rate_limit"):
+        for key in (
+            "torque",
+            "motion",
+            "position_gain",
+            "velocity_gain",
+            "holding_torque",
+            "bristle_stiffness",
+            "limit",
+            "rate_limit",
+        ):
             check_units(f"{name}.{key}", getattr(self, key), builder.rows["coordinates"][hinge]["kind"])
         row: dict[str, Any] = {"drive": 0, "law": 0}
         kinds = {"torque": coordinate_laws.BY_PROFILE, "voltage": coordinate_laws.BY_VOLTAGE}

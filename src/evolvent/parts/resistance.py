@@ -145,7 +145,9 @@ class Harness(Part):
         if len(given) > 1:
             raise InputError(f"{name}.{given[0]} and {name}.{given[1]} are both given; leave one of them out")
         if not given and not self.bristles:
-            raise InputError(f"{name} has no torque; give {name}.loop, or {name}.torque, {name}.stiffness, {name}.bristles")
+            raise InputError(
+                f"{name} has no torque; give {name}.loop, or {name}.torque, {name}.stiffness, {name}.bristles"
+            )
         if self.loop is not None and self.bristles is not None:
             raise InputError(f"{name}.loop and {name}.bristles are both given; leave one of them out")
         if self.rest and not self.stiffness:
@@ -202,9 +204,9 @@ class TapeSpringHinge(Part):
 
     Notes
     -----
-    Between buckling and snap-back the tape has either moment, by where it comes from. The area between both curves there
-    is what a cycle takes. At a snap the energy falls at once; a table of moments does not say how the area is shared by
-    the two snaps: each takes half. Beyond the other rows the curves go on straight.
+    Between buckling and snap-back the tape has either moment, by where it comes from. The area between both curves is
+    what a cycle takes. At a snap the energy falls at once; a table of moments does not say how the two snaps share the
+    area: each takes half. Beyond the other rows the curves go on straight.
     """
 
     kind: Literal["tape-spring-hinge"] = "tape-spring-hinge"
@@ -248,16 +250,16 @@ class TapeSpringHinge(Part):
         if not (beyond and x[0] < back < x[-1]):
             side = "above" if up else "below"
             raise InputError(
-                f"{key} goes from {own[0][0]:.9g} to {own[0][-1]:.9g}; it must start within {name}.straight, which goes "
-                f"from {x[0]:.9g} to {x[-1]:.9g}, and end {side} it"
+                f"{key} goes from {own[0][0]:.9g} to {own[0][-1]:.9g}; it must start within {name}.straight, which "
+                f"goes from {x[0]:.9g} to {x[-1]:.9g}, and end {side} it"
             )
         inner, outer = (energy_at(*own, at) for at in (back, buckles))
         lower, upper = (energy[0] + energy_at(x, moment, at) for at in (back, buckles))
         area = (upper - lower) - (outer - inner)
         if area < 0.0:
             raise InputError(
-                f"{key} and {name}.straight give {-area:.6g} J a cycle; between snap-back, at {back:.9g}, and buckling, at "
-                f"{buckles:.9g}, the straight tape must resist more than the {word} one"
+                f"{key} and {name}.straight give {-area:.6g} J a cycle; between snap-back, at {back:.9g}, and "
+                f"buckling, at {buckles:.9g}, the straight tape must resist more than the {word} one"
             )
         return float(lower + 0.5 * area - inner)
 
@@ -269,7 +271,8 @@ class TapeSpringHinge(Part):
             raise InputError(f"{name}.state is {self.state!r}, but at {angle:.9g} the tape is {' or '.join(can)}")
         if self.state is None and len(can) > 1:
             raise InputError(
-                f"{name}.state is missing: at {angle:.9g} the tape may be {' or '.join(can)}; say which it is at the start"
+                f"{name}.state is missing: at {angle:.9g} the tape may be {' or '.join(can)}; say which it is at the "
+                f"start"
             )
         return words.index(self.state or can[0])
 

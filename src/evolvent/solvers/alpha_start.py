@@ -7,9 +7,9 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.flow.implicit import residual
 from evolvent.kernels import attitude, contact, coordinate_laws, joint, rigid, sparse_lu, thread
-from evolvent.kernels.joint_friction import RELAX
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import ROTATION, displace
+from evolvent.kernels.joint_friction import RELAX
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL

@@ -233,7 +233,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
 
 
 def bristles(model: mdl.Model) -> Array:
-    """Indices of the accounts that are states: forces of frictions and bristles of coordinates, and deflections of contacts'."""
+    """Indices of the accounts that are states: frictions and bristles of coordinates, and deflections of contacts'."""
     last = int(model.info.ny)
     first = int(model.info.rubbed) + 1 if model.info.rubbed >= 0 else last
     own = model.coordinates["account"] + mdl.FRICTION_FORCE, model.bristles["account"], model.drivetrains["account"]

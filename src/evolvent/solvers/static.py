@@ -136,8 +136,8 @@ def _beyond_its_end(assembly: Assembly, work: Work) -> str:
         if not curve["low"] - AT_END <= x <= curve["high"] + AT_END:
             end = float(curve["low"] if x < curve["low"] else curve["high"])
             return (
-                f"{families.owner(assembly, 'resistances', k)!r} has no equilibrium as it is: it would be at {x:.6g}, beyond "
-                f"{end:.6g}, where it changes over; find what follows by a run in time"
+                f"{families.owner(assembly, 'resistances', k)!r} has no equilibrium as it is: it would be at {x:.6g}, "
+                f"beyond {end:.6g}, where it changes over; find what follows by a run in time"
             )
     return ""
 

@@ -112,14 +112,25 @@ class Mechanism:
         model.info.exact = 1
         model.switches[:] = assembly.s
         self.names = coordinate_names(assembly)
-        forces = ("springs", "loads", "fields", "motors", "drivetrains", "synchronizations", "resistances", "custom_forces")
+        forces = (
+            "springs",
+            "loads",
+            "fields",
+            "motors",
+            "drivetrains",
+            "synchronizations",
+            "resistances",
+            "custom_forces",
+        )
         self.whole, self.synchronizations = model, model.synchronizations
         still = model.coordinates.copy()
         for field in OWN:
             still[field] = 0.0
         still["applied"] = 0.0
         #: The model without any force but those of constraints.
-        self.bare = model._replace(coordinates=still, bristles=model.bristles.copy(), **{name: mdl.zeros(name, 0) for name in forces})
+        self.bare = model._replace(
+            coordinates=still, bristles=model.bristles.copy(), **{name: mdl.zeros(name, 0) for name in forces}
+        )
         #: The same with one coordinate, whose spring has a torque or force of 1 where `rest` is the value less 1.
         self.with_torque = [self.bare._replace(coordinates=still[k : k + 1].copy()) for k in range(still.size)]
         for one in self.with_torque:

@@ -52,7 +52,9 @@ RULES: dict[str, tuple[Rule, ...]] = {
     "synchronizations": (Rule(of.SPRING),),
     "motors": (Rule(of.MOTOR),),
     "drivetrains": (
-        Rule(of.MOTOR_LOSSES, MAGNETIC), Rule(of.FRICTION, GEAR), Rule(of.DAMPING, EDDY),
+        Rule(of.MOTOR_LOSSES, MAGNETIC),
+        Rule(of.FRICTION, GEAR),
+        Rule(of.DAMPING, EDDY),
     ),
     "resistances": (
         Rule(of.HARNESS, of_kind=resistance.HARNESS),
@@ -105,7 +107,7 @@ def refuse_unsupported(assembly: Assembly) -> None:
             who = families.owner(assembly, name, 0)
             raise InputError(
                 f"{who!r} is one of the {name.replace('_', ' ')}, which margins do not support; they support rigid "
-                f"bodies and points with joints, gears, springs, synchronizations, motors, resistances of joints, loads and "
+                f"bodies and points with joints, gears, springs, synchronizations, motors, resistances, loads and "
                 f"fields"
             )
 

@@ -130,9 +130,7 @@ RotationalStiffnessOrZero = Annotated[float, Quantity(**_TURN_STIFFNESS, least=0
 RotationalDampingOrZero = Annotated[float, Quantity(**_TURN_DAMPING, least=0.0)]
 ForceOrZero = Annotated[float, Quantity(what="a force", unit="N", example="0.1 N", least=0.0)]
 TorqueOrForce = Annotated[float, Either(_TORQUE, _FORCE)]
-TorqueConstant = Annotated[
-    float, Quantity(what="a torque constant", unit="N m/A", example="0.05 N m/A", above=0.0)
-]
+TorqueConstant = Annotated[float, Quantity(what="a torque constant", unit="N m/A", example="0.05 N m/A", above=0.0)]
 Resistance = Annotated[float, Quantity(what="an electric resistance", unit="ohm", example="1.2 ohm", above=0.0)]
 Voltage = Annotated[float, Quantity(what="a voltage", unit="V", example="28 V")]
 Current = Annotated[float, Quantity(what="an electric current", unit="A", example="0.5 A")]
@@ -150,7 +148,9 @@ PositiveAngleOrTravel = Annotated[
 ]
 CoordinateStiffness = Annotated[
     float,
-    Either(Quantity(**_TURN_STIFFNESS, above=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", above=0.0)),
+    Either(
+        Quantity(**_TURN_STIFFNESS, above=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", above=0.0)
+    ),
 ]
 TorqueOrForceLimit = Annotated[
     float,
