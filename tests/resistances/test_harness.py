@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Any
 
@@ -172,3 +173,20 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 def test_refusals(keys: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         wheel(harness(**keys)).assemble()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_run_goes_on_from_the_state_of_another(method: str) -> None:
+    """Bristles are part of the state."""
+    it = harness(bristles=[[STICK, LIMIT]])
+    options = {"rk4": {}, "alpha": {"step": 1e-3}, "energy": {"step": 1e-3}}[method]
+    whole = run(wheel(it, rate=1.5, stiffness=1.0), np.linspace(0.0, 2.0, 5), method, **options)
+    half = run(wheel(it, rate=1.5, stiffness=1.0), np.linspace(0.0, 1.0, 3), method, **options)
+    assembly = wheel(it, rate=1.5, stiffness=1.0).assemble()
+    function, own = METHODS[method]
+    given = {key: value for key, value in (own | options).items() if not (key == "tolerance" and options)}
+    start = dataclasses.replace(assembly, y=half.y[-1].copy(), s=half.s[-1].copy())
+    found = function(start, samples=np.linspace(1.0, 2.0, 3), **given)
+    assert found.success, found.message
+    for key in ("angle", "hysteresis_torque"):
+        assert seen(found, "it")[key] == pytest.approx(seen(whole, "it")[key][2:], abs=2e-4), key

@@ -380,23 +380,18 @@ class Builder:
     def _number_accounts(self, families: dict[str, Array], first: int) -> int:
         """Give coordinates and what acts on them their accounts, from index `first` of the state on."""
         at = first
-        counts = (
+        own = (
             ("coordinates", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1), ("resistances", 1),
             ("bristles", 1), ("drivetrains", mdl.DRIVETRAIN_ACCOUNTS),
         )  # fmt: skip
-        for name, count in counts:
+        for name, count in own:
             size = families[name].size
             families[name]["account"] = at + count * np.arange(size)
             at += count * size
         self.rubbed, one = -1, np.ones(families["body_contacts"].size, dtype=int)
-        if (
-            families["bristles"].size
-            or families["drivetrains"].size
-            or any(
-                np.any(families[name]["friction"] > 0.0)
-                for name in ("coordinates", "contact_surfaces", "body_contacts")
-            )
-        ):
+        rub = ("coordinates", "contact_surfaces", "body_contacts")
+        rubs = any(np.any(families[name]["friction"] > 0.0) for name in rub)
+        if rubs or families["bristles"].size or families["drivetrains"].size:
             self.rubbed, at = at, at + 1
         points = families["contact_surfaces"]["last"] - families["contact_surfaces"]["first"]
         for name, counts in (("contact_surfaces", points), ("body_contacts", one)):

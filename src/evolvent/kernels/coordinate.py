@@ -211,6 +211,19 @@ def note_turns(t, y, s, model):
     count_quarter_turns(s, coordinates)
 
 
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
+def begin_resistances(t, y, s, model):
+    """Make a state at t the start of an implicit run for the bristles of resistances, which are among its accounts."""
+    bristles, rows, coordinates = model.bristles, model.resistances, model.coordinates
+    rigid.kinematics(t, y, model)
+    for k in range(coordinates.size):
+        measure_coordinate(y, s, coordinates, model.bodies, k)
+    for k in range(rows.size):
+        for i in range(rows[k].first, rows[k].last):
+            bristles[i].before = coordinates[rows[k].coordinate].angle
+            bristles[i].force = bristles[i].force0 = y[bristles[i].account]
+
+
 @inlined
 def longest_step(coordinates):
     """Time in which a coordinate turns by `MOST_TURNED` at the rate of the last step, s; infinity where none turns."""

@@ -31,10 +31,10 @@ def table_rows(value: Any, columns: str = "[time, value]", least: int = 2) -> An
     if any(not isinstance(row, (list, tuple)) or len(row) != 2 for row in rows):
         raise PydanticCustomError("table", "every row of it must have two values, {columns}", {"columns": columns})
     try:
-        columns = [units.shared_unit(list(column)) for column in zip(*rows, strict=True)]
+        found = [units.shared_unit(list(column)) for column in zip(*rows, strict=True)]
     except (units.UnitError, TypeError, ValueError) as error:
         raise PydanticCustomError("table", "{why}", {"why": str(error)}) from None
-    return list(zip(*columns, strict=True))
+    return list(zip(*found, strict=True))
 
 
 class Ramp(Section, Generic[V]):

@@ -45,6 +45,8 @@ SMALLEST_PART = 1e-4
 def begin(model, matrix, work):
     """Start the loop from work.y at its time: forces, energies, sample 0; returns a status."""
     loop, n_q = work.loop, model.info.nq
+    if model.resistances.size > 0:
+        coordinate.begin_resistances(loop.time, work.y, model.switches, model)
     if work.options.method == ENERGY:
         energy_step.begin(model, work)
     else:
