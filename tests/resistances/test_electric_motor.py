@@ -87,9 +87,10 @@ def test_a_steady_rate_and_where_the_power_goes(book: Book, method: str, load: f
 
 
 @pytest.mark.parametrize("step", [0.02, 0.2])
-def test_the_balance_closes_at_long_steps(step: float) -> None:
-    """Under energy-momentum to round-off, with a detent that the rotor passes."""
-    it = motor(current={"sine": {"amplitude": 3.0, "frequency": 0.2}}, hysteresis_torque=0.004, eddy_damping=1e-4,
+@pytest.mark.parametrize("hysteresis", [0.0, 0.004])
+def test_the_balance_closes_at_long_steps(step: float, hysteresis: float) -> None:
+    """Under energy-momentum to round-off, with a detent that the rotor passes, and where a gear alone rubs."""
+    it = motor(current={"sine": {"amplitude": 3.0, "frequency": 0.2}}, hysteresis_torque=hysteresis, eddy_damping=1e-4,
                detent_torque=0.03, detents=6, efficiency=0.8, back_efficiency=0.6)  # fmt: skip
     found = run(wheel(it, stiffness=0.2), np.linspace(0.0, 20.0, 11), "energy", step=step)
     assert np.abs(found.energy_defect).max() < 1e-11

@@ -82,6 +82,8 @@ def add_drivetrains(y, share, kept, model):
             trial = y[rows[k].account + FRICTION_FORCE] + rows[k].stick * moved
         rows[k].friction, rows[k].by_push = friction_limit(rows, k, drive if trial > 0.0 else -drive)
         stick = rubs = 0.0
+        if rows[k].friction <= 0.0:
+            rows[k].bristle = rows[k].rubs = rows[k].slips = 0.0
         if kept != 0:
             rubs = kept_friction(y, rows, k, moved)
         else:
