@@ -6,9 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
+from evolvent.parts.base import Part
 from families.case import Array, Case, at, columns, of, springs_poles
 from implicit.rigs import coordinates
 
@@ -112,4 +114,104 @@ def synchronization() -> Case:
     return Case(
         part="cable", system=system, seen=seen, end=2.0, step=1e-3, motion=motion, still=still,
         poles=springs_poles(*squares),
+    )  # fmt: skip
+
+
+def on_wheel(part: Part, *, rate: float = 0.0, **spring: float) -> System:
+    """A wheel on a spring, with another part on its hinge."""
+    found = System()
+    found.add(parts.RigidBody(motion="spin", inertia=0.4, rate=rate), "wheel")
+    found.add(parts.RotationalSpring(a="ground", b="wheel", **spring), "hinge")
+    found.add(part, "it")
+    return found
+
+
+def hinge_angle(offset: float) -> Any:
+    """The angle of such a wheel, which starts at `offset`."""
+    return lambda assembly, y: coordinates(assembly, y, "wheel") + offset
+
+
+@of("a harness")
+def harness() -> Case:
+    """Bristles that were bent before slip until it turns back; in equilibrium they stick."""
+    J, k, c, stick, L, v = 0.4, 3.0, 5.0, 20.0, 0.8, 1.5
+    it = parts.Harness(joint="hinge", stiffness=c, bristles=[[stick, L]], relaxed_at=-1.0)
+    w, rest = math.sqrt((k + c) / J), -L / (k + c)
+    return Case(
+        part="it", system=lambda: on_wheel(it, rate=v, stiffness=k), seen=hinge_angle(0.0), end=0.25, step=1e-3,
+        motion=lambda t: columns(rest * (1.0 - np.cos(w * t)) + v / w * np.sin(w * t)),
+        still=(-L / (k + c + stick),), poles=springs_poles((k + c + stick) / J),
+    )  # fmt: skip
+
+
+@of("a tape-spring hinge")
+def tape_spring() -> Case:
+    """A folded tape opens against a spring, snaps, and swings about straight; with damping it would stay folded."""
+    J, k, slope, moment, start, snaps, c = 0.4, 30.0, 0.2, 0.1, 0.7, 0.1, 0.4
+    it = parts.TapeSpringHinge(
+        joint="hinge",
+        straight=[[-1.0, -k], [0.2, 0.2 * k]],
+        folded=[[snaps, moment + slope * snaps], [3.0, moment + 3.0 * slope]],
+    )
+    w, u = math.sqrt((slope + c) / J), math.sqrt((k + c) / J)
+    rest, middle = (c * start - moment) / (slope + c), c * start / (k + c)
+    when = math.acos((snaps - rest) / (start - rest)) / w
+    rate = -w * (start - rest) * math.sin(w * when)
+
+    def motion(t: Array) -> Array:
+        folded = rest + (start - rest) * np.cos(w * t)
+        straight = middle + (snaps - middle) * np.cos(u * (t - when)) + rate / u * np.sin(u * (t - when))
+        return columns(np.where(t < when, folded, straight))
+
+    return Case(
+        part="it", system=lambda: on_wheel(it, angle=start, stiffness=c, rest=start), seen=hinge_angle(start), end=2.2,
+        step=1e-3, motion=motion, still=(rest,), poles=springs_poles((slope + c) / J),
+    )  # fmt: skip
+
+
+@of("an adhesion")
+def adhesion() -> Case:
+    """A wheel that turns breaks it, and swings on."""
+    J, k, holds, way, v, rest = 0.4, 3.0, 0.5, 0.05, 1.5, 0.1
+    it = parts.Adhesion(joint="hinge", torque=holds, distance=way)
+    w, u = math.sqrt((k + holds / way) / J), math.sqrt(k / J)
+    still = k * rest / (k + holds / way)
+
+    def sticks(t: Any) -> Any:
+        return still * (1.0 - np.cos(w * t)) + v / w * np.sin(w * t)
+
+    when = float(brentq(lambda t: float(sticks(t)) - way, 0.0, math.asin(way * w / v) / w))
+    rate = still * w * math.sin(w * when) + v * math.cos(w * when)
+
+    def motion(t: Array) -> Array:
+        after = rest + (way - rest) * np.cos(u * (t - when)) + rate / u * np.sin(u * (t - when))
+        return columns(np.where(t < when, sticks(t), after))
+
+    return Case(
+        part="it", system=lambda: on_wheel(it, rate=v, stiffness=k, rest=rest), seen=hinge_angle(0.0), end=1.5,
+        step=1e-3, motion=motion, still=(still,), poles=springs_poles((k + holds / way) / J),
+    )  # fmt: skip
+
+
+@of("a motor's drivetrain")
+def drivetrain() -> Case:
+    """A motor of a current turns a wheel on a spring against eddies, magnetic hysteresis and a gear, one way.
+
+    In equilibrium these slip.
+    """
+    J, k, n, K, current, h, b, e, stick = 0.4, 3.0, 10.0, 0.02, 5.0, 0.01, 2e-3, 0.8, 5e3
+    it = parts.Motor(
+        joint="hinge", current={"constant": current}, torque_constant=K, resistance=1.0, ratio=n, hysteresis_torque=h,
+        eddy_damping=b, efficiency=e, bristle_stiffness=stick,
+    )  # fmt: skip
+    # sliding, J x'' = e (n K i - n^2 b x' - n h) - k x
+    rest, decay, v = e * (n * K * current - n * h) / k, 0.5 * e * n * n * b / J, 1.0
+    w = math.sqrt(k / J - decay**2)
+    return Case(
+        part="it", system=lambda: on_wheel(it, rate=v, stiffness=k), seen=hinge_angle(0.0), end=0.4, step=2e-4,
+        motion=lambda t: columns(
+            rest * (1.0 - np.exp(-decay * t) * (np.cos(w * t) + decay / w * np.sin(w * t)))
+            + v / w * np.exp(-decay * t) * np.sin(w * t)
+        ),
+        theory=2e-3, kink=1e-4, still=(rest,), poles=(complex(-decay, w),), damped=True,
     )  # fmt: skip

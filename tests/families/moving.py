@@ -137,6 +137,33 @@ def driven(system: System) -> None:
         system.add(parts.Synchronization(joints=[one, two], ratios=(1.0, -2.0), stiffness=20.0, damping=3.0))
 
 
+@enter("drivetrains")
+def electric(system: System) -> None:
+    """Motors with windings, detents, magnetic losses and gears, which slip and stick, on hinges and slides."""
+    angles(system)
+    travels(system)
+    given = {"torque_constant": 0.3, "resistance": 2.0, "ratio": 2.0, "hysteresis_torque": 0.01, "eddy_damping": 0.02}
+    given |= {"detent_torque": 0.05, "detents": 3, "efficiency": 0.8, "back_efficiency": 0.6}
+    for joint, stick in (("hinge 0", 300.0), ("hinge 1", 0.1), ("slide 1", 300.0), ("slide 2", 0.1)):
+        drive = {"voltage": {"constant": 9.0}} if joint.endswith("1") else {"current": {"constant": 0.9}}
+        system.add(parts.Motor(joint=joint, **drive, **given, bristle_stiffness=stick))
+
+
+@enter("resistances")
+def resisted(system: System) -> None:
+    """Harnesses whose bristles slip and stick, tapes and an adhesion, on hinges and slides."""
+    angles(system)
+    travels(system)
+    for law, stick in (("slip", 0.5), ("dahl", 3.0)):
+        for joint in ("hinge 0", "slide 1"):
+            keys = {"bristles": [(stick, 40.0), (8.0 * stick, 0.01)], "law": law}
+            system.add(parts.Harness(joint=joint, torque=[(-9.0, -9.0), (0.0, 0.2), (9.0, 5.0)], **keys))
+    tape = {"straight": [(-20.0, -9.0), (5.0, 3.0)], "folded": [(4.0, 1.0), (9.0, 0.5)], "state": "straight"}
+    for joint in ("hinge 1", "slide 2"):
+        system.add(parts.TapeSpringHinge(joint=joint, **tape))
+    system.add(parts.Adhesion(joint="hinge 3", torque=0.7, distance=0.3))
+
+
 def geared(**given: float) -> Callable[[System], None]:
     """Gears between angles and travels of bodies that move."""
 

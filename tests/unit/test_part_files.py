@@ -131,6 +131,34 @@ EVERY: dict[str, Part] = {
     "motor that follows": parts.Motor(
         joint="pin", motion=parts.RampDrive(rate=0.0, steps=[(1.0, 2.0, 0.1)]), position_gain=3.0, velocity_gain=2.0
     ),
+    "electric motor": parts.Motor(
+        joint="pin",
+        voltage={"constant": "28 V"},
+        torque_constant="0.05 N m/A",
+        resistance="12 ohm",
+        ratio=100.0,
+        detent_torque=3e-3,
+        detents=24,
+        hysteresis_torque=1e-3,
+        eddy_damping=1e-6,
+        efficiency=0.7,
+        back_efficiency=0.0,
+        holding_torque="2 N m",
+        bristle_stiffness="3e4 N m/rad",
+    ),
+    "harness": parts.Harness(
+        joint="pin",
+        torque=[[0, 0], ["30 deg", "0.1 N m"]],
+        bristles=[[2.0, "0.1 N m"]],
+        law="dahl",
+        set=0.1,
+        relaxed_at=0.2,
+    ),
+    "harness by a loop": parts.Harness(joint="pin", loop=[[0.0, 0.0], [1.0, 1.0], [0.0, -0.1], [0.0, 0.0]], misfit=0.2),
+    "tape-spring hinge": parts.TapeSpringHinge(
+        joint="pin", straight=[[-0.1, -2.0], [0.1, 2.0]], folded=[[0.05, 0.2], ["3 rad", "0.2 N m"]], state="straight"
+    ),
+    "adhesion": parts.Adhesion(joint="pin", torque="0.4 N m", distance="0.1 deg"),
     "cylinder contact": parts.CylinderContact(
         body="hub", beams=["boom", "other"], radius=0.3, stiffness="1e6 N/m^1.5", exponent=1.5, damping="0.1 s/m"
     ),
@@ -175,7 +203,15 @@ def test_every_kind_is_tried_above() -> None:
     """All but those that hold a drive, a law or a load, which have tests of their own."""
     tried = {type(part) for part in EVERY.values()}
     own = {"beam", "joint", "link", "reel", "spring", "thread", "guide", "point", "rigid_body", "rotational_spring"}
-    own |= {"surface_contact", "self_contact", "translational_spring", "synchronization", "motor", "attitude"}
+    own |= {
+        "surface_contact",
+        "self_contact",
+        "translational_spring",
+        "synchronization",
+        "motor",
+        "attitude",
+        "resistance",
+    }
     there = {part for part in kinds().values() if part.__module__.rpartition(".")[2] in own}
     assert there - tried == {parts.Reel, parts.PrescribedMotion, parts.PrescribedRotation} & there
 
@@ -212,7 +248,7 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
     "no kind": (
         {"hub": {"mass": 1}},
         ("hub", "kind"),
-        "parts.hub.kind is missing; known: acceleration-field, attitude-controller, beam, ",
+        "parts.hub.kind is missing; known: acceleration-field, adhesion, attitude-controller, beam, ",
     ),
     "a misspelt kind": (
         {"hub": {"kind": "rigid body"}},

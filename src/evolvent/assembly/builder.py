@@ -303,6 +303,7 @@ class Builder:
         of = families["row_sides"]["row"]
         bandwidth = int((of[families["row_pairs"]["a"]] - of[families["row_pairs"]["b"]]).max(initial=0))
         y = np.array(self.q + self.v + [0.0] * accounts)
+        y[families["bristles"]["account"]] = families["bristles"]["force0"]
         info = zeros_record(
             mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
             ne=2 * n_threads + len(self.rows["events"]) + self._latches() + self._brakes(), brakes=self._brakes(),
@@ -356,7 +357,11 @@ class Builder:
             at += int(np.sum(by_event))
             by_latch = rows["event"] <= -2
             rows["switch"][by_latch] = 2 * (n - 2 - rows["event"][by_latch]) + 1
+        own = self.rows["resistances"]
+        families["resistances"]["switch"] = at + np.arange(len(own))
+        at += len(own)
         s = np.zeros(at + self._brakes(), dtype=np.int64)
+        s[at - len(own) : at] = [row["start"] for row in own]
         for i, p in enumerate(np.flatnonzero(threads["spool_friction"] > 0.0).tolist()):
             threads["spool_switch"][p] = at + i
             s[at + i] = np.sign(self.v[self.rows["threads"][p]["spool_v"]])
@@ -370,16 +375,20 @@ class Builder:
         return s
 
     def _number_accounts(self, families: dict[str, Array], first: int) -> int:
-        """Give coordinates, motors and synchronizations their accounts, from index `first` of the state on."""
+        """Give coordinates and what acts on them their accounts, from index `first` of the state on."""
         at = first
-        for name, count in (("coordinates", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1)):
+        own = (
+            ("coordinates", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1), ("resistances", 1),
+            ("bristles", 1), ("drivetrains", mdl.DRIVETRAIN_ACCOUNTS),
+        )  # fmt: skip
+        for name, count in own:
             size = families[name].size
             families[name]["account"] = at + count * np.arange(size)
             at += count * size
         self.rubbed, one = -1, np.ones(families["body_contacts"].size, dtype=int)
-        if any(
-            np.any(families[name]["friction"] > 0.0) for name in ("coordinates", "contact_surfaces", "body_contacts")
-        ):
+        rub = ("coordinates", "contact_surfaces", "body_contacts")
+        rubs = any(np.any(families[name]["friction"] > 0.0) for name in rub)
+        if rubs or families["bristles"].size or families["drivetrains"].size:
             self.rubbed, at = at, at + 1
         points = families["contact_surfaces"]["last"] - families["contact_surfaces"]["first"]
         for name, counts in (("contact_surfaces", points), ("body_contacts", one)):

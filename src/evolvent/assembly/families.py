@@ -5,11 +5,11 @@ that it supports, so that a family which the table does not name is refused, nev
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`, or
 in a few: `rigid`, `points`, `springs`, `joint` (with `gaps`, `joint_tangent`, and `constraint_rows` of explicit
-methods), `gear`, `coordinate` (with `coordinate_laws`, `coordinate_tangent`; both with `axial`, `axial_tangent`),
-`custom` (user-defined laws between points), `ancf_beams` (with `beam_strains`), `rod`, `beam_loads` (with `node_loads`,
-`node_load_tangents`), `thermal`, `contact` (with `contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`,
-`attitude` (wheels, thrusters, controllers; with `attitude_tangent`), and for threads the package `thread`. The
-functions of `evolvent.flow` call them, family by family.
+methods), `gear`, `coordinate` (with `coordinate_laws`, `joint_friction`, `drivetrain`, `resistance`,
+`coordinate_tangent`; both with `axial`, `axial_tangent`), `custom` (user-defined laws between points), `ancf_beams`
+(with `beam_strains`), `rod`, `beam_loads` (with `node_loads`, `node_load_tangents`), `thermal`, `contact` (with
+`contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`, `attitude` (wheels, thrusters, controllers; with
+`attitude_tangent`), and for threads the package `thread`. The functions of `evolvent.flow` call them, family by family.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from evolvent.kernels import (
     joint,
     loads,
     node_loads,
+    resistance,
     rigid,
     springs,
     thread,
@@ -55,6 +56,7 @@ MOST_NAMED = 5
 PARTS_OF_OTHERS = (
     "info", "blocks", "markers", "nodes", "rows", "row_sides", "row_pairs", "elements", "beam_nodes", "contact_points",
     "field_points", "rod_elements", "gear_coordinates",
+    "curves", "bristles",
 )  # fmt: skip
 
 
@@ -286,7 +288,21 @@ FAMILIES = (
         symmetric=True,
     ),
     Family("a motor", "motors", EVERY, symmetric=True),
+    Family("a motor's drivetrain", "drivetrains", EVERY, symmetric=True),
     Family("a synchronization", "synchronizations", EVERY, symmetric=True),
+    Family("a harness", "resistances", EVERY, which=_is("kind", resistance.HARNESS), symmetric=True),
+    Family(
+        "a tape-spring hinge", "resistances", EVERY - {EXPLICIT},
+        "use generalized-alpha or energy-momentum, whose steps end where it snaps",
+        which=_is("kind", resistance.TAPE_SPRING),
+        symmetric=True,
+    ),
+    Family(
+        "an adhesion", "resistances", EVERY - {EXPLICIT},
+        "use generalized-alpha or energy-momentum, whose steps end where it breaks",
+        which=_is("kind", resistance.ADHESION),
+        symmetric=True,
+    ),
     Family("a custom force", "custom_forces", EVERY, symmetric=_is_reciprocal),
     Family("a rod", "rods", EVERY, symmetric=True),
     Family(
@@ -438,6 +454,8 @@ def owner(assembly: Any, family: str, index: int) -> str:
     """Name of the part that wrote a record."""
     if family == "joints":
         return assembly.joint_parts[index]
+    if family == "drivetrains":
+        family, index = "motors", int(assembly.model.drivetrains["motor"][index])
     if family == "body_contacts":
         index = int(assembly.model.body_contacts["first"][index])
     if family == "spools":  # rows of threads that call a motor's law

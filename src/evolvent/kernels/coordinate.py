@@ -18,12 +18,18 @@ from evolvent.kernels.axial import QUARTER, SMALL, TRAVEL
 from evolvent.kernels.coordinate_laws import (
     add_motors,
     add_synchronizations,
-    bristle_energy,
-    friction_force,
-    kept_friction,
     latch_torque,
     note_peaks,
     synchronization_energy,
+)
+from evolvent.kernels.drivetrain import add_drivetrains, drivetrain_energy, end_drivetrains
+from evolvent.kernels.joint_friction import bristle_energy, friction_force, kept_friction
+from evolvent.kernels.resistance import (
+    add_resistances,
+    end_resistances,
+    resistance_bound,
+    resistance_energy,
+    until_end_of_curve,
 )
 from evolvent.model import BY_FRICTION, FRICTION_FORCE, MODEL, family_type
 
@@ -80,21 +86,28 @@ def coordinate_law(coordinates, k, latched, x0, x1, rate):
 
 
 @inlined
-def add_applied(t, share, s, model):
-    """Torques of motors and synchronizations of all coordinates; returns the latter's energy (J) and power lost (W).
+def add_applied(t, y, share, kept, s, model):
+    """Torques of other parts on all coordinates; returns energy (J) of synchronizations and resistances, and power (W).
 
     Parameters
     ----------
     share, s : as of `coordinate.add_motors`
+    kept : whether y is a state with its frictions among the accounts
     """
-    coordinates = model.coordinates
+    coordinates, energy, power = model.coordinates, 0.0, 0.0
     for k in range(coordinates.size):
         coordinates[k].applied = coordinates[k].applied_slope = coordinates[k].applied_damper = 0.0
     if model.motors.size > 0:
         add_motors(t, share, s, model)
+    if model.drivetrains.size > 0:
+        energy, power = add_drivetrains(y, share, 1 if kept else 0, model)
+    if model.resistances.size > 0:
+        energy += add_resistances(y, share, 1 if kept else 0, s, model)
     if model.synchronizations.size > 0:
-        return add_synchronizations(share, model)
-    return 0.0, 0.0
+        stored, lost = add_synchronizations(share, model)
+        energy += stored
+        power += lost
+    return energy, power
 
 
 @indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, REAL, INTEGERS, MODEL, VECTOR))
@@ -112,7 +125,7 @@ def add_coordinates(t, y, h, s, model, F):
     for k in range(coordinates.size):
         axial.measure_between(coordinates, model.bodies, k, y, h, s[coordinates[k].switch])
     share, sticks = (1.0, 1.0) if h == 0.0 else (0.5, 2.0)  # friction is that of the end
-    energy, power = add_applied(t, share, s, model)
+    energy, power = add_applied(t, y, share, kept, s, model)
     for k in range(coordinates.size):
         latched, x, rate = s[coordinates[k].switch + 1], coordinates[k].angle, coordinates[k].rate
         start = x if h == 0.0 else coordinates[k].before
@@ -149,13 +162,24 @@ def end_frictions(y, s, model):
             y[at + FRICTION_FORCE] = end
             y[at + BY_FRICTION] += lost
             taken += lost
+    if model.resistances.size > 0 or model.drivetrains.size > 0:
+        for k in range(coordinates.size):
+            measure_coordinate(y, s, coordinates, model.bodies, k)
+    if model.resistances.size > 0:
+        taken += end_resistances(y, 1, model)
+    if model.drivetrains.size > 0:
+        taken += end_drivetrains(0.0, 1.0, y, 1, model)
     return taken
 
 
 @indirect(REAL(INTEGERS, MODEL))
 def coordinate_energy(s, model):
-    """Energy of all coordinates and of the cables between them, at the end of the last step, J."""
+    """Energy of all coordinates, and of what acts on them, at the end of the last step, J."""
     coordinates, found = model.coordinates, synchronization_energy(model)
+    if model.resistances.size > 0:
+        found += resistance_energy(s, model)
+    if model.drivetrains.size > 0:
+        found += drivetrain_energy(model)
     for k in range(coordinates.size):
         x = coordinates[k].angle
         found += coordinate_law(coordinates, k, s[coordinates[k].switch + 1], x, x, 0.0)[3] + bristle_energy(
@@ -188,6 +212,19 @@ def note_turns(t, y, s, model):
     count_quarter_turns(s, coordinates)
 
 
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL), used_for="resistances")
+def begin_resistances(t, y, s, model):
+    """Make a state at t the start of an implicit run for the bristles of resistances, which are among its accounts."""
+    bristles, rows, coordinates = model.bristles, model.resistances, model.coordinates
+    rigid.kinematics(t, y, model)
+    for k in range(coordinates.size):
+        measure_coordinate(y, s, coordinates, model.bodies, k)
+    for k in range(rows.size):
+        for i in range(rows[k].first, rows[k].last):
+            bristles[i].before = coordinates[rows[k].coordinate].angle
+            bristles[i].force = bristles[i].force0 = y[bristles[i].account]
+
+
 @inlined
 def longest_step(coordinates):
     """Time in which a coordinate turns by `MOST_TURNED` at the rate of the last step, s; infinity where none turns."""
@@ -211,9 +248,13 @@ def latch_values(t, y, s, model, first, g):
 
 
 @inlined
-def until_latch(s, coordinates):
-    """Part of the step at which the first latch is passed, by a secant; 1 where none is, or the step ends on it."""
-    part = 1.0
+def until_latch(s, model):
+    """Part of the step at which the first latch is passed, or a curve of a resistance ends, by a secant.
+
+    1 where there is none, or the step ends on it.
+    """
+    coordinates = model.coordinates
+    part = until_end_of_curve(s, model) if model.resistances.size > 0 else 1.0
     for k in range(coordinates.size):
         if s[coordinates[k].switch + 1] == 0 and math.isfinite(coordinates[k].latch):
             off, before = coordinates[k].angle - coordinates[k].latch, coordinates[k].before - coordinates[k].latch
@@ -230,16 +271,20 @@ def latch_reached(s, coordinates, k):
     return coordinates[k].side * (coordinates[k].angle - coordinates[k].latch) <= REACHED
 
 
-def coordinate_bound(coordinates):
+def coordinate_bound(model):
     """Stiffness (N m/rad) and damping (N m s/rad) of all joint coordinates, every stop reached and every latch locked.
 
     Not compiled.
     """
+    coordinates = model.coordinates
     locked = np.isfinite(coordinates["latch"])
     stiffness = (
         coordinates["stiffness"]
         + np.maximum(coordinates["stop"], 0.0)
         + np.where(locked, coordinates["latch_stiffness"], 0.0)
     )
-    stiffness += np.where(coordinates["friction"] > 0.0, coordinates["stick"], 0.0)
+    stiffness += np.where(coordinates["friction"] > 0.0, coordinates["stick"], 0.0) + resistance_bound(model)
+    rows = model.drivetrains
+    rubs = (rows["hysteresis"] > 0.0) | (rows["forward"] < 1.0) | (rows["backward"] < 1.0)
+    np.add.at(stiffness, rows["coordinate"], np.where(rubs, rows["stick"], 0.0))
     return stiffness, coordinates["damping"] + np.where(locked, coordinates["latch_damping"], 0.0)

@@ -1,10 +1,7 @@
-"""Laws of a joint's coordinate x, an angle or a travel: Coulomb friction, motors, synchronizations; and their accounts.
+"""Laws of a joint's coordinate x, an angle or a travel: motors, synchronizations, latches; and their accounts.
 
 A torque is the generalized force of a coordinate: N m of an angle, N of a travel. Torques are those on the left of the
 equations: a positive one resists a growing coordinate. `coordinate` applies them.
-
-Friction is a spring (the bristle) in series with a slider: force = stick z, abs(force) <= friction, z the deflection
-of the bristle, which has no force at `anchor`. Within a step the anchor stays; its end moves the anchor to x - z.
 """
 
 import math
@@ -14,79 +11,29 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import motor_law_at
 from evolvent.kernels.drive import drive
+from evolvent.kernels.drivetrain import end_drivetrains, write_drivetrain_rates
+from evolvent.kernels.joint_friction import taken_by_friction
 from evolvent.kernels.law_slopes import motor_law_slope
 from evolvent.kernels.profile import profile
+from evolvent.kernels.resistance import end_resistances
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL
 
 USED_FOR = "coordinates"
 #: Kinds of motors.
-BY_PROFILE, BY_LAW, BY_MOTION = 0, 1, 2
-#: Numerical damping of friction that sticks, under generalized-alpha.
-RELAX = 0.5
-#: Part of the friction below which it is round-off that a coordinate moves back.
-_NEAR = 1e-6
-
-
-# ------------------------------------------------------------------------------------------------ friction
-
-
-@inlined
-def friction_force(coordinates, k, x):
-    """Friction at the coordinate x, and its derivative.
-
-    Notes
-    -----
-    Of a bristle that sticks the force is stick (z + relax (z - z0)), z0 at the step's start: generalized-alpha, which
-    barely damps, would let a stiff bristle ring from slip to slip. Energy-momentum damps it by itself, since the force
-    of the end acts over the whole step.
-
-    Slip and stick are an active set: a coordinate that slips sticks once it moves back, without a limit of its force in
-    that evaluation. Newton's method then needs a few iterations for a change of the set, where it could go to and fro
-    for ever between slip one way and the other.
-    """
-    friction, stick, relax, z0 = (
-        coordinates[k].friction,
-        coordinates[k].stick,
-        coordinates[k].relax,
-        coordinates[k].bristle0,
-    )
-    if friction <= 0.0:
-        return 0.0, 0.0
-    z, slips, slope = x - coordinates[k].anchor, coordinates[k].slips, (1.0 + relax) * stick
-    force = slope * z - relax * stick * z0
-    if (slips == 0.0 and abs(force) <= friction) or (slips != 0.0 and slips * force < friction * (1.0 - _NEAR)):
-        coordinates[k].slips, coordinates[k].bristle, coordinates[k].rubs = 0.0, z, force
-        return force, slope
-    sense = 1.0 if force > 0.0 else -1.0
-    coordinates[k].slips, coordinates[k].rubs = sense, sense * friction
-    coordinates[k].bristle = (sense * friction + relax * stick * z0) / slope
-    return sense * friction, 0.0
-
-
-@inlined
-def kept_friction(y, coordinates, k, moved):
-    """Friction at a coordinate that has moved since a state whose friction is among the accounts of y."""
-    friction, stick = coordinates[k].friction, coordinates[k].stick
-    if friction <= 0.0:
-        return 0.0
-    force = min(max(y[coordinates[k].account + FRICTION_FORCE] + stick * moved, -friction), friction)
-    coordinates[k].bristle, coordinates[k].rubs = force / stick, force
-    return force
-
-
-@inlined
-def bristle_energy(coordinates, k):
-    """Energy of the bristle of coordinate k, J."""
-    return 0.5 * coordinates[k].stick * coordinates[k].bristle * coordinates[k].bristle
+BY_PROFILE, BY_LAW, BY_MOTION, BY_VOLTAGE, BY_CURRENT = range(5)
 
 
 @inlined
 def count_slipping(model):
-    """A number that encodes which coordinates slip, and in which sense."""
+    """A number that encodes which coordinates and bristles slip, and in which sense."""
     coordinates, found = model.coordinates, 0
     for k in range(coordinates.size):
         if coordinates[k].friction > 0.0:
             found = 3 * found + 1 + int(coordinates[k].slips)
+    for k in range(model.drivetrains.size):
+        found = 3 * found + 1 + int(model.drivetrains[k].slips)
+    for i in range(model.bristles.size):
+        found = 3 * found + 1 + int(model.bristles[i].slips)
     return found
 
 
@@ -140,10 +87,17 @@ def add_motors(t, share, s, model):
             torque = profile(t, motors[k].first, model)
         elif motors[k].kind == BY_LAW:
             torque = motor_law_at(motors[k].law)(t, x, v, model.parameters[motors[k].first : motors[k].last])
+        elif motors[k].kind == BY_VOLTAGE:
+            constant = motors[k].constant
+            torque = constant * (profile(t, motors[k].first, model) - constant * v) / motors[k].resistance
+        elif motors[k].kind == BY_CURRENT:
+            torque = motors[k].constant * profile(t, motors[k].first, model)
         if motors[k].kind != BY_MOTION and abs(torque) > motors[k].limit:
             torque = math.copysign(motors[k].limit, torque)
         motors[k].time, motors[k].angle, motors[k].rate = t, x, v
         motors[k].torque, motors[k].power = torque, torque * v
+        if motors[k].constant > 0.0:
+            motors[k].current = torque / motors[k].constant
         coordinates[h].applied -= torque
 
 
@@ -164,7 +118,7 @@ def measure_motor_slopes(model):
         coordinates[h].motor_slope = coordinates[h].motor_damper = 0.0
     for k in range(motors.size):
         h, t, x, v = motors[k].coordinate, motors[k].time, motors[k].angle, motors[k].rate
-        slope = damper = 0.0
+        slope = damper = motors[k].slope = motors[k].damper = 0.0
         if motors[k].on == 0.0:
             continue
         if motors[k].kind == BY_MOTION:
@@ -173,6 +127,9 @@ def measure_motor_slopes(model):
             p = model.parameters[motors[k].first : motors[k].last]
             slope = motor_law_slope(motors[k].law, x, 1.0, v, 0.0, t, p)
             damper = motor_law_slope(motors[k].law, x, 0.0, v, 1.0, t, p)
+        elif motors[k].kind == BY_VOLTAGE and abs(motors[k].torque) < motors[k].limit:
+            damper = -motors[k].constant * motors[k].constant / motors[k].resistance
+        motors[k].slope, motors[k].damper = slope, damper
         coordinates[h].motor_slope -= slope
         coordinates[h].motor_damper -= damper
 
@@ -262,6 +219,7 @@ def write_account_rates(model, dy):
         dy[motors[k].account] = motors[k].power
     for k in range(rows.size):
         dy[rows[k].account] = rows[k].lost
+    write_drivetrain_rates(model, dy)
 
 
 @indirect(REAL(REAL, REAL, VECTOR, INTEGERS, MODEL))
@@ -287,22 +245,19 @@ def end_coordinate_step(h, share, y, s, model):
         y[at + BY_DAMPER] += now * coordinates[k].lost + then * coordinates[k].lost0 - latch
         coordinates[k].lost0, coordinates[k].latch_lost0 = coordinates[k].lost, coordinates[k].latch_lost
         if coordinates[k].friction > 0.0:
-            z, z0 = coordinates[k].bristle, coordinates[k].bristle0
-            stick, slip = coordinates[k].stick, coordinates[k].angle - coordinates[k].anchor - z
-            taken = stick * (z * slip + 0.5 * (z - z0) * (z - z0))
-            if share == 1.0:
-                moved = coordinates[k].angle - coordinates[k].before
-                taken = 0.5 * (coordinates[k].rubs0 + coordinates[k].rubs) * moved - 0.5 * stick * (z * z - z0 * z0)
+            taken = taken_by_friction(coordinates, k, coordinates[k].angle, coordinates[k].before, share)
             y[at + BY_FRICTION] += taken
-            y[at + FRICTION_FORCE] = stick * z
+            y[at + FRICTION_FORCE] = coordinates[k].stick * coordinates[k].bristle
             rubbed += taken
-            coordinates[k].anchor, coordinates[k].bristle0 = coordinates[k].angle - z, z
-            coordinates[k].rubs0 = coordinates[k].rubs
     for k in range(motors.size):
         y[motors[k].account] += now * motors[k].power + then * motors[k].power0
         motors[k].power0 = motors[k].power
     for k in range(rows.size):
         y[rows[k].account] += now * rows[k].lost + then * rows[k].lost0
         rows[k].lost0 = rows[k].lost
+    if model.resistances.size > 0:
+        rubbed += end_resistances(y, 0, model)
+    if model.drivetrains.size > 0:
+        rubbed += end_drivetrains(h, share, y, 0, model)
     note_peaks(s, coordinates, share)
     return rubbed

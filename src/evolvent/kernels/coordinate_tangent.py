@@ -7,6 +7,7 @@ from evolvent.kernels import axial_tangent
 from evolvent.kernels.axial import TRAVEL, gradients, rate_gradients
 from evolvent.kernels.axial_tangent import add_angle_tangent, add_damping, add_outer
 from evolvent.kernels.coordinate_laws import measure_motor_slopes
+from evolvent.kernels.drivetrain import add_drivetrain_slopes
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL, having
 
@@ -25,6 +26,8 @@ def add_coordinate_tangents(y, h, c_rate, model, matrix):
     coordinates = model.coordinates
     if model.motors.size > 0:
         measure_motor_slopes(model)
+    if model.drivetrains.size > 0:
+        add_drivetrain_slopes(model)
     if model.synchronizations.size > 0:
         add_synchronization_tangents(y, h, c_rate, model, matrix)
     for k in range(coordinates.size):

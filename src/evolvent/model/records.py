@@ -16,6 +16,8 @@ KEPT = -1.0
 #: Accounts of each joint's coordinate, which stand last: force of the friction now (N or N m), and what the damper, the
 #: latch and the friction have dissipated (J). Each motor and synchronization has one account.
 FRICTION_FORCE, BY_DAMPER, BY_LATCH, BY_FRICTION, COORDINATE_ACCOUNTS = range(5)
+#: Accounts of each drivetrain, after its friction: what eddy currents, magnetic hysteresis, gear and winding took (J).
+BY_EDDY, BY_HYSTERESIS, BY_GEAR, BY_COPPER, DRIVETRAIN_ACCOUNTS = range(1, 6)
 #: Layout of what `inventory` writes.
 KINETIC, ELASTIC, H_BODY, H_RELEASED, H_WOUND, P_ALL, H_CARRIED, N_INVENTORY = 0, 1, 2, 5, 8, 11, 14, 17
 
@@ -203,17 +205,40 @@ RECORDS: dict[str, np.dtype] = {
         "anchor caught peak",
         axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),
-    # motors on coordinates: by a profile (kind 0), a user's law (1) or PD to a drive's motion (2); account: of the
-    # work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last evaluation, or 0
+    # motors on coordinates: by a profile (kind 0), a user's law (1), PD to a drive's motion (2), a voltage (3) or a
+    # current (4), constant: N m/A or N/A, of the coordinate, resistance: ohm; slope, damper: derivatives; account:
+    # of the work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last
+    # evaluation, or 0
     "motors": _record(
         "coordinate kind drive law first last account event switch",
-        "position_gain velocity_gain limit rate_limit until latest",
-        "on time angle rate torque power power0 reference",
+        "position_gain velocity_gain limit rate_limit until latest constant resistance",
+        "on time angle rate torque power power0 reference current slope damper",
+    ),
+    # what motors lose before their joints (`kernels.drivetrain`), with friction as of joint coordinates; forward,
+    # backward: efficiencies, holds: of a gear that locks itself
+    "drivetrains": _record(
+        "coordinate motor account", "ratio detent detents offset hysteresis eddy forward backward holds stick",
+        "friction by_push slips bristle bristle0 anchor relax rubs rubs0 slope damper cogging torque stored lost lost0 "
+        "copper copper0",
     ),
     # cables between two coordinates: they keep ratio_b x_b - ratio_a x_a = offset; account: of what is dissipated
     "synchronizations": _record(
         "a b account", "ratio_a ratio_b offset stiffness damping", "stretch torque energy lost lost0"
     ),
+    # resistances on coordinates that depend on the path (`kernels.resistance`): curves from `curve` on, bristles from
+    # first to last; start: number of the first curve, switch: index of that of the present one; account: of what is
+    # lost. time: s, of the last change of the curve, changes: how many there were
+    "resistances": _record(
+        "coordinate kind curve curves first last start switch account",
+        "",
+        "angle rate torque rubs stored time changes",
+    ),
+    # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the
+    # curve ends, and below, above: the number of the curve behind that
+    "curves": _record("first count below above", "low high"),
+    # before, force0: coordinate and force at the start of a step; slips: the sense in which it slips; account: of the
+    # force
+    "bristles": _record("kind account", "stick limit", "before force0 force slips"),
     # a user-defined law between points, which are markers, from first_marker on. balanced: 1 where the last forces had
     # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric;
     # stated: 1 once the law has given an energy or a power

@@ -79,12 +79,26 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "power": ("power", "W", "power of the motor"),
         "on": ("on", "1", "1 until the motor is switched off, then 0"),
         "reference": ("reference", "rad", "reference angle of the motor"),
+        "current": ("current", "A", "current of the winding"),
+    },
+    "drivetrains": {
+        "torque": ("joint_torque", "N m", "torque on the joint, after detent, magnetic losses and gear"),
+        "cogging": ("detent_torque", "N m", "torque of the detent, positive against the angle"),
+        "rubs": ("friction_torque", "N m", "torque of magnetic hysteresis and gear, positive against the angle"),
+        "stored": ("energy_elastic", "J", "energy of the detent"),
     },
     "synchronizations": {
         "stretch": ("difference", "rad", "difference of the angles that each loop couples, times their ratios"),
         "torque": ("torque", "N m", "torque of each loop, at a ratio of 1"),
         "energy": ("energy_elastic", "J", "elastic energy of the loops"),
         "lost": ("dissipation", "W", "power dissipated by the loops"),
+    },
+    "resistances": {
+        "angle": ("angle", "rad", "angle on which it acts"),
+        "rate": ("rate", "rad s-1", "rate of the angle"),
+        "torque": ("torque", "N m", "torque, positive against the angle"),
+        "rubs": ("hysteresis_torque", "N m", "torque of the bristles, part of the torque"),
+        "stored": ("energy_elastic", "J", "elastic energy"),
     },
     "joints": {
         "force": ("force", "N", "force of the joint on {on}, inertial axes"),

@@ -19,6 +19,7 @@ from evolvent.parts.motor import Motor
 from evolvent.parts.point import Point
 from evolvent.parts.profile import Profile
 from evolvent.parts.reel import Reel
+from evolvent.parts.resistance import Adhesion, Harness, TapeSpringHinge
 from evolvent.parts.rigid_body import RigidBody
 from evolvent.parts.rod import Rod
 from evolvent.parts.rotational_spring import RotationalSpring
@@ -33,6 +34,7 @@ from evolvent.parts.translational_spring import TranslationalSpring
 
 __all__ = [
     "AccelerationField",
+    "Adhesion",
     "AttitudeController",
     "Beam",
     "BodyContact",
@@ -50,6 +52,7 @@ __all__ = [
     "FreeSpool",
     "Gear",
     "Guide",
+    "Harness",
     "Joint",
     "LawDrive",
     "LawLoad",
@@ -80,6 +83,7 @@ __all__ = [
     "Spring",
     "Synchronization",
     "TableDrive",
+    "TapeSpringHinge",
     "ThermalLoad",
     "Thread",
     "Thruster",

@@ -22,18 +22,19 @@ from evolvent.parts.expression import Constants, TimeExpression, refuse_unused
 V = TypeVar("V")
 
 
-def _rows(value: Any) -> Any:
-    """Rows of a table; a unit that stands in the last row alone is that of its column."""
+def table_rows(value: Any, columns: str = "[time, value]", least: int = 2) -> Any:
+    """Rows of a table of two columns; a unit that stands in the last row alone is that of its column."""
     rows = value.tolist() if isinstance(value, np.ndarray) else value
-    if not isinstance(rows, (list, tuple)) or len(rows) < 2:
-        raise PydanticCustomError("table", "it must be a list of two or more rows [time, value]")
+    if not isinstance(rows, (list, tuple)) or len(rows) < least:
+        many = "two or more rows" if least == 2 else "one or more rows"
+        raise PydanticCustomError("table", "it must be a list of {many} {columns}", {"many": many, "columns": columns})
     if any(not isinstance(row, (list, tuple)) or len(row) != 2 for row in rows):
-        raise PydanticCustomError("table", "every row of it must have two values, [time, value]")
+        raise PydanticCustomError("table", "every row of it must have two values, {columns}", {"columns": columns})
     try:
-        columns = [units.shared_unit(list(column)) for column in zip(*rows, strict=True)]
+        found = [units.shared_unit(list(column)) for column in zip(*rows, strict=True)]
     except (units.UnitError, TypeError, ValueError) as error:
         raise PydanticCustomError("table", "{why}", {"why": str(error)}) from None
-    return list(zip(*columns, strict=True))
+    return list(zip(*found, strict=True))
 
 
 class Ramp(Section, Generic[V]):
@@ -122,7 +123,7 @@ class Profile(Section, Generic[V]):
     constants : mapping of names to numbers
     """
 
-    table: Annotated[tuple[tuple[units.Time, V], ...], BeforeValidator(_rows)] | None = None
+    table: Annotated[tuple[tuple[units.Time, V], ...], BeforeValidator(table_rows)] | None = None
     smooth: bool = False
     ramp: Ramp[V] | None = None
     sine: Sine[V] | None = None
@@ -162,6 +163,8 @@ def _as_keys(value: Any) -> Any:
 ForceProfile = Annotated[Profile[units.Force], BeforeValidator(_as_keys)]
 TorqueProfile = Annotated[Profile[units.Torque], BeforeValidator(_as_keys)]
 TorqueOrForceProfile = Annotated[Profile[units.TorqueOrForce], BeforeValidator(_as_keys)]
+VoltageProfile = Annotated[Profile[units.Voltage], BeforeValidator(_as_keys)]
+CurrentProfile = Annotated[Profile[units.Current], BeforeValidator(_as_keys)]
 LineForceProfile = Annotated[Profile[units.LineForce], BeforeValidator(_as_keys)]
 TemperatureProfile = Annotated[Profile[units.Temperature], BeforeValidator(_as_keys)]
 GradientProfile = Annotated[Profile[units.TemperatureGradient], BeforeValidator(_as_keys)]

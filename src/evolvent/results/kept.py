@@ -43,7 +43,8 @@ _HOW = {
 }  # fmt: skip
 #: Families whose variables at a sample follow from the states at it and at the first one, without reactions.
 _LOCAL = {
-    "bodies", "points", "springs", "coordinates", "motors", "synchronizations", "wheels", "thrusters", "controllers",
+    "bodies", "points", "springs", "coordinates", "motors", "synchronizations", "resistances", "drivetrains", "wheels",
+    "thrusters", "controllers",
 }  # fmt: skip
 
 

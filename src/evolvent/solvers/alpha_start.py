@@ -9,6 +9,7 @@ from evolvent.flow.implicit import residual
 from evolvent.kernels import attitude, contact, coordinate_laws, joint, rigid, sparse_lu, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import ROTATION, displace
+from evolvent.kernels.joint_friction import RELAX
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -67,7 +68,9 @@ def accelerations_at(t, state, model, matrix, work, A, la):
 def begin(model, matrix, work):
     """Start from the state work.y at the loop's time; returns a status."""
     for k in range(model.coordinates.size):
-        model.coordinates[k].relax = coordinate_laws.RELAX
+        model.coordinates[k].relax = RELAX
+    for k in range(model.drivetrains.size):
+        model.drivetrains[k].relax = RELAX
     status = start_accelerations(model, matrix, work)
     if status != DONE:
         return status

@@ -58,7 +58,7 @@ def fastest_explicit_mode(assembly: Assembly) -> tuple[float, float, str, float]
     try:
         model.contact_surfaces["stiffness"] = 0.0
         model.body_contacts["stiffness"] = 0.0  # `solvers.stability`
-        model.coordinates["stiffness"], model.coordinates["damping"] = coordinate.coordinate_bound(model.coordinates)
+        model.coordinates["stiffness"], model.coordinates["damping"] = coordinate.coordinate_bound(model)
         squared, shape = _largest(stiff, n_v)
         damping = damped(shape)
         largest = _largest(damped, n_v)[0] if np.any(damping) else 0.0

@@ -13,7 +13,7 @@ import math
 from numba import types
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.kernels import contact, coordinate, coordinate_laws, rigid, thread, user_events
+from evolvent.kernels import contact, coordinate, coordinate_laws, resistance, rigid, thread, user_events
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.passing import note_places, passing
 from evolvent.kernels.sparse import SPARSE
@@ -48,6 +48,8 @@ STEADY, GROWTH = 6, 1.5
 def begin(model, matrix, work):
     """Start the loop from work.y at its time: forces, energies, sample 0; returns a status."""
     loop, n_q = work.loop, model.info.nq
+    if model.resistances.size > 0:
+        coordinate.begin_resistances(loop.time, work.y, model.switches, model)
     if work.options.midpoint != 0:
         energy_step.begin(model, work)
     else:
@@ -213,7 +215,7 @@ def until_event(t, h, model, work):
 
     It may be longer, to end behind an event.
     """
-    part = coordinate.until_latch(model.switches, model.coordinates)
+    part = coordinate.until_latch(model.switches, model)
     if _has_free_spool(model):
         part = min(part, thread.until_release(h, work.y0, work.y, model.switches, model))
     if model.events.size > 0:
@@ -275,7 +277,10 @@ def accept_step(t1, t_end, h, model, work):
 
 @inlined
 def _latch(t, model, work):
-    """Latch the joint coordinates that have reached their latches at the end of a step; returns whether any has."""
+    """Latch the joint coordinates that have reached their latches at the end of a step; returns whether any has.
+
+    Resistances whose curves have ended change over to others.
+    """
     coordinates, s, loop, found = model.coordinates, model.switches, work.loop, False
     for k in range(coordinates.size):
         if coordinate.latch_reached(s, coordinates, k):
@@ -286,6 +291,12 @@ def _latch(t, model, work):
             loop.latches += 1
             found = True
             user_events.release(t, -2 - k, model)
+    if model.resistances.size > 0:
+        lost = resistance.change_curves(t, work.y, s, model)
+        if not math.isnan(lost):
+            work.balance.by_friction += lost
+            work.balance.coupled -= lost
+            found = True
     coordinate.count_quarter_turns(s, coordinates)
     return found
 

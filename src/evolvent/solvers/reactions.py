@@ -27,7 +27,12 @@ def applies(model: mdl.Model, options: Any) -> bool:
     Multipliers of fixed steps are of second order. Forces of contacts and of joints' friction belong to a step, and
     springs of threads are not resolved by one.
     """
-    if np.any(model.coordinates["friction"] > 0.0) or options.midpoint:
+    if (
+        np.any(model.coordinates["friction"] > 0.0)
+        or model.resistances.size
+        or model.drivetrains.size
+        or options.midpoint
+    ):
         return False
     return bool(options.tolerance > 0.0) and is_held(model) and _without_contacts(model) and not model.threads.size
 

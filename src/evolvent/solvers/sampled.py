@@ -180,6 +180,9 @@ def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
         found["by_contact"], found["by_joints"] = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]
         found["by_springs"] -= causes[:, : mdl.IMPULSE].sum(axis=1)
     found["by_friction"] = y[:, model.coordinates["account"] + mdl.BY_FRICTION].sum(axis=1)
+    found["by_friction"] += y[:, model.resistances["account"]].sum(axis=1)
+    for cause in (mdl.BY_HYSTERESIS, mdl.BY_GEAR):
+        found["by_friction"] += y[:, model.drivetrains["account"] + cause].sum(axis=1)
     if model.info.rubbed >= 0:
         found["by_friction"] += y[:, int(model.info.rubbed)]
     found["by_springs"] -= found["by_friction"]
@@ -230,10 +233,11 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
 
 
 def bristles(model: mdl.Model) -> Array:
-    """Indices of the accounts that are states: forces of frictions of coordinates, and deflections of contacts'."""
+    """Indices of the accounts that are states: frictions and bristles of coordinates, and deflections of contacts'."""
     last = int(model.info.ny)
     first = int(model.info.rubbed) + 1 if model.info.rubbed >= 0 else last
-    return np.concatenate([model.coordinates["account"] + mdl.FRICTION_FORCE, np.arange(first, last)]).astype(int)
+    own = model.coordinates["account"] + mdl.FRICTION_FORCE, model.bristles["account"], model.drivetrains["account"]
+    return np.concatenate([*own, np.arange(first, last)]).astype(int)
 
 
 def angular_momentum(sums: Array) -> Array:

@@ -13,6 +13,7 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled import codecache
+from evolvent.kernels.resistance import AT_END
 from evolvent.parts.checks import number, positive
 from evolvent.solvers.fixed_lengths import given_positions
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
@@ -117,10 +118,28 @@ def solve_static(
     wall_time = clock.perf_counter() - began
     codecache.mark_warm("statics")
     found = search.solution(wall_time, compile_time)
+    beyond = _beyond_its_end(assembly, work) if found.success else ""
+    if beyond:
+        found.status, found.message = "failed", beyond
     if work.redundancy is not None:
         found.message = f"{found.message}; {work.redundancy.text}"
         found.statistics |= {"constraints": work.redundancy.constraints, "rank": work.redundancy.rank}
     return found
+
+
+def _beyond_its_end(assembly: Assembly, work: Work) -> str:
+    """A sentence where a tape-spring would have snapped, or an adhesion broken, before this equilibrium; '' else."""
+    model = work.model
+    for k, row in enumerate(model.resistances):
+        curve = model.curves[int(row["curve"]) + int(model.switches[row["switch"]])]
+        x = float(model.coordinates["angle"][row["coordinate"]])
+        if not curve["low"] - AT_END <= x <= curve["high"] + AT_END:
+            end = float(curve["low"] if x < curve["low"] else curve["high"])
+            return (
+                f"{families.owner(assembly, 'resistances', k)!r} has no equilibrium as it is: it would be at {x:.6g}, "
+                f"beyond {end:.6g}, where it changes over; find what follows by a run in time"
+            )
+    return ""
 
 
 def _targets(load_steps: int | Sequence[float] | None) -> Array:

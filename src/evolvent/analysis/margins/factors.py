@@ -20,6 +20,7 @@ Array = np.ndarray
 
 SPRING, FRICTION, INERTIA, ACCELERATION = "spring", "friction", "inertia", "acceleration"
 LOAD, MOTOR, DAMPING = "load", "motor", "damping"
+HARNESS, ADHESION, MOTOR_LOSSES = "harness", "adhesion", "motor losses"
 Category = Literal[
     "motor", "spring", "inertia", "friction", "hysteresis", "harness", "motor losses", "adhesion", "load",
     "acceleration", "damping",

@@ -23,13 +23,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.analysis.margins.shares import GRAVITY, OWN, SPIN, Share, coordinate_names
+from evolvent.analysis.margins.shares import EDDY, GRAVITY, MAGNETIC, OWN, SPIN, Share, coordinate_names
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
 from evolvent.flow.implicit import residual
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import axial, coordinate_laws
+from evolvent.kernels import axial, coordinate_laws, resistance
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
 from evolvent.solvers import equilibrium
@@ -118,14 +118,25 @@ class Mechanism:
         model.info.exact = 1
         model.switches[:] = assembly.s
         self.names = coordinate_names(assembly)
-        forces = ("springs", "loads", "fields", "motors", "synchronizations", "custom_forces")
+        forces = (
+            "springs",
+            "loads",
+            "fields",
+            "motors",
+            "drivetrains",
+            "synchronizations",
+            "resistances",
+            "custom_forces",
+        )
         self.whole, self.synchronizations = model, model.synchronizations
         still = model.coordinates.copy()
         for field in OWN:
             still[field] = 0.0
         still["applied"] = 0.0
         #: The model without any force but those of constraints.
-        self.bare = model._replace(coordinates=still, **{name: mdl.zeros(name, 0) for name in forces})
+        self.bare = model._replace(
+            coordinates=still, bristles=model.bristles.copy(), **{name: mdl.zeros(name, 0) for name in forces}
+        )
         #: The same with one coordinate, whose spring has a torque or force of 1 where `rest` is the value less 1.
         self.with_torque = [self.bare._replace(coordinates=still[k : k + 1].copy()) for k in range(still.size)]
         for one in self.with_torque:
@@ -196,6 +207,13 @@ class Mechanism:
                         f"{share.part}.limit, the torque or force that it has at the worst"
                     )
                 return float(row["limit"]) * abs(float(direction.rates[int(row["coordinate"])]))
+        if share.family == "drivetrains":
+            return -self._motor_loss(share, at, direction, still=still)
+        if share.family == "resistances":
+            self._slip(share, at, direction, still=still)
+            held = self._held(share, at, direction)
+            if held > 0.0:
+                return -held
         parts = (at.zero - self._force(share, at, direction)) * direction.v
         found = float(parts.sum())
         return found if abs(found) > _ROUND_OFF * float(np.abs(parts).sum()) else 0.0
@@ -232,6 +250,57 @@ class Mechanism:
             else:
                 own["anchor"] = x - math.copysign(_SLIPPING * float(own["friction"][0] / own["stick"][0]), rate)
         return own
+
+    def _motor_loss(self, share: Share, at: Position, direction: Direction, *, still: bool) -> float:
+        """Power that a motor loses before its joint: N m or N; the detent with its amplitude, wherever the rotor is."""
+        (row,) = (self.whole.drivetrains[k] for k in share.rows)
+        k, n = int(row["coordinate"]), float(row["ratio"])
+        rate, hysteresis = abs(float(direction.rates[k])), n * float(row["hysteresis"])
+        if share.label.endswith(EDDY):
+            own = float(at.J[k] @ at.y[self.n_q : self.n_q + self.n_v])
+            return float(n * n * row["eddy"] * own * direction.rates[k])
+        if share.label.endswith(MAGNETIC):
+            return (hysteresis + n * float(row["detent"])) * rate
+        motor = dataclasses.replace(share, label=share.part, family="motors", rows=(int(row["motor"]),))
+        driving = self.power(motor, at, direction, still=still)
+        over = driving - hysteresis * rate
+        if over > 0.0:
+            return float((1.0 - row["forward"]) * over)
+        if row["backward"] == 0.0:
+            return float(row["holds"]) * rate
+        return float((1.0 / row["backward"] - 1.0) * -over)
+
+    def _slip(self, share: Share, at: Position, direction: Direction, *, still: bool) -> None:
+        """Let the bristles of a resistance slip against the direction, and its curve be that of the position.
+
+        At rest the curve is that of the start, or the one behind its end.
+        """
+        (row,) = (self.whole.resistances[k] for k in share.rows)
+        k = int(row["coordinate"])
+        x, rate = float(at.x[k]), float(direction.rates[k])
+        own = self.bare.bristles[int(row["first"]) : int(row["last"])]
+        own["before"] = x
+        own["force0"] = 0.0 if abs(rate) <= _OFF else np.copysign(own["limit"], rate)
+        switches = self.bare.switches
+        if still:
+            switches[row["switch"]] = self.assembly.s[row["switch"]]
+        curve = self._curve(row)
+        if not curve["low"] <= x <= curve["high"]:
+            switches[row["switch"]] = curve["below" if x < curve["low"] else "above"]
+
+    def _curve(self, row: Any) -> Any:
+        """The curve of a resistance now."""
+        return self.whole.curves[int(row["curve"]) + int(self.bare.switches[row["switch"]])]
+
+    def _held(self, share: Share, at: Position, direction: Direction) -> float:
+        """Power (N m or N) that an adhesion takes at most before it breaks in a direction; 0 of what does not hold."""
+        (row,) = (self.whole.resistances[k] for k in share.rows)
+        curve, rate = self._curve(row), float(direction.rates[int(row["coordinate"])])
+        end = float(curve["high" if rate > 0.0 else "low"])
+        if row["kind"] != resistance.ADHESION or abs(rate) <= _OFF or not math.isfinite(end):
+            return 0.0
+        x, torque = self.whole.parameters[int(curve["first"]) :][: 2 * int(curve["count"])].reshape(2, -1)
+        return rate * float(np.interp(end, x, torque))
 
     # ------------------------------------------------------------------------------------------------ directions
 

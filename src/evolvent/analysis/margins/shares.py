@@ -12,6 +12,7 @@ from evolvent.analysis.margins import factors as of
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
+from evolvent.kernels import resistance
 
 Array = np.ndarray
 
@@ -24,13 +25,17 @@ class Rule(NamedTuple):
     category : str
     aspect : str, name of the share after that of the part, '' for the part as a whole
     fields : fields that a record keeps of those in `OWN`; the others are 0
+    of_kind : int, of the records to which it applies; None for all
     """
 
     category: str
     aspect: str = ""
     fields: tuple[str, ...] = ()
+    of_kind: int | None = None
 
 
+#: Shares of a motor beside its torque.
+MAGNETIC, GEAR, EDDY = "magnetic", "gear", "eddy"
 #: Fields of a coordinate's record that make a torque.
 OWN = ("stiffness", "damping", "friction", "stop", "latch_stiffness", "latch_damping")
 #: Category of each family of parts with forces. A new kind of part that resists is a row here.
@@ -46,6 +51,16 @@ RULES: dict[str, tuple[Rule, ...]] = {
     "custom_forces": (Rule(of.LOAD),),
     "synchronizations": (Rule(of.SPRING),),
     "motors": (Rule(of.MOTOR),),
+    "drivetrains": (
+        Rule(of.MOTOR_LOSSES, MAGNETIC),
+        Rule(of.FRICTION, GEAR),
+        Rule(of.DAMPING, EDDY),
+    ),
+    "resistances": (
+        Rule(of.HARNESS, of_kind=resistance.HARNESS),
+        Rule(of.SPRING, of_kind=resistance.TAPE_SPRING),
+        Rule(of.ADHESION, of_kind=resistance.ADHESION),
+    ),
     "loads": (Rule(of.LOAD),),
     "fields": (Rule(of.INERTIA),),
 }
@@ -92,21 +107,21 @@ def refuse_unsupported(assembly: Assembly) -> None:
             who = families.owner(assembly, name, 0)
             raise InputError(
                 f"{who!r} is one of the {name.replace('_', ' ')}, which margins of hinges and slides do not support; "
-                f"they support rigid bodies and points with joints, gears, springs, synchronizations, motors, loads "
-                f"and fields"
+                f"they support rigid bodies and points with joints, gears, springs, synchronizations, motors, "
+                f"resistances, loads and fields"
             )
 
 
 def coordinate_names(assembly: Assembly) -> list[str]:
-    """Name of each row of the family `coordinates`: its spring's, or the joint's that a motor or a cable names."""
+    """Name of each row of the family `coordinates`: its spring's, or the joint's that a part on it names."""
     found = [""] * assembly.model.coordinates.size
     for name, (family, index) in assembly.names.items():
         if family == "coordinates":
             found[index] = name
     for name, (family, index) in assembly.names.items():
         part = assembly.parts.get(name)
-        if family == "motors" and part is not None:
-            k = int(assembly.model.motors["coordinate"][index])
+        if family in ("motors", "resistances") and part is not None:
+            k = int(families.records(assembly.model, family)["coordinate"][index])
             found[k] = found[k] or str(part.joint)
         if family == "synchronizations" and part is not None:
             for i, joint in enumerate(part.joints[:-1]):
@@ -127,6 +142,8 @@ def _records_of(assembly: Assembly, family: str) -> dict[str, tuple[int, ...]]:
     size = families.records(assembly.model, family).size
     if not size:
         return {}
+    if family == "drivetrains":
+        return {families.owner(assembly, family, k): (k,) for k in range(size)}
     if not firsts or firsts[0][0] != 0:
         raise InputError(f"the {family.replace('_', ' ')} of the system have no name, by which margins list them")
     ends = [*(index for index, _ in firsts[1:]), size]
@@ -154,6 +171,8 @@ def shares_of(assembly: Assembly, parts: Any, evidence: str, *, spins: bool) -> 
             for rule in rules:
                 records = families.records(assembly.model, family)
                 if rule.fields and not any(records[field][own[0]] != 0.0 for field in rule.fields):
+                    continue
+                if rule.of_kind is not None and records["kind"][own[0]] != rule.of_kind:
                     continue
                 label = f"{name}.{rule.aspect}" if rule.aspect else name
                 found.append(Share(label, name, rule.category, evidence, "", family, own, rule.fields))

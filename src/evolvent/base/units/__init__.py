@@ -130,6 +130,28 @@ RotationalStiffnessOrZero = Annotated[float, Quantity(**_TURN_STIFFNESS, least=0
 RotationalDampingOrZero = Annotated[float, Quantity(**_TURN_DAMPING, least=0.0)]
 ForceOrZero = Annotated[float, Quantity(what="a force", unit="N", example="0.1 N", least=0.0)]
 TorqueOrForce = Annotated[float, Either(_TORQUE, _FORCE)]
+TorqueConstant = Annotated[float, Quantity(what="a torque constant", unit="N m/A", example="0.05 N m/A", above=0.0)]
+Resistance = Annotated[float, Quantity(what="an electric resistance", unit="ohm", example="1.2 ohm", above=0.0)]
+Voltage = Annotated[float, Quantity(what="a voltage", unit="V", example="28 V")]
+Current = Annotated[float, Quantity(what="an electric current", unit="A", example="0.5 A")]
+TorqueOrForceOrZero = Annotated[
+    float,
+    Either(
+        Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0),
+        Quantity(what="a force", unit="N", example="0.1 N", least=0.0),
+    ),
+]
+AngleOrTravel = Annotated[float, Either(Quantity(what="an angle", unit="rad", example="10 deg"), Quantity(**_LENGTH))]
+PositiveAngleOrTravel = Annotated[
+    float,
+    Either(Quantity(what="an angle", unit="rad", example="1 deg", above=0.0), Quantity(**_LENGTH, above=0.0)),
+]
+CoordinateStiffness = Annotated[
+    float,
+    Either(
+        Quantity(**_TURN_STIFFNESS, above=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", above=0.0)
+    ),
+]
 TorqueOrForceLimit = Annotated[
     float,
     Either(

@@ -40,6 +40,7 @@ OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
     "coordinates": coordinates.observe_coordinate,
     "motors": coordinates.observe_motor,
     "synchronizations": coordinates.observe_synchronization,
+    "resistances": coordinates.observe_resistance,
     "threads": threads.observe_thread,
     "thread_ends": threads.observe_thread_end,
     "reels": threads.observe_reel,

@@ -1,4 +1,4 @@
-"""Observations of joint coordinates: springs of hinges and of travels, motors, synchronizations."""
+"""Observations of joint coordinates: springs of hinges and of travels, motors, synchronizations, resistances."""
 
 from __future__ import annotations
 
@@ -7,8 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import axial, coordinate_laws
-from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, RESULTS
+from evolvent.kernels import axial, coordinate_laws, resistance
+from evolvent.model import (
+    BY_COPPER,
+    BY_DAMPER,
+    BY_EDDY,
+    BY_FRICTION,
+    BY_GEAR,
+    BY_HYSTERESIS,
+    BY_LATCH,
+    RESULTS,
+)
 from evolvent.results.observe.variables import Observed
 from evolvent.results.observe.view import View
 from evolvent.solvers.solution import first_latch
@@ -113,8 +122,32 @@ def observe_motor(view: View, name: str) -> Observed:
         fields, text = view.fields["motors"], _worded(row, "reference angle of the motor minus the actual one")
         off = fields["reference"][:, index] - fields["angle"][:, index]
         found.scalar("error", off, _worded(row, "rad"), text)
+    _observe_drivetrain(view, motor, index, row, found)
     found.plots = [_worded(row, "angle"), _worded(row, "torque")]
     return found
+
+
+def _observe_drivetrain(view: View, motor: Any, index: int, row: Any, found: Observed) -> None:
+    """Currents and powers of a motor's winding, and what is lost before the joint, by cause."""
+    own = np.flatnonzero(view.model.drivetrains["motor"] == index)
+    if not own.size:
+        return
+    k, at = int(own[0]), int(view.model.drivetrains["account"][own[0]])
+    _add(view, found, "drivetrains", k, row, "torque cogging rubs")
+    if motor["constant"] > 0.0:
+        _add(view, found, "motors", index, row, "current")
+        current, power = (view.fields["motors"][field][:, index] for field in ("current", "power"))
+        copper, taken = motor["resistance"] * current * current, _since(view, at + BY_COPPER)
+        found.scalar("electrical_power", power + copper, "W", "electrical power into the motor")
+        found.scalar("copper_power", copper, "W", "power lost in the winding")
+        work = _since(view, int(motor["account"])) + taken
+        found.scalar("electrical_work", work, "J", "electrical energy into the motor since the start")
+        found.scalar("copper_work", taken, "J", "energy lost in the winding")
+    for name, cause, what in (
+        ("eddy_work", BY_EDDY, "eddy currents"), ("magnetic_work", BY_HYSTERESIS, "magnetic hysteresis"),
+        ("gear_work", BY_GEAR, "the gear"),
+    ):  # fmt: skip
+        found.scalar(name, _since(view, at + cause), "J", f"energy lost by {what}")
 
 
 def observe_synchronization(view: View, name: str) -> Observed:
@@ -130,3 +163,33 @@ def observe_synchronization(view: View, name: str) -> Observed:
     found.scalar("damper_work", lost, "J", "energy that the loops have dissipated")
     found.plots = ["difference", _worded(row, "torque")]
     return found
+
+
+def observe_resistance(view: View, name: str) -> Observed:
+    """Torque or force of a harness, a tape-spring hinge or an adhesion, its energy, and what it has taken."""
+    index, found = view.index(name), Observed()
+    own = view.model.resistances[index]
+    row = view.model.coordinates[int(own["coordinate"])]
+    _add(view, found, "resistances", index, row, "angle rate torque stored")
+    if own["kind"] == resistance.HARNESS:
+        _add(view, found, "resistances", index, row, "rubs")
+    _observe_losses(view, own, found)
+    found.plots = [_worded(row, "angle"), _worded(row, "torque")]
+    return found
+
+
+def _observe_losses(view: View, own: Any, found: Observed) -> None:
+    """What a resistance has taken, and when a tape snapped or an adhesion broke."""
+    taken = _since(view, int(own["account"]))
+    last, state = np.full(view.t.size, own["time"] if own["changes"] > 0.0 else math.nan), view.s[:, int(own["switch"])]
+    if own["kind"] == resistance.HARNESS:
+        found.scalar("hysteresis_work", taken, "J", "energy that the hysteresis has dissipated")
+    elif own["kind"] == resistance.TAPE_SPRING:
+        found.scalar("state", state, "1", "0 where the tape is straight, 1 where folded, 2 where folded the other way")
+        found.scalar("snap_work", taken, "J", "energy that snaps have dissipated")
+        found.scalar("snaps", np.full(view.t.size, own["changes"]), "1", "number of snaps in the run")
+        found.scalar("snap_time", last, "s", "time of the last snap")
+    else:
+        found.scalar("released", state, "1", "1 once the adhesion has broken")
+        found.scalar("adhesion_work", taken, "J", "energy that the adhesion has dissipated as it broke")
+        found.scalar("release_time", last, "s", "time at which the adhesion has broken")
