@@ -233,6 +233,52 @@ class System:
             self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
         )
 
+    def sensitivity(
+        self, values: str | Sequence[str], keys: str | Sequence[str], *, until: Any = None, every: Any = None,
+        fine: bool | None = None, method: str | None = None, step: Any = None, tolerance: float | None = None,
+        spectral_radius: float | None = None, progress: Callable[[float], None] | None = None,
+    ) -> xr.Dataset:  # fmt: skip
+        """Derivatives of values of a simulation by keys of its parts.
+
+        They are those of the discrete solution, its steps as they are (of adaptive ones as well): through latches,
+        whose times are values like others, and through contacts where they are smooth.
+
+        Parameters
+        ----------
+        values : names of values, each a single number, as of `keep` of `simulate`: ``"hinge 1.latch_time"``,
+            ``"hub.rate.z.last"``, ``"boom.strain.max"``
+        keys : keys of parts that hold a number with a unit: ``"parts.hinge 1.stiffness"``, ``"panel 3.mass"``
+        until, every, fine, method, step, tolerance, spectral_radius, progress : as of `simulate`
+
+        Returns
+        -------
+        xarray.Dataset
+            ``derivative`` and ``relative`` (value, key), the derivative in the units that the coordinate ``unit``
+            says, and the relative change of the value by that of the key; ``result`` (value) and ``at`` (key).
+
+        Raises
+        ------
+        InputError
+            For methods and parts that are not supported, keys that hold no number, and values that have no derivative
+            by a key; one sentence.
+        RunFailed
+            If the run did not reach its end; ``.run`` holds what was computed.
+
+        Examples
+        --------
+        >>> import evolvent
+        >>> array = evolvent.load("solar-array")
+        >>> found = array.sensitivity("hinge 1.latch_time", ["hinge 1.stiffness"], method="energy-momentum", step=0.05)
+        >>> float(found.derivative[0, 0]) < 0.0
+        True
+        """
+        from evolvent.analysis import sensitivity
+
+        given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
+        settings = self._run_settings(given | {"tolerance": tolerance, "spectral_radius": spectral_radius})
+        shown = on_stderr(settings["until"]) if progress is None else progress
+        return sensitivity.sensitivity(self, values, keys, progress=shown, **settings)
+
     def _kept(self, keep: Sequence[str], progress: Callable[[float], None] | None, settings: Mapping[str, Any]) -> Kept:
         """What is kept of a simulation."""
         from evolvent import analysis
