@@ -7,7 +7,6 @@ it (`evolvent.solvers.neighbours`). A value of the results is the same function 
 from __future__ import annotations
 
 import dataclasses
-import functools
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,7 @@ from evolvent import cases
 from evolvent.analysis.closure import warning_of
 from evolvent.assembly.families import owner
 from evolvent.base import schema, units
-from evolvent.base.errors import InputError, RunFailed
+from evolvent.base.errors import InputError, RunFailed, nearest
 from evolvent.results.fine_samples import Times
 from evolvent.results.kept import Kept, is_local, kept_of, refusal
 from evolvent.solvers import implicit
@@ -33,10 +32,10 @@ if TYPE_CHECKING:
 Array = np.ndarray
 #: Changes of a key to both sides, relative to it, or of one that is 0 in its SI unit: the next one where the runs
 #: beside the run do not take its steps, or other contacts touch in one.
-CHANGES = (1e-5, 1e-6, 1e-7)
+CHANGES = (3e-5, 3e-6, 3e-7)
 #: Mean of the changes of a value to both sides beside half their difference, and beside the value, above which the
 #: derivatives to both sides differ: of a smooth value both are of the order of the change.
-UNEVEN, RESOLVED = 1e-2, 1e-7
+UNEVEN, RESOLVED, ROUND_OFF = 1e-2, 1e-7, 1e-13
 #: Keys of one call at most.
 MOST = 200
 #: Families that are supported: what they are made of changes continuously along a step.
@@ -57,7 +56,7 @@ class Key:
 
 
 def key_of(system: System, name: str) -> Key:
-    """A key of a part, or another number of a case with a unit, by name.
+    """A key of a part, or an entry of the gravity, by name.
 
     Raises
     ------
@@ -65,16 +64,15 @@ def key_of(system: System, name: str) -> Key:
         For a key that is not there, or is no number with a unit.
     """
     words = name.removeprefix("parts.")
-    own = words.partition(".")[0] in system.parts
-    content = dict(system._content())
-    if own:
-        part = words.partition(".")[0]
-        content["parts"] = {part: system._written(part)}
-        place, values = f"parts.{words}", {"parts": {part: system.parts[part].model_dump()}}
+    part = words.partition(".")[0]
+    if part in system.parts:
+        place, content = f"parts.{words}", {"parts": {part: system._written(part)}}
+        values: Any = {"parts": {part: system.parts[part].model_dump()}}
+    elif part == "gravity":
+        place, content, values = name, {}, {"gravity": system._gravity.tolist()}
     else:
-        system.with_values({name: 0.0}) if name == words and "." not in name else None
-        place, values = name, cases.load(content | {"parts": {}}).model_dump() if content else {}
-    found = schema.locate(cases.system("structure").Case, place, content)
+        raise InputError(f"there is no key {name!r}: no part is called {part!r}; {nearest(part, system.parts)}")
+    found = schema.locate(cases.system("structure").Case, place, content | {"system": "structure"})
     value: Any = values
     for word in place.split("."):
         if isinstance(value, list | tuple) and word.isdigit() and int(word) < len(value):
@@ -132,18 +130,21 @@ def sensitivity(
     samples = analysis.sample_times(until, every, values=assembly.y.size)
     analysis.check_run(assembly, samples, settings.get("step"))
     times = Times.of(samples, fine=fine and not is_local(assembly, values), values=assembly.y.size)
-    plan = functools.partial(analysis.plan, samples=times.all, **(settings | {"method": method}))
+
+    def plan(one: Assembly) -> Any:
+        return analysis.plan(one, times.all, **(settings | {"method": method}))[0]
+
     for change in CHANGES:
         changed = [_changed(system, key, side * change) for key in of for side in (1.0, -1.0)]
-        runs = Neighbours(plan(assembly)[0], plan(assembly)[0], [plan(one)[0] for one in changed])
+        runs = Neighbours(plan(assembly), plan(assembly), [plan(one) for one in changed])
         try:
             status, message = runs.run(progress)
             break
-        except TooFar as found:
+        except TooFar as left:
             if change == CHANGES[-1]:
-                name = of[max(found.index, 0) // 2].name
+                name = of[max(left.index, 0) // 2].name
                 raise InputError(
-                    f"the run has no derivative by {name!r}: where it is changed by {change:g} of its value, {found.why}"
+                    f"the run has no derivative by {name!r}: with {change:g} of it more or less, {left.why}"
                 ) from None
     lead = runs.lead.result(status, message, 0.0)
     if status == "failed":
@@ -170,7 +171,7 @@ def _changed(system: System, key: Key, side: float) -> Assembly:
         return system.with_values({key.name: key.value + side * key.size}).assemble()
     except InputError as error:
         raise InputError(
-            f"a derivative by {key.name!r}, which is {key.value:g} {key.unit}, needs values on both sides of it: {error}"
+            f"a derivative by {key.name!r}, which is {key.value:g} {key.unit}, needs values on both sides: {error}"
         ) from None
 
 
@@ -201,7 +202,9 @@ def _number(found: Kept, name: str) -> float:
     return float(values[0])
 
 
-def _dataset(found: list[Kept], names: Sequence[str], keys: Sequence[Key], changes: Array, *, plan: Any, warning: str) -> xr.Dataset:  # fmt: skip
+def _dataset(
+    found: list[Kept], names: Sequence[str], keys: Sequence[Key], changes: Array, *, plan: Any, warning: str
+) -> xr.Dataset:
     """Values, derivatives, and what they are beside values and keys."""
     import xarray as xr
 
@@ -209,11 +212,9 @@ def _dataset(found: list[Kept], names: Sequence[str], keys: Sequence[Key], chang
     sides = np.array([[_number(one, name) for one in found[2:]] for name in names]).reshape(len(names), len(keys), 2)
     value, centre = (np.array([_number(one, name) for name in names]) for one in (own, middle))
     odd = 0.5 * (sides[..., 0] - sides[..., 1])
-    even = 0.5 * (sides[..., 0] + sides[..., 1]) - centre[:, None]
-    for i, j in np.argwhere(
-        (np.abs(even) > UNEVEN * np.abs(odd)) & (np.abs(even) > RESOLVED * np.abs(centre[:, None]))
-    ):
-        up, down = ((sides[i, j, 0] - centre[i]) / changes[j], (centre[i] - sides[i, j, 1]) / changes[j])
+    even = np.abs(0.5 * (sides[..., 0] + sides[..., 1]) - centre[:, None])
+    for i, j in np.argwhere((even > UNEVEN * np.abs(odd)) & (even > RESOLVED * np.abs(centre[:, None]) + ROUND_OFF)):
+        up, down = (sides[i, j, 0] - centre[i]) / changes[j], (centre[i] - sides[i, j, 1]) / changes[j]
         raise InputError(
             f"{names[i]!r} has no derivative by {keys[j].name!r}: it is {up:.6g} towards larger values and {down:.6g} "
             f"towards smaller ones"
@@ -227,7 +228,7 @@ def _dataset(found: list[Kept], names: Sequence[str], keys: Sequence[Key], chang
     return xr.Dataset(
         {
             "derivative": (both, derivative, {"long_name": "derivative of the value by the key, SI"}),
-            "relative": (both, relative, {"units": "1", "long_name": "relative change of the value by that of the key"}),
+            "relative": (both, relative, {"units": "1", "long_name": "relative change of the value by the key's"}),
             "result": (("value",), value, {"long_name": "the value itself, SI"}),
             "at": (("key",), np.array([key.value for key in keys]), {"long_name": "value of the key, SI"}),
         },
@@ -236,7 +237,8 @@ def _dataset(found: list[Kept], names: Sequence[str], keys: Sequence[Key], chang
             "key_unit": (("key",), by), "unit": (both, [[_ratio(a, b) for b in by] for a in unit]),
         },
         attrs={
-            "solver": plan.method, "steps": "fixed" if plan.step is not None else "as in the run", "change": float(changes[0] / keys[0].size),
+            "solver": plan.method, "steps": "fixed" if plan.step is not None else "as in the run",
+            "change": float(changes[0] / keys[0].size),
             **({"warning": warning} if warning else {}),
         },
     )  # fmt: skip

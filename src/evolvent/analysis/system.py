@@ -11,9 +11,10 @@ from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.builder import Builder
+from evolvent.assembly.order import in_order
 from evolvent.assembly.variants import Variants
 from evolvent.base import units
-from evolvent.base.errors import InputError, RunFailed, nearest
+from evolvent.base.errors import InputError, RunFailed
 from evolvent.base.progress import on_stderr
 from evolvent.base.schema import check_visible
 from evolvent.parts.base import Part, check_name
@@ -150,7 +151,7 @@ class System:
         """
         if not self._parts:
             raise InputError("the system has no parts; add one of evolvent.parts, or name one under `parts` in a case")
-        ordered = {name: self._parts[name] for name in self._in_order()}
+        ordered = {name: self._parts[name] for name in in_order(self._parts)}
         shared = variants or self._variants
         if shared is not None:
             return shared.assembled(self._gravity, ordered) or shared.assemble(self._gravity, ordered)
@@ -238,39 +239,27 @@ class System:
         fine: bool | None = None, method: str | None = None, step: Any = None, tolerance: float | None = None,
         spectral_radius: float | None = None, progress: Callable[[float], None] | None = None,
     ) -> xr.Dataset:  # fmt: skip
-        """Derivatives of values of a simulation by keys of its parts.
+        """Derivatives of values of a simulation by keys of its parts, of the discrete solution.
 
-        They are those of the discrete solution, its steps as they are (of adaptive ones as well): through latches,
-        whose times are values like others, and through contacts where they are smooth.
+        Through latches, whose times are values like others, and through contacts where they are smooth. Adaptive steps
+        are those of the run.
 
         Parameters
         ----------
-        values : names of values, each a single number, as of `keep` of `simulate`: ``"hinge 1.latch_time"``,
-            ``"hub.rate.z.last"``, ``"boom.strain.max"``
+        values : names of single numbers, as of `keep` of `simulate`: ``"hinge 1.latch_time"``, ``"hub.rate.z.last"``
         keys : keys of parts that hold a number with a unit: ``"parts.hinge 1.stiffness"``, ``"panel 3.mass"``
         until, every, fine, method, step, tolerance, spectral_radius, progress : as of `simulate`
 
         Returns
         -------
         xarray.Dataset
-            ``derivative`` and ``relative`` (value, key), the derivative in the units that the coordinate ``unit``
-            says, and the relative change of the value by that of the key; ``result`` (value) and ``at`` (key).
+            ``derivative`` (value, key), in units ``unit``; ``relative``, the relative change of the value by that of
+            the key; ``result`` (value) and ``at`` (key).
 
         Raises
         ------
-        InputError
-            For methods and parts that are not supported, keys that hold no number, and values that have no derivative
-            by a key; one sentence.
-        RunFailed
-            If the run did not reach its end; ``.run`` holds what was computed.
-
-        Examples
-        --------
-        >>> import evolvent
-        >>> array = evolvent.load("solar-array")
-        >>> found = array.sensitivity("hinge 1.latch_time", ["hinge 1.stiffness"], method="energy-momentum", step=0.05)
-        >>> float(found.derivative[0, 0]) < 0.0
-        True
+        InputError, RunFailed
+            For methods, parts, values and keys that have no derivative, and as of `simulate`.
         """
         from evolvent.analysis import sensitivity
 
@@ -508,33 +497,3 @@ class System:
             return self.to_yaml(**settings)
         except InputError:
             return ""
-
-    def _in_order(self) -> list[str]:
-        """Names in an order in which every part follows those that it refers to, else as they were added."""
-        found: dict[str, None] = {}
-        path: list[str] = []
-
-        def visit(name: str) -> None:
-            if name in path:
-                cycle = [*path[path.index(name) :], name]
-                if len(cycle) == 2:
-                    raise InputError(f"{name!r} refers to itself; it must refer to another part")
-                raise InputError(
-                    f"the parts {' -> '.join(map(repr, cycle))} refer to one another in a cycle; one of them must "
-                    "refer to another part, or to none"
-                )
-            if name in found:
-                return
-            path.append(name)
-            for other in self._parts[name].references():
-                if other not in self._parts:
-                    raise InputError(
-                        f"{name!r} refers to {other!r}, but no part is called that; {nearest(other, self._parts)}"
-                    )
-                visit(other)
-            path.pop()
-            found[name] = None
-
-        for name in self._parts:
-            visit(name)
-        return list(found)
