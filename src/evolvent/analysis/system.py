@@ -222,6 +222,7 @@ class System:
             If the run did not reach its end; ``.run`` holds what was computed.
         """
         from evolvent import analysis
+        from evolvent.analysis import simulation
 
         given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
         given |= {"tolerance": tolerance, "spectral_radius": spectral_radius}
@@ -229,7 +230,7 @@ class System:
         if progress is None:
             progress = on_stderr(settings["until"])
         if keep is not None:
-            return self._kept(keep, progress, settings)
+            return simulation.kept(self, keep, progress, settings)
         return analysis.simulate(
             self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
         )
@@ -268,38 +269,11 @@ class System:
         shown = on_stderr(settings["until"]) if progress is None else progress
         return sensitivity.sensitivity(self, values, keys, progress=shown, **settings)
 
-    def _kept(self, keep: Sequence[str], progress: Callable[[float], None] | None, settings: Mapping[str, Any]) -> Kept:
-        """What is kept of a simulation."""
-        from evolvent import analysis
-        from evolvent.analysis.margins.kept import KeptMargins
-
-        assembly = self.assemble()
-        if isinstance(keep, str) or not all(isinstance(name, str) for name in keep):
-            raise InputError(f"keep is {keep!r}; it must be a list of variables, such as ['hub.rate.z.last']")
-        margins = KeptMargins.of(assembly, self.sections.get("margin", {}), keep)
-        if not self._found.issuperset(margins.others):
-            analysis.check_kept(assembly, margins.others)
-            self._found.update(margins.others)
-        if not margins.need_run:
-            return margins.without_run()
-        return analysis.simulate_kept(
-            assembly, margins, case=lambda: self._case(settings), title=self.title, progress=progress, **settings
-        )
-
     def _run_settings(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """How the motion is run: `settings` with what is given in their place, times in seconds."""
-        from evolvent import analysis
+        from evolvent.analysis import simulation
 
-        own, method = self.settings, given.get("method")
-        if method is not None and method != own.get("method", method):  # step and tolerances are of another method
-            own = {name: value for name, value in own.items() if name in ("until", "every", "fine")}
-        settings = own | {name: value for name, value in given.items() if value is not None}
-        if "until" not in settings:
-            raise InputError("until is missing; give the end of the run, such as until='20 s'")
-        for name in ("until", "every", "step"):
-            if name in settings:
-                settings[name] = analysis.seconds(name, settings[name])
-        return settings
+        return simulation.settings_of(self.settings, given)
 
     def margin(
         self, *, motion: bool | None = None, progress: Callable[[float], None] | None = None, **keys: Any
