@@ -173,7 +173,7 @@ CASES["beam"] = (
 CASES["latch"] = (
     lambda: evolvent.load("solar-array"), "hinge 2.latch_time",
     {"hinge 1.stiffness": 0.2, "panel 2.mass": 4.0, "hinge 3.damping": 0.05, "hinge 2.rest": math.radians(20.0)},
-    {"until": 7.45, "step": 0.004}, 1e-6,
+    {"until": 7.38, "step": 0.003}, 1e-5,  # latches lock within 1e-10 rad, which is 4e-6 of these differences
 )  # fmt: skip
 
 
@@ -187,7 +187,8 @@ def test_those_of_runs_with_fixed_steps_are_central_differences(case: str, metho
     built = system()
     found = built.sensitivity(name, list(keys), **settings)
     for key, at in keys.items():
-        compared = differences(built, name, key, at, **settings)
+        change = 2e-4 if case == "latch" else 1e-3  # by which the number of steps to the latch stays what it is
+        compared = differences(built, name, key, at, change=change, **settings)
         assert float(found.derivative.sel(value=name, key=key)) == pytest.approx(compared, rel=within), (case, key)
 
 

@@ -16,10 +16,11 @@ from evolvent import cases
 from evolvent.analysis.closure import warning_of
 from evolvent.assembly.families import owner
 from evolvent.base import schema, units
-from evolvent.base.errors import InputError, RunFailed, nearest
+from evolvent.base.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.results.fine_samples import Times
 from evolvent.results.kept import Kept, is_local, kept_of, refusal
 from evolvent.solvers import implicit
+from evolvent.solvers.laws import law_failure
 from evolvent.solvers.neighbours import Neighbours, TooFar
 
 if TYPE_CHECKING:
@@ -146,6 +147,12 @@ def sensitivity(
                 raise InputError(
                     f"the run has no derivative by {name!r}: with {change:g} of it more or less, {left.why}"
                 ) from None
+        except EvolventError:
+            raise
+        except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+            moments = [moment for one in (runs.lead, *runs.all) for moment in one.moments()]
+            why = law_failure(assembly, error, moments)
+            raise RunFailed(why, None) from None
     lead = runs.lead.result(status, message, 0.0)
     if status == "failed":
         raise RunFailed(message, analysis.tree(lead.or_start(0.0), case="", why=""))

@@ -121,7 +121,7 @@ def _corrected(t_end, h, scale, model, matrix, work, pace):
         ratio = norm / last if last > 0.0 else 0.0
         if iteration > 0 and norm > FLOOR:
             worst = max(worst, ratio)
-        if norm == 0.0 or (ratio > 0.5 and norm <= ROUND_OFF):
+        if norm <= LIMIT or (ratio > 0.5 and norm <= ROUND_OFF):
             if worst > 0.0:
                 pace[RATIO], pace[SINCE] = worst, 0.0
             return iteration + 1
