@@ -52,7 +52,7 @@ RUN = evolvent.run
 #: Pages with Python, which goes on from block to block.
 PAGES = (
     "index", "quickstart", "guide/model-your-own", "guide/beams", "guide/identification", "guide/sharing",
-    "guide/stepping",
+    "guide/stepping", "guide/sensitivities",
 )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
@@ -123,6 +124,25 @@ class RunAccessor:
         from evolvent import results
 
         found: xr.DataTree = results.regular(self._run)
+        return found
+
+    def sensitivity(self, values: str | Sequence[str], keys: str | Sequence[str]) -> xr.Dataset:
+        """Derivatives of values of the run by keys of its parts: it is run again, as its case says.
+
+        Parameters
+        ----------
+        values, keys : as of `evolvent.System.sensitivity`
+
+        Raises
+        ------
+        InputError
+            As of that, and for a run whose case is not kept, as it has a law in Python.
+        """
+        text = str(self._run.attrs.get("case", ""))
+        if not text:
+            raise InputError("the run does not hold its case, so that it cannot be run again for sensitivities")
+        case = cases.of_run(text)
+        found: xr.Dataset = cases.system(case.system).system(case).sensitivity(values, keys)
         return found
 
     def save(self, path: str | os.PathLike[str]) -> None:

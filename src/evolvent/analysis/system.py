@@ -11,9 +11,10 @@ from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.builder import Builder
+from evolvent.assembly.order import in_order
 from evolvent.assembly.variants import Variants
 from evolvent.base import units
-from evolvent.base.errors import InputError, RunFailed, nearest
+from evolvent.base.errors import InputError, RunFailed
 from evolvent.base.progress import on_stderr
 from evolvent.base.schema import check_visible
 from evolvent.parts.base import Part, check_name
@@ -150,7 +151,7 @@ class System:
         """
         if not self._parts:
             raise InputError("the system has no parts; add one of evolvent.parts, or name one under `parts` in a case")
-        ordered = {name: self._parts[name] for name in self._in_order()}
+        ordered = {name: self._parts[name] for name in in_order(self._parts)}
         shared = variants or self._variants
         if shared is not None:
             return shared.assembled(self._gravity, ordered) or shared.assemble(self._gravity, ordered)
@@ -221,6 +222,7 @@ class System:
             If the run did not reach its end; ``.run`` holds what was computed.
         """
         from evolvent import analysis
+        from evolvent.analysis import simulation
 
         given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
         given |= {"tolerance": tolerance, "spectral_radius": spectral_radius}
@@ -228,43 +230,50 @@ class System:
         if progress is None:
             progress = on_stderr(settings["until"])
         if keep is not None:
-            return self._kept(keep, progress, settings)
+            return simulation.kept(self, keep, progress, settings)
         return analysis.simulate(
             self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
         )
 
-    def _kept(self, keep: Sequence[str], progress: Callable[[float], None] | None, settings: Mapping[str, Any]) -> Kept:
-        """What is kept of a simulation."""
-        from evolvent import analysis
-        from evolvent.analysis.margins.kept import KeptMargins
+    def sensitivity(
+        self, values: str | Sequence[str], keys: str | Sequence[str], *, until: Any = None, every: Any = None,
+        fine: bool | None = None, method: str | None = None, step: Any = None, tolerance: float | None = None,
+        spectral_radius: float | None = None, progress: Callable[[float], None] | None = None,
+    ) -> xr.Dataset:  # fmt: skip
+        """Derivatives of values of a simulation by keys of its parts, of the discrete solution.
 
-        assembly = self.assemble()
-        if isinstance(keep, str) or not all(isinstance(name, str) for name in keep):
-            raise InputError(f"keep is {keep!r}; it must be a list of variables, such as ['hub.rate.z.last']")
-        margins = KeptMargins.of(assembly, self.sections.get("margin", {}), keep)
-        if not self._found.issuperset(margins.others):
-            analysis.check_kept(assembly, margins.others)
-            self._found.update(margins.others)
-        if not margins.need_run:
-            return margins.without_run()
-        return analysis.simulate_kept(
-            assembly, margins, case=lambda: self._case(settings), title=self.title, progress=progress, **settings
-        )
+        Through latches, whose times are values like others, and through contacts where they are smooth. Adaptive steps
+        are those of the run.
+
+        Parameters
+        ----------
+        values : names of single numbers, as of `keep` of `simulate`: ``"hinge 1.latch_time"``, ``"hub.rate.z.last"``
+        keys : keys of parts that hold a number with a unit: ``"parts.hinge 1.stiffness"``, ``"panel 3.mass"``
+        until, every, fine, method, step, tolerance, spectral_radius, progress : as of `simulate`
+
+        Returns
+        -------
+        xarray.Dataset
+            ``derivative`` (value, key), in units ``unit``; ``relative``, the relative change of the value by that of
+            the key; ``result`` (value) and ``at`` (key).
+
+        Raises
+        ------
+        InputError, RunFailed
+            For methods, parts, values and keys that have no derivative, and as of `simulate`.
+        """
+        from evolvent.analysis import sensitivity
+
+        given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
+        settings = self._run_settings(given | {"tolerance": tolerance, "spectral_radius": spectral_radius})
+        shown = on_stderr(settings["until"]) if progress is None else progress
+        return sensitivity.sensitivity(self, values, keys, progress=shown, **settings)
 
     def _run_settings(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """How the motion is run: `settings` with what is given in their place, times in seconds."""
-        from evolvent import analysis
+        from evolvent.analysis import simulation
 
-        own, method = self.settings, given.get("method")
-        if method is not None and method != own.get("method", method):  # step and tolerances are of another method
-            own = {name: value for name, value in own.items() if name in ("until", "every", "fine")}
-        settings = own | {name: value for name, value in given.items() if value is not None}
-        if "until" not in settings:
-            raise InputError("until is missing; give the end of the run, such as until='20 s'")
-        for name in ("until", "every", "step"):
-            if name in settings:
-                settings[name] = analysis.seconds(name, settings[name])
-        return settings
+        return simulation.settings_of(self.settings, given)
 
     def margin(
         self, *, motion: bool | None = None, progress: Callable[[float], None] | None = None, **keys: Any
@@ -483,33 +492,3 @@ class System:
             return self.to_yaml(**settings)
         except InputError:
             return ""
-
-    def _in_order(self) -> list[str]:
-        """Names in an order in which every part follows those that it refers to, else as they were added."""
-        found: dict[str, None] = {}
-        path: list[str] = []
-
-        def visit(name: str) -> None:
-            if name in path:
-                cycle = [*path[path.index(name) :], name]
-                if len(cycle) == 2:
-                    raise InputError(f"{name!r} refers to itself; it must refer to another part")
-                raise InputError(
-                    f"the parts {' -> '.join(map(repr, cycle))} refer to one another in a cycle; one of them must "
-                    "refer to another part, or to none"
-                )
-            if name in found:
-                return
-            path.append(name)
-            for other in self._parts[name].references():
-                if other not in self._parts:
-                    raise InputError(
-                        f"{name!r} refers to {other!r}, but no part is called that; {nearest(other, self._parts)}"
-                    )
-                visit(other)
-            path.pop()
-            found[name] = None
-
-        for name in self._parts:
-            visit(name)
-        return list(found)

@@ -32,6 +32,7 @@ from evolvent.commands.margin import margin
 from evolvent.commands.massprops import identify
 from evolvent.commands.plan import plan
 from evolvent.commands.run import beside, draw, list_names, print_rows, run, table
+from evolvent.commands.sensitivity import sensitivity
 from evolvent.commands.spin_up import permissible_torque
 from evolvent.commands.studio import studio
 from evolvent.commands.sweep import sweep
@@ -293,6 +294,7 @@ commands.add_command(run)
 commands.add_command(modes)
 commands.add_command(equilibrium)
 commands.add_command(margin)
+commands.add_command(sensitivity)
 commands.add_command(sweep)
 commands.add_command(validate)
 commands.add_command(disperse)

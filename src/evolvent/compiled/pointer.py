@@ -25,7 +25,7 @@ from numba import config, types
 from numba.core import cgutils
 from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
-from numba.extending import NativeValue, lower_cast, models, register_model, typeof_impl, unbox
+from numba.extending import NativeValue, intrinsic, lower_cast, models, register_model, typeof_impl, unbox
 from numba.np import numpy_support
 
 
@@ -253,6 +253,24 @@ class _Attributes(AttributeTemplate):
 def _field_as_array(context: Any, builder: Any, from_type: Any, to_type: Any, value: Any) -> Any:
     """An array that is a field of a record, passed where an array is asked for: both are laid out alike."""
     return value
+
+
+def at_address(kind: StructType) -> Any:
+    """Function for compiled code: the struct of a type whose headers are at an address, `Struct.address`.
+
+    Without compilation the struct itself stands for its address.
+    """
+    if config.DISABLE_JIT:
+        return lambda struct: struct
+
+    @intrinsic
+    def struct_at(typing_context, address):  # type: ignore[no-untyped-def]
+        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            return builder.inttoptr(args[0], context.get_value_type(kind))
+
+        return kind(types.int64), codegen
+
+    return struct_at
 
 
 def has_addresses(kind: types.Type) -> bool:

@@ -155,6 +155,7 @@ def step_length(left, model, work):
 def try_step(t, t_end, h, passes, model, matrix, work):
     """Take a step of length h from t to t_end: (iterations, or a status below zero; error beside the tolerance)."""
     error = 0.0
+    work.loop.tried = h
     for i in range(work.y.size):
         work.y0[i] = work.y[i]
     method.start_step(t, h, model, work)
@@ -281,16 +282,13 @@ def _latch(t, model, work):
 
     Resistances whose curves have ended change over to others.
     """
-    coordinates, s, loop, found = model.coordinates, model.switches, work.loop, False
+    coordinates, s, found = model.coordinates, model.switches, False
     for k in range(coordinates.size):
         if coordinate.latch_reached(s, coordinates, k):
             if work.options.midpoint != 0 and not found:
                 coordinate.note_turns(t, work.y, s, model)  # rates at the end; those of the step are means
-            coordinate_laws.lock(s, coordinates, k)
-            work.log_t[loop.latches], work.log_k[loop.latches] = t, k
-            loop.latches += 1
+            lock(t, k, model, work)
             found = True
-            user_events.release(t, -2 - k, model)
     if model.resistances.size > 0:
         lost = resistance.change_curves(t, work.y, s, model)
         if not math.isnan(lost):
@@ -299,6 +297,16 @@ def _latch(t, model, work):
             found = True
     coordinate.count_quarter_turns(s, coordinates)
     return found
+
+
+@inlined
+def lock(t, k, model, work):
+    """Lock the latch of joint coordinate k at the end of a step."""
+    loop = work.loop
+    coordinate_laws.lock(model.switches, model.coordinates, k)
+    work.log_t[loop.latches], work.log_k[loop.latches] = t, k
+    loop.latches += 1
+    user_events.release(t, -2 - k, model)
 
 
 @inlined

@@ -25,12 +25,13 @@ ALPHA, ENERGY = 0, 1
 #: the step before, s; factored: length of the step whose matrix is factored, s, 0 of none; quality: its worst pivot so
 #: far; start_energy: J; gain, lowest_gain: what the balance has gained since the start, and the lowest of that so far,
 #: J; fastest: largest mean rate so far, 1/s; left, left0: what Newton's method has left in this step and in those
-#: before, beside `weight`; and the extremes of `evolvent.solvers.balance`.
+#: before, beside `weight`; tried: length of the step that was tried last, s; and the extremes of
+#: `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "contact_set",
                                    "over", "latches", "extended", "settling", "stages", "divided", "steady")]
     + [(name, np.float64) for name in ("time", "step", "wanted", "event_step", "last", "factored", "quality",
-                                       "start_energy", "gain", "lowest_gain", "fastest", "left", "left0")]
+                                       "start_energy", "gain", "lowest_gain", "fastest", "left", "left0", "tried")]
     + list(EXTREMES),
     align=True,
 )  # fmt: skip

@@ -33,13 +33,13 @@ SOFTEST, LEAST_RISE = -6.0, 0.5
 
 
 @inlined
-def _count_touching(model):
+def count_touching(model):
     """A number that encodes which contact points touch, and which coordinates of joints slip."""
     return contact.pressed(model) + coordinate_laws.count_slipping(model)
 
 
 @inlined
-def _correction(scale, model, matrix, work):
+def correction(scale, model, matrix, work):
     """Solve for the correction work.x; returns its size beside `weight`."""
     joints, n_v, r, x = model.joints, model.info.nv, work.r, work.x
     twice = method.tangent_factor(work.options)
@@ -90,7 +90,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
     for iteration in range(most):
         if not is_finite(work.r):
             return NOT_FINITE
-        now = _count_touching(model)
+        now = count_touching(model)
         fresh = stale or always or (ratio > SLOW and sharpened == 0) or now != touching
         touching = now
         if fresh:
@@ -98,7 +98,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
             if found != 0:
                 return SINGULAR if found < 0 else REDUNDANT
             factored, stale = h, False
-        norm = _correction(scale, model, matrix, work)
+        norm = correction(scale, model, matrix, work)
         if not math.isfinite(norm):
             return NOT_FINITE
         loop.iterations += 1
@@ -121,7 +121,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
         settled = s == 1.0 and (iteration > first or info.redundant == 0)
         if settled and (min(norm, left) <= limit or rounded):
             sharp = sharpened > 0 and (left <= SHARPER * limit or ratio > 0.5)
-            if not conserves or _count_touching(model) == touching:
+            if not conserves or count_touching(model) == touching:
                 if not keeps or sharp or rounded or sharpened == MOST_SHARPENED:
                     return _converged(iteration, min(norm, left), touching, 0.0 if soft else factored, work)
                 sharpened += 1

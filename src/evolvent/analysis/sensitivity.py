@@ -1,0 +1,258 @@
+"""Sensitivities of a run: derivatives of its values by keys of its parts, of the discrete solution.
+
+The system is assembled with every key a little larger and a little smaller, and these take the steps of the run beside
+it (`evolvent.solvers.neighbours`). A value of the results is the same function of all of them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.analysis.closure import warning_of
+from evolvent.assembly.families import owner
+from evolvent.base import schema, units
+from evolvent.base.errors import EvolventError, InputError, RunFailed, nearest
+from evolvent.results.fine_samples import Times
+from evolvent.results.kept import Kept, is_local, kept_of, refusal
+from evolvent.solvers import implicit
+from evolvent.solvers.laws import law_failure
+from evolvent.solvers.neighbours import Neighbours, TooFar
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from evolvent.analysis.system import System
+    from evolvent.assembly.assembled import Assembly
+    from evolvent.solvers.solution import Solution
+
+Array = np.ndarray
+#: Changes of a key to both sides, relative to it, or of one that is 0 in its SI unit: the next one where the runs
+#: beside the run do not take its steps, or other contacts touch in one.
+CHANGES = (3e-5, 3e-6, 3e-7)
+#: Mean of the changes of a value to both sides beside half their difference, and beside the value, above which the
+#: derivatives to both sides differ: of a smooth value both are of the order of the change.
+UNEVEN, RESOLVED, ROUND_OFF = 1e-2, 1e-7, 1e-13
+#: Keys of one call at most.
+MOST = 200
+#: Families that are supported: what they are made of changes continuously along a step.
+SUPPORTED = (
+    "bodies", "points", "springs", "links", "guides", "beams", "joints", "coordinates", "contact_surfaces",
+    "body_contacts", "loads", "beam_loads", "motors", "synchronizations", "rods", "thermal_loads", "custom_forces",
+)  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True)
+class Key:
+    """A key by which values are derived: its name, value and unit (SI), and its size, what counts as 1."""
+
+    name: str
+    value: float
+    unit: str
+    size: float
+
+
+def key_of(system: System, name: str) -> Key:
+    """A key of a part, or an entry of the gravity, by name.
+
+    Raises
+    ------
+    InputError
+        For a key that is not there, or is no number with a unit.
+    """
+    words = name.removeprefix("parts.")
+    part = words.partition(".")[0]
+    if part in system.parts:
+        place, content = f"parts.{words}", {"parts": {part: system._written(part)}}
+        values: Any = {"parts": {part: system.parts[part].model_dump()}}
+    elif part == "gravity":
+        place, content, values = name, {}, {"gravity": system._gravity.tolist()}
+    else:
+        raise InputError(f"there is no key {name!r}: no part is called {part!r}; {nearest(part, system.parts)}")
+    found = schema.locate(cases.system("structure").Case, place, content | {"system": "structure"})
+    value: Any = values
+    for word in place.split("."):
+        if isinstance(value, list | tuple) and word.isdigit() and int(word) < len(value):
+            value = value[int(word)]
+        else:
+            value = value.get(word) if isinstance(value, Mapping) else None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        raise InputError(f"{name!r} is {schema.shown(value)}; a derivative is by a key that holds a number")
+    marks = [getattr(mark, "quantity", mark) for _, own_marks in found.types for mark in own_marks]
+    quantity = next((mark for mark in marks if isinstance(mark, units.Quantity)), None)
+    if quantity is None:
+        raise InputError(f"{name!r} is no quantity; a derivative is by a number with a unit")
+    return Key(name, float(value), quantity.unit, abs(float(value)) or 1.0)
+
+
+def check(assembly: Assembly, method: str) -> None:
+    """Refuse methods and parts through which a run has no derivative, by name.
+
+    Raises
+    ------
+    InputError
+    """
+    from evolvent import model as mdl
+    from evolvent.assembly.families import PARTS_OF_OTHERS
+
+    if method not in implicit.METHODS:
+        raise InputError(
+            f"sensitivities are of the steps of {' and '.join(implicit.METHODS)}, but the method is {method}; name one "
+            f"of them as `method`"
+        )
+    model = assembly.model
+    for name in mdl.RECORDS:
+        if name not in PARTS_OF_OTHERS and name not in SUPPORTED and getattr(model, name).size:
+            raise InputError(
+                f"{owner(assembly, name, 0)!r} is one of the {name}, through which sensitivities are not supported"
+            )
+    if np.any(model.contact_surfaces["under"] >= 0):
+        raise InputError("turns of a wound beam lie on one another, through which sensitivities are not supported")
+
+
+def sensitivity(
+    system: System, values: Sequence[str], keys: Sequence[str], *, progress: Callable[[float], None] | None,
+    until: float, every: float | None = None, fine: bool = True, **settings: Any,
+) -> xr.Dataset:  # fmt: skip
+    """Derivatives of values of a run by keys: see `evolvent.System.sensitivity`."""
+    from evolvent import analysis
+
+    values, of = _names("values", values), [key_of(system, name) for name in _names("keys", keys)]
+    if len(of) > MOST:
+        raise InputError(f"there are {len(of)} keys; sensitivities are by at most {MOST} in a call")
+    assembly = system.assemble()
+    method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
+    check(assembly, method)
+    analysis.check_kept(assembly, values, method=method)
+    samples = analysis.sample_times(until, every, values=assembly.y.size)
+    analysis.check_run(assembly, samples, settings.get("step"))
+    times = Times.of(samples, fine=fine and not is_local(assembly, values), values=assembly.y.size)
+
+    def plan(one: Assembly) -> Any:
+        return analysis.plan(one, times.all, **(settings | {"method": method}))[0]
+
+    for change in CHANGES:
+        changed = [_changed(system, key, side * change) for key in of for side in (1.0, -1.0)]
+        runs = Neighbours(plan(assembly), plan(assembly), [plan(one) for one in changed])
+        try:
+            status, message = runs.run(progress)
+            break
+        except TooFar as left:
+            if change == CHANGES[-1]:
+                name = of[max(left.index, 0) // 2].name
+                raise InputError(
+                    f"the run has no derivative by {name!r}: with {change:g} of it more or less, {left.why}"
+                ) from None
+        except EvolventError:
+            raise
+        except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+            moments = [moment for one in (runs.lead, *runs.all) for moment in one.moments()]
+            why = law_failure(assembly, error, moments)
+            raise RunFailed(why, None) from None
+    lead = runs.lead.result(status, message, 0.0)
+    if status == "failed":
+        raise RunFailed(message, analysis.tree(lead.or_start(0.0), case="", why=""))
+    kept_samples = times.kept(lead)
+    found = [_kept(one.result(status, message, 0.0).chosen(kept_samples), values) for one in (runs.lead, *runs.all)]
+    changes = change * np.array([key.size for key in of])
+    return _dataset(found, values, of, changes, plan=runs.lead.plan, warning=warning_of(lead))
+
+
+def _names(what: str, given: Any) -> list[str]:
+    names = [given] if isinstance(given, str) else list(given)
+    if not names or not all(isinstance(name, str) for name in names):
+        raise InputError(f"{what} are {given!r}; they must be one or more names")
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"{what} name {twice!r} twice")
+    return names
+
+
+def _changed(system: System, key: Key, side: float) -> Assembly:
+    """The system with a key changed to one side, assembled."""
+    try:
+        return system.with_values({key.name: key.value + side * key.size}).assemble()
+    except InputError as error:
+        raise InputError(
+            f"a derivative by {key.name!r}, which is {key.value:g} {key.unit}, needs values on both sides: {error}"
+        ) from None
+
+
+def _kept(solution: Solution, values: Sequence[str]) -> Kept:
+    from evolvent import analysis
+    from evolvent.results.tree import root_of
+    from evolvent.results.variables import names
+
+    found = kept_of(
+        solution, values, lambda: root_of(solution, {}), fine=np.zeros(solution.t.size, dtype=bool), why=""
+    )  # fmt: skip
+    if found.missing:
+        known = names(analysis.tree(solution, case="", why=""), over_time=False)
+        raise refusal(found.missing[0], [*known, *solution.statistics])
+    return found
+
+
+def _number(found: Kept, name: str) -> float:
+    """A value that is one number, also where it is kept at every sample and is the same at all of them."""
+    values = np.asarray(found[name], dtype=float).ravel()
+    if values.size > 1 and not np.all((values == values[0]) | np.isnan(values)):
+        raise InputError(
+            f"{name!r} has {values.size} values; a derivative is of one: name a component and how it is reduced over "
+            f"time, such as '{name}.last'"
+        )
+    if not np.isfinite(values[0]):
+        raise InputError(f"{name!r} is {values[0]} in this run; a derivative is of a number")
+    return float(values[0])
+
+
+def _dataset(
+    found: list[Kept], names: Sequence[str], keys: Sequence[Key], changes: Array, *, plan: Any, warning: str
+) -> xr.Dataset:
+    """Values, derivatives, and what they are beside values and keys."""
+    import xarray as xr
+
+    own, middle = found[0], found[1]
+    sides = np.array([[_number(one, name) for one in found[2:]] for name in names]).reshape(len(names), len(keys), 2)
+    value, centre = (np.array([_number(one, name) for name in names]) for one in (own, middle))
+    odd = 0.5 * (sides[..., 0] - sides[..., 1])
+    even = np.abs(0.5 * (sides[..., 0] + sides[..., 1]) - centre[:, None])
+    for i, j in np.argwhere((even > UNEVEN * np.abs(odd)) & (even > RESOLVED * np.abs(centre[:, None]) + ROUND_OFF)):
+        up, down = (sides[i, j, 0] - centre[i]) / changes[j], (centre[i] - sides[i, j, 1]) / changes[j]
+        raise InputError(
+            f"{names[i]!r} has no derivative by {keys[j].name!r}: it is {up:.6g} towards larger values and {down:.6g} "
+            f"towards smaller ones"
+        )
+    derivative = odd / changes
+    with np.errstate(divide="ignore", invalid="ignore"):
+        relative = derivative * np.array([key.value for key in keys]) / value[:, None]
+    unit = [own.units(name) for name in names]
+    by = [key.unit or "1" for key in keys]
+    both = ("value", "key")
+    return xr.Dataset(
+        {
+            "derivative": (both, derivative, {"long_name": "derivative of the value by the key, SI"}),
+            "relative": (both, relative, {"units": "1", "long_name": "relative change of the value by the key's"}),
+            "result": (("value",), value, {"long_name": "the value itself, SI"}),
+            "at": (("key",), np.array([key.value for key in keys]), {"long_name": "value of the key, SI"}),
+        },
+        coords={
+            "value": list(names), "key": [key.name for key in keys], "value_unit": (("value",), unit),
+            "key_unit": (("key",), by), "unit": (both, [[_ratio(a, b) for b in by] for a in unit]),
+        },
+        attrs={
+            "solver": plan.method, "steps": "fixed" if plan.step is not None else "as in the run",
+            "change": float(changes[0] / keys[0].size),
+            **({"warning": warning} if warning else {}),
+        },
+    )  # fmt: skip
+
+
+def _ratio(unit: str, by: str) -> str:
+    """Unit of a derivative."""
+    if by in ("", "1"):
+        return unit
+    return f"{unit}/({by})" if any(mark in by for mark in " /") else f"{unit}/{by}"

@@ -1,0 +1,76 @@
+"""The command `evolvent sensitivity`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from evolvent.base import files
+from evolvent.base.console import echo, showing_progress
+from evolvent.commands import options as shared
+
+
+@click.command()
+@click.argument("case", metavar="CASE|FILE")
+@click.option("--of", "values", multiple=True, required=True, metavar="VALUE", help="A value of the run.")
+@click.option("--by", "keys", multiple=True, required=True, metavar="KEY", help="A key of a part that holds a number.")
+@shared.assignments
+@shared.output("FILE.CSV", "Write the table as a file.")
+@shared.quiet("Print no table and no progress.")
+def sensitivity(
+    case: str, values: tuple[str, ...], keys: tuple[str, ...], assignments: tuple[str, ...], output: str | None,
+    quiet: bool,
+) -> None:  # fmt: skip
+    """Find derivatives of values of a CASE's run by keys of its parts.
+
+    They are those of the discrete solution, through latches and contacts as well. The last column is the relative
+    change of the value by that of the key.
+
+    \b
+    evolvent sensitivity solar-array --of "hinge 1.latch_time" --by "parts.hinge 1.stiffness" --by "parts.panel 1.mass"
+    """  # noqa: D301
+    from evolvent import cases
+    from evolvent.base.errors import InputError
+
+    if output is not None:
+        if not output.endswith(".csv"):
+            raise InputError(f"-o is {output!r}; the table is written as CSV, with the ending .csv")
+        files.check_writable(output)
+    loaded = cases.load(case, cases.parse_assignments(assignments))
+    definition = cases.system(loaded.system)
+    with showing_progress(quiet=quiet):
+        found = definition.system(loaded).sensitivity(list(values), list(keys))
+    rows = _rows(found)
+    if not quiet:
+        _print(rows, found.attrs)
+    if output is not None:
+        import csv
+
+        with open(output, "w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows(rows)
+        echo(f"sensitivities: {output}")
+
+
+def _rows(found: Any) -> list[list[str]]:
+    """The table, its heading first."""
+    rows = [["value", "key", "derivative", "unit", "relative"]]
+    for i, value in enumerate(found["value"].values):
+        for j, key in enumerate(found["key"].values):
+            derivative, relative = float(found.derivative[i, j]), float(found.relative[i, j])
+            rows.append([str(value), str(key), f"{derivative:.7g}", str(found.unit.values[i, j]), f"{relative:.5g}"])
+    return rows
+
+
+def _print(rows: list[list[str]], attrs: Any) -> None:
+    from rich.console import Console
+
+    from evolvent.commands.massprops import made_table
+
+    table = made_table(f"sensitivities, by {attrs['solver']}", *rows[0])
+    for row in rows[1:]:
+        table.add_row(*row)
+    console = Console(highlight=False)
+    console.print(table)
+    if "warning" in attrs:
+        console.print(f"warning: {attrs['warning']}", soft_wrap=True)

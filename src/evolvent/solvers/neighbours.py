@@ -1,0 +1,131 @@
+"""Runs beside a run: neighbours that differ in a parameter by little, and take its steps (`solvers.steps_beside`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numba import config
+
+from evolvent.assembly import needs
+from evolvent.assembly.families import owner
+from evolvent.base.errors import InputError
+from evolvent.kernels import contact
+from evolvent.solvers import run as runs
+from evolvent.solvers.implicit_method import METHODS
+from evolvent.solvers.implicit_run import Run
+from evolvent.solvers.implicit_state import AT_RESTART, BUDGET, DONE
+from evolvent.solvers.messages import reason
+from evolvent.solvers.steps_beside import (
+    FAILED,
+    LEFT,
+    N_FACTORED,
+    N_PACE,
+    RATIO,
+    SINCE,
+    STATUS,
+    TOGETHER,
+    TOO_SHORT,
+    UNLIKE,
+    advance_beside,
+)
+
+#: Steps between two looks at a run.
+BUDGET_OF_SLICE = 1000
+
+
+class TooFar(Exception):
+    """A neighbour does not take a step of the run: it has come too far from it, or the step is not smooth.
+
+    Attributes
+    ----------
+    index : int, of the neighbour, -1 of the middle; why : str
+    """
+
+    def __init__(self, index: int, why: str) -> None:
+        super().__init__(why)
+        self.index, self.why = index, why
+
+
+class Neighbours:
+    """A run, and neighbours that take its steps.
+
+    Attributes
+    ----------
+    lead : Run, the run itself, with the steps and the numbers that it has alone
+    middle : Run, the same parameters; its steps are solved as those of the neighbours are
+    beside : list of Run
+    pace, factored : (1 + neighbours, N_PACE) float, of the middle first, and (N_FACTORED,) float
+    """
+
+    def __init__(self, lead: Any, middle: Any, beside: Sequence[Any]) -> None:
+        self.lead, self.middle, self.beside = Run(lead), Run(middle), [Run(plan) for plan in beside]
+        self.all = [self.middle, *self.beside]
+        self.pace = np.zeros((len(self.all), N_PACE))
+        self.pace[:, RATIO], self.pace[:, SINCE] = 1.0, math.inf
+        self.factored = np.zeros(N_FACTORED)
+        for one in self.beside:
+            one.matrix = self.middle.matrix
+            if one.work.stops.size != self.lead.work.stops.size:
+                raise InputError(
+                    "a key moves a time at which loads change onto another one; the motion has no derivative by it"
+                )
+        others = [row.modules for name, row in METHODS.items() if name != lead.method]
+        for one in self.all:
+            needs.load(one.model, advance_beside, without=frozenset().union(*others))
+        structs = [[getattr(one, of) for one in self.beside] for of in ("model", "work")]
+        self.addresses: list[Any] = structs
+        if not config.DISABLE_JIT:
+            self.addresses = [np.array([one.address for one in of], dtype=np.int64) for of in structs]
+
+    def start(self) -> str:
+        """Start all; returns why that failed, '' where it did not."""
+        return next((failure for one in (self.lead, *self.all) if (failure := one.begin())), "")
+
+    def run(self, progress: Callable[[float], None] | None = None) -> runs.Ending:
+        """Run to the end; returns how.
+
+        Raises
+        ------
+        TooFar
+        """
+        failure, code, lead, middle = self.start(), BUDGET, self.lead, self.middle
+        while not failure and code != DONE:
+            code = advance_beside(
+                BUDGET_OF_SLICE, lead.model, lead.matrix, lead.work, middle.model, middle.matrix, middle.work,
+                *self.addresses, self.pace, self.factored,
+            )  # fmt: skip
+            if code == LEFT:
+                raise self._left()
+            if code == TOGETHER:
+                raise self._together()
+            if code == AT_RESTART:
+                failure = next((why for one in (lead, *self.all) if (why := one.restart())), "")
+            elif code not in (BUDGET, DONE):
+                failure = reason(code, lead)
+            if progress is not None:
+                progress(lead.reached)
+        for k, steps in enumerate(self.pace[:, UNLIKE].astype(int)):
+            if steps and not failure:
+                what = "contacts touch" if contact.any_contact(lead.model) else "joints slip"
+                raise TooFar(k - 1, f"other {what} in {steps} of the steps")
+        return ("failed", failure) if failure else runs.FINISHED
+
+    def _left(self) -> TooFar:
+        """Which neighbour has not taken the last step of the run, and why."""
+        failed = int(self.factored[FAILED])
+        short = int(self.pace[failed, STATUS]) == TOO_SHORT
+        why = "ends before it starts, as events shift the steps" if short else "is not solved"
+        return TooFar(failed - 1, f"the step of the run to t = {self.lead.reached:.6g} s {why}")
+
+    def _together(self) -> InputError:
+        """Why a run with several latches at the end of a step, or one at its given end, has no derivative."""
+        work = self.lead.work
+        last = work.log_k[: int(work.loop.latches)][work.log_t[: int(work.loop.latches)] == self.lead.reached]
+        names = " and ".join(repr(owner(self.lead.assembly, "coordinates", int(k))) for k in last)
+        return InputError(
+            f"{names} latch at t = {self.lead.reached:.6g} s in one step, together or with the end or a change of "
+            f"loads; the motion has no derivative there"
+        )

@@ -1,0 +1,257 @@
+"""Sensitivities of runs: against closed forms, and against central differences of runs with fixed steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import evolvent
+from evolvent import System, elements, parts
+from evolvent.base.errors import InputError
+from evolvent.results.kept import kept_of
+from evolvent.solvers import implicit
+
+ALPHA, ENERGY = "generalized-alpha", "energy-momentum"
+BOTH = pytest.mark.parametrize("method", [ALPHA, ENERGY])
+#: Correction at which Newton's method of the runs that are compared has converged: differences show what it leaves.
+NEWTON = 1e-14
+
+
+def value_of(system: System, name: str, until: float, **settings: Any) -> float:
+    """A value of a run with fixed steps, whose equations are solved to round-off."""
+    samples = evolvent.analysis.sample_times(until)
+    found = implicit.plan(system.assemble(), samples=samples, newton=NEWTON, **settings).run()
+    assert found.status == "success", found.message
+    kept = kept_of(found, [name], lambda: None, fine=np.zeros(found.t.size, dtype=bool), why="")  # type: ignore[arg-type, return-value]
+    return float(np.ravel(kept[name])[-1])
+
+
+def differences(system: System, name: str, key: str, at: float, change: float = 1e-3, **settings: Any) -> float:
+    """Central difference of fourth order, of changes of a key beside its value."""
+    size = abs(at) or 1.0
+
+    def central(part: float) -> float:
+        ends = [value_of(system.with_values({key: at + side * part * size}), name, **settings) for side in (1.0, -1.0)]
+        return (ends[0] - ends[1]) / (2.0 * part * size)
+
+    return (4.0 * central(0.5 * change) - central(change)) / 3.0
+
+
+def oscillator() -> System:
+    """A mass on a spring, pulled out by 0.2 m."""
+    found = System()
+    found.add(parts.Point(mass=2.0, position=(1.0, 0.0, 0.0)), "mass")
+    found.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=8.0, length=0.8), "spring")
+    return found
+
+
+@pytest.mark.slow
+@BOTH
+def test_those_of_an_oscillator_are_its_closed_form(method: str) -> None:
+    """x = L + (x0 - L) cos(w t), w^2 = k/m, to the second order of the step."""
+    k, m, x0, length, t = 8.0, 2.0, 1.0, 0.8, 2.0
+    w = math.sqrt(k / m)
+    by_rate = -(x0 - length) * t * math.sin(w * t)
+    expected = [by_rate * w / (2.0 * k), -by_rate * w / (2.0 * m), 1.0 - math.cos(w * t)]
+    keys = ["spring.stiffness", "mass.mass", "parts.spring.length"]
+    errors = []
+    for step in (0.02, 0.01):
+        found = oscillator().sensitivity(
+            "mass.position.x.last", keys, until=t, step=step, method=method, spectral_radius=1.0
+        )
+        errors.append(np.abs(found.derivative.values[0] - expected))
+    np.testing.assert_allclose(errors[0] / errors[1], 4.0, rtol=0.05)
+    assert np.all(errors[1] < 2e-3 * np.abs(expected))
+    assert found.unit.values.tolist() == [["m/(N/m)", "m/kg", "m/m"]]
+    np.testing.assert_allclose(
+        found.relative.values, found.derivative * found["at"] / found.result.values[:, None], rtol=1e-12
+    )
+
+
+def hinge(**keys: Any) -> System:
+    """A flap on a hinge, wound by 1.2 rad, that latches at 0."""
+    found = System()
+    body = parts.RigidBody(motion="spin", inertia=0.5, axis=(0.0, 0.0, 1.0))
+    found.add(body, "flap")
+    own = {"angle": 1.0, "rest": -0.2, "stiffness": 2.0, "latch": 0.0, "latch_stiffness": 50.0, "latch_damping": 1.0}
+    found.add(parts.RotationalSpring(a="ground", b="flap", axis=(0.0, 0.0, 1.0), **(own | keys)), "hinge")
+    return found
+
+
+@pytest.mark.slow
+@BOTH
+def test_that_of_the_time_of_a_latch_is_its_closed_form(method: str) -> None:
+    """cos(w t) = (latch - rest)/(angle - rest), w^2 = k/I."""
+    w, wound, left = 2.0, 1.2, 0.2
+    t = math.acos(left / wound) / w
+    by_rest = -(wound - left) / (wound**2 * w * math.sqrt(1.0 - (left / wound) ** 2))  # d acos(u)/du du/drest / w
+    found = hinge().sensitivity(
+        ["hinge.latch_time", "hinge.latch_rate"], ["hinge.stiffness", "flap.inertia", "hinge.rest"], until=1.0,
+        step=1e-3, method=method, spectral_radius=1.0,
+    )  # fmt: skip
+    assert found.result[0] == pytest.approx(t, rel=1e-5)
+    np.testing.assert_allclose(found.derivative[0], [-t / 4.0, t / 1.0, -by_rest], rtol=2e-5)
+    rate = found.result.values[1]  # w^2 wound^2 sin^2: by k, rate/(2 k)
+    assert found.derivative[1, 0] == pytest.approx(rate / 4.0, rel=2e-5)
+
+
+def rod() -> System:
+    """A cantilever of a geometrically exact rod, held by penalties, that bends far under a force at its tip."""
+    found = System(gravity=(0.0, -2.0, 0.0))
+    section = elements.Rectangle(thickness=0.02, width=0.05)
+    material = elements.Material(young_modulus=2e6, poisson_ratio=0.0, density=1000.0)
+    found.add(parts.Rod(length=1.0, section=section, material=material, elements=4), "rod")
+    found.add(
+        parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type="clamp", stiffness=1e4, rotational_stiffness=1e2), "root"
+    )
+    found.add(parts.RigidBody(mass=0.2, shape=parts.Sphere(radius=0.05), position=(1.0, 0.0, 0.0)), "tip")
+    found.add(parts.Joint(a="rod.tip", b="tip", type="clamp"), "end")
+    return found
+
+
+def ball() -> System:
+    """A ball falls on a plane and rebounds."""
+    found = System(gravity=(0.0, -9.81, 0.0))
+    found.add(parts.RigidBody(mass=0.4, shape=parts.Sphere(radius=0.1), position=(0.0, 0.15, 0.0)), "ball")
+    shapes = {"shape_a": parts.Sphere(radius=0.1), "shape_b": parts.Plane(normal=(0.0, 1.0, 0.0))}
+    found.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), stiffness=2e3, damping=0.3, **shapes), "touch")
+    return found
+
+
+def spinning() -> System:
+    """A free body with three moments of inertia turns, pulled by a spring."""
+    found = System()
+    body = parts.RigidBody(
+        mass=2.0, inertia=(0.1, 0.2, 0.25), position=(1.0, 0.0, 0.0), angular_velocity=(1.0, 3.0, 0.5)
+    )
+    found.add(body, "body")
+    found.add(
+        parts.Spring(a=(0.0, 0.0, 0.0), b=("body", (0.2, 0.1, 0.0)), stiffness=30.0, damping=0.4, length=1.0), "spring"
+    )
+    return found
+
+
+def sliding() -> System:
+    """A mass slides against friction, pulled back by a spring, and does not stop."""
+    found = System()
+    found.add(parts.Point(mass=2.0, velocity=(1.5, 0.0, 0.0)), "mass")
+    keys = {"stiffness": 50.0, "friction_force": 1.0, "bristle_stiffness": 1e4}
+    found.add(parts.TranslationalSpring(a="ground", b="mass", axis=(1.0, 0.0, 0.0), **keys), "spring")
+    return found
+
+
+CASES: dict[str, tuple[Callable[[], System], str, dict[str, float], dict[str, Any], float]] = {
+    "spinning": (
+        spinning, "body.position.y.last", {"spring.stiffness": 30.0, "body.mass": 2.0, "spring.damping": 0.4},
+        {"until": 2.0, "step": 0.01}, 1e-6,
+    ),
+    "rate": (spinning, "body.rate.z.last", {"spring.stiffness": 30.0}, {"until": 2.0, "step": 0.01}, 1e-6),
+    "rod": (
+        rod, "tip.position.y.last", {"rod.material.young_modulus": 2e6, "tip.mass": 0.2, "rod.length": 1.0},
+        {"until": 0.6, "step": 0.005}, 1e-6,
+    ),
+    "contact": (
+        ball, "ball.position.y.last", {"touch.stiffness": 2e3, "ball.mass": 0.4},
+        {"until": 0.2, "step": 5e-4}, 1e-6,
+    ),
+    "friction": (
+        sliding, "mass.position.x.last", {"spring.friction_force": 1.0, "mass.mass": 2.0}, {"until": 0.2, "step": 1e-3},
+        1e-6,
+    ),
+}  # fmt: skip
+
+
+CASES["beam"] = (
+    lambda: evolvent.load("boom-slew"), "tip mass.position.y.last",
+    {"boom.material.young_modulus": 70e9, "tip mass.mass": 0.5, "hub.mass": 20.0},
+    {"until": 2.0, "step": 0.02}, 1e-6,
+)  # fmt: skip
+CASES["latch"] = (
+    lambda: evolvent.load("solar-array"), "hinge 2.latch_time",
+    {"hinge 1.stiffness": 0.2, "panel 2.mass": 4.0, "hinge 3.damping": 0.05, "hinge 2.rest": math.radians(20.0)},
+    {"until": 7.38, "step": 0.003}, 1e-5,  # latches lock within 1e-10 rad, which is 4e-6 of these differences
+)  # fmt: skip
+
+
+@pytest.mark.slow
+@BOTH
+@pytest.mark.parametrize("case", CASES)
+def test_those_of_runs_with_fixed_steps_are_central_differences(case: str, method: str) -> None:
+    """Free rotation, beams and exact rods with penalties and constraints, a contact, friction, and a latch."""
+    system, name, keys, settings, within = CASES[case]
+    settings = {**settings, "method": method, "spectral_radius": 0.9}
+    built = system()
+    found = built.sensitivity(name, list(keys), **settings)
+    for key, at in keys.items():
+        change = 2e-4 if case == "latch" else 1e-3  # by which the number of steps to the latch stays what it is
+        compared = differences(built, name, key, at, change=change, **settings)
+        assert float(found.derivative.sel(value=name, key=key)) == pytest.approx(compared, rel=within), (case, key)
+
+
+@pytest.mark.slow
+def test_those_through_latches_are_the_same_by_both_methods() -> None:
+    """The last hinge latches after two others have: starts and jumps at these are in it."""
+    array = evolvent.load("solar-array")
+    keys = ["hinge 1.stiffness", "hinge 2.stiffness", "panel 1.mass"]
+    settings = {"until": 10.0, "spectral_radius": 0.6}
+    steps = {ENERGY: 0.005, ALPHA: 0.002}
+    found = {
+        method: array.sensitivity("hinge 1.latch_time", keys, method=method, step=step, **settings).derivative.values[0]
+        for method, step in steps.items()
+    }
+    np.testing.assert_allclose(found[ENERGY], found[ALPHA], rtol=2e-4)
+    compared = differences(
+        array, "hinge 1.latch_time", keys[1], 0.1, change=2e-5, method=ENERGY, step=steps[ENERGY], **settings
+    )
+    assert found[ENERGY][1] == pytest.approx(compared, rel=3e-5)
+
+
+@pytest.mark.slow
+def test_steps_that_are_adaptive_are_those_of_the_run() -> None:
+    found = hinge().sensitivity("hinge.latch_time", "hinge.stiffness", until=1.0, method=ENERGY, tolerance=1e-9)
+    assert found.attrs["steps"] == "as in the run"
+    assert float(found.derivative[0, 0]) == pytest.approx(-float(found.result[0]) / 4.0, rel=1e-4)
+
+
+@pytest.mark.slow
+def test_a_run_has_those_of_its_case() -> None:
+    run = hinge().simulate(until=1.0, step=1e-2, method=ENERGY)
+    found = run.ev.sensitivity("hinge.latch_time", "parts.flap.inertia")
+    assert float(found.derivative[0, 0]) == pytest.approx(float(found.result[0]), rel=1e-3)
+    assert float(found.result[0]) == float(run["hinge"].latch_time.values[-1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("values", "keys", "settings", "words"),
+    [
+        ("hinge.latch_time", "hinge.stiffness", {"method": "rk4"}, "the method is rk4; name one of them"),
+        ("hinge.latch_time", "hing.stiffness", {}, "no part is called 'hing'; did you mean 'hinge'?"),
+        ("hinge.latch_time", "hinge.stifness", {}, "did you mean"),
+        ("hinge.latch_time", "hinge.a", {}, "a derivative is by a key that holds a number"),
+        ("hinge.latch_time", "hinge.damping", {}, "needs values on both sides"),
+        ("hinge.angle", "hinge.stiffness", {}, "values; a derivative is of one"),
+        ("hinge.latch", "hinge.stiffness", {}, "latch"),
+        ("hinge.latch_time", "hinge.stiffness", {"until": 0.1}, "is nan in this run"),
+        (["hinge.latch_time", "hinge.latch_time"], "hinge.stiffness", {}, "values name 'hinge.latch_time' twice"),
+        ([], "hinge.stiffness", {}, "values are []; they must be one or more names"),
+    ],
+)
+def test_what_has_no_derivative_is_refused(values: Any, keys: Any, settings: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError) as refused:
+        hinge().sensitivity(values, keys, **({"until": 1.0, "step": 0.01, "method": ENERGY} | settings))
+    assert words in str(refused.value)
+
+
+@pytest.mark.slow
+def test_a_value_with_a_kink_is_refused() -> None:
+    """The largest distance from where the mass starts is not smooth where a change of sides makes it another one."""
+    found = System()
+    found.add(parts.Point(mass=2.0, position=(1.0, 0.0, 0.0)), "mass")
+    found.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=8.0, length=1.0), "spring")
+    with pytest.raises(InputError, match=r"has no derivative by .spring.length.: it is"):
+        found.sensitivity("mass.position.x.max", "spring.length", until=2.0, step=0.01, method=ENERGY)
