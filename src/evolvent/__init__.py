@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from evolvent.analysis.system import System
     from evolvent.compiled.laws import drive_law, element_law, event_law, force_law, motor_law, spring_law, torque_law
     from evolvent.design.dispersions import disperse
+    from evolvent.design.optimization import optimize
     from evolvent.design.studies import sweep
     from evolvent.elements.inertia import SectionInertia
     from evolvent.elements.materials import ALUMINIUM, CFRP, KAPTON, STEEL, Material
@@ -50,6 +51,7 @@ __all__ = [
     "load",
     "motor_law",
     "open",
+    "optimize",
     "parts",
     "run",
     "save",
@@ -77,6 +79,7 @@ _LAZY = {
     "spring_law": "evolvent.compiled.laws",
     "torque_law": "evolvent.compiled.laws",
     "disperse": "evolvent.design.dispersions",
+    "optimize": "evolvent.design.optimization",
     "sweep": "evolvent.design.studies",
 }
 

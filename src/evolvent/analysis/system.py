@@ -311,6 +311,27 @@ class System:
         moves = motion or (motion is None and "until" in self.settings)
         return found.results(run() if moves else None, title=self.title, case=self._case(self.settings))
 
+    def design(self, **asked: Any) -> Any:
+        """Find the values of keys that minimize a result and meet requirements.
+
+        Parameters
+        ----------
+        asked : what varies, what is minimized and what is required, as of `evolvent.optimize`
+
+        Returns
+        -------
+        evolvent.design.optimization.Design
+            ``self.with_values(found.values)`` is the system with the design.
+
+        Raises
+        ------
+        InputError, RunFailed
+            As of `evolvent.optimize`.
+        """
+        import evolvent
+
+        return evolvent.optimize(self, **asked)
+
     def equilibrium(
         self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,
         rotating: str | Sequence[float] | None = None, centre: Sequence[float] | None = None,

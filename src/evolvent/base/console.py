@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import click
@@ -55,6 +55,18 @@ def say(text: str, *, styled: bool = False) -> None:
         (click.echo if styled else echo)(text)
     except BrokenPipeError:
         discard_output()
+
+
+def aligned(table: Sequence[Sequence[str]]) -> list[str]:
+    """Lines of a table: its first column to the left, the others to the right."""
+    widths = [max(len(row[k]) for row in table) for k in range(len(table[0]))]
+    return [
+        "  ".join(
+            cell.ljust(width) if k == 0 else cell.rjust(width)
+            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in table
+    ]
 
 
 def note(sentence: str) -> None:

@@ -22,6 +22,7 @@ from evolvent.base.errors import EvolventError, InputError, RunFailed, abbreviat
 from evolvent.commands.analysis import equilibrium, modes
 from evolvent.commands.calibrate import calibrate
 from evolvent.commands.claims import claims
+from evolvent.commands.design import design
 from evolvent.commands.design_drive import design_drive
 from evolvent.commands.disperse import disperse
 from evolvent.commands.export import export, report
@@ -298,6 +299,7 @@ commands.add_command(claims)
 commands.add_command(calibrate)
 commands.add_command(identify)
 commands.add_command(plan)
+commands.add_command(design)
 commands.add_command(design_drive)
 commands.add_command(permissible_torque)
 commands.add_command(export)

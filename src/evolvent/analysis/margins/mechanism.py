@@ -15,7 +15,9 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import hashlib
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +26,7 @@ from evolvent import model as mdl
 from evolvent.analysis.margins.shares import GRAVITY, OWN, SPIN, Share, coordinate_names
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
+from evolvent.compiled.pointer import Struct
 from evolvent.flow.implicit import residual
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import axial, coordinate_laws, resistance
@@ -44,6 +47,9 @@ _ROUND_OFF = 1e-12
 _MOVE, _ITERATIONS, _REACHED = 0.2, 30, 1e-13
 #: Deflections of a bristle, beside that at which friction slips, from which it is pulled along.
 _SLIPPING = 2.0
+#: Stations of coordinates that were found last, and how many coordinates are kept.
+_STATIONS: dict[Any, list[tuple[Position, Direction, Array]]] = {}
+_MOST_KEPT = 32
 
 
 @dataclasses.dataclass(frozen=True)
@@ -125,6 +131,7 @@ class Mechanism:
         for one in self.with_torque:
             one.coordinates["stiffness"] = 1.0
         self._models: dict[str, Any] = {}
+        self._digest = _digest(self.bare, self.synchronizations)
         self.powers = np.zeros(N_POWERS)
         self.none = np.zeros(self.n_v), np.zeros(self.n_j)
 
@@ -310,6 +317,34 @@ class Mechanism:
 
     # ------------------------------------------------------------------------------------------------ positions
 
+    def stations(
+        self, k: int, sense: float, held: dict[int, float], xs: Array, at: Position
+    ) -> Iterator[tuple[Position, Direction]]:
+        """Positions in which coordinate k has the values xs, one after the other, with its direction there.
+
+        Positions do not hang on what is in no constraint and no mass, such as stiffnesses: mechanisms that differ in
+        that alone share them.
+
+        Parameters
+        ----------
+        sense : 1 or -1, of the direction
+        held : values of the coordinates that are held, by row
+        at : a position at rest, from which the first one is sought
+        """
+        key = (self._digest, k, sense, tuple(held.items()), xs.tobytes(), at.t, at.y.tobytes())
+        known = _STATIONS.pop(key, None)
+        if known is None:
+            known = []
+            for x in xs:
+                at = self.move({**held, k: float(x)}, at)
+                known.append((at, self.direction(k, list(held), sense, at), self.bare.switches.copy()))
+        _STATIONS[key] = known
+        if len(_STATIONS) > _MOST_KEPT:
+            del _STATIONS[next(iter(_STATIONS))]
+        for there, direction, switches in known:
+            self.bare.switches[:] = switches
+            yield there, direction
+
     def count_turns(self) -> None:
         """Keep the last angles as those from which whole turns are counted."""
         rows = self.bare.coordinates
@@ -357,6 +392,19 @@ class Mechanism:
     def unit(self, k: int) -> str:
         """Unit of coordinate k."""
         return "rad" if self.whole.coordinates["kind"][k] == axial.ANGLE else "m"
+
+
+def _digest(bare: Any, ties: Array) -> str:
+    """Hash of all that positions and directions follow from."""
+    found = hashlib.sha256(np.asarray(ties).tobytes())
+    waiting = [bare]
+    while waiting:
+        for one in waiting.pop():
+            if isinstance(one, Struct):
+                waiting.append(one)
+            else:
+                found.update(np.asarray(one).tobytes())
+    return found.hexdigest()
 
 
 def _least(M: Array, A: Array, b: Array) -> Array:

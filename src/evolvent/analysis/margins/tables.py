@@ -138,10 +138,8 @@ def along_travel(
     """
     xs = np.linspace(coordinate.start, coordinate.end, stations)
     values, inertia = np.zeros((len(shares), stations)), np.zeros(stations)
-    for n, x in enumerate(xs):
-        at = mechanism.move({**held, coordinate.k: float(x)}, at)
-        direction = mechanism.direction(coordinate.k, list(held), coordinate.sense, at)
-        values[:, n], inertia[n] = _powers(mechanism, shares, direction, at, still=True), direction.inertia
+    for n, (there, direction) in enumerate(mechanism.stations(coordinate.k, coordinate.sense, held, xs, at)):
+        values[:, n], inertia[n] = _powers(mechanism, shares, direction, there, still=True), direction.inertia
     return Table(coordinate, shares, xs, np.zeros(0), values, inertia, *known)
 
 

@@ -8,12 +8,12 @@ import io
 import json
 import math
 import os
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from evolvent import results
+from evolvent.base.console import aligned
 from evolvent.base.errors import visible
 from evolvent.base.files import write_file
 from evolvent.design.dispersions.dispersed import Dispersion, Output
@@ -138,7 +138,7 @@ def worst(found: Dispersion, one: Output) -> list[tuple[str, ...]]:
 
 def text(found: Dispersion) -> str:
     """The result as lines for the screen."""
-    lines = _aligned([heads(found), *summary(found)])
+    lines = aligned([heads(found), *summary(found)])
     lines += ["", *sentences(found)]
     for failure in found.failures[:3]:
         keys = ", ".join(f"{key} = {_short(value)}" for key, value in failure.keys.items())
@@ -147,7 +147,7 @@ def text(found: Dispersion) -> str:
         rows, about = sensitivities(found, one)
         lines += ["", f"{_named(one)}: {about}"]
         if rows:
-            lines += _aligned([sensitivity_heads(one), *rows])
+            lines += aligned([sensitivity_heads(one), *rows])
         if found.sample == "corners":
             lines += [f"{row[0]}: {row[1]} in case {row[2]}: {row[3]}" for row in worst(found, one)]
     return visible("\n".join(lines))
@@ -159,17 +159,6 @@ def _short(value: Any) -> str:
 
 def _named(one: Output) -> str:
     return f"{one.name} [{one.unit}]" if one.unit else one.name
-
-
-def _aligned(table: Sequence[Sequence[str]]) -> list[str]:
-    widths = [max(len(row[k]) for row in table) for k in range(len(table[0]))]
-    return [
-        "  ".join(
-            cell.ljust(width) if k == 0 else cell.rjust(width)
-            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in table
-    ]
 
 
 # ------------------------------------------------------------------------------------------------ figures

@@ -297,3 +297,21 @@ def number(where: str, given: Mapping[str, Any], key: str, reader: Any, *, insid
     if inside:
         raise InputError(f"{where} is {schema.shown(inside)}; {value!r} must be {wanted}; {problem}")
     raise InputError(f"{where}.{key} is {schema.shown(value)}; it must be {wanted}; {problem}")
+
+
+def value(where: str, given: Any, text: str, reader: Any, nominal: Callable[[], float]) -> float:
+    """A value in the SI unit of a key: a quantity, ``nominal``, or a percentage of the case's own value.
+
+    Parameters
+    ----------
+    where, given : str, the key and what holds the value, for messages
+    text : str
+    reader : what reads the key's value
+    nominal : function that returns the case's own value
+
+    Raises
+    ------
+    InputError
+        If it is no such value.
+    """
+    return _Reading(where, given, reader, nominal).value(text.strip())

@@ -143,7 +143,7 @@ class _Sweep:
         self._warm_up()
         each = self._cost_of_a_case() if workers is None or len(self.pending) >= _MANY else 0.0
         if workers is None:
-            workers = _cores() if each * len(self.pending) > _SMALL else 1
+            workers = cores() if each * len(self.pending) > _SMALL else 1
         workers = min(workers, len(self.pending))
         self._forecast(each, workers)
         if workers > 1:
@@ -224,7 +224,7 @@ def _duration(seconds: float) -> str:
     return f"{seconds:.2g} s"
 
 
-def _cores() -> int:
+def cores() -> int:
     """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 

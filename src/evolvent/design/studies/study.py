@@ -181,7 +181,7 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str
         stages=names,
         content=cases.content_of(case, fixed),
         correlation=content.get("correlation"),
-        nominal=lambda path: _at(own(), path),
+        nominal=lambda path: value_at(own(), path),
     )
     varied = {axis.path for axis in varying}
     for axis in varying:
@@ -350,7 +350,7 @@ def _checked(study: Study, module: Any) -> Study:
         for name, case in _loaded(study, index, module):
             for values, axis, k in zip(read_values, study.axes, places, strict=True):
                 if values[int(k)] is None and axis.stage in ("", name):
-                    values[int(k)] = _at(case, axis.path)
+                    values[int(k)] = value_at(case, axis.path)
     axes = tuple(
         dataclasses.replace(a, values=tuple(given if v is None else v for v, given in zip(own, a.values, strict=True)))
         for a, own in zip(study.axes, read_values, strict=True)
@@ -431,7 +431,7 @@ def corners(study: Study, most: int = _CORNERS) -> list[int]:
     return list(dict.fromkeys(found))[:most]
 
 
-def _at(case: Any, key: str) -> Any:
+def value_at(case: Any, key: str) -> Any:
     """Value of a dotted key of a checked case, as JSON can hold it."""
     place, choice = case, None
     for name in key.split("."):

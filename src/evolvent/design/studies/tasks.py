@@ -124,7 +124,7 @@ def _chains(task: Task, notes: list[str]) -> tuple[list[record.Outcome], str]:
 
 def _outcomes(task: Task) -> list[record.Outcome]:
     """What is kept of every case, in order."""
-    loaded = [_loaded(task, overrides[""]) for overrides in task.overrides]
+    loaded = [_loaded(task.content, overrides[""]) for overrides in task.overrides]
     sound = [case for case in loaded if not isinstance(case, Exception)]
     if not sound:
         return [record.outcome(k, case, task.keep) for k, case in zip(task.indices, loaded, strict=True)]
@@ -145,10 +145,34 @@ def _outcomes(task: Task) -> list[record.Outcome]:
     return found
 
 
-def _loaded(task: Task, overrides: Mapping[str, Any]) -> Any:
+def outcome_of(
+    content: Mapping[str, Any], overrides: Mapping[str, Any], keep: Sequence[str], variants: Variants
+) -> record.Outcome:
+    """What is kept of the run of one case, or the reason why there is none.
+
+    Parameters
+    ----------
+    content : mapping, a case
+    overrides : mapping, its keys that change
+    keep : names of what is kept
+    variants : what the runs of similar cases share
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the user ended the run.
+    """
+    case = _loaded(content, overrides)
+    run = case if isinstance(case, Exception) else _run(case, keep, variants)
+    if not isinstance(run, Exception) and run.attrs["status"] == "interrupted":
+        raise KeyboardInterrupt
+    return record.outcome(0, run, keep)
+
+
+def _loaded(content: Mapping[str, Any], overrides: Mapping[str, Any]) -> Any:
     """A checked case, or why it is none."""
     try:
-        return cases.load(task.content, overrides)
+        return cases.load(content, overrides)
     except InputError as error:
         return error
 

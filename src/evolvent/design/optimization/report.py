@@ -1,0 +1,260 @@
+"""A design as text, a figure and an HTML page."""
+
+from __future__ import annotations
+
+import datetime
+import math
+import os
+from collections.abc import Sequence
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.base.console import aligned
+from evolvent.base.errors import visible
+from evolvent.base.files import write_file
+from evolvent.design.optimization.problem import Variable
+from evolvent.design.optimization.runs import short
+from evolvent.design.optimization.search import Design, Found
+from evolvent.exports.figure_pictures import figure_picture
+from evolvent.results import made_with
+from evolvent.results.figures import Figure, Line, Panel
+from evolvent.view import pages
+
+#: Stationarity above which the derivatives at the end do not fit an optimum.
+_STATIONARY = 0.1
+
+Rows = list[tuple[str, ...]]
+
+
+def number(value: float) -> str:
+    """A number of five digits; a dash where there is none."""
+    return f"{value:.5g}" if math.isfinite(value) else "-"
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{number(value)} {unit}".rstrip()
+
+
+def sentences(found: Design) -> list[str]:
+    """What was searched, how it ended, and what a reader must know."""
+    problem = found.problem
+    best, start = (_with_unit(one, problem.unit) for one in (found.objective, found.start.result.objective))
+    searches = f"{len(found.ends)} {'search' if len(found.ends) == 1 else 'searches'}"
+    lines = [
+        f"{problem.aim}: {best}, {start} of the case as it is",
+        f"{found.runs} runs, {searches}; the best ended with: {found.best.message}",
+    ]
+    if problem.dispersed is not None:
+        spread = problem.dispersed
+        lines.append(
+            f"every design has {len(spread.probabilities)} runs with dispersed keys, by the same draws; objective and "
+            f"requirements are their {100 * spread.quantile:.6g} % quantiles on the worse side, by order"
+        )
+    if not found.met:
+        lines.append(f"no design that was tried meets all requirements; missed: {'; '.join(found.missed())}")
+    if found.exhausted:
+        lines.append("the search ended since it had no runs left; more are allowed by most_runs (--runs)")
+    if found.trade is not None:
+        lines += found.trade.at_bounds
+        if found.trade.residual > _STATIONARY:
+            lines.append(
+                f"the derivatives at the end are no optimum's to {100 * found.trade.residual:.2g} %: results have "
+                f"kinks or jumps there, or the search ended early; try other starts, or the optimizer cobyqa"
+            )
+    return lines
+
+
+def key_rows(found: Design) -> Rows:
+    """Rows of the keys: name with unit, lower bound, case, design, upper bound."""
+    rows: Rows = []
+    own = found.values
+    for one in found.problem.variables:
+        for key in one.keys:
+            name = f"{key.key} [{key.unit}]" if key.unit else key.key
+            value = own[key.key]
+            shown = _shown(value, key.unit)
+            start = "-" if key.start is None else _shown(key.start, key.unit)
+            low, high = ("choices", str(len(key.choices))) if key.choices else (number(key.low), number(key.high))
+            rows.append((name, low, start, shown, high))
+    return rows
+
+
+def _shown(value: object, unit: str) -> str:
+    if isinstance(value, str) and unit:
+        value = value.removesuffix(f" {unit}")
+        return number(float(value)) if value.replace(".", "", 1).replace("e-", "", 1).isdigit() else value
+    return number(float(value)) if isinstance(value, float) else str(value)
+
+
+KEY_HEADS = ("key", "lower", "case", "design", "upper")
+
+
+def requirement_rows(found: Design) -> Rows:
+    """Rows of the requirements: text, value of the case, of the design, slack, multiplier."""
+    rows: Rows = []
+    for k, one in enumerate(found.problem.requirements):
+        value = float(found.best.result.values[k])
+        left = -short(one, value)
+        state = "active" if found.trade is not None and found.trade.multipliers[k] > 0.0 else "met"
+        gain = "-" if found.trade is None else number(float(found.trade.multipliers[k]))
+        start = number(float(found.start.result.values[k]))
+        rows.append((one.text, start, number(value), number(left), state if left >= 0.0 else "MISSED", gain))
+    return rows
+
+
+def requirement_heads(found: Design) -> tuple[str, ...]:
+    """Heads of the columns of `requirement_rows`."""
+    unit = found.problem.unit or "objective"
+    return ("requirement", "case", "design", "slack", "state", f"worth of a unit, {unit}")
+
+
+def tolerance_rows(found: Design) -> Rows:
+    """Rows of the tolerances: keys, tolerance, change of the objective, requirements that it would break, cost."""
+    if found.trade is None:
+        return []
+    rows: Rows = []
+    for one in found.trade.tolerances:
+        broken = ", ".join(
+            f"{found.problem.requirements[k].name} by {number(_beyond(found, one.changes, k))}" for k in one.exceeds
+        )
+        rows.append((one.name, one.text, number(one.objective), number(one.cost), broken or "none"))
+    return rows
+
+
+def _beyond(found: Design, changes: np.ndarray, k: int) -> float:
+    assert found.trade is not None
+    return float(changes[k] - max(found.trade.slacks[k], 0.0))
+
+
+def tolerance_heads(found: Design) -> tuple[str, ...]:
+    """Heads of the columns of `tolerance_rows`."""
+    unit = found.problem.unit or "1"
+    return ("keys", "tolerance", f"objective changes by, {unit}", f"cost, {unit}", "breaks")
+
+
+def end_rows(found: Design) -> Rows:
+    """Rows of the searches: choices, objective, whether all requirements are met, message."""
+    rows: Rows = []
+    for k, one in enumerate(found.ends):
+        met = one.result.sound and all(
+            short(r, v) <= 0.0 for r, v in zip(found.problem.requirements, one.result.values, strict=True)
+        )
+        rows.append(
+            (
+                str(k + 1),
+                _choices(found, one),
+                number(one.result.objective),
+                "yes" if met else "no",
+                one.result.reason or one.message,
+            )
+        )
+    return rows
+
+
+END_HEADS = ("search", "choices", "objective", "requirements met", "ended with")
+
+
+def _choices(found: Design, one: Found) -> str:
+    def text(variable: Variable, number: int) -> str:
+        return f"{variable.name} = {variable.keys[0].choices[number]}"
+
+    return ", ".join(text(v, n) for v, n in zip(found.problem.discrete, one.chosen, strict=True)) or "-"
+
+
+def text(found: Design) -> str:
+    """The design as lines for the screen."""
+    lines = [*sentences(found), "", *aligned([KEY_HEADS, *key_rows(found)])]
+    if found.problem.requirements:
+        lines += ["", *aligned([requirement_heads(found), *requirement_rows(found)])]
+    if found.trade is not None and found.trade.tolerances:
+        lines += ["", "what tolerances do, to first order:", *aligned([tolerance_heads(found), *tolerance_rows(found)])]
+    if len(found.ends) > 1:
+        lines += ["", *aligned([END_HEADS, *end_rows(found)])]
+    return visible("\n".join(lines))
+
+
+def figure(found: Design) -> Figure:
+    """Objective over the runs of the search, and the design between its bounds."""
+    panels = []
+    runs, values, met = (np.array(one) for one in zip(*found.history, strict=True))
+    ok = met.astype(bool)
+    lines = (
+        [Line(x=runs[~ok], y=values[~ok], style="", marker=".", color=3, label="misses a requirement")]
+        if np.any(~ok)
+        else []
+    )
+    if np.any(ok):
+        best = (np.maximum if found.problem.maximize else np.minimum).accumulate(values[ok])
+        lines += [Line(x=runs[ok], y=values[ok], style="", marker=".", color=0, label="meets all requirements"),
+                  Line(x=runs[ok], y=best, color=1, label="best so far")]  # fmt: skip
+    log = bool(np.all(values > 0.0) and values.max() > 20.0 * values.min())
+    panels.append(
+        Panel(
+            x_label="runs",
+            y_label=f"objective, {found.problem.unit}" if found.problem.unit else "objective",
+            lines=lines,
+            log=log,
+        )
+    )
+    if found.problem.continuous:
+        bars, names = [], {}
+        for row, (one, share) in enumerate(zip(found.problem.continuous, found.best.place, strict=True)):
+            y = float(len(found.problem.continuous) - 1 - row)
+            names[y] = _cut(one.name)
+            bars.append(Line(x=np.array([0.0, 100.0]), y=np.array([y, y]), color="#bbbbbb", width=3.0))
+            bars.append(
+                Line(
+                    x=np.array([100.0 * one.start]),
+                    y=np.array([y]),
+                    style="",
+                    marker="|",
+                    color=0,
+                    label="case" if row == 0 else "",
+                )
+            )
+            bars.append(
+                Line(
+                    x=np.array([100.0 * share]),
+                    y=np.array([y]),
+                    style="",
+                    marker="o",
+                    color=1,
+                    label="design" if row == 0 else "",
+                )
+            )
+        panels.append(Panel(x_label="way from the lower to the upper bound, %", y_label="", lines=bars, y_names=names))
+    return Figure(
+        name="design",
+        title=f"Design: {found.problem.aim}",
+        panels=panels,
+        height=70.0 + 9.0 * len(found.problem.continuous),
+    )
+
+
+def _cut(name: str) -> str:
+    name = name.replace("parts.", "")
+    return name if len(name) <= 40 else f"{name[:37]}..."
+
+
+def write(found: Design, path: str | os.PathLike[str], *, date: datetime.datetime | None = None) -> None:
+    """Write the report as one HTML page that needs nothing else.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    moment = date or datetime.datetime.now(datetime.UTC)
+    sections: Sequence[tuple[str, tuple[str, ...], Rows]] = [
+        ("Keys", KEY_HEADS, key_rows(found)),
+        ("Requirements", requirement_heads(found), requirement_rows(found)),
+        ("What tolerances do, to first order", tolerance_heads(found), tolerance_rows(found)),
+        ("Searches", END_HEADS, end_rows(found)),
+    ]
+    page = pages.render(
+        "design.html", title=f"Design: {found.problem.aim}", sentences=sentences(found), met=found.met,
+        picture=figure_picture(figure(found)), sections=[one for one in sections if one[2]],
+        case=cases.dump(found.content), made=f"{moment.day} {moment:%B %Y, %H:%M} UTC, {made_with()}",
+    )  # fmt: skip
+    write_file(path, page.encode())

@@ -1,0 +1,204 @@
+"""Designs against closed forms: a mass on a spring that latches, whose time and rate there are known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import evolvent as ev
+from evolvent import cases, parts
+from evolvent.base.errors import InputError, RunFailed
+from evolvent.design.optimization import report
+from evolvent.design.optimization.runs import quantile
+from evolvent.design.studies import draws
+
+MASS, REST, LATCH = 2.0, 0.6, 0.5
+#: x = REST (1 - cos w t) reaches LATCH at PHASE/w.
+PHASE = math.acos(1.0 - LATCH / REST)
+STIFFNESS = "parts.slide.stiffness"
+
+
+def slide(stiffness: float = 1.0) -> ev.System:
+    """A mass that a spring pulls into a latch."""
+    system = ev.System(settings={"until": 8.0, "method": "generalized-alpha", "tolerance": 1e-9})
+    system.add(parts.Point(mass=MASS, position=(0.0, 1.0, 0.0)), "mass")
+    latch = {"latch": LATCH, "latch_stiffness": 1e4, "latch_damping": 100.0}
+    spring = parts.TranslationalSpring(a="ground", b="mass", stiffness=stiffness, rest=REST, **latch)
+    system.add(spring, "slide")
+    return system
+
+
+def rate_at(stiffness: float) -> float:
+    """Rate at the latch."""
+    return REST * math.sqrt(stiffness / MASS) * math.sin(PHASE)
+
+
+@pytest.mark.slow
+def test_the_softest_spring_that_latches_in_time() -> None:
+    """Minimum of the rate where the time is 4 s: stiffness, multiplier and costs of tolerances by closed forms."""
+    end = 4.0
+    found = slide().design(
+        vary={STIFFNESS: "0.1 to 5 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 4 s",
+        tolerances={STIFFNESS: "1%", "parts.mass.mass": "2%"},
+    )  # fmt: skip
+    best = MASS * (PHASE / end) ** 2
+    assert found.met
+    assert found.values[STIFFNESS] == pytest.approx(best, rel=3e-5)
+    assert found.objective == pytest.approx(rate_at(best), rel=2e-5)
+    assert found.start.result.objective == pytest.approx(rate_at(1.0), rel=1e-6)
+    trade = found.trade
+    assert trade is not None
+    assert trade.multipliers[0] == pytest.approx(rate_at(best) / end, rel=1e-3)  # the rate goes by 1/time
+    assert 0.0 <= trade.slacks[0] < 1e-4
+    assert trade.residual < 1e-6
+    costs = {one.name: one for one in trade.tolerances}
+    late = end * (1.02**0.5 - 1.0)  # of a mass that is 2 % heavier
+    assert costs["parts.mass.mass"].changes[0] == pytest.approx(max(late, end * (1.0 - 0.98**0.5)), rel=1e-3)
+    assert costs["parts.mass.mass"].cost == pytest.approx(rate_at(best) / end * late, rel=0.02)
+    assert costs["parts.mass.mass"].exceeds == (0,)
+    text = report.text(found)
+    assert "slide.latch_time <= 4 s" in text
+    assert "active" in text
+    again = slide().with_values(found.values).simulate(keep=["slide.latch_time.last"])
+    assert again["slide.latch_time.last"] <= end
+
+
+@pytest.mark.slow
+def test_a_dispersion_takes_its_quantile() -> None:
+    """With dispersed masses the stiffness follows from the order statistic of the masses."""
+    found = ev.optimize(
+        slide(), vary={"slide.stiffness": "0.1 to 5 N/m"}, minimize="slide.latch_rate",
+        subject_to=["slide.latch_time <= 4 s"], disperse={"mass.mass": "10%"}, samples=20, quantile=0.9,
+    )  # fmt: skip
+    drawn = MASS * (0.9 + 0.2 * np.sort(draws.probabilities("latin-hypercube", 20, 1, 0)[:, 0]))
+    heavy = drawn[17]  # the 18th of 20
+    assert found.values[STIFFNESS] == pytest.approx(heavy * (PHASE / 4.0) ** 2, rel=1e-4)
+    light = drawn[2]  # whose rate is the 18th
+    stiffness = found.values[STIFFNESS]
+    assert found.objective == pytest.approx(REST * math.sqrt(stiffness / light) * math.sin(PHASE), rel=1e-4)
+    assert found.runs % 20 == 0 or found.trade is not None
+    assert any("20 runs with dispersed keys" in line for line in report.sentences(found))
+
+
+@pytest.mark.slow
+def test_choices_are_all_tried() -> None:
+    found = slide(0.4).design(
+        vary={STIFFNESS: ["0.2 N/m", 0.25, 0.3, 0.4]}, minimize="slide.latch_rate",
+        subject_to="slide.latch_time <= 4 s",
+    )  # fmt: skip
+    assert found.met
+    assert found.values == {STIFFNESS: 0.25}
+    assert found.runs == 4
+    assert found.trade is None
+    rows = report.end_rows(found)
+    assert [row[3] for row in rows] == ["yes", "no", "yes", "yes"]
+
+
+@pytest.mark.slow
+def test_what_cannot_be_met_is_reported_with_the_nearest_design() -> None:
+    found = slide().design(
+        vary={STIFFNESS: "0.5 to 2 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 1 s",
+    )  # fmt: skip
+    assert not found.met
+    assert found.values[STIFFNESS] == pytest.approx(2.0, rel=1e-6)
+    assert found.missed()[0].startswith("slide.latch_time <= 1 s (it is 1.40")
+    assert any("meets all requirements" in line for line in report.sentences(found))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("optimizer", ["slsqp", "cobyqa"])
+def test_an_inner_optimum(optimizer: str) -> None:
+    """The damping that leaves the least of a free oscillation: that of the closed form of a damped mass."""
+    system = ev.System(settings={"until": 3.0, "method": "generalized-alpha", "tolerance": 1e-9})
+    system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "mass")
+    system.add(parts.TranslationalSpring(a="ground", b="mass", stiffness=4.0, rest=-1.0, damping=1.0), "slide")
+    found = system.design(
+        vary={"parts.slide.damping": "0.5 to 12 N s/m"}, minimize="mass.energy_kinetic.last", optimizer=optimizer,
+        maximize=(), starts=1,
+    )  # fmt: skip
+
+    def left(damping: float) -> float:
+        """Kinetic energy after 3 s of a travel of 1 m."""
+        w = np.emath.sqrt(4.0 - damping**2 / 4.0)
+        return abs(np.exp(-damping * 1.5) * 4.0 / w * np.sin(w * 3.0)) ** 2 / 2.0
+
+    from scipy.optimize import minimize_scalar
+
+    near = found.values["parts.slide.damping"]
+    best = minimize_scalar(left, bounds=(max(near - 0.5, 0.5), near + 0.5), method="bounded", options={"xatol": 1e-8})
+    assert found.objective == pytest.approx(best.fun, abs=2e-6)
+    assert found.objective < 0.2 * left(1.0)
+
+
+def test_runs_are_limited_and_the_best_so_far_is_kept() -> None:
+    found = slide().design(
+        vary={STIFFNESS: "0.1 to 5 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 4 s",
+        most_runs=6,
+    )  # fmt: skip
+    assert found.exhausted
+    assert found.runs <= 6
+    assert found.met
+    assert any("no runs left" in line for line in report.sentences(found))
+
+
+def test_a_design_is_a_case(tmp_path) -> None:
+    found = slide(0.4).design(vary={STIFFNESS: [0.25, 0.4]}, minimize="slide.latch_rate")
+    loaded = cases.load(found.content)
+    assert loaded.parts["slide"].stiffness == 0.25
+    report.write(found, tmp_path / "design.html")
+    page = (tmp_path / "design.html").read_text()
+    assert "Design: minimize slide.latch_rate" in page
+    assert report.figure(found).panels
+
+
+def test_quantiles_are_order_statistics() -> None:
+    values = [3.0, 1.0, 2.0, 4.0]
+    assert quantile(values, 0.75, upper=True) == 3.0
+    assert quantile(values, 0.75, upper=False) == 2.0
+    assert quantile([*values, math.nan], 0.8, upper=True) == 4.0
+    assert math.isnan(quantile([*values, math.nan], 0.95, upper=True))
+
+
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        ({}, "a design needs one of minimize and maximize"),
+        ({"minimize": "slide.latch_rate", "maximize": "slide.angle"}, "a design needs one of minimize and maximize"),
+        ({"minimize": "slide.latch_rat"}, "the design asks for 'slide.latch_rat'; no variable is called"),
+        ({"minimize": "slide.latch_rate", "vary": {}}, "vary is empty"),
+        ({"vary": {"parts.slide.stiffnes": "1 to 2"}}, "vary: unknown key 'parts.slide.stiffnes'; did you mean"),
+        ({"vary": {STIFFNESS: "5 to 1 N/m"}}, "the lower bound (5) must be below the upper one (1)"),
+        ({"vary": {STIFFNESS: "5"}}, "vary.parts.slide.stiffness is '5'; it must be bounds such as"),
+        ({"vary": {STIFFNESS: "1 to 2 m"}}, "vary.parts.slide.stiffness is '1 to 2 m'; '1 m' must be a number in N/m"),
+        ({"vary": {STIFFNESS: []}}, "vary.parts.slide.stiffness lists 0 choices"),
+        ({"vary": {"parts.slide.a": "1 to 2"}}, "vary.parts.slide.a takes words or lists, so it has no bounds"),
+        ({"vary": {STIFFNESS: "1 to 2", f"{STIFFNESS},slide.rest": "1 to 2"}}, "'parts.slide.stiffness' twice"),
+        ({"subject_to": "slide.latch_time < 4 s"}, "the requirement 'slide.latch_time < 4 s' is not of the form"),
+        ({"subject_to": "slide.latch_time <= 4 m"}, "has the bound '4 m'; it must be a number in s"),
+        ({"subject_to": "slide.latch_tim <= 4 s"}, "the design asks for 'slide.latch_tim'"),
+        ({"subject_to": "mass.position <= 4 m"}, "'mass.position' has"),
+        ({"disperse": {STIFFNESS: "5%"}, "samples": 1}, "samples is 1; it must be a whole number from 2"),
+        ({"disperse": {STIFFNESS: "5%"}, "quantile": 0.2}, "quantile is 0.2; it must be from 0.5"),
+        ({"disperse": {STIFFNESS: "5"}}, "disperse.parts.slide.stiffness is '5'"),
+        ({"optimizer": "newton"}, "optimizer is 'newton'; it must be one of slsqp, cobyqa"),
+        ({"starts": 0}, "starts is 0; it must be a whole number from 1"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_designed_is_refused(asked: dict, sentence: str) -> None:
+    given = {"vary": {STIFFNESS: "0.5 to 2 N/m"}, "minimize": "slide.latch_rate"}
+    if not asked:
+        given.pop("minimize")
+    with pytest.raises(InputError) as error:
+        ev.optimize(slide(), **{**given, **asked})
+    assert sentence in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_case_without_any_result_fails() -> None:
+    """A spring that never reaches its latch has no rate there."""
+    with pytest.raises(
+        RunFailed, match=r"no design that was tried gives a result; of the case itself: slide.latch_rate"
+    ):
+        slide().design(vary={"parts.slide.rest": ["0.1 m", "0.2 m"]}, minimize="slide.latch_rate")
