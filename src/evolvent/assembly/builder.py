@@ -382,7 +382,7 @@ class Builder:
         at = first
         counts = (
             ("coordinates", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1), ("resistances", 1),
-            ("bristles", 1),
+            ("bristles", 1), ("bearings", 1),
         )  # fmt: skip
         for name, count in counts:
             size = families[name].size

@@ -5,7 +5,7 @@ that it supports, so that a family which the table does not name is refused, nev
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`, or
 in a few: `rigid`, `points`, `springs`, `joint` (with `gaps`, `joint_tangent`, and `constraint_rows` of explicit
-methods), `gear`, `coordinate` (with `coordinate_laws`, `resistance`, `coordinate_tangent`; both with `axial`, `axial_tangent`),
+methods), `gear`, `coordinate` (with `coordinate_laws`, `resistance`, `bearing`, `coordinate_tangent`; both with `axial`, `axial_tangent`),
 `custom` (user-defined laws between points), `ancf_beams` (with `beam_strains`), `rod`, `beam_loads` (with `node_loads`,
 `node_load_tangents`), `thermal`, `contact` (with `contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`,
 `attitude` (wheels, thrusters, controllers; with `attitude_tangent`), and for threads the package `thread`. The
@@ -290,6 +290,10 @@ FAMILIES = (
     Family("a motor", "motors", EVERY, symmetric=True),
     Family("a synchronization", "synchronizations", EVERY, symmetric=True),
     Family("a harness", "resistances", EVERY, which=_is("kind", resistance.HARNESS), symmetric=True),
+    Family(
+        "a bearing", "bearings", EVERY - {EXPLICIT},
+        "use generalized-alpha or energy-momentum, which find friction and reactions together",
+    ),
     Family("a custom force", "custom_forces", EVERY, symmetric=_is_reciprocal),
     Family("a rod", "rods", EVERY, symmetric=True),
     Family(

@@ -62,6 +62,7 @@ def absent(model: Model) -> frozenset[str]:
         "surfaces.nearest": turns,
         "coordinate_laws": model.coordinates.size,
         "resistance": model.resistances.size,
+        "bearing": model.bearings.size,
         "coordinate_laws.add_motors": model.motors.size,
         "coordinate_laws.measure_motor_slopes": model.motors.size,
         "coordinate_laws.add_synchronizations": ties.size,

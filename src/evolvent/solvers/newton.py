@@ -7,7 +7,7 @@ import math
 from numba import types
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.kernels import contact, coordinate_laws, sparse_lu, thread
+from evolvent.kernels import bearing, contact, coordinate_laws, sparse_lu, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.passing import note_places
 from evolvent.kernels.sparse import SPARSE
@@ -34,8 +34,8 @@ SOFTEST, LEAST_RISE = -6.0, 0.5
 
 @inlined
 def _count_touching(model):
-    """A number that encodes which contact points touch, and which coordinates of joints slip."""
-    return contact.pressed(model) + coordinate_laws.count_slipping(model)
+    """A number that encodes which contact points touch, and which coordinates and bearings of joints slip."""
+    return contact.pressed(model) + coordinate_laws.count_slipping(model) + bearing.count_slipping_bearings(model)
 
 
 @inlined
@@ -86,6 +86,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
     stale = soft or keeps or always or (factored != h if conserves else abs(factored - h) > 1e-6 * h)
     last, ratio, touching, kept, sharpened = math.inf, 0.0, loop.contact_set, conserves and not stale, 0
     first = 0  # iteration from the prediction
+    rubs = 1 if model.bearings.size > 0 else 0  # by multipliers, which do not count in the size of a correction
     loop.factored = 0.0
     for iteration in range(most):
         if not is_finite(work.r):
@@ -117,10 +118,11 @@ def iterate(t1, h, most, searches, model, matrix, work):
             ratio = norm / last if last > 0.0 else 0.0
         left = norm * ratio / (1.0 - ratio) if 0.0 < ratio < 0.9 else norm
         rounded = fresh and ratio > 0.5 and norm <= rounding  # a new tangent does not reduce it any more
-        # of redundant constraints a second iteration corrects what the compliance leaves
-        settled = s == 1.0 and (iteration > first or info.redundant == 0)
+        # of redundant constraints a second iteration corrects what the compliance leaves, of bearings the friction by
+        # the multipliers that the first one has found
+        settled = s == 1.0 and (iteration > first or (info.redundant == 0 and rubs == 0))
         if settled and (min(norm, left) <= limit or rounded):
-            sharp = sharpened > 0 and (left <= SHARPER * limit or ratio > 0.5)
+            sharp = sharpened > rubs and (left <= SHARPER * limit or ratio > 0.5)
             if not conserves or _count_touching(model) == touching:
                 if not keeps or sharp or rounded or sharpened == MOST_SHARPENED:
                     return _converged(iteration, min(norm, left), touching, 0.0 if soft else factored, work)

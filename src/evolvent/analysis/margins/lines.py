@@ -69,7 +69,9 @@ def coordinates_of(mechanism: Mechanism, keys: Margin, at: Position) -> list[Mar
         if name not in names:
             raise InputError(f"margin.lines has {name!r}, which has no coordinate; {nearest(name, names)}")
     found = []
-    for same in _alike(at.J):
+    for same in ([k for k in group if k not in mechanism.measured] for group in _alike(at.J)):
+        if not same:
+            continue
         asked = [k for k in same if names[k] in keys.lines]
         if len(asked) > 1:
             first, second = (names[k] for k in asked[:2])

@@ -54,6 +54,7 @@ RULES: dict[str, tuple[Rule, ...]] = {
         Rule(of.SPRING, of_kind=resistance.TAPE_SPRING),
         Rule(of.ADHESION, of_kind=resistance.ADHESION),
     ),
+    "bearings": (Rule(of.FRICTION),),
     "loads": (Rule(of.LOAD),),
     "fields": (Rule(of.INERTIA),),
 }
@@ -100,7 +101,7 @@ def refuse_unsupported(assembly: Assembly) -> None:
             who = families.owner(assembly, name, 0)
             raise InputError(
                 f"{who!r} is one of the {name.replace('_', ' ')}, which margins do not support; they support rigid "
-                f"bodies and points with joints, gears, springs, synchronizations, motors, resistances of joints, loads and "
+                f"bodies and points with joints, gears, springs, synchronizations, motors, resistances and bearings of joints, loads and "
                 f"fields"
             )
 

@@ -143,3 +143,19 @@ def observe_resistance(view: View, name: str) -> Observed:
         found.scalar("hysteresis_work", _since(view, int(own["account"])), "J", "energy that the hysteresis has dissipated")
     found.plots = [_worded(row, "angle"), _worded(row, "torque")]
     return found
+
+
+def observe_bearing(view: View, name: str) -> Observed:
+    """Friction of a bearing, its load by parts, and what it has taken."""
+    index, found = view.index(name), Observed()
+    own = view.model.bearings[index]
+    row = view.model.coordinates[int(own["coordinate"])]
+    _add(view, found, "bearings", index, row, "angle rate rubs limit")
+    for field in ("radial_force", "axial_force", "tilting", "stored"):  # which are the same of an angle and a travel
+        if field == "axial_force" and row["kind"] == axial.TRAVEL:
+            continue
+        key, unit, text = RESULTS["bearings"][field]
+        found.scalar(key, view.fields["bearings"][field][:, index], unit, text)
+    found.scalar("friction_work", _since(view, int(own["account"])), "J", "energy that friction has dissipated")
+    found.plots = [_worded(row, "torque"), "radial_force"]
+    return found
