@@ -215,6 +215,18 @@ def count_slipping_bearings(model):
 
 
 @inlined
+def change_of_friction(model):
+    """Largest change of the friction of a bearing since the last call, beside its limit."""
+    bearings, found = model.bearings, 0.0
+    for k in range(bearings.size):
+        change = abs(bearings[k].rubs - bearings[k].noted)
+        bearings[k].noted = bearings[k].rubs
+        if change > found * bearings[k].limit:
+            found = change / bearings[k].limit if bearings[k].limit > 0.0 else math.inf
+    return found
+
+
+@inlined
 def start_bearings(fresh, model):
     """Begin generalized-alpha at a state: what moves there slides already."""
     for k in range(model.bearings.size):

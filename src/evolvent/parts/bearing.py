@@ -122,8 +122,6 @@ class Bearing(Part):
     def write(self, builder: Builder, name: str) -> None:
         """Write the row of the family `bearings`, and its coordinate."""
         own, joint = self._joint(builder, name)
-        if builder.names.get(own, ("",))[0] != "joints":
-            raise InputError(f"{name}.joint is {self.joint!r}, which is not there yet; add the joint before its bearing")
         self._check(builder, name, own, joint.type)
         first = builder.names[own][1]
         rows = [k for k, part in enumerate(builder.joint_parts) if part == own]

@@ -25,6 +25,9 @@ SLOW = 0.15
 ROUND_OFF = 1e-8
 #: Share of `newton` that the corrections for momenta which are kept reach, and most corrections for them.
 SHARPER, MOST_SHARPENED = 1e-2, 4
+#: Change of the friction of bearings in an iteration, beside its limit, that has converged, and how often it may be larger
+#: where the increments have.
+CALM, MOST_REPEATED = 1e-10, 6
 #: Most iterations of generalized-alpha; of energy-momentum with the contacts as they are, of the softest stage, and of
 #: one of those after it.
 MOST, PLAIN, FIRST, STAGED = 25, 20, 40, 20
@@ -86,7 +89,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
     stale = soft or keeps or always or (factored != h if conserves else abs(factored - h) > 1e-6 * h)
     last, ratio, touching, kept, sharpened = math.inf, 0.0, loop.contact_set, conserves and not stale, 0
     first = 0  # iteration from the prediction
-    rubs = 1 if model.bearings.size > 0 else 0  # by multipliers, which do not count in the size of a correction
+    rubs, changed, repeated = model.bearings.size > 0, 0.0, 0
     loop.factored = 0.0
     for iteration in range(most):
         if not is_finite(work.r):
@@ -114,15 +117,19 @@ def iterate(t1, h, most, searches, model, matrix, work):
         for k in range(work.la.size):
             work.la[k] += scale / method.tangent_factor(options) * work.x[info.nv + k]
         s = method.correct(t1, h, searches and (work.la.size == 0 or iteration > first), model, work)
+        if rubs:  # by multipliers, which do not count in the size of a correction
+            changed = bearing.change_of_friction(model)
         if iteration > first:
             ratio = norm / last if last > 0.0 else 0.0
         left = norm * ratio / (1.0 - ratio) if 0.0 < ratio < 0.9 else norm
         rounded = fresh and ratio > 0.5 and norm <= rounding  # a new tangent does not reduce it any more
-        # of redundant constraints a second iteration corrects what the compliance leaves, of bearings the friction by
-        # the multipliers that the first one has found
-        settled = s == 1.0 and (iteration > first or (info.redundant == 0 and rubs == 0))
+        # of redundant constraints a second iteration corrects what the compliance leaves
+        settled = s == 1.0 and (iteration > first or info.redundant == 0)
         if settled and (min(norm, left) <= limit or rounded):
-            sharp = sharpened > rubs and (left <= SHARPER * limit or ratio > 0.5)
+            if changed > CALM and repeated < MOST_REPEATED:
+                repeated, last = repeated + 1, norm
+                continue
+            sharp = sharpened > 0 and (left <= SHARPER * limit or ratio > 0.5)
             if not conserves or _count_touching(model) == touching:
                 if not keeps or sharp or rounded or sharpened == MOST_SHARPENED:
                     return _converged(iteration, min(norm, left), touching, 0.0 if soft else factored, work)
