@@ -133,7 +133,7 @@ def borne(**given: float) -> Callable[[System], None]:
         keys: list[dict[str, Any]] = [
             {"journal_radius": 0.3, "thrust_radius": 0.4, "span": 0.5, "coefficient": 0.3, "bristle_stiffness": 1e5},
             {"span": 0.4, "width": 0.6, "preload": 0.2, "coefficient": 0.5, "bristle_stiffness": 1e5},
-            {"journal_radius": 0.2, "thrust_radius": 0.1, "preload": 1e3, "coefficient": 0.4, "bristle_stiffness": 20.0},
+            {"journal_radius": 0.2, "thrust_radius": 0.1, "preload": 1e3, "coefficient": 0.4, "bristle_stiffness": 20},
         ]
         for k, (a, b) in enumerate(sides):
             for n, own in enumerate(keys):

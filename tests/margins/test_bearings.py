@@ -63,7 +63,9 @@ def test_hinges_of_a_linkage_load_one_another():
     mu, r, length, torque = 0.4, 0.05, 0.3, 5.0
     system = System(gravity=(0.0, 0.0, -G))
     for k, x in enumerate((0.0, 1.0)):
-        system.add(parts.RigidBody(mass=1e-6, inertia=(1e-8, 1e-8, 1e-8), position=(x, 0.0, -0.5 * length)), f"crank {k}")
+        system.add(
+            parts.RigidBody(mass=1e-6, inertia=(1e-8, 1e-8, 1e-8), position=(x, 0.0, -0.5 * length)), f"crank {k}"
+        )
         top = parts.Joint(a=(x, 0.0, 0.0), b=(f"crank {k}", (0.0, 0.0, 0.5 * length)), type="revolute", axis=(0, 1, 0))
         system.add(top, f"top {k}")
     system.add(parts.RigidBody(mass=MASS, inertia=(1.0, 1.0, 1.0), position=(0.5, 0.0, -length)), "rod")
@@ -84,11 +86,13 @@ def test_hinges_of_a_linkage_load_one_another():
     x = table.x
     for n in range(x.size):
         a = np.array([-math.sin(x[n]), 0.0, -math.cos(x[n])])  # along the cranks, right-handed about y
+
         # moments on the rod about joint 0: weight, tension S of crank 1, friction t: all about y
         def load(t, a=a):
             # (0.5, 0, 0) x (0, 0, -m g) + (1, 0, 0) x (-S a) = -/+ t
             S = (0.5 * MASS * G - t) / -a[2]
             return np.linalg.norm(np.array([0.0, 0.0, MASS * G]) + S * a)
+
         best = min(abs(rubs[n] - mu * r * load(sign * rubs[n])) for sign in (1.0, -1.0))
         assert best < 1e-5 * rubs[n]
 

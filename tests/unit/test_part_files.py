@@ -128,8 +128,14 @@ EVERY: dict[str, Part] = {
     ),
     "synchronization": parts.Synchronization(joints=["one", "two"], ratios=(2.0, -1.0), stiffness="20 N m/rad"),
     "bearing": parts.Bearing(
-        joint="pin", coefficient=0.1, static_coefficient=0.2, journal_radius="5 mm", thrust_radius=8e-3, span="3 cm",
-        preload="2 N", bristle_stiffness="40 N m/rad",
+        joint="pin",
+        coefficient=0.1,
+        static_coefficient=0.2,
+        journal_radius="5 mm",
+        thrust_radius=8e-3,
+        span="3 cm",
+        preload="2 N",
+        bristle_stiffness="40 N m/rad",
     ),
     "motor": parts.Motor(joint="pin", torque=[[0.0, 0.0], [1.0, 0.3]], limit=0.2),
     "motor that follows": parts.Motor(

@@ -5,7 +5,8 @@ that it supports, so that a family which the table does not name is refused, nev
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`, or
 in a few: `rigid`, `points`, `springs`, `joint` (with `gaps`, `joint_tangent`, and `constraint_rows` of explicit
-methods), `gear`, `coordinate` (with `coordinate_laws`, `resistance`, `bearing`, `coordinate_tangent`; both with `axial`, `axial_tangent`),
+methods), `gear`, `coordinate` (with `coordinate_laws`, `resistance`, `bearing`, `coordinate_tangent`; all with `axial`,
+`axial_tangent`),
 `custom` (user-defined laws between points), `ancf_beams` (with `beam_strains`), `rod`, `beam_loads` (with `node_loads`,
 `node_load_tangents`), `thermal`, `contact` (with `contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`,
 `attitude` (wheels, thrusters, controllers; with `attitude_tangent`), and for threads the package `thread`. The

@@ -226,9 +226,9 @@ RECORDS: dict[str, np.dtype] = {
     # before, force0: coordinate and force at the start of a step; slips: the sense in which it slips; account: of the force
     "bristles": _record("kind account", "stick limit", "before force0 force slips"),
     # friction by the reactions of a joint, whose rows are first to last, on a coordinate of its own
-    # (`kernels.bearing`); account: of what it has dissipated. by_force, by_moment, by_axis: derivatives of the load by the
-    # force and the moment on the second body, and by the axis; slips: the sense in which it slides, noted: friction at the
-    # iteration before; relax, fresh: under generalized-alpha. Of the last step: bristle0, rubs0, slips0, and anchor
+    # (`kernels.bearing`); account: of what it has dissipated. by_force, by_moment, by_axis: derivatives of the load by
+    # the force and the moment on the second body, and by the axis; slips: the sense in which it slides, noted: friction
+    # at the iteration before; relax, fresh: under generalized-alpha. Of the last step: bristle0, rubs0, slips0, anchor
     "bearings": _record(
         "coordinate first last account",
         "coefficient static radial axial twist constant arm stick",

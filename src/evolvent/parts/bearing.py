@@ -53,9 +53,10 @@ class Bearing(Part):
     Notes
     -----
     With the radial force Fr at the joint's position, the moment across the axis M, the axis n, and both ends e = 1, -1
-    of the bearing, N_e = abs(Fr/2 + e n x M/span). The torque of a hinge that slides is coefficient (journal_radius (N_1
-    + N_-1) + thrust_radius (abs(Fn) + preload)), Fn the axial force; the force of a slide is coefficient (N_1 + N_-1 +
-    2 abs(Mn)/width + preload), Mn the moment about the axis. A slide's bearing moves with b of its joint.
+    of the bearing, N_e = abs(Fr/2 + e n x M/span). The torque of a hinge that slides is coefficient
+    (journal_radius (N_1 + N_-1) + thrust_radius (abs(Fn) + preload)), Fn the axial force; the force of a slide is
+    coefficient (N_1 + N_-1 + 2 abs(Mn)/width + preload), Mn the moment about the axis. A slide's bearing moves with b
+    of its joint.
 
     The forces are those of the same instant: friction and reactions are found together, so that what locks itself does
     so. Of redundant constraints they are those of minimum norm.
@@ -83,14 +84,15 @@ class Bearing(Part):
         if isinstance(spec, CoordinateSpring) and spec.joint is None:
             raise InputError(f"{key}, a {type(spec).__name__} without a joint, so without reactions; name a joint")
         if isinstance(joint, Joint):
+            where = "a joint" if own == self.joint else "on a joint"
             raise InputError(
-                f"{key}, {'a joint' if own == self.joint else 'on a joint'} of type {joint.type!r}; a bearing needs one of "
-                f"type 'revolute' or 'prismatic'"
+                f"{key}, {where} of type {joint.type!r}; a bearing needs one of type 'revolute' or 'prismatic'"
             )
         known = [one for one, part in builder.specs.items() if isinstance(part, Joint) and part.type in KINDS]
         what = f"a {type(spec).__name__}" if spec is not None else "no part"
         raise InputError(
-            f"{key}, {what}; a bearing needs a joint of type 'revolute' or 'prismatic'; {nearest_joint(self.joint, known)}"
+            f"{key}, {what}; a bearing needs a joint of type 'revolute' or 'prismatic'; "
+            f"{nearest_joint(self.joint, known)}"
         )
 
     def _check(self, builder: Builder, name: str, own: str, type_: str) -> None:
@@ -98,8 +100,8 @@ class Bearing(Part):
         static = self.static_coefficient
         if static is not None and static < self.coefficient:
             raise InputError(
-                f"{name}.static_coefficient is {static!r}, below {name}.coefficient, {self.coefficient!r}; it must be at "
-                f"least that"
+                f"{name}.static_coefficient is {static!r}, below {name}.coefficient, {self.coefficient!r}; it must be "
+                f"at least that"
             )
         for other, keys in _OWN_KEYS.items():
             for key in keys if other != type_ else ():
@@ -116,7 +118,8 @@ class Bearing(Part):
         for row, other in zip(builder.rows["bearings"], _names(builder), strict=True):
             if row["first"] == first:
                 raise InputError(
-                    f"{other!r} and {name!r} are both bearings of the joint {own!r}; its reactions count once, leave one out"
+                    f"{other!r} and {name!r} are both bearings of the joint {own!r}, whose reactions count once; leave "
+                    f"one of them out"
                 )
 
     def write(self, builder: Builder, name: str) -> None:
@@ -171,6 +174,6 @@ def _stiffen(builder: Builder, *, name: str, index: int, kind: int) -> None:
     row["stick"] = row["coefficient"] * load / PRESLIDING[kind]
     if row["stick"] <= 0.0:
         raise InputError(
-            f"{name}.bristle_stiffness has no default, since no body has a mass; give it, the limit of friction by the angle "
-            f"or travel at which it slides"
+            f"{name}.bristle_stiffness has no default, since no body has a mass; give it, the limit of friction by the "
+            f"angle or travel at which it slides"
         )

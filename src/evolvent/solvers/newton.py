@@ -25,8 +25,8 @@ SLOW = 0.15
 ROUND_OFF = 1e-8
 #: Share of `newton` that the corrections for momenta which are kept reach, and most corrections for them.
 SHARPER, MOST_SHARPENED = 1e-2, 4
-#: Change of the friction of bearings in an iteration, beside its limit, that has converged, and how often it may be larger
-#: where the increments have.
+#: Change of the friction of bearings in an iteration, beside its limit, that has converged, and how often it may be
+#: larger where the increments have.
 CALM, MOST_REPEATED = 1e-10, 6
 #: Most iterations of generalized-alpha; of energy-momentum with the contacts as they are, of the softest stage, and of
 #: one of those after it.
@@ -74,6 +74,9 @@ def iterate(t1, h, most, searches, model, matrix, work):
     scale = method.scale_of(h, options)
     info.compliance = 1.0 / scale
     method.evaluate(t1, h, model, work)
+    rubs, changed, repeated = model.bearings.size > 0, 0.0, 0
+    if rubs:
+        bearing.change_of_friction(model)
     soft = work.step.step.soft != 1.0
     # what keeps momenta or energy takes its own tangent, and one correction more: both converge to round-off
     keeps = conserves and work.step.step.held == 0.0 and not soft
@@ -89,7 +92,6 @@ def iterate(t1, h, most, searches, model, matrix, work):
     stale = soft or keeps or always or (factored != h if conserves else abs(factored - h) > 1e-6 * h)
     last, ratio, touching, kept, sharpened = math.inf, 0.0, loop.contact_set, conserves and not stale, 0
     first = 0  # iteration from the prediction
-    rubs, changed, repeated = model.bearings.size > 0, 0.0, 0
     loop.factored = 0.0
     for iteration in range(most):
         if not is_finite(work.r):

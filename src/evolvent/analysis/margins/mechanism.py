@@ -118,7 +118,9 @@ class Mechanism:
         model.info.exact = 1
         model.switches[:] = assembly.s
         self.names = coordinate_names(assembly)
-        forces = ("springs", "loads", "fields", "motors", "synchronizations", "resistances", "custom_forces", "bearings")
+        forces = (
+            "springs", "loads", "fields", "motors", "synchronizations", "resistances", "custom_forces", "bearings",
+        )  # fmt: skip
         #: Rows of coordinates by which bearings measure alone, and which have no margin of their own.
         self.measured = frozenset(model.bearings["coordinate"].tolist())
         self.whole, self.synchronizations = model, model.synchronizations
