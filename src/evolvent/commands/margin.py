@@ -88,7 +88,7 @@ def _print(found: MarginResults, *, details: bool) -> None:
     show(f"margins by {found.label}", found.rows())
     show("at the governing positions, and what brings the margin to 0", found.balance_rows())
     if details:
-        for table in found.still:
+        for table in found.tables:
             name = table.coordinate.name
             show(f"{name} where its margin is least", found.contributions(name))
     if found.latches:

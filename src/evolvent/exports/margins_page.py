@@ -64,7 +64,7 @@ def _of_run(run: Any, content: dict[str, Any]) -> MarginResults:
     keys = evaluation.with_keys(system.sections.get("margin", {}), {})
     at_rest = evaluation.at_rest(system.assemble(), keys)
     found = at_rest.results()
-    found.latches = [latches.of_tree(at_rest.assembly, table, run) for table in found.still]
+    found.latches = [latches.of_tree(at_rest.assembly, table, run) for table in at_rest.tables]
     return found
 
 
@@ -74,7 +74,7 @@ def _content(found: MarginResults) -> dict[str, Any]:
         ("Margins", found.rows()),
         ("What brings each margin to 0", found.balance_rows()),
         *((f"{one.coordinate.name}: what counts where its margin is least", found.contributions(one.coordinate.name))
-          for one in found.still),
+          for one in found.tables),
     ]  # fmt: skip
     if found.latches:
         tables.append(("Latches and stops in the run", found.latch_rows()))

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.analysis.margins import factors, latches, lines, shares, tables
+from evolvent.analysis.margins import factors, latches, lines, reels, shares, tables
 from evolvent.analysis.margins.factors import Standard
-from evolvent.analysis.margins.keys import Margin
+from evolvent.analysis.margins.keys import Margin, MarginLine
 from evolvent.analysis.margins.mechanism import Mechanism
 from evolvent.analysis.margins.results import MarginResults
 from evolvent.analysis.margins.shares import Share
@@ -32,9 +32,10 @@ class AtRest:
     assembly : Assembly
     keys : Margin
     label : str, name of the table of factors; standard : Standard; evidence : str, of what has no own
-    mechanism : Mechanism
+    mechanism : Mechanism, or None where reels alone have margins
     shares : list of Share
     tables : list of Table, one a coordinate
+    reels : mapping, reels with a margin -> rows of their threads
     """
 
     assembly: Assembly
@@ -42,9 +43,10 @@ class AtRest:
     label: str
     standard: Standard
     evidence: str
-    mechanism: Mechanism
+    mechanism: Mechanism | None
     shares: list[Share]
     tables: list[Table]
+    reels: dict[str, int]
 
     def results(self, solution: Solution | None = None, *, title: str = "", case: str = "") -> MarginResults:
         """All margins: these, and those along a run of the same assembly.
@@ -54,20 +56,29 @@ class AtRest:
         InputError
             For a resistance that is neither given nor declared to be zero.
         """
+        known = self.standard, self.evidence
         moving: list[Table | None] = [None] * len(self.tables)
-        if solution is not None:
+        if solution is not None and self.mechanism is not None:
             with refusing_laws(self.assembly):
                 asked = [table.coordinate for table in self.tables]
-                known = self.standard, self.evidence
                 moving = tables.along_motion(self.mechanism, asked, self.shares, solution, known)
         for table, motion in zip(self.tables, moving, strict=True):
             given = _given(table) | (_given(motion) if motion is not None else set())
             lines.refuse_unstated(table.coordinate, given, self.standard)
         ends = []
-        if solution is not None:
+        if solution is not None and self.mechanism is not None:
             both = zip(self.tables, moving, strict=True)
             ends = [latches.of_solution(self.mechanism, table, motion, solution) for table, motion in both]
-        return MarginResults(self.label, self.standard, self.keys, self.tables, moving, ends, title=title, case=case)
+        still: list[Table | None] = [*self.tables, *([None] * len(self.reels))]
+        for name, row in self.reels.items():
+            found = None if solution is None else reels.along_run(self.assembly, name, row, self.keys, solution, known)
+            if found is not None:
+                lines.refuse_unstated(found.coordinate, _given(found), self.standard)
+            moving.append(found)
+        names = [*(table.coordinate.name for table in self.tables), *self.reels]
+        return MarginResults(
+            self.label, self.standard, self.keys, names, still, moving, ends, title=title, case=case,
+        )  # fmt: skip
 
 
 def at_rest(assembly: Assembly, keys: Margin) -> AtRest:
@@ -83,9 +94,15 @@ def at_rest(assembly: Assembly, keys: Margin) -> AtRest:
     InputError
         For parts that are not supported, a coordinate without an end of its travel, and keys that do not fit.
     """
-    shares.refuse_unsupported(assembly)
+    spools = reels.asked_of(assembly, keys)
+    hinges = _with_margins(assembly, keys)
+    if hinges or not spools:
+        shares.refuse_unsupported(assembly)
     label, standard = factors.standard(keys.factors)
     evidence = _evidence("evidence", keys.evidence or standard.evidence[0], standard)
+    if not hinges and spools:
+        _check_parts(keys, [], assembly, standard)
+        return AtRest(assembly, keys, label, standard, evidence, None, [], [], spools)
     spin = np.array([*(keys.spin or (0.0, 0.0, 0.0)), *keys.centre])
     with refusing_laws(assembly):
         mechanism = Mechanism(assembly, spin)
@@ -95,7 +112,25 @@ def at_rest(assembly: Assembly, keys: Margin) -> AtRest:
         asked = lines.with_others(mechanism, lines.coordinates_of(mechanism, keys, start), start)
         ends = {one.k: one.end for one in asked} if keys.others == "end" else {}
         still = [_along_travel(mechanism, one, found, ends, keys, (standard, evidence)) for one in asked]
-    return AtRest(assembly, keys, label, standard, evidence, mechanism, found, still)
+    return AtRest(assembly, keys, label, standard, evidence, mechanism, found, still, spools)
+
+
+def _with_margins(assembly: Assembly, keys: Margin) -> bool:
+    """Whether a hinge or a slide is not left out.
+
+    Raises
+    ------
+    InputError
+        For a name of `lines` that is neither a coordinate nor a reel with a thread.
+    """
+    coordinates, threads = shares.coordinate_names(assembly), reels.names_of(assembly)
+    for name, line in keys.lines.items():
+        if name not in coordinates and name not in threads:
+            why = f"which has no coordinate; {nearest(name, [*coordinates, *threads])}"
+            raise InputError(f"margin.lines has {name!r}, {why}")
+        if name not in threads and line.torque is not None:
+            raise InputError(f"margin.lines.{name}.torque is of reels; a hinge has the torques of its parts")
+    return any(not keys.lines.get(name, MarginLine()).leave_out for name in coordinates)
 
 
 def _evidence(key: str, word: str, standard: Standard) -> str:
@@ -107,6 +142,7 @@ def _evidence(key: str, word: str, standard: Standard) -> str:
 def _check_parts(keys: Margin, found: list[Share], assembly: Assembly, standard: Standard) -> None:
     """Refuse keys of parts that have no force, and evidence that the table of factors does not know."""
     known = [share.label for share in found] + [share.part for share in found if share.part]
+    known += reels.labels_of(assembly, keys)
     for name, part in keys.parts.items():
         if name not in known:
             there = " has no force" if name in assembly.names else " is no part"

@@ -109,7 +109,7 @@ class KeptMargins:
                 continue
             coordinate, _, variable = wanted.rpartition(".")
             try:
-                table = results[coordinate] if variable == AT_REST else results.motion(coordinate)
+                table = results.at_rest(coordinate) if variable == AT_REST else results.motion(coordinate)
             except InputError as error:
                 raise InputError(f"keep holds {wanted!r}; {error}") from None
             value = np.nan if table is None else least_of(table)[2]

@@ -28,6 +28,9 @@ class MarginLine(Section):
     duration: units.Duration | None = Field(
         None, description="time for the travel from rest; it asks for the acceleration 2 travel/duration^2"
     )
+    torque: units.PositiveTorque | None = Field(
+        None, description="torque that the motor of a reel whose spool follows a drive has at the worst"
+    )
     zero: tuple[Stated, ...] = Field((), description="resistances of this coordinate that are zero")
     leave_out: str = Field("", description="why the coordinate has no margin; it is then left out")
 

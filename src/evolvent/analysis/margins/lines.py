@@ -12,7 +12,7 @@ import numpy as np
 from evolvent.analysis.margins import factors as of
 from evolvent.analysis.margins.keys import Margin, MarginLine
 from evolvent.analysis.margins.mechanism import Mechanism, Position
-from evolvent.base.errors import InputError, nearest
+from evolvent.base.errors import InputError
 from evolvent.kernels import axial
 
 Array = np.ndarray
@@ -65,9 +65,6 @@ def coordinates_of(mechanism: Mechanism, keys: Margin, at: Position) -> list[Mar
         For a coordinate whose travel has no end, or one that the case names and that is none.
     """
     names, rows = mechanism.names, mechanism.whole.coordinates
-    for name in keys.lines:
-        if name not in names:
-            raise InputError(f"margin.lines has {name!r}, which has no coordinate; {nearest(name, names)}")
     found = []
     for same in ([k for k in group if k not in mechanism.measured] for group in _alike(at.J)):
         if not same:
@@ -93,7 +90,7 @@ def coordinates_of(mechanism: Mechanism, keys: Margin, at: Position) -> list[Mar
         found.append(
             MarginCoordinate(
                 names[k], k, tuple(same), bool(rows["kind"][k] == axial.ANGLE), *travel,
-                acceleration=_acceleration(line, *travel), zero=frozenset((*keys.zero, *line.zero)),
+                acceleration=specified_acceleration(line, *travel), zero=frozenset((*keys.zero, *line.zero)),
             )
         )  # fmt: skip
     if not found:
@@ -145,7 +142,7 @@ def _travel(name: str, rows: Any, ends: list[int], x: float, line: MarginLine) -
     )
 
 
-def _acceleration(line: MarginLine, start: float, end: float) -> float:
+def specified_acceleration(line: MarginLine, start: float, end: float) -> float:
     """The specified acceleration, or that which the specified time asks for; 0 for none."""
     if line.duration is not None:
         return 2.0 * abs(end - start) / float(line.duration) ** 2

@@ -35,47 +35,72 @@ class MarginResults:
     ----------
     label : str, name of the table of factors; standard : Standard
     keys : Margin, what was asked
-    still : list of Table, along the travel at rest, one a coordinate
+    names : list of str, of the coordinates
+    still : list of Table or None, along the travel at rest, one a coordinate; reels have none
     moving : list of Table or None, along the run
     latches : list of dict, of `latches.latch_of`; empty without a run
     title, case : str
     """
 
     def __init__(
-        self, label: str, standard: Standard, keys: Margin, still: Sequence[Table], moving: Sequence[Table | None],
-        latches: Sequence[dict[str, Any]], *, title: str = "", case: str = "",
+        self, label: str, standard: Standard, keys: Margin, names: Sequence[str], still: Sequence[Table | None],
+        moving: Sequence[Table | None], latches: Sequence[dict[str, Any]], *, title: str = "", case: str = "",
     ) -> None:  # fmt: skip
         self.label, self.standard, self.keys = label, standard, keys
-        self.still, self.moving, self.latches = list(still), list(moving), list(latches)
+        self.names, self.still, self.moving, self.latches = list(names), list(still), list(moving), list(latches)
         self.title, self.case = title, case
 
     def __repr__(self) -> str:
         """Name of the standard and the least margin."""
-        return f"<MarginResults: {len(self.still)} coordinates by {self.label}, least margin {self.least:.4g}>"
+        return f"<MarginResults: {len(self.names)} coordinates by {self.label}, least margin {self.least:.4g}>"
 
     def __getitem__(self, name: str) -> Table:
-        """The table at rest of a coordinate."""
-        for table in self.still:
-            if table.coordinate.name == name:
-                return table
-        raise InputError(f"no margin is that of {name!r}; {nearest(name, [one.coordinate.name for one in self.still])}")
+        """The table at rest of a coordinate; of a reel that along the run."""
+        table = self.still[self._index(name)] or self.moving[self._index(name)]
+        if table is None:
+            raise InputError(f"{name!r} is a reel, whose margin is that along a run in which it turns")
+        return table
+
+    def at_rest(self, name: str) -> Table:
+        """The table at rest of a coordinate.
+
+        Raises
+        ------
+        InputError
+            For a reel.
+        """
+        table = self.still[self._index(name)]
+        if table is None:
+            raise InputError(f"{name!r} is a reel, whose margin is that along a run: {name}.margin_in_run")
+        return table
 
     def motion(self, name: str) -> Table | None:
         """The table along the motion of a coordinate, None without a run."""
-        return self.moving[self.still.index(self[name])]
+        return self.moving[self._index(name)]
+
+    def _index(self, name: str) -> int:
+        if name not in self.names:
+            raise InputError(f"no margin is that of {name!r}; {nearest(name, self.names)}")
+        return self.names.index(name)
+
+    @property
+    def tables(self) -> list[Table]:
+        """The table at rest of every coordinate, of reels that along the run; without reels that have none."""
+        both = (still or moving for still, moving in zip(self.still, self.moving, strict=True))
+        return [one for one in both if one is not None]
 
     @property
     def least(self) -> float:
         """Least margin of all coordinates, requirements and tables."""
-        return min(least_of(table)[2] for table in (*self.still, *self.moving) if table is not None)
+        return min((least_of(table)[2] for table in (*self.still, *self.moving) if table is not None), default=math.nan)
 
     @property
     def negative(self) -> list[str]:
         """Names of the coordinates whose margin is below 0 in one of the tables."""
-        both = zip(self.still, self.moving, strict=True)
+        both = zip(self.names, self.still, self.moving, strict=True)
         return [
-            still.coordinate.name
-            for still, moving in both
+            name
+            for name, still, moving in both
             if any(least_of(table)[2] < 0.0 for table in (still, moving) if table is not None)
         ]
 
@@ -84,17 +109,21 @@ class MarginResults:
     def rows(self) -> list[list[str]]:
         """A table for the screen: its head, then a row a coordinate."""
         found = [["coordinate", "requirement", "margin", "governed at", "margin in the run", "verdict"]]
-        for still, moving in zip(self.still, self.moving, strict=True):
-            name, n, margin = least_of(still)
-            run = "-" if moving is None else shown_margin(least_of(moving)[2])
-            verdict = "NEGATIVE" if still.coordinate.name in self.negative else "holds"
-            found.append([still.coordinate.name, name, shown_margin(margin), _place(still, n), run, verdict])
+        for coordinate, still, moving in zip(self.names, self.still, self.moving, strict=True):
+            table = still or moving
+            if table is None:
+                found.append([coordinate, "-", "-", "-", "-", "needs a run in which it turns"])
+                continue
+            name, n, _ = least_of(table)
+            at_rest, run = ("-" if one is None else shown_margin(least_of(one)[2]) for one in (still, moving))
+            verdict = "NEGATIVE" if coordinate in self.negative else "holds"
+            found.append([coordinate, name, at_rest, _place(table, n), run, verdict])
         return found
 
     def balance_rows(self) -> list[list[str]]:
         """What counts and what is asked for at the governing positions, and what it takes to reach a margin of 0."""
         found = [["coordinate", "counts", "required", "spring", "friction"]]
-        for table in self.still:
+        for table in self.tables:
             name, n, _ = least_of(table)
             unit = table.coordinate.units[1]
             found.append([
@@ -134,11 +163,16 @@ class MarginResults:
             f"factors: {self.label}, {self.standard.revision}",
             f"stations: the other coordinates stand at their {self.keys.others}; kinetic energy does not count",
         ]
-        if any(share.category == DAMPING for share in self.still[0].shares) and DAMPING not in self._counted():
+        dampers = any(share.category == DAMPING for table in self.tables for share in table.shares)
+        if dampers and DAMPING not in self._counted():
             found.append(
                 "dampers are in no requirement of this table: what they take vanishes as the motion slows down"
             )
         for still, moving in zip(self.still, self.moving, strict=True):
+            if still is None:
+                if moving is not None:
+                    found.append(f"{moving.coordinate.name!r} is a reel: its margin is that along the run")
+                continue
             one = still.coordinate
             if one.follow:
                 found.append(f"{one.name!r} moves {', '.join(map(repr, one.follow))} along, by constraints or cables")
@@ -159,13 +193,15 @@ class MarginResults:
 
     def _arrives(self, name: str) -> bool:
         """Whether a coordinate reaches its end in the run."""
-        index = self.still.index(self[name])
+        index = self.names.index(name)
         return bool(self.latches) and math.isfinite(self.latches[index]["time"])
 
     def latch_rows(self) -> list[list[str]]:
         """A table of the latches and stops: its head, then a row a coordinate; the head alone without a run."""
         found = [["coordinate", "time", "rate", "energy", "peak load", "at the root"]]
         for table, latch in zip(self.still, self.latches, strict=False):
+            if table is None:
+                continue
             x, unit = table.coordinate.units
             force, moment = _shown(latch["root_force"], "N"), _shown(latch["root_moment"], "N m")
             found.append([
@@ -180,7 +216,10 @@ class MarginResults:
     def figure(self) -> Figure:
         """Actuation and requirement over the coordinate, the margin between them shaded; a panel a coordinate."""
         panels = []
-        for still, moving in zip(self.still, self.moving, strict=True):
+        for at_rest, moving in zip(self.still, self.moving, strict=True):
+            still = at_rest or moving
+            if still is None:
+                continue
             one = still.coordinate
             scale, unit = (np.degrees(1.0), "deg") if one.angle else (1.0, "m")
             name, _, margin = least_of(still)
@@ -193,7 +232,7 @@ class MarginResults:
             drawn.append(Line(x=x, y=up, label="actuation that counts"))
             drawn.append(Line(x=x, y=down, label="required", color=1))
             drawn.append(Line(x=x, y=still.values.sum(axis=0), label="sum, without factors", color="gray", width=0.9))
-            if moving is not None:
+            if moving is not None and at_rest is not None:
                 drawn.append(Line(x=scale * moving.x, y=moving.available, label="in the run", style="--", width=1.0))
                 drawn.append(Line(x=scale * moving.x, y=moving.required(name), style="--", color=1, width=1.0))
             what = "torque" if one.angle else "force"
@@ -236,9 +275,9 @@ class MarginResults:
         })  # fmt: skip
         tree = {"/": root}
         for n, (still, moving) in enumerate(zip(self.still, self.moving, strict=True)):
-            name = still.coordinate.name.replace("/", "-")
-            found = dataset_of(still)
-            if self.latches:
+            name = self.names[n].replace("/", "-")
+            found = xr.Dataset() if still is None else dataset_of(still)
+            if n < len(self.latches):
                 for key, value in self.latches[n].items():
                     found.attrs[f"latch_{key}"] = value
             tree[f"/{name}"] = found
@@ -253,10 +292,11 @@ class MarginResults:
             "least_margin": _plain(self.least), "negative": self.negative, "notes": self.notes(), "coordinates": {},
         }  # fmt: skip
         for n, (still, moving) in enumerate(zip(self.still, self.moving, strict=True)):
-            one = _as_dict(still)
+            one = {} if still is None else _as_dict(still)
             one["motion"] = None if moving is None else _as_dict(moving)
-            one["latch"] = {key: _plain(value) for key, value in self.latches[n].items()} if self.latches else None
-            found["coordinates"][still.coordinate.name] = one
+            known = n < len(self.latches)
+            one["latch"] = {key: _plain(value) for key, value in self.latches[n].items()} if known else None
+            found["coordinates"][self.names[n]] = one
         return found
 
     def save(self, path: str | os.PathLike[str]) -> str:

@@ -100,9 +100,9 @@ def refuse_unsupported(assembly: Assembly) -> None:
         if name not in RULES and name not in _WITHOUT_FORCE and families.records(assembly.model, name).size:
             who = families.owner(assembly, name, 0)
             raise InputError(
-                f"{who!r} is one of the {name.replace('_', ' ')}, which margins do not support; they support rigid "
-                f"bodies and points with joints, gears, springs, synchronizations, motors, resistances and bearings of joints, loads and "
-                f"fields"
+                f"{who!r} is one of the {name.replace('_', ' ')}, which margins of hinges and slides do not support; "
+                f"they support rigid bodies and points with joints, gears, springs, synchronizations, motors, resistances "
+                f"and bearings of joints, loads and fields"
             )
 
 
@@ -172,10 +172,10 @@ def shares_of(assembly: Assembly, parts: Any, evidence: str, *, spins: bool) -> 
         found.append(Share(GRAVITY, "", of.INERTIA, evidence, ""))
     if spins:
         found.append(Share(SPIN, "", of.INERTIA, evidence, ""))
-    return [_with_keys(share, parts) for share in found]
+    return [with_keys(share, parts) for share in found]
 
 
-def _with_keys(share: Share, parts: Any) -> Share:
+def with_keys(share: Share, parts: Any) -> Share:
     """A share as the case's keys have it: those of the part, then those of the share."""
     for name in (share.part, share.label):
         keys = parts.get(name) if name else None

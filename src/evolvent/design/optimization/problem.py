@@ -293,7 +293,7 @@ class _Names:
     def coordinates(self) -> list[str]:
         """Names of the coordinates that have margins."""
         found = self._system.margin(self._case, motion=False)
-        return [table.coordinate.name for table in found.still]
+        return list(found.names)
 
     def _check(self, name: str) -> None:
         if self.start is not None and others_of([name]):
