@@ -101,8 +101,8 @@ def refuse_unsupported(assembly: Assembly) -> None:
             who = families.owner(assembly, name, 0)
             raise InputError(
                 f"{who!r} is one of the {name.replace('_', ' ')}, which margins of hinges and slides do not support; "
-                f"they support rigid bodies and points with joints, gears, springs, synchronizations, motors, resistances "
-                f"and bearings of joints, loads and fields"
+                f"they support rigid bodies and points with joints, gears, springs, synchronizations, motors, "
+                f"resistances and bearings of joints, loads and fields"
             )
 
 
