@@ -39,6 +39,7 @@ OFF = {STATIC: 1e-7, IMPLICIT: 1e-8, ENERGY: 20.0 * TURNED}
 #: the body, by which all is divided here, that is up to a fifth: these springs are stiff and the steps are long.
 TORQUES = (
     "springs", "custom forces", "angles", "travels", "motors and synchronizations", "gears", "soft gears", "penalties",
+    "bearings", "bearings of soft joints",
     "threads", "threads all out", "threads with dampers", "threads that go slack", "threads by length",
     "threads of fixed length", "loads on threads", "loads on threads of fixed length", "carried threads", "free spools",
 )  # fmt: skip
