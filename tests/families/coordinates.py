@@ -65,6 +65,30 @@ def friction() -> Case:
     )  # fmt: skip
 
 
+@of("a bearing")
+def bearing() -> Case:
+    """A block slides along an inclined guide against friction by its weight, or sticks under a part of that."""
+    mu, k, stick, v, load, pressed = 0.2, 50.0, 1e4, 1.5, 0.3, 5.0
+    F, w = mu * pressed, math.sqrt(k / M)
+    rest, axis = -(F - load) / k, AXES[0]
+
+    def system() -> System:
+        found = System(gravity=tuple((load * axis + pressed * AXES[1]) / M))
+        found.add(parts.RigidBody(mass=M, inertia=(0.1, 0.2, 0.3), velocity=tuple(v * axis)), "block")
+        found.add(parts.Joint(a=(0.0, 0.0, 0.0), b="block", type="prismatic", axis=tuple(axis)), "guide")
+        found.add(parts.TranslationalSpring(joint="guide", stiffness=k), "spring")
+        found.add(parts.Bearing(joint="guide", coefficient=mu, span=0.3, bristle_stiffness=stick), "bearing")
+        return found
+
+    return Case(
+        part="bearing", system=system, seen=lambda assembly, y: (at("block")(assembly, y)[..., :3] @ axis)[..., None],
+        end=0.25,  # before it stops, at 0.31 s
+        step=1e-3, theory=5e-4,
+        motion=lambda t: columns(rest * (1.0 - np.cos(w * t)) + v / w * np.sin(w * t)),
+        still=(load / (k + stick),), poles=springs_poles((k + stick) / M),
+    )  # fmt: skip
+
+
 @of("a motor")
 def motor() -> Case:
     """A PD motor turns a wheel to an angle."""

@@ -125,6 +125,29 @@ def travels_alone(system: System) -> None:
     system.add(parts.TranslationalSpring(a="free", b="cable.tip", axis=TWIST, stiffness=4.0, damping=0.5))
 
 
+def borne(**given: float) -> Callable[[System], None]:
+    """Bearings of hinges and slides between bodies of every kind, some of which stick."""
+
+    def add(system: System) -> None:
+        sides = (((0.1, 0.7, 0.3), "free"), (SPIN, "free"), (FREE, "spin"))
+        keys: list[dict[str, Any]] = [
+            {"journal_radius": 0.3, "thrust_radius": 0.4, "span": 0.5, "coefficient": 0.3, "bristle_stiffness": 1e5},
+            {"span": 0.4, "width": 0.6, "preload": 0.2, "coefficient": 0.5, "bristle_stiffness": 1e5},
+            {"journal_radius": 0.2, "thrust_radius": 0.1, "preload": 1e3, "coefficient": 0.4, "bristle_stiffness": 20},
+        ]
+        for k, (a, b) in enumerate(sides):
+            for n, own in enumerate(keys):
+                type_ = "prismatic" if n == 1 else "revolute"
+                system.add(parts.Joint(a=a, b=b, type=type_, axis=TWIST, **given), f"joint {k} {n}")
+                system.add(parts.Bearing(joint=f"joint {k} {n}", **own), f"bearing {k} {n}")
+
+    return add
+
+
+enter("bearings")(borne())
+enter("bearings of soft joints")(borne(stiffness=30.0, rotational_stiffness=20.0, damping=2.0))
+
+
 @enter("motors and synchronizations")
 def driven(system: System) -> None:
     """On hinges and slides."""

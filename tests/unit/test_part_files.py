@@ -127,6 +127,16 @@ EVERY: dict[str, Part] = {
         stop=1e4,
     ),
     "synchronization": parts.Synchronization(joints=["one", "two"], ratios=(2.0, -1.0), stiffness="20 N m/rad"),
+    "bearing": parts.Bearing(
+        joint="pin",
+        coefficient=0.1,
+        static_coefficient=0.2,
+        journal_radius="5 mm",
+        thrust_radius=8e-3,
+        span="3 cm",
+        preload="2 N",
+        bristle_stiffness="40 N m/rad",
+    ),
     "motor": parts.Motor(joint="pin", torque=[[0.0, 0.0], [1.0, 0.3]], limit=0.2),
     "motor that follows": parts.Motor(
         joint="pin", motion=parts.RampDrive(rate=0.0, steps=[(1.0, 2.0, 0.1)]), position_gain=3.0, velocity_gain=2.0

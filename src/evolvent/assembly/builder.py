@@ -379,7 +379,7 @@ class Builder:
         at = first
         own = (
             ("coordinates", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1), ("resistances", 1),
-            ("bristles", 1), ("drivetrains", mdl.DRIVETRAIN_ACCOUNTS),
+            ("bristles", 1), ("drivetrains", mdl.DRIVETRAIN_ACCOUNTS), ("bearings", 1),
         )  # fmt: skip
         for name, count in own:
             size = families[name].size

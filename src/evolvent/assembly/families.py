@@ -5,7 +5,7 @@ that it supports, so that a family which the table does not name is refused, nev
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`, or
 in a few: `rigid`, `points`, `springs`, `joint` (with `gaps`, `joint_tangent`, and `constraint_rows` of explicit
-methods), `gear`, `coordinate` (with `coordinate_laws`, `joint_friction`, `drivetrain`, `resistance`,
+methods), `gear`, `coordinate` (with `coordinate_laws`, `joint_friction`, `drivetrain`, `resistance`, `bearing`,
 `coordinate_tangent`; both with `axial`, `axial_tangent`), `custom` (user-defined laws between points), `ancf_beams`
 (with `beam_strains`), `rod`, `beam_loads` (with `node_loads`, `node_load_tangents`), `thermal`, `contact` (with
 `contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`, `attitude` (wheels, thrusters, controllers; with
@@ -302,6 +302,10 @@ FAMILIES = (
         "use generalized-alpha or energy-momentum, whose steps end where it breaks",
         which=_is("kind", resistance.ADHESION),
         symmetric=True,
+    ),
+    Family(
+        "a bearing", "bearings", EVERY - {EXPLICIT},
+        "use generalized-alpha or energy-momentum, which find friction and reactions together",
     ),
     Family("a custom force", "custom_forces", EVERY, symmetric=_is_reciprocal),
     Family("a rod", "rods", EVERY, symmetric=True),

@@ -55,6 +55,7 @@ from evolvent.kernels import (
     attitude,
     attitude_tangent,
     beam_loads,
+    bearing,
     contact,
     coordinate,
     coordinate_laws,
@@ -251,6 +252,8 @@ def residual(model, work):
             work.la[k] = 0.0
         _, lost = joint.add_joint_residual(work.step.t, h, ym, work.la[k], k, n_v + k, model, F, r)
         powers[JOINTS] += lost
+    if model.bearings.size > 0:
+        bearing.add_bearings(h, work.la, model, F)
     if model.threads.size > 0:
         lost, given, spools, driven = thread.add_thread_step(tm, h, ym, work.y0, work.y1, model, F)
         powers[SPRINGS] += lost
@@ -313,6 +316,8 @@ def tangent(scale, model, work, matrix):
     for k in range(model.joints.size):  # the rows are those of the end, but of gears
         rows = 1.0 if model.joints[k].kind == joint.GEAR else 0.0
         joint_tangent.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, rows, model, matrix)
+    if model.bearings.size > 0:
+        bearing.add_bearing_tangents(scale, work.la, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
     if model.threads.size > 0:
         thread.add_thread_step_tangent(tm, work.ym, h, c_mass, c_rate, model, matrix)

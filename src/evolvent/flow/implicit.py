@@ -25,6 +25,7 @@ from evolvent.kernels import (
     attitude,
     attitude_tangent,
     beam_loads,
+    bearing,
     contact,
     coordinate,
     coordinate_laws,
@@ -112,6 +113,8 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         energy, lost = joint.add_joint_residual(t, 0.0, y, la[k], k, n_v + k, model, F, r)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
+    if model.bearings.size > 0:
+        powers[COUPLED_ENERGY] += bearing.add_bearings(0.0, la, model, F)
     if model.threads.size > 0:  # whose forces on points and bodies are among those of these
         lost, given, spools = thread.add_thread_residual(t, y, a, step, model, F)
         powers[SPRINGS] += lost
@@ -168,6 +171,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         joint_tangent.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, 1.0, model, matrix)
         if model.joints[k].stiffness > 0.0 and model.joints[k].damping > 0.0 and joint.holds(t, model.joints, k):
             joint_tangent.add_rate_row(y, k, n_v + k, scale, model, matrix)
+    if model.bearings.size > 0:
+        bearing.add_bearing_tangents(scale, la, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
     rigid.add_body_tangent(y, c_mass, c_rate, n_q, model.bodies, model.K12, matrix)
     if attitude.has_actuators(model):

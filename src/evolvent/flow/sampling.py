@@ -12,6 +12,7 @@ from evolvent.kernels import (
     attitude,
     beam_loads,
     beam_strains,
+    bearing,
     contact,
     coordinate,
     fields,
@@ -152,6 +153,7 @@ def evaluate(n, times, y, s, la, factor, model):
         beam_loads.evaluate_beam_loads(n, times, y, factor, model)
     if model.coordinates.size > 0:
         coordinate.add_coordinates(t, y, KEPT, s, model, model.F)
+        bearing.note_bearings(model)
     if model.contact_surfaces.size > 0:
         contact.evaluate_points(y, model)
     if attitude.has_actuators(model) or model.controllers.size > 0:

@@ -190,7 +190,7 @@ def gradients(model, rows, k, J):
     Returns the first unknown and their number of both.
     """
     g, u, none = rows[k].g, rows[k].u, (0.0, 0.0, 0.0)
-    return _both_sides(model, rows, k, (u[0], u[1], u[2]), (g[0], g[1], g[2]), none, none, J)
+    return both_sides(model, rows, k, (u[0], u[1], u[2]), (g[0], g[1], g[2]), none, none, J)
 
 
 @inlined
@@ -214,7 +214,7 @@ def rate_gradients(y, model, rows, k, J):
         if rows[k].on == ON_BODY:
             V = bodies[other].v
             away = cross(g[0], g[1], g[2], V[0] - vx, V[1] - vy, V[2] - vz)
-        return _both_sides(model, rows, k, (x, y_, z), (hx, hy, hz), own, away, J)
+        return both_sides(model, rows, k, (x, y_, z), (hx, hy, hz), own, away, J)
     a, e = directions(rows, bodies, k)
     p, q = _parts(a, e, (x, y_, z))
     dx, dy, dz = cross(w[0], w[1], w[2], x, y_, z)
@@ -224,11 +224,11 @@ def rate_gradients(y, model, rows, k, J):
         hy += second_derivative(a, e, p, q, 1, j) * r[j]
         hz += second_derivative(a, e, p, q, 2, j) * r[j]
     own = cross(g[0], g[1], g[2], vx, vy, vz)
-    return _both_sides(model, rows, k, (x, y_, z), (hx, hy, hz), own, (-own[0], -own[1], -own[2]), J)
+    return both_sides(model, rows, k, (x, y_, z), (hx, hy, hz), own, (-own[0], -own[1], -own[2]), J)
 
 
 @inlined
-def _both_sides(model, rows, k, u, h, own, other, J):
+def both_sides(model, rows, k, u, h, own, other, J):
     """Write h . s, s what u moves by as seen from its body, with own . t and other . t' of turns of both bodies."""
     bodies, n_q, is_place, b = model.bodies, model.info.nq, rows[k].kind == TRAVEL, rows[k].body
     x = _arm(bodies, b, u, is_place)

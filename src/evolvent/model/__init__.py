@@ -108,6 +108,7 @@ class Model(Struct):
     resistances: Array = array(1, RECORDS["resistances"])
     curves: Array = array(1, RECORDS["curves"])
     bristles: Array = array(1, RECORDS["bristles"])
+    bearings: Array = array(1, RECORDS["bearings"])
     rods: Array = array(1, RECORDS["rods"])
     rod_elements: Array = array(1, RECORDS["rod_elements"])
     gear_coordinates: Array = array(1, RECORDS["gear_coordinates"])

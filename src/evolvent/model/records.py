@@ -239,6 +239,17 @@ RECORDS: dict[str, np.dtype] = {
     # before, force0: coordinate and force at the start of a step; slips: the sense in which it slips; account: of the
     # force
     "bristles": _record("kind account", "stick limit", "before force0 force slips"),
+    # friction by the reactions of a joint, whose rows are first to last, on a coordinate of its own
+    # (`kernels.bearing`); account: of what it has dissipated. by_force, by_moment, by_axis: derivatives of the load by
+    # the force and the moment on the second body, and by the axis; slips: the sense in which it slides, noted: friction
+    # at the iteration before; relax, fresh: under generalized-alpha. Of the last step: bristle0, rubs0, slips0, anchor
+    "bearings": _record(
+        "coordinate first last account",
+        "coefficient static radial axial twist constant arm stick",
+        "load by_force by_moment by_axis radial_force axial_force tilting slope limit angle rate "
+        "bristle slips rubs noted relax fresh stored bristle0 rubs0 slips0 anchor",
+        by_force=_3, by_moment=_3, by_axis=_3,
+    ),
     # a user-defined law between points, which are markers, from first_marker on. balanced: 1 where the last forces had
     # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric;
     # stated: 1 once the law has given an energy or a power

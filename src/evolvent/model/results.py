@@ -100,6 +100,16 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "rubs": ("hysteresis_torque", "N m", "torque of the bristles, part of the torque"),
         "stored": ("energy_elastic", "J", "elastic energy"),
     },
+    "bearings": {
+        "angle": ("angle", "rad", "angle since the start"),
+        "rate": ("rate", "rad s-1", "rate of the angle"),
+        "rubs": ("torque", "N m", "torque of friction, positive against the angle"),
+        "limit": ("torque_limit", "N m", "torque of friction that slides under the present load"),
+        "radial_force": ("radial_force", "N", "sum of the forces across the axis on both ends of the bearing"),
+        "axial_force": ("axial_force", "N", "force along the axis on the second part"),
+        "tilting": ("tilting_moment", "N m", "moment across the axis on the second part, about the joint's position"),
+        "stored": ("energy_elastic", "J", "elastic energy of the bristle"),
+    },
     "joints": {
         "force": ("force", "N", "force of the joint on {on}, inertial axes"),
         "moment": ("moment", "N m", "moment of the joint on {on} about the joint's position, inertial axes"),

@@ -3,6 +3,7 @@
 from evolvent.parts.attitude import AttitudeController, ReactionWheel, Thruster
 from evolvent.parts.beam import Beam
 from evolvent.parts.beam_load import DistributedTorque, LineLoad, SlopeLoad
+from evolvent.parts.bearing import Bearing
 from evolvent.parts.body_contact import BodyContact
 from evolvent.parts.curve import Parabola
 from evolvent.parts.custom_force import CustomForce
@@ -37,6 +38,7 @@ __all__ = [
     "Adhesion",
     "AttitudeController",
     "Beam",
+    "Bearing",
     "BodyContact",
     "Box",
     "Capsule",

@@ -6,7 +6,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.flow.implicit import residual
-from evolvent.kernels import attitude, contact, coordinate_laws, joint, rigid, sparse_lu, thread
+from evolvent.kernels import attitude, bearing, contact, coordinate_laws, joint, rigid, sparse_lu, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import ROTATION, displace
 from evolvent.kernels.joint_friction import RELAX
@@ -19,6 +19,8 @@ from evolvent.solvers.implicit_state import ALPHA, DONE, NOT_FINITE, REDUNDANT, 
 from evolvent.solvers.newton import solve_end
 
 _I = types.int64
+#: Iterations to the accelerations where friction depends on reactions, which the matrix does not have there.
+RUBBING = 20
 
 
 @indirect(void(REAL, VECTOR, MODEL, SPARSE, WORKSPACE, VECTOR, VECTOR))
@@ -35,7 +37,7 @@ def accelerations_at(t, state, model, matrix, work, A, la):
     c_mass = short_c_mass(options)
     scale = c_mass * options.mass
     d = 1e-3 * options.span
-    for _ in range(3):
+    for _ in range(3 if model.bearings.size == 0 else RUBBING):
         residual(t, state, A, la, 0.0, 1.0, model, work.r, work.powers[0])
         for side in range(2):
             for i in range(n_v):
@@ -71,6 +73,7 @@ def begin(model, matrix, work):
         model.coordinates[k].relax = RELAX
     for k in range(model.drivetrains.size):
         model.drivetrains[k].relax = RELAX
+    bearing.start_bearings(bearing.FIRST, model)
     status = start_accelerations(model, matrix, work)
     if status != DONE:
         return status
@@ -84,6 +87,7 @@ def restart(after, model, matrix, work):
     """Start again from the state work.y, with the loads and joints just `after` it; returns a status."""
     t = work.loop.time
     work.loop.time = after
+    bearing.start_bearings(bearing.AGAIN, model)
     status = start_accelerations(model, matrix, work)
     work.loop.time = t
     if status == DONE:
@@ -97,6 +101,8 @@ def _begin_step(t, model, work):
     end_step(t, 0.0, model, work)
     if model.coordinates.size > 0:
         coordinate_laws.end_coordinate_step(0.0, 1.0, work.y, model.switches, model)
+    if model.bearings.size > 0:
+        bearing.end_bearings(1.0, work.y, model)
     attitude.end_actuator_step(0.0, 0.5, work.dq, work.y, model)
 
 

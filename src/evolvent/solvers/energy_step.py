@@ -8,7 +8,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.energy_momentum import measure, residual, tangent
-from evolvent.kernels import ancf, coordinate, joint, rigid, rod_strains
+from evolvent.kernels import ancf, bearing, coordinate, joint, rigid, rod_strains
 from evolvent.kernels.blocks import largest_turn
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -189,6 +189,8 @@ def coupled_energy(t, model, work):
             coupled += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
     if model.coordinates.size > 0:
         coupled += coordinate.coordinate_energy(model.switches, model)
+    if model.bearings.size > 0:
+        coupled += bearing.bearing_energy(model)
     return coupled
 
 

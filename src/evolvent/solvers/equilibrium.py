@@ -20,7 +20,7 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow.implicit import energies, residual, tangent
 from evolvent.flow.powers import COUPLED_ENERGY
-from evolvent.kernels import attitude, contact, coordinate, coordinate_laws, loads, rigid, sparse_lu
+from evolvent.kernels import attitude, bearing, contact, coordinate, coordinate_laws, loads, rigid, sparse_lu
 from evolvent.kernels.ancf_beams import NODE_VECTORS, is_finite
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE, displace, is_idle
 from evolvent.kernels.rotations import cross, turn_back
@@ -480,6 +480,8 @@ def accept(t, model, b, out):
     contact.end_contacts(b.y, model)
     if model.coordinates.size > 0:
         coordinate_laws.end_coordinate_step(0.0, 1.0, b.y, model.switches, model)
+    if model.bearings.size > 0:
+        bearing.end_bearings(1.0, b.y, model)
     coordinate.count_quarter_turns(model.switches, model.coordinates)
     energies(t, b.y, model, out[:3])
     out[3], out[4] = contact.energy_of(model), b.powers[COUPLED_ENERGY]

@@ -7,7 +7,7 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies
-from evolvent.kernels import attitude, contact, coordinate_laws, joint, rigid
+from evolvent.kernels import attitude, bearing, contact, coordinate_laws, joint, rigid
 from evolvent.model import MODEL
 from evolvent.solvers import implicit_method as method
 from evolvent.solvers.balance import (
@@ -35,7 +35,7 @@ def add_step_to_balance(t, h, model, work):
     -----
     Work of loads, drives and wheels is the mean of the forces of both ends times the displacement; losses by mass,
     stiffness, springs and joints are the mean power times h. Under energy-momentum both ends have the means of the
-    step. Friction is that of the contacts and of `coordinate.end_coordinate_step`.
+    step. Friction is that of the contacts, of `coordinate.end_coordinate_step` and of `bearing.end_bearings`.
     """
     balance, midpoint = work.balance, work.options.midpoint != 0
     P, P0, p, p0 = work.loads1, work.loads0, work.powers[0], work.powers[1]
@@ -60,6 +60,8 @@ def add_step_to_balance(t, h, model, work):
     if model.coordinates.size > 0:
         share = 0.5 if midpoint else 1.0
         balance.by_friction += coordinate_laws.end_coordinate_step(h, share, work.y, model.switches, model)
+        if model.bearings.size > 0:
+            balance.by_friction += bearing.end_bearings(share, work.y, model)
     for k in range(model.contact_surfaces.size):
         model.contact_surfaces[k].impulse += h * model.contact_surfaces[k].normal
     for k in range(model.body_contacts.size):

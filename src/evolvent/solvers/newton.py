@@ -7,7 +7,7 @@ import math
 from numba import types
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.kernels import contact, coordinate_laws, sparse_lu, thread
+from evolvent.kernels import bearing, contact, coordinate_laws, sparse_lu, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.passing import note_places
 from evolvent.kernels.sparse import SPARSE
@@ -25,6 +25,9 @@ SLOW = 0.15
 ROUND_OFF = 1e-8
 #: Share of `newton` that the corrections for momenta which are kept reach, and most corrections for them.
 SHARPER, MOST_SHARPENED = 1e-2, 4
+#: Change of the friction of bearings in an iteration, beside its limit, that has converged, and how often it may be
+#: larger where the increments have.
+CALM, MOST_REPEATED = 1e-10, 6
 #: Most iterations of methods with the forces of ends; of energy-momentum with the contacts as they are, of the softest
 #: stage, and of one of those after it.
 MOST, PLAIN, FIRST, STAGED = 25, 20, 40, 20
@@ -34,8 +37,8 @@ SOFTEST, LEAST_RISE = -6.0, 0.5
 
 @inlined
 def count_touching(model):
-    """A number that encodes which contact points touch, and which coordinates of joints slip."""
-    return contact.pressed(model) + coordinate_laws.count_slipping(model)
+    """A number that encodes which contact points touch, and which coordinates and bearings of joints slip."""
+    return contact.pressed(model) + coordinate_laws.count_slipping(model) + bearing.count_slipping_bearings(model)
 
 
 @inlined
@@ -71,6 +74,9 @@ def iterate(t1, h, most, searches, model, matrix, work):
     scale = method.scale_of(h, options)
     info.compliance = 1.0 / scale
     method.evaluate(t1, h, model, work)
+    rubs, changed, repeated = model.bearings.size > 0, 0.0, 0
+    if rubs:
+        bearing.change_of_friction(model)
     soft = work.step.step.soft != 1.0
     # what keeps momenta or energy takes its own tangent, and one correction more: both converge to round-off
     keeps = conserves and work.step.step.held == 0.0 and not soft
@@ -113,6 +119,8 @@ def iterate(t1, h, most, searches, model, matrix, work):
         for k in range(work.la.size):
             work.la[k] += scale / method.tangent_factor(options) * work.x[info.nv + k]
         s = method.correct(t1, h, searches and (work.la.size == 0 or iteration > first), model, work)
+        if rubs:  # by multipliers, which do not count in the size of a correction
+            changed = bearing.change_of_friction(model)
         if iteration > first:
             ratio = norm / last if last > 0.0 else 0.0
         left = norm * ratio / (1.0 - ratio) if 0.0 < ratio < 0.9 else norm
@@ -120,6 +128,9 @@ def iterate(t1, h, most, searches, model, matrix, work):
         # of redundant constraints a second iteration corrects what the compliance leaves
         settled = s == 1.0 and (iteration > first or info.redundant == 0)
         if settled and (min(norm, left) <= limit or rounded):
+            if changed > CALM and repeated < MOST_REPEATED:
+                repeated, last = repeated + 1, norm
+                continue
             sharp = sharpened > 0 and (left <= SHARPER * limit or ratio > 0.5)
             if not conserves or count_touching(model) == touching:
                 if not keeps or sharp or rounded or sharpened == MOST_SHARPENED:

@@ -34,6 +34,8 @@ def applies(model: mdl.Model, options: Any) -> bool:
         or options.midpoint
     ):
         return False
+    if model.bearings.size:
+        return False
     return bool(options.tolerance > 0.0) and is_held(model) and _without_contacts(model) and not model.threads.size
 
 

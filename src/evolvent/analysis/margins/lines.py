@@ -66,7 +66,9 @@ def coordinates_of(mechanism: Mechanism, keys: Margin, at: Position) -> list[Mar
     """
     names, rows = mechanism.names, mechanism.whole.coordinates
     found = []
-    for same in _alike(at.J):
+    for same in ([k for k in group if k not in mechanism.measured] for group in _alike(at.J)):
+        if not same:
+            continue
         asked = [k for k in same if names[k] in keys.lines]
         if len(asked) > 1:
             first, second = (names[k] for k in asked[:2])

@@ -119,15 +119,11 @@ class Mechanism:
         model.switches[:] = assembly.s
         self.names = coordinate_names(assembly)
         forces = (
-            "springs",
-            "loads",
-            "fields",
-            "motors",
-            "drivetrains",
-            "synchronizations",
-            "resistances",
-            "custom_forces",
-        )
+            "springs", "loads", "fields", "motors", "drivetrains", "synchronizations", "resistances", "custom_forces",
+            "bearings",
+        )  # fmt: skip
+        #: Rows of coordinates by which bearings measure alone, and which have no margin of their own.
+        self.measured = frozenset(model.bearings["coordinate"].tolist())
         self.whole, self.synchronizations = model, model.synchronizations
         still = model.coordinates.copy()
         for field in OWN:
@@ -217,6 +213,17 @@ class Mechanism:
         parts = (at.zero - self._force(share, at, direction)) * direction.v
         found = float(parts.sum())
         return found if abs(found) > _ROUND_OFF * float(np.abs(parts).sum()) else 0.0
+
+    def force(self, share: Share, at: Position, direction: Direction, *, still: bool) -> Array:
+        """Generalised forces of a share on the left of the equations, (nv,); `still` as of `power`."""
+        if still and share.family == "motors":
+            (row,) = (self.whole.motors[k] for k in share.rows)
+            if row["kind"] == coordinate_laws.BY_MOTION:
+                k = int(row["coordinate"])
+                return np.asarray(-math.copysign(float(row["limit"]), float(direction.rates[k])) * at.J[k])
+        if share.family == "resistances":
+            self._slip(share, at, direction, still=still)
+        return np.asarray(self._force(share, at, direction) - at.zero)
 
     def _force(self, share: Share, at: Position, direction: Direction) -> Array:
         """Generalised forces of a share, on the left of the equations, with those of the bare model."""
@@ -341,7 +348,7 @@ class Mechanism:
         held: list[int] = []
         follow: list[int] = []
         for j in range(len(self.names)):
-            if j == k:
+            if j == k or j in self.measured:
                 continue
             free = self._solved(k, [*held, j], 1.0, at) is not None
             (held if free else follow).append(j)

@@ -61,6 +61,7 @@ RULES: dict[str, tuple[Rule, ...]] = {
         Rule(of.SPRING, of_kind=resistance.TAPE_SPRING),
         Rule(of.ADHESION, of_kind=resistance.ADHESION),
     ),
+    "bearings": (Rule(of.FRICTION),),
     "loads": (Rule(of.LOAD),),
     "fields": (Rule(of.INERTIA),),
 }
@@ -108,7 +109,7 @@ def refuse_unsupported(assembly: Assembly) -> None:
             raise InputError(
                 f"{who!r} is one of the {name.replace('_', ' ')}, which margins of hinges and slides do not support; "
                 f"they support rigid bodies and points with joints, gears, springs, synchronizations, motors, "
-                f"resistances, loads and fields"
+                f"resistances and bearings of joints, loads and fields"
             )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.analysis.margins import factors as of
+from evolvent.analysis.margins import bearings, factors as of
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.lines import MarginCoordinate
 from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position
@@ -139,7 +139,8 @@ def along_travel(
     xs = np.linspace(coordinate.start, coordinate.end, stations)
     values, inertia = np.zeros((len(shares), stations)), np.zeros(stations)
     for n, (there, direction) in enumerate(mechanism.stations(coordinate.k, coordinate.sense, held, xs, at)):
-        values[:, n], inertia[n] = _powers(mechanism, shares, direction, there, still=True), direction.inertia
+        rows = [coordinate.k, *held]
+        values[:, n], inertia[n] = _powers(mechanism, shares, direction, there, rows, None), direction.inertia
     return Table(coordinate, shares, xs, np.zeros(0), values, inertia, *known)
 
 
@@ -161,7 +162,7 @@ def along_motion(
         for one in moving:
             held = [mechanism.names.index(name) for name in one.held]
             direction = mechanism.direction(one.k, held, one.sense, at)
-            powers = _powers(mechanism, shares, direction, at, still=False)
+            powers = _powers(mechanism, shares, direction, at, [one.k, *held], solution.la[n])
             rows[one.k].append((at.t, float(at.x[one.k]), powers, direction.inertia))
     return [_of_rows(one, shares, rows[one.k], known) for one in coordinates]
 
@@ -180,5 +181,12 @@ def _of_rows(
     )  # fmt: skip
 
 
-def _powers(mechanism: Mechanism, shares: list[Share], direction: Direction, at: Position, *, still: bool) -> Any:
-    return np.array([mechanism.power(share, at, direction, still=still) for share in shares])
+def _powers(
+    mechanism: Mechanism, shares: list[Share], direction: Direction, at: Position, rows: list[int], la: Array | None
+) -> Any:
+    """Virtual power of every share; `rows` and `la` as of `bearings.powers`, which at rest finds the multipliers."""
+    rubs = bearings.powers(mechanism, shares, direction, at, rows, la)
+    return np.array([
+        rubs[share.label] if share.label in rubs else mechanism.power(share, at, direction, still=la is None)
+        for share in shares
+    ])  # fmt: skip

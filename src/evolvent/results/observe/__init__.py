@@ -41,6 +41,7 @@ OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
     "motors": coordinates.observe_motor,
     "synchronizations": coordinates.observe_synchronization,
     "resistances": coordinates.observe_resistance,
+    "bearings": coordinates.observe_bearing,
     "threads": threads.observe_thread,
     "thread_ends": threads.observe_thread_end,
     "reels": threads.observe_reel,

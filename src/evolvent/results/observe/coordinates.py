@@ -193,3 +193,19 @@ def _observe_losses(view: View, own: Any, found: Observed) -> None:
         found.scalar("released", state, "1", "1 once the adhesion has broken")
         found.scalar("adhesion_work", taken, "J", "energy that the adhesion has dissipated as it broke")
         found.scalar("release_time", last, "s", "time at which the adhesion has broken")
+
+
+def observe_bearing(view: View, name: str) -> Observed:
+    """Friction of a bearing, its load by parts, and what it has taken."""
+    index, found = view.index(name), Observed()
+    own = view.model.bearings[index]
+    row = view.model.coordinates[int(own["coordinate"])]
+    _add(view, found, "bearings", index, row, "angle rate rubs limit")
+    for field in ("radial_force", "axial_force", "tilting", "stored"):  # which are the same of an angle and a travel
+        if field == "axial_force" and row["kind"] == axial.TRAVEL:
+            continue
+        key, unit, text = RESULTS["bearings"][field]
+        found.scalar(key, view.fields["bearings"][field][:, index], unit, text)
+    found.scalar("friction_work", _since(view, int(own["account"])), "J", "energy that friction has dissipated")
+    found.plots = [_worded(row, "torque"), "radial_force"]
+    return found
