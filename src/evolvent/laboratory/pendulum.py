@@ -62,7 +62,7 @@ class Pendulum:
         """Number of arms."""
         return len(self.masses)
 
-    def system(self, angles: Sequence[float], rates: Sequence[float]) -> System:
+    def system(self, angles: Array, rates: Array) -> System:
         """The pendulum at a start.
 
         Parameters
@@ -275,7 +275,8 @@ def run(name: str, settings: Settings, data: str | None) -> Verdict:
         models["fitted parameters"] = fitted(AUTHORS[name], pieces[:count])
     others = pieces[count:]
     deviation = start_rate_deviation(pieces)
-    comparisons, panels, first = [], [], {}
+    comparisons: list[Comparison] = []
+    first: dict[str, Array] = {}
     for label, model in models.items():
         off, bands = [], []
         for piece in progress.track(others, "predicting"):
