@@ -81,7 +81,7 @@ def solve_beside(t_end, h, leads, leader, model, matrix, work, pace, factored):
         factored[LENGTH], factored[SCALE] = h, method.scale_of(h, work.options)
     scale = factored[SCALE]
     model.info.compliance = 1.0 / scale
-    method.predict(h, model, work)
+    method.predict(h, False, model, work)
     for i in range(n_v):
         if leads:
             work.dq0[i] = dq[i]
