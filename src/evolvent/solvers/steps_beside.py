@@ -172,7 +172,7 @@ def step_beside(kind, latch, leads, run, leader, model, matrix, work, pace, fact
     if found <= 0:
         return found
     if latch == TRIED:
-        part = coordinate.until_latch(s, model.coordinates)
+        part = coordinate.until_latch(s, model)
         implicit_loop.restore_start(model, work)
         loop.event_step = h * part if part != 1.0 else run.loop.event_step
         return found
