@@ -85,7 +85,7 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "torque": ("joint_torque", "N m", "torque on the joint, after detent, magnetic losses and gear"),
         "cogging": ("detent_torque", "N m", "torque of the detent, positive against the angle"),
         "rubs": ("friction_torque", "N m", "torque of magnetic hysteresis and gear, positive against the angle"),
-        "stored": ("energy_elastic", "J", "energy of the detent"),
+        "stored": ("energy_elastic", "J", "energy of the detent and of the bristle of the gear"),
     },
     "synchronizations": {
         "stretch": ("difference", "rad", "difference of the angles that each loop couples, times their ratios"),

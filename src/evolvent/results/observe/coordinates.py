@@ -133,7 +133,7 @@ def _observe_drivetrain(view: View, motor: Any, index: int, row: Any, found: Obs
     if not own.size:
         return
     k, at = int(own[0]), int(view.model.drivetrains["account"][own[0]])
-    _add(view, found, "drivetrains", k, row, "torque cogging rubs")
+    _add(view, found, "drivetrains", k, row, "torque cogging rubs stored")
     if motor["constant"] > 0.0:
         _add(view, found, "motors", index, row, "current")
         current, power = (view.fields["motors"][field][:, index] for field in ("current", "power"))
