@@ -61,7 +61,7 @@ def test_a_fit_predicts_the_other_pieces() -> None:
     assert 0.001 < found.comparisons[0].predicted < 0.006
     assert 0.001 < found.comparisons[2].predicted < 0.02
     assert "3 pieces" in found.comparisons[0].what
-    assert any("fitted to the first 1 pieces" in note for note in found.notes)
+    assert any("fitted to 1 pieces" in note for note in found.notes)
     assert len(found.figures[0].panels) == 4
 
 

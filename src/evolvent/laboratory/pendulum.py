@@ -1,7 +1,7 @@
 """Swings of a double and a triple pendulum: angles from the first row of every piece, predicted and measured.
 
 Each piece starts from its own first row. The parameters are those that the authors of the measurements identified, and
-those of a fit to the first ten pieces, with which the other pieces are predicted.
+those of a fit to ten pieces, spread over the set, with which the others are predicted.
 
 Source: dynamicslab/MultiArm-Pendulum (MIT licence); arXiv 2205.06231.
 """
@@ -208,16 +208,19 @@ def _texts(name: str, folder: str | None) -> list[tuple[str, str]]:
 
 
 def fitted(model: Pendulum, pieces: Sequence[Piece]) -> Pendulum:
-    """Centres, inertias and frictions by least squares over all angles of pieces; masses and lengths stay.
+    """Centres, inertias and frictions by least squares over the angles of pieces; masses and lengths stay.
 
     Notes
     -----
-    Motion alone determines ratios of masses: those of the start are kept.
+    Motion alone determines ratios of masses: those of the start are kept. Each piece starts from its first row, as the
+    predictions do, and counts beside the root mean square that the model has at the start: first rows have errors, and
+    a piece with a large one would govern all others.
     """
     from scipy.optimize import least_squares
 
     n = model.arms
     scale = np.array([*model.centres, *model.inertias, *(max(one, 1e-5) for one in model.frictions)])
+    weights = [1.0 / rms([model.predicted(piece) - piece.angles]) for piece in pieces]
 
     def at(x: Array) -> Pendulum:
         own = [float(one) for one in x * scale]
@@ -225,13 +228,10 @@ def fitted(model: Pendulum, pieces: Sequence[Piece]) -> Pendulum:
             model, centres=tuple(own[:n]), inertias=tuple(own[n : 2 * n]), frictions=tuple(own[2 * n :])
         )
 
-    count = 0
-
     def residuals(x: Array) -> Array:
-        nonlocal count
-        count += 1
-        progress.report("fitting", count, unit="evaluations")
-        return np.concatenate([np.ravel(at(x).predicted(piece) - piece.angles) for piece in pieces])
+        progress.report("fitting", unit="evaluations")
+        found = [weight * (at(x).predicted(one) - one.angles) for weight, one in zip(weights, pieces, strict=True)]
+        return np.concatenate([np.ravel(one) for one in found])
 
     start = np.array([*model.centres, *model.inertias, *model.frictions]) / scale
     low = np.concatenate([np.full(2 * n, 0.2), np.zeros(n)])
@@ -271,9 +271,10 @@ def run(name: str, settings: Settings, data: str | None) -> Verdict:
     pieces = pieces_of(name, data, settings.pieces)
     models = {"authors' parameters": AUTHORS[name]}
     count = min(settings.fitted, len(pieces) - 1)
+    chosen = {round((k + 0.5) * len(pieces) / count - 0.5) for k in range(count)} if count > 0 else set()
     if count > 0:
-        models["fitted parameters"] = fitted(AUTHORS[name], pieces[:count])
-    others = pieces[count:]
+        models["fitted parameters"] = fitted(AUTHORS[name], [pieces[k] for k in chosen])
+    others = [piece for k, piece in enumerate(pieces) if k not in chosen]
     deviation = start_rate_deviation(pieces)
     comparisons: list[Comparison] = []
     first: dict[str, Array] = {}
@@ -306,7 +307,7 @@ def run(name: str, settings: Settings, data: str | None) -> Verdict:
     ]
     if own is not None:
         notes.append(
-            f"fitted to the first {count} pieces: centres {_listed(own.centres)} m, inertias {_listed(own.inertias)} "
+            f"fitted to {count} pieces: centres {_listed(own.centres)} m, inertias {_listed(own.inertias)} "
             f"kg m2, frictions {_listed(own.frictions)} N m s/rad"
         )
     title = f"{others[0].name}: predicted from its first row, and measured"
