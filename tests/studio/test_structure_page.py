@@ -47,7 +47,7 @@ def folder(tmp_path_factory):
 def add(page, kind, name=None):
     """Add a part of a kind; the name is the proposed one unless given."""
     page.click(part("add-part"))
-    choose(page, "part-kind", re.compile(f"{kind}:"), typed=kind)
+    choose(page, "part-kind", re.compile(rf"^\s*{kind}:"), typed=kind)
     page.wait_for_function("s => document.querySelector(s).value !== ''", arg=part("part-name"))
     if name is not None:
         page.locator(part("part-name")).fill(name)

@@ -12,7 +12,6 @@ from numba import config
 from evolvent.assembly import needs
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
-from evolvent.kernels import contact
 from evolvent.solvers import run as runs
 from evolvent.solvers.implicit_method import METHODS
 from evolvent.solvers.implicit_run import Run
@@ -109,7 +108,8 @@ class Neighbours:
                 progress(lead.reached)
         for k, steps in enumerate(self.pace[:, UNLIKE].astype(int)):
             if steps and not failure:
-                what = "contacts touch" if contact.any_contact(lead.model) else "joints slip"
+                model = lead.model
+                what = "contacts touch" if model.contact_surfaces.size or model.body_contacts.size else "joints slip"
                 raise TooFar(k - 1, f"other {what} in {steps} of the steps")
         return ("failed", failure) if failure else runs.FINISHED
 
