@@ -52,11 +52,11 @@ class Bearing(Part):
 
     Notes
     -----
-    With the radial force Fr at the joint's position, the moment across the axis M, the axis n, and both ends e = 1, -1
-    of the bearing, N_e = abs(Fr/2 + e n x M/span). The torque of a hinge that slides is coefficient
-    (journal_radius (N_1 + N_-1) + thrust_radius (abs(Fn) + preload)), Fn the axial force; the force of a slide is
-    coefficient (N_1 + N_-1 + 2 abs(Mn)/width + preload), Mn the moment about the axis. A slide's bearing moves with b
-    of its joint.
+    With the radial force Fr at the joint's position, the moment across the axis M, and the axis n, the ends of the
+    bearing carry N1 = abs(Fr/2 + n x M/span) and N2 = abs(Fr/2 - n x M/span). The torque of a hinge that slides is
+    coefficient (journal_radius (N1 + N2) + thrust_radius (abs(Fn) + preload)), Fn the axial force; the force of a
+    slide is coefficient (N1 + N2 + 2 abs(Mn)/width + preload), Mn the moment about the axis. A slide's bearing moves
+    with b of its joint.
 
     The forces are those of the same instant: friction and reactions are found together, so that what locks itself does
     so. Of redundant constraints they are those of minimum norm.
