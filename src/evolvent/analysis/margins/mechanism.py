@@ -361,7 +361,7 @@ class Mechanism:
     ) -> Iterator[tuple[Position, Direction]]:
         """Positions in which coordinate k has the values xs, one after the other, with its direction there.
 
-        Positions do not hang on what is in no constraint and no mass, such as stiffnesses: mechanisms that differ in
+        Positions do not depend on what is in no constraint and no mass, such as stiffnesses: mechanisms that differ in
         that alone share them.
 
         Parameters
