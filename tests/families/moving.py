@@ -125,7 +125,7 @@ def travels_alone(system: System) -> None:
     system.add(parts.TranslationalSpring(a="free", b="cable.tip", axis=TWIST, stiffness=4.0, damping=0.5))
 
 
-def borne(**given: float) -> Callable[[System], None]:
+def bearings_between(**given: float) -> Callable[[System], None]:
     """Bearings of hinges and slides between bodies of every kind, some of which stick."""
 
     def add(system: System) -> None:
@@ -144,8 +144,8 @@ def borne(**given: float) -> Callable[[System], None]:
     return add
 
 
-enter("bearings")(borne())
-enter("bearings of soft joints")(borne(stiffness=30.0, rotational_stiffness=20.0, damping=2.0))
+enter("bearings")(bearings_between())
+enter("bearings of soft joints")(bearings_between(stiffness=30.0, rotational_stiffness=20.0, damping=2.0))
 
 
 @enter("motors and synchronizations")

@@ -156,6 +156,12 @@ def content_of(case: Any, overrides: Mapping[str, Any] | None = None) -> dict[st
     return content
 
 
+def written(case: Any) -> dict[str, Any]:
+    """A checked case as a file holds it: its system, and what differs from the defaults."""
+    found: dict[str, Any] = case.model_dump(mode="json", exclude_defaults=True)
+    return {"system": case.system, **found}
+
+
 def problems(content: Mapping[str, Any], kind: type[Section] | None = None) -> dict[str, str]:
     """What is wrong with a case, field by field.
 

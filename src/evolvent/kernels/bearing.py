@@ -9,7 +9,7 @@ Fr/2 - arm n x M. The load of the friction is
 of a hinge a length times a force: radial the radius of the journal, axial that of the thrust face, constant that times
 the preload; of a slide a force: radial 1, twist 2/width, constant the preload. Friction is at most static L where the
 step starts at rest, and coefficient L where it slides: the torque or force of a bristle in series with a slider, as of
-`coordinate_laws.friction_force`, whose limit follows the multipliers of the same iteration. Under energy-momentum these
+`joint_friction.stick_or_slip`, whose limit follows the multipliers of the same iteration. Under energy-momentum these
 are means over the step, and so are the vectors of the bodies.
 
 The torque acts along the bearing's own coordinate, a row of the family `coordinates` between the bodies of the joint.
@@ -24,15 +24,12 @@ from evolvent.kernels import axial, axial_tangent
 from evolvent.kernels.axial import TRAVEL, both_sides, gradients
 from evolvent.kernels.axial_tangent import add_angle_tangent, add_outer
 from evolvent.kernels.gaps import ALONG, DIRECTION
+from evolvent.kernels.joint_friction import RELAX, bristle_energy, stick_or_slip, taken_by_friction
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.sparse import SPARSE, first_entry
 from evolvent.model import MODEL
 
 USED_FOR = "bearings"
-#: Numerical damping of a bristle that sticks, under generalized-alpha.
-RELAX = 0.5
-#: Part of the limit below which it is round-off that a bristle moves back.
-_NEAR = 1e-6
 #: Rate above which a bearing slides from the start on, rad/s or m/s.
 _MOVES = 1e-9
 #: What is `fresh` of a bearing: it goes on; it slides again behind an event; it has not moved yet.
@@ -152,31 +149,23 @@ def _friction(bearings, k, x, rate):
 
     Notes
     -----
-    Slip and stick are an active set. What decides between them is one limit throughout a step, the static one where the
-    step starts at rest and the kinetic one where it slides, so that the set cannot go to and fro: friction that breaks
-    away falls, and what it held moves on. A bearing that slides sticks once it moves back, without a limit in that
-    evaluation.
+    Slip and stick are an active set (`joint_friction.stick_or_slip`). What decides between them is one limit
+    throughout a step, the static one where the step starts at rest and the kinetic one where it slides, so that the
+    set cannot go to and fro: friction that breaks away falls, and what it held moves on. A bearing that slides sticks
+    once it moves back, without a limit in that evaluation.
     """
-    stick, relax, z0, load = bearings[k].stick, bearings[k].relax, bearings[k].bristle0, bearings[k].load
-    kinetic, fresh = bearings[k].coefficient * load, bearings[k].fresh
+    load, fresh = bearings[k].load, bearings[k].fresh
+    kinetic = bearings[k].coefficient * load
     if fresh != STEPS:
         sense = bearings[k].slips0
         if fresh == FIRST:
             sense = 0.0 if abs(rate) <= _MOVES else math.copysign(1.0, rate)
         if sense != 0.0:
             bearings[k].slips, bearings[k].rubs = sense, sense * kinetic
-            bearings[k].bristle = bearings[k].bristle0 = sense * kinetic / stick
+            bearings[k].bristle = bearings[k].bristle0 = sense * kinetic / bearings[k].stick
             return sense * kinetic, 0.0
     limit = kinetic if bearings[k].slips0 != 0.0 else bearings[k].static * load
-    z, slips, slope = x - bearings[k].anchor, bearings[k].slips, (1.0 + relax) * stick
-    force = slope * z - relax * stick * z0
-    if (slips == 0.0 and abs(force) <= limit) or (slips != 0.0 and slips * force < limit * (1.0 - _NEAR)):
-        bearings[k].slips, bearings[k].bristle, bearings[k].rubs = 0.0, z, force
-        return force, slope
-    sense = 1.0 if force > 0.0 else -1.0
-    bearings[k].slips, bearings[k].rubs = sense, sense * kinetic
-    bearings[k].bristle = (sense * kinetic + relax * stick * z0) / slope
-    return sense * kinetic, 0.0
+    return stick_or_slip(bearings, k, x, limit, kinetic)
 
 
 @indirect(REAL(REAL, VECTOR, MODEL, VECTOR))
@@ -192,7 +181,7 @@ def add_bearings(h, la, model, F):
         rubs, slope = _friction(bearings, k, coordinates[c].angle, coordinates[c].rate)
         bearings[k].slope = slope if h == 0.0 else 2.0 * slope
         bearings[k].limit = bearings[k].coefficient * bearings[k].load
-        bearings[k].stored = 0.5 * bearings[k].stick * bearings[k].bristle * bearings[k].bristle
+        bearings[k].stored = bristle_energy(bearings, k)
         axial.push(coordinates, model.bodies, model.info.nq, c, rubs, F)
     return bearing_energy(model)
 
@@ -244,16 +233,11 @@ def end_bearings(share, y, model):
     """
     bearings, coordinates, rubbed = model.bearings, model.coordinates, 0.0
     for k in range(bearings.size):
-        at, c = bearings[k].account, bearings[k].coordinate
-        z, z0, stick, x = bearings[k].bristle, bearings[k].bristle0, bearings[k].stick, coordinates[c].angle
-        taken = stick * (z * (x - bearings[k].anchor - z) + 0.5 * (z - z0) * (z - z0))
-        if share == 1.0:
-            moved = x - coordinates[c].before
-            taken = 0.5 * (bearings[k].rubs0 + bearings[k].rubs) * moved - 0.5 * stick * (z * z - z0 * z0)
-        y[at] += taken
+        c = bearings[k].coordinate
+        taken = taken_by_friction(bearings, k, coordinates[c].angle, coordinates[c].before, share)
+        y[bearings[k].account] += taken
         rubbed += taken
-        bearings[k].anchor, bearings[k].bristle0, bearings[k].fresh = x - z, z, STEPS
-        bearings[k].slips0, bearings[k].rubs0 = bearings[k].slips, bearings[k].rubs
+        bearings[k].slips0, bearings[k].fresh = bearings[k].slips, STEPS
     return rubbed
 
 

@@ -4,6 +4,7 @@ from numba import types
 
 from evolvent.compiled.jit import REAL, VECTOR, entry, inlined, kernel
 from evolvent.compiled.lookups import drive_law_at
+from evolvent.kernels.profile import row_before
 
 RAMPS, TABLE, LAW, FREE = 0, 1, 2, 3
 
@@ -57,13 +58,7 @@ def drive_table(p, t):
     n = int(p[0])
     first, last = p[1], p[n]
     inside = min(max(t, first), last)
-    low, high = 0, n - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if p[1 + middle] <= inside:
-            low = middle
-        else:
-            high = middle
+    low = row_before(p, 1, n, inside)
     c = 1 + n + 5 * low
     s = inside - p[1 + low]
     angle = (((p[c] * s + p[c + 1]) * s + p[c + 2]) * s + p[c + 3]) * s + p[c + 4]

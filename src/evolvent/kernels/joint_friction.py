@@ -1,4 +1,4 @@
-"""Coulomb friction of a joint's coordinate x, an angle or a travel, of joints and of drivetrains.
+"""Coulomb friction of a joint's coordinate x, an angle or a travel, of joints, of drivetrains and of bearings.
 
 Friction is a spring (the bristle) in series with a slider: force = stick z, abs(force) <= friction, z the deflection
 of the bristle, which has no force at `anchor`. Within a step the anchor stays; its end moves the anchor to x - z.
@@ -10,12 +10,21 @@ from evolvent.model import FRICTION_FORCE
 #: Numerical damping of friction that sticks, under generalized-alpha.
 RELAX = 0.5
 #: Part of the friction below which it is round-off that a coordinate moves back.
-_NEAR = 1e-6
+NEAR = 1e-6
 
 
 @inlined
 def friction_force(coordinates, k, x):
-    """Friction at the coordinate x, and its derivative.
+    """Friction at the coordinate x, and its derivative."""
+    friction = coordinates[k].friction
+    if friction <= 0.0:
+        return 0.0, 0.0
+    return stick_or_slip(coordinates, k, x, friction, friction)
+
+
+@inlined
+def stick_or_slip(rows, k, x, limit, friction):
+    """Force of bristle k at x, and its derivative: at most `limit` where it sticks, `friction` where it slips.
 
     Notes
     -----
@@ -27,22 +36,15 @@ def friction_force(coordinates, k, x):
     that evaluation. Newton's method then needs a few iterations for a change of the set, where it could go to and fro
     for ever between slip one way and the other.
     """
-    friction, stick, relax, z0 = (
-        coordinates[k].friction,
-        coordinates[k].stick,
-        coordinates[k].relax,
-        coordinates[k].bristle0,
-    )
-    if friction <= 0.0:
-        return 0.0, 0.0
-    z, slips, slope = x - coordinates[k].anchor, coordinates[k].slips, (1.0 + relax) * stick
+    stick, relax, z0 = rows[k].stick, rows[k].relax, rows[k].bristle0
+    z, slips, slope = x - rows[k].anchor, rows[k].slips, (1.0 + relax) * stick
     force = slope * z - relax * stick * z0
-    if (slips == 0.0 and abs(force) <= friction) or (slips != 0.0 and slips * force < friction * (1.0 - _NEAR)):
-        coordinates[k].slips, coordinates[k].bristle, coordinates[k].rubs = 0.0, z, force
+    if (slips == 0.0 and abs(force) <= limit) or (slips != 0.0 and slips * force < limit * (1.0 - NEAR)):
+        rows[k].slips, rows[k].bristle, rows[k].rubs = 0.0, z, force
         return force, slope
     sense = 1.0 if force > 0.0 else -1.0
-    coordinates[k].slips, coordinates[k].rubs = sense, sense * friction
-    coordinates[k].bristle = (sense * friction + relax * stick * z0) / slope
+    rows[k].slips, rows[k].rubs = sense, sense * friction
+    rows[k].bristle = (sense * friction + relax * stick * z0) / slope
     return sense * friction, 0.0
 
 

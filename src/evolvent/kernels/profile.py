@@ -29,6 +29,19 @@ def window(t, start, end, ramp):
 
 
 @inlined
+def row_before(p, first, n, x):
+    """The row at or before x of n rising numbers from p[first] on, the last but one at most; by bisection."""
+    low, high = 0, n - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if p[first + middle] <= x:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@inlined
 def pieces(p, at, t):
     """Value of a piecewise polynomial.
 
@@ -43,13 +56,7 @@ def pieces(p, at, t):
         return p[at + 1]
     if t >= p[first + n - 1]:
         return p[at + 2]
-    low, high = 0, n - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if p[first + middle] <= t:
-            low = middle
-        else:
-            high = middle
+    low = row_before(p, first, n, t)
     s = t - p[first + low]
     c = first + n + COEFFICIENTS * low
     return ((((p[c] * s + p[c + 1]) * s + p[c + 2]) * s + p[c + 3]) * s + p[c + 4]) * s + p[c + 5]

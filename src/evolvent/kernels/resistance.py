@@ -21,6 +21,8 @@ from numba import types
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.axial import SMALL
+from evolvent.kernels.joint_friction import NEAR
+from evolvent.kernels.profile import row_before
 from evolvent.model import MODEL
 
 USED_FOR = "resistances"
@@ -30,26 +32,11 @@ HARNESS, TAPE_SPRING, ADHESION = 0, 1, 2
 SLIP, DAHL = 0, 1
 #: A coordinate this near to the end of a curve, rad or m, has reached it.
 AT_END = 1e-10
-#: Part of the limit below which it is round-off that a bristle moves back.
-NEAR = 1e-6
 #: Part of the way k/L over which a bristle's integrals are series.
 _SERIES = 1e-3
 
 
 # ------------------------------------------------------------------------------------------------ curves
-
-
-@inlined
-def _row_before(p, first, n, x):
-    """The row before x of a curve's n rows, or that from which it goes on straight to x."""
-    low, high = 0, n - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if p[first + middle] <= x:
-            low = middle
-        else:
-            high = middle
-    return low
 
 
 @inlined
@@ -62,7 +49,7 @@ def _slope(p, first, n, i):
 def curve_energy(p, curves, c, x):
     """Energy of curve c at x, J."""
     first, n = curves[c].first, curves[c].count
-    i = _row_before(p, first, n, x)
+    i = row_before(p, first, n, x)
     d = x - p[first + i]
     return p[first + 2 * n + i] + d * (p[first + n + i] + 0.5 * _slope(p, first, n, i) * d)
 
@@ -76,7 +63,7 @@ def curve_between(p, curves, c, x0, x1):
     p : parameters, among them the curve's: its coordinates, torques and energies, `count` of each
     """
     first, n = curves[c].first, curves[c].count
-    i, j = _row_before(p, first, n, x0), _row_before(p, first, n, x1)
+    i, j = row_before(p, first, n, x0), row_before(p, first, n, x1)
     slope = _slope(p, first, n, j)
     end = p[first + n + j] + slope * (x1 - p[first + j])
     if i == j or abs(x1 - x0) < SMALL:

@@ -232,7 +232,7 @@ def _tornado(found: Dispersion, one: Output, name: str) -> Figure:
     size = 0.7 / len(sets)
     for row, k in enumerate(ranked):
         at = float(len(ranked) - 1 - row)
-        names[at] = _cut(found.draws[k].name)
+        names[at] = short_name(found.draws[k].name)
         for which, (values, low, high, text_, colour) in enumerate(sets):
             y0 = at + 0.35 - which * size
             box = np.array([0.0, values[k], values[k], 0.0, 0.0])
@@ -248,7 +248,8 @@ def _tornado(found: Dispersion, one: Output, name: str) -> Figure:
     return Figure(name=name, title=f"Sensitivity of {one.name}{explained}", panels=[panel], height=max(height, 50.0))
 
 
-def _cut(name: str) -> str:
+def short_name(name: str) -> str:
+    """Keys of parts in at most so many letters as an axis holds."""
     name = name.replace("parts.", "")
     return name if len(name) <= _NAME else f"{name[: _NAME - 3]}..."
 

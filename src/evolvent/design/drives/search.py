@@ -68,9 +68,7 @@ class Design:
         """The case with the drive, as a file holds it."""
         after = self.task.period(self.task.bounds.length or 0.0)
         given = mo.table_keys(self.table) | {"solver.duration": round(self.end + after, 3)}
-        case = cases.load(self.task.case.model_dump(mode="json"), given)
-        found: dict[str, Any] = case.model_dump(mode="json", exclude_defaults=True)
-        return {"system": case.system, **found}
+        return cases.written(cases.load(self.task.case.model_dump(mode="json"), given))
 
 
 def design(

@@ -16,7 +16,7 @@ from evolvent.analysis.margins.kept import AT_REST, IN_RUN, others_of
 from evolvent.base import schema, units
 from evolvent.base.errors import InputError
 from evolvent.design.studies import distributions, draws
-from evolvent.design.studies.axes import annotation
+from evolvent.design.studies.axes import annotation, written
 from evolvent.design.studies.study import value_at
 from evolvent.results import variables
 from evolvent.results.kept import check_names, split
@@ -57,8 +57,7 @@ class Key:
 
     def written(self, value: Any) -> Any:
         """A value as a case holds it."""
-        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        return f"{value!r} {self.unit}" if self.entry and self.unit and is_number else value
+        return written(value, self.unit, entry=self.entry)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -113,17 +112,62 @@ class Requirement:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Spread:
+    """A key with a distribution about the value that a design gives it.
+
+    Attributes
+    ----------
+    key : str, dotted; called : str, what gives the distribution, for messages
+    text : str, the distribution
+    reader : what reads the key's value
+    """
+
+    key: str
+    called: str
+    text: str
+    reader: Any
+
+    @classmethod
+    def of(cls, key: str, text: str, called: str, kind: Any, content: Mapping[str, Any]) -> Spread:
+        """The distribution of a key of a case.
+
+        Raises
+        ------
+        InputError
+            If the case has no such key.
+        """
+        reader, _ = annotation(kind, key, content, called=called)
+        return cls(key=key, called=called, text=text, reader=reader)
+
+    def about(self, case: Any) -> distributions.Distribution:
+        """The distribution about the value of a checked case.
+
+        Raises
+        ------
+        InputError
+            If it is none.
+        """
+        own = functools.partial(value_at, case, self.key)
+        return distributions.read(f"{self.called}.{self.key}", self.text, self.reader, own)
+
+    def written(self, value: Any) -> Any:
+        """A value as a case holds it."""
+        unit = getattr(self.reader, "unit", "") or ""
+        return written(value, unit, entry=self.key.rpartition(".")[2].isdecimal())
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Dispersed:
     """Keys that are dispersed about every design, by the same draws.
 
     Attributes
     ----------
-    keys : tuple of (key, unit, entry, text of its distribution, reader, number of its draw)
+    keys : tuple of (Spread, number of its draw)
     probabilities : (samples, draws) float, in (0, 1)
     quantile : float, share of the runs that a result must cover
     """
 
-    keys: tuple[tuple[str, str, bool, str, Any, int], ...]
+    keys: tuple[tuple[Spread, int], ...]
     probabilities: Array
     quantile: float
 
@@ -193,10 +237,10 @@ class Problem:
             return [own]
         case = cases.load(self.content, own)
         found = [dict(own) for _ in range(len(self.dispersed.probabilities))]
-        for key, unit, entry, text, reader, draw in self.dispersed.keys:
-            drawn = distributions.read(f"disperse.{key}", text, reader, functools.partial(value_at, case, key))
-            for one, value in zip(found, drawn.quantiles(self.dispersed.probabilities[:, draw]), strict=True):
-                one[key] = f"{value!r} {unit}" if entry and unit else value
+        for spread, draw in self.dispersed.keys:
+            drawn = spread.about(case).quantiles(self.dispersed.probabilities[:, draw])
+            for one, value in zip(found, drawn, strict=True):
+                one[spread.key] = spread.written(value)
         return found
 
 
@@ -328,10 +372,7 @@ def _variable(names: str, given: Any, kind: Any, content: Mapping[str, Any], cas
 
 def _key(key: str, given: Any, kind: Any, content: Mapping[str, Any], case: Any) -> Key:
     """A key with its bounds or choices."""
-    try:
-        reader, what = annotation(kind, key, content)
-    except InputError as error:
-        raise InputError(str(error).replace("over: ", "vary: ", 1)) from None
+    reader, what = annotation(kind, key, content, called="vary")
     try:
         own = value_at(case, key)
     except (KeyError, IndexError, TypeError, AttributeError):
@@ -445,13 +486,9 @@ def _dispersed(
     found = []
     for draw, (names, text) in enumerate(given.items()):
         for key in paths(str(names), content):
-            try:
-                reader, _ = annotation(kind, key, content)
-            except InputError as error:
-                raise InputError(str(error).replace("over: ", "disperse: ", 1)) from None
-            distributions.read(f"disperse.{key}", text, reader, functools.partial(value_at, case, key))
-            unit = getattr(reader, "unit", "") or ""
-            found.append((key, unit, key.rpartition(".")[2].isdecimal(), text, reader, draw))
+            spread = Spread.of(key, text, "disperse", kind, content)
+            spread.about(case)
+            found.append((spread, draw))
     probabilities = draws.probabilities("latin-hypercube", samples, len(given), seed)
     return Dispersed(keys=tuple(found), probabilities=probabilities, quantile=float(quantile))
 

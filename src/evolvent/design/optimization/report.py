@@ -13,6 +13,7 @@ from evolvent import cases
 from evolvent.base.console import aligned
 from evolvent.base.errors import visible
 from evolvent.base.files import write_file
+from evolvent.design.dispersions.report import short_name
 from evolvent.design.optimization.problem import Variable
 from evolvent.design.optimization.runs import short
 from evolvent.design.optimization.search import Design, Found
@@ -201,7 +202,7 @@ def figure(found: Design) -> Figure:
         bars, names = [], {}
         for row, (one, share) in enumerate(zip(found.problem.continuous, found.best.place, strict=True)):
             y = float(len(found.problem.continuous) - 1 - row)
-            names[y] = _cut(one.name)
+            names[y] = short_name(one.name)
             bars.append(Line(x=np.array([0.0, 100.0]), y=np.array([y, y]), color="#bbbbbb", width=3.0))
             bars.append(
                 Line(
@@ -230,11 +231,6 @@ def figure(found: Design) -> Figure:
         panels=panels,
         height=70.0 + 9.0 * len(found.problem.continuous),
     )
-
-
-def _cut(name: str) -> str:
-    name = name.replace("parts.", "")
-    return name if len(name) <= 40 else f"{name[:37]}..."
 
 
 def write(found: Design, path: str | os.PathLike[str], *, date: datetime.datetime | None = None) -> None:

@@ -21,7 +21,7 @@ from evolvent.results.kept import stored_name
 Array = np.ndarray
 #: Seconds of work from which other processes are started, and runs a variable that a search is expected to take.
 _SMALL, _EXPECTED = 15.0, 60
-#: Keys of the runs of a design, and what is kept of them: of this process, where it is one of several.
+#: The case, what is kept of its runs, and what they share, in a process that is one of several.
 _OWN: dict[str, Any] = {}
 
 
@@ -69,8 +69,7 @@ class Runs:
         self.designs: list[tuple[Array, tuple[int, ...], Result]] = []  # that gave a result
         self._sizes: tuple[float, Array] | None = None
         self.history: list[tuple[int, float, bool]] = []  # runs, objective, whether all requirements are met
-        self.count, self._cost = 0, 0.0
-        _begin(problem.content, problem.keep)
+        self.count, self._cost, self._variants = 0, 0.0, Variants()
 
     def __enter__(self) -> Runs:
         return self
@@ -162,7 +161,8 @@ class Runs:
         if self._pool is not None and len(cases) > 1:
             found = list(self._pool.map(_outcome, cases))
         else:
-            found = [_outcome(one) for one in cases]
+            own = self.problem.content, self.problem.keep
+            found = [tasks.outcome_of(own[0], one, own[1], self._variants) for one in cases]
             self._cost = (time.perf_counter() - began) / max(len(cases), 1)
         if self.count == 0:
             record.check_kept(found)

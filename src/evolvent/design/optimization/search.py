@@ -88,9 +88,7 @@ class Design:
     @property
     def content(self) -> dict[str, Any]:
         """The case with the best design, as a file holds it."""
-        case = cases.load(self.problem.content, self.values)
-        found: dict[str, Any] = case.model_dump(mode="json", exclude_defaults=True)
-        return {"system": case.system, **found}
+        return cases.written(cases.load(self.problem.content, self.values))
 
     def missed(self) -> list[str]:
         """Requirements that the best design does not meet, with its values."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -11,13 +10,9 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.base.errors import InputError
-from evolvent.design.optimization.problem import Problem, paths
+from evolvent.design.optimization.problem import Problem, Spread, paths
 from evolvent.design.optimization.runs import Runs, short
 from evolvent.design.optimization.slopes import Slopes
-from evolvent.design.studies import distributions
-from evolvent.design.studies.axes import annotation
-from evolvent.design.studies.study import value_at
 
 Array = np.ndarray
 #: Slack of a requirement, as a share of its size, and distance to a bound, as a share of the way, that count as none.
@@ -159,14 +154,9 @@ def _changes(
     for names, text in tolerances.items():
         ends: list[dict[str, Any]] = [{}, {}]
         for key in paths(str(names), problem.content):
-            try:
-                reader, _ = annotation(kind, key, problem.content)
-            except InputError as error:
-                raise InputError(str(error).replace("over: ", "tolerance: ", 1)) from None
-            drawn = distributions.read(f"tolerance.{key}", text, reader, functools.partial(value_at, case, key))
-            unit, is_entry = getattr(reader, "unit", "") or "", key.rpartition(".")[2].isdecimal()
-            for end, value in zip(ends, drawn.ends(), strict=True):
-                end[key] = f"{value!r} {unit}" if is_entry and unit else value
+            spread = Spread.of(key, text, "tolerance", kind, problem.content)
+            for end, value in zip(ends, spread.about(case).ends(), strict=True):
+                end[key] = spread.written(value)
         low, middle, high = runs.beside(place, chosen, [ends[0], {}, ends[1]])
         sides = [one for one in (low, high) if one.sound]
         if not sides:

@@ -48,9 +48,13 @@ class Axis:
 
     def written(self, place: int) -> Any:
         """The value at an index as a case holds it."""
-        value = self.values[place]
-        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        return f"{value!r} {self.unit}" if self.entry and self.unit and is_number else value
+        return written(self.values[place], self.unit, entry=self.entry)
+
+
+def written(value: Any, unit: str, *, entry: bool) -> Any:
+    """A value of a key as a case holds it: the entry of a list with its unit, whose others may have another one."""
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return f"{value!r} {unit}" if entry and unit and is_number else value
 
 
 def whole_number(content: Mapping[str, Any], key: str, default: int, *, least: int, most: int, where: str = "") -> int:
@@ -67,7 +71,7 @@ def whole_number(content: Mapping[str, Any], key: str, default: int, *, least: i
     return int(value)
 
 
-def annotation(kind: Any, key: str, content: Any = None) -> tuple[Any, str]:
+def annotation(kind: Any, key: str, content: Any = None, *, called: str = "over") -> tuple[Any, str]:
     """What reads a key's value (`units.Quantity`, `units.Whole` or None), and what the key is.
 
     Parameters
@@ -75,6 +79,7 @@ def annotation(kind: Any, key: str, content: Any = None) -> tuple[Any, str]:
     kind : pydantic model of the case
     key : str, dotted
     content : mapping, the case as it is written; keys of its parts depend on their kinds
+    called : str, what names the key, for messages
 
     Raises
     ------
@@ -84,7 +89,7 @@ def annotation(kind: Any, key: str, content: Any = None) -> tuple[Any, str]:
     try:
         found = schema.locate(kind, key, content)
     except InputError as error:
-        raise InputError(f"over: {error}") from None
+        raise InputError(f"{called}: {error}") from None
     reader = next((one for _, marks in found.types for mark in marks if (one := _reader(mark, found.entry))), None)
     what = str(getattr(reader, "what", "")).removeprefix("a ").removeprefix("an ")
     return reader, found.text or what or key
