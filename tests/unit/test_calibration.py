@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 import evolvent
 from evolvent import cases
@@ -229,3 +230,45 @@ def test_the_report_of_the_flight_log(tmp_path: pathlib.Path) -> None:
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "says nothing of the lag" in page
     assert "<svg" in page or "data:image/svg" in page
+
+
+def swing(path: pathlib.Path, noise: float) -> tuple[dict[str, Any], str]:
+    """An oscillator as a case, and its motion with noise as a file."""
+    system = evolvent.System()
+    system.add(evolvent.parts.Point(mass=2.0, position=(1.2, 0.0, 0.0)), "mass")
+    system.add(evolvent.parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=9.0, length=0.9), "spring")
+    t = np.arange(0.0, 3.01, 0.05)
+    x = 1.0 + 0.2 * np.cos(2.0 * t) + noise * np.random.default_rng(5).standard_normal(t.size)
+    path.write_text("time (s),x (m)\n" + "".join(f"{a:.6f},{b:.9f}\n" for a, b in zip(t, x, strict=True)), "utf-8")
+    settings: Any = {"until": "3 s", "every": "0.05 s", "method": "energy-momentum", "step": "0.005 s"}
+    return cases.content_of(yaml.safe_load(system.to_yaml(**settings))), str(path)
+
+
+@pytest.mark.slow
+def test_the_derivatives_of_a_structure_are_those_of_its_discrete_solution(tmp_path: pathlib.Path) -> None:
+    """x = L + (x0 - L) cos(w t), w^2 = k/m: covariance of k and L by hand, and by differences of runs."""
+    noise = 1e-3
+    case, source = swing(tmp_path / "swing.csv", noise)
+    options: Any = {
+        "fit": ["parts.spring.stiffness,parts.spring.length"],
+        "observe": ["mass.position.x=x"],
+        "deviations": [noise],
+    }
+    found = calibration.calibrate(case, source, **options)
+    assert found.derivatives == "those of the discrete solution"
+    assert found.evaluations < 10
+    k, length = found.values
+    np.testing.assert_allclose(found.values, [8.0, 1.0], rtol=0.01)
+    times = found.series[0].times
+    assert times is not None
+    t, m, x0 = times(case), 2.0, 1.2
+    w = np.sqrt(k / m)
+    by = np.stack([-(x0 - length) * t * np.sin(w * t) * w / (2.0 * k), 1.0 - np.cos(w * t)], axis=1) / noise
+    expected = np.sqrt(np.diag(np.linalg.inv(by.T @ by)))
+    np.testing.assert_allclose(found.errors, expected, rtol=2e-4)
+    explicit = {**case, "simulate": {**case["simulate"], "method": "rk4"}}
+    other = calibration.calibrate(explicit, source, **options)
+    assert other.derivatives.startswith("central differences (sensitivities are of the steps of")
+    np.testing.assert_allclose(other.errors, found.errors, rtol=1e-3)
+    np.testing.assert_allclose(other.values, found.values, rtol=1e-3)
+    assert other.evaluations > found.evaluations

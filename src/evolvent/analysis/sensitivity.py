@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 Array = np.ndarray
 #: Changes of a key to both sides, relative to it, or of one that is 0 in its SI unit: the next one where the runs
 #: beside the run do not take its steps, or other contacts touch in one.
-CHANGES = (3e-5, 3e-6, 3e-7)
+CHANGES = (1e-6, 1e-7)
 #: Mean of the changes of a value to both sides beside half their difference, and beside the value, above which the
 #: derivatives to both sides differ: of a smooth value both are of the order of the change.
 UNEVEN, RESOLVED, ROUND_OFF = 1e-2, 1e-7, 1e-13
@@ -122,18 +122,75 @@ def sensitivity(
     from evolvent import analysis
 
     values, of = _names("values", values), [key_of(system, name) for name in _names("keys", keys)]
+    assembly, settings = _checked(system, of, settings)
+    analysis.check_kept(assembly, values, method=settings["method"])
+    samples = analysis.sample_times(until, every, values=assembly.y.size)
+    analysis.check_run(assembly, samples, settings.get("step"))
+    times = Times.of(samples, fine=fine and not is_local(assembly, values), values=assembly.y.size)
+    change, solutions, plan = _solutions(system, assembly, of, times.all, progress, settings)
+    lead = solutions[0]
+    kept_samples = times.kept(lead)
+    found = [_kept(one.chosen(kept_samples), values) for one in solutions]
+    changes = change * np.array([key.size for key in of])
+    return _dataset(found, values, of, changes, plan=plan, warning=warning_of(lead))
+
+
+def jacobian(
+    system: System, evaluate: Callable[[Solution], Array], keys: Sequence[str], *, until: float,
+    every: float | None = None, fine: bool = True, **settings: Any,
+) -> tuple[Array, Array]:  # fmt: skip
+    """What a function makes of the solution of a run, and its derivatives by keys.
+
+    Parameters
+    ----------
+    system : System
+    evaluate : function of a `Solution`, at samples that are alike in all of them, to an array (n,)
+    keys : as of `evolvent.System.sensitivity`; until, every, fine, settings : as of `evolvent.System.simulate`
+
+    Returns
+    -------
+    values : (n,) float; derivatives : (n, keys) float, by the keys in SI units
+
+    Raises
+    ------
+    InputError, RunFailed
+        As of `evolvent.System.sensitivity`.
+    """
+    from evolvent import analysis
+
+    of = [key_of(system, name) for name in _names("keys", keys)]
+    assembly, settings = _checked(system, of, settings)
+    samples = analysis.sample_times(until, every, values=assembly.y.size)
+    analysis.check_run(assembly, samples, settings.get("step"))
+    times = Times.of(samples, fine=fine, values=assembly.y.size)
+    change, solutions, _ = _solutions(system, assembly, of, times.all, None, settings)
+    kept_samples = times.kept(solutions[0])
+    values, _, *sides = [np.asarray(evaluate(one.chosen(kept_samples)), dtype=float) for one in solutions]
+    odd = np.stack([0.5 * (up - down) for up, down in zip(sides[::2], sides[1::2], strict=True)], axis=1)
+    return values, odd / (change * np.array([key.size for key in of]))
+
+
+def _checked(system: System, of: Sequence[Key], settings: dict[str, Any]) -> tuple[Assembly, dict[str, Any]]:
+    """The assembled system, and settings of its run with the method that is taken, if both have derivatives."""
+    from evolvent import analysis
+
     if len(of) > MOST:
         raise InputError(f"there are {len(of)} keys; sensitivities are by at most {MOST} in a call")
     assembly = system.assemble()
     method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
     check(assembly, method)
-    analysis.check_kept(assembly, values, method=method)
-    samples = analysis.sample_times(until, every, values=assembly.y.size)
-    analysis.check_run(assembly, samples, settings.get("step"))
-    times = Times.of(samples, fine=fine and not is_local(assembly, values), values=assembly.y.size)
+    return assembly, settings | {"method": method}
+
+
+def _solutions(
+    system: System, assembly: Assembly, of: Sequence[Key], times: Array, progress: Callable[[float], None] | None,
+    settings: Mapping[str, Any],
+) -> tuple[float, list[Solution], Any]:  # fmt: skip
+    """The change of keys, solutions of the run, of its middle and of its neighbours to both sides, and its plan."""
+    from evolvent import analysis
 
     def plan(one: Assembly) -> Any:
-        return analysis.plan(one, times.all, **(settings | {"method": method}))[0]
+        return analysis.plan(one, times, **settings)[0]
 
     for change in CHANGES:
         changed = [_changed(system, key, side * change) for key in of for side in (1.0, -1.0)]
@@ -153,13 +210,10 @@ def sensitivity(
             moments = [moment for one in (runs.lead, *runs.all) for moment in one.moments()]
             why = law_failure(assembly, error, moments)
             raise RunFailed(why, None) from None
-    lead = runs.lead.result(status, message, 0.0)
+    solutions = [one.result(status, message, 0.0) for one in (runs.lead, *runs.all)]
     if status == "failed":
-        raise RunFailed(message, analysis.tree(lead.or_start(0.0), case="", why=""))
-    kept_samples = times.kept(lead)
-    found = [_kept(one.result(status, message, 0.0).chosen(kept_samples), values) for one in (runs.lead, *runs.all)]
-    changes = change * np.array([key.size for key in of])
-    return _dataset(found, values, of, changes, plan=runs.lead.plan, warning=warning_of(lead))
+        raise RunFailed(message, analysis.tree(solutions[0].or_start(0.0), case="", why=""))
+    return change, solutions, runs.lead.plan
 
 
 def _names(what: str, given: Any) -> list[str]:

@@ -32,7 +32,7 @@ from evolvent.solvers.steps_beside import (
 )
 
 #: Steps between two looks at a run.
-BUDGET_OF_SLICE = 1000
+BUDGET_OF_SLICE = 200
 
 
 class TooFar(Exception):
@@ -104,14 +104,24 @@ class Neighbours:
                 failure = next((why for one in (lead, *self.all) if (why := one.restart())), "")
             elif code not in (BUDGET, DONE):
                 failure = reason(code, lead)
+            if not failure:
+                self._check_likeness()
             if progress is not None:
                 progress(lead.reached)
-        for k, steps in enumerate(self.pace[:, UNLIKE].astype(int)):
-            if steps and not failure:
-                model = lead.model
-                what = "contacts touch" if model.contact_surfaces.size or model.body_contacts.size else "joints slip"
-                raise TooFar(k - 1, f"other {what} in {steps} of the steps")
         return ("failed", failure) if failure else runs.FINISHED
+
+    def _check_likeness(self) -> None:
+        """Refuse a neighbour of which other contacts touch, or other joints slip, than in the run.
+
+        Raises
+        ------
+        TooFar
+        """
+        for k, steps in enumerate(self.pace[:, UNLIKE].astype(int)):
+            if steps:
+                model = self.lead.model
+                what = "contacts touch" if model.contact_surfaces.size or model.body_contacts.size else "joints slip"
+                raise TooFar(k - 1, f"other {what} in steps to t = {self.lead.reached:.6g} s")
 
     def _left(self) -> TooFar:
         """Which neighbour has not taken the last step of the run, and why."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import json
 import math
 import os
@@ -72,6 +73,8 @@ class Calibration:
     message : str, of the least squares
     notes : what the data do not determine
     case : dict, the content of the case with the fitted values
+    source, model : str, file of the data, and what was fitted
+    derivatives : str, how they were found: of the discrete solution (`System.sensitivity`), or differences and why
     """
 
     parameters: tuple[Parameter, ...]
@@ -89,6 +92,7 @@ class Calibration:
     case: Mapping[str, Any]
     source: str
     model: str
+    derivatives: str
 
     @property
     def rms(self) -> float:
@@ -160,7 +164,7 @@ def calibrate(
         correlation=correlation, series=measured.series, modelled=modelled, references=others,
         residuals=residuals, evaluations=run.evaluations, reused=run.reused, message=found.message,
         notes=measured.notes, case=cases.content_of(content, best), source=source,
-        model="closed form" if closed_form else "runs",
+        model="closed form" if closed_form else "runs", derivatives=run.derived_by,
     )  # fmt: skip
 
 
@@ -276,6 +280,11 @@ class _Model:
         self.closed_form, self.progress = closed_form, progress
         self.count = sum(s.values.size for s in measured.series)
         self.evaluations = self.reused = 0
+        self.differences = "the case is no structure"  # why derivatives are differences; empty where they are not
+        if closed_form:
+            self.differences = "of the closed form"
+        elif content["system"] == "structure":
+            self.differences = ""
         self._known: dict[str, list[list[float]]] = {}
         self._stored: set[str] = set()
         self._kept: Kept | None = None
@@ -340,8 +349,7 @@ class _Model:
                 found.append(values * _factor(unit, one))
             return found
         plan = self.module.plan(case)
-        names = [split(one.name)[0] if one.times is None else one.name for one in series]
-        names += [name.partition("[")[0] for name in names if name.endswith("]")]
+        names = self._observed()
         run = plan.observe(names) if plan.observe is not None else plan.run(None)
         if run.attrs["status"] == "failed":
             raise RunFailed(str(run.attrs["message"]), run)
@@ -364,7 +372,12 @@ class _Model:
         return whole
 
     def derivatives(self, x: Array, step: float, low: Array, high: Array) -> Array:
-        """Central differences, one-sided at a bound."""
+        """Derivatives of the discrete solution, or where it has none central differences, one-sided at a bound."""
+        if not self.differences:
+            try:
+                return self._of_discrete_solution(x)
+            except EvolventError as error:
+                self.differences = str(error)
         columns = []
         for k in range(x.size):
             ends = [x.copy(), x.copy()]
@@ -378,6 +391,54 @@ class _Model:
                 )  # fmt: skip
             columns.append(column)
         return np.stack(columns, axis=1)
+
+    @property
+    def derived_by(self) -> str:
+        """How derivatives were found."""
+        return f"central differences ({self.differences})" if self.differences else "those of the discrete solution"
+
+    def _of_discrete_solution(self, x: Array) -> Array:
+        """Derivatives of the weighted differences by `evolvent.analysis.sensitivity`.
+
+        Raises
+        ------
+        EvolventError
+            Where a run has none.
+        """
+        from evolvent import analysis
+        from evolvent.analysis.sensitivity import jacobian
+
+        keys, blocks = [p.key for p in self.parameters], []
+        for row in self.measured.rows:
+            content = cases.content_of(self.content, {**row, **self.overrides(x)})
+            system = self.module.system(cases.load(content))
+            names = self._observed()
+
+            def series(solution: Any, content: Any = content, names: Any = names) -> Array:
+                run = analysis.observed(solution, names, system=content["system"], root={})
+                own = [
+                    _values(run, one, content) * w for one, w in zip(self.measured.series, self.weights, strict=True)
+                ]
+                return np.concatenate(own)
+
+            blocks.append(jacobian(system, series, keys, **system.settings)[1])
+        whole = self._in_order(blocks) * np.array([p.scale for p in self.parameters])
+        if not np.all(np.isfinite(whole)):
+            raise InputError("a derivative is not finite")
+        return whole
+
+    def _in_order(self, blocks: Sequence[Array]) -> Array:
+        """Rows of the runs' blocks in the order of the series."""
+        if len(blocks) == 1:
+            return blocks[0]
+        each = [one.values.size // len(blocks) for one in self.measured.series]
+        ends = np.cumsum([0, *each])
+        return np.concatenate([block[a:b] for a, b in itertools.pairwise(ends) for block in blocks])
+
+    def _observed(self) -> list[str]:
+        """Names of the variables that a run is observed by."""
+        names = [split(one.name)[0] if one.times is None else one.name for one in self.measured.series]
+        return names + [name.partition("[")[0] for name in names if name.endswith("]")]
 
 
 def _factor(unit: str, one: Series) -> float:

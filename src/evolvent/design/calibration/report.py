@@ -47,7 +47,8 @@ def summary(found: Calibration) -> list[str]:
     labels = [label for one in found.series for label in one.labels]
     lines = [
         f"residuals: root mean square {found.rms:.3g} {unit}, largest {abs(found.residuals[worst]):.3g} {unit} "
-        f"({labels[worst]}); {n} values, {p} parameters, fitted by {found.model}"
+        f"({labels[worst]}); {n} values, {p} parameters, fitted by {found.model}, "
+        f"derivatives by {found.derivatives}"
     ]
     for label, other in found.references.items():
         lines.append(
@@ -105,6 +106,7 @@ def write(found: Calibration, folder: pathlib.Path) -> list[str]:
     content: dict[str, Any] = {
         "source": found.source,
         "model": found.model,
+        "derivatives": found.derivatives,
         "parameters": [
             {"key": p.key, "value": float(v), "standard_error": float(e), "start": p.start, "unit": p.unit}
             for p, v, e in zip(found.parameters, found.values, found.errors, strict=True)
