@@ -368,7 +368,8 @@ class General(CrossSection):
         return own._replace(centre_y=self.shear_centre[0], centre_z=self.shear_centre[1])
 
 
-#: How far a stiffness matrix may be from its transpose, beside the square root of the product of two stiffnesses.
+#: Of a stiffness matrix beside the square roots of the products of its diagonal: how far it may be from its transpose, and
+#: its least eigenvalue.
 SYMMETRIC = 1e-6
 
 
@@ -408,8 +409,8 @@ class SectionStiffness(CrossSection):
         least = float(np.linalg.eigvalsh(0.5 * (unit + unit.T))[0])
         if not least > SYMMETRIC:
             self._refuse_matrix(
-                f"beside its diagonal its least eigenvalue is {least:.3g}; it must be above 0: no section gives energy "
-                f"when it is strained"
+                f"beside its diagonal its least eigenvalue is {least:.3g}; it must be above {SYMMETRIC:g}: no section "
+                f"gives energy when it is strained"
             )
         return self
 
