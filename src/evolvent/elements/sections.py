@@ -368,8 +368,8 @@ class General(CrossSection):
         return own._replace(centre_y=self.shear_centre[0], centre_z=self.shear_centre[1])
 
 
-#: Of a stiffness matrix beside the square roots of the products of its diagonal: how far it may be from its transpose, and
-#: its least eigenvalue.
+#: Of a stiffness matrix, beside the square roots of the products of its diagonal: how far it may be from its transpose,
+#: and its least eigenvalue.
 SYMMETRIC = 1e-6
 
 
