@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from evolvent.design.studies import sweep
     from evolvent.elements.inertia import SectionInertia
     from evolvent.elements.materials import ALUMINIUM, CFRP, KAPTON, STEEL, Material
-    from evolvent.elements.sections import Angle, Arc, Circle, General, IBeam, Rectangle, Taper, Tube
+    from evolvent.elements.sections import Angle, Arc, Circle, General, IBeam, Rectangle, SectionStiffness, Taper, Tube
     from evolvent.results import open, save  # noqa: A004  (evolvent.open is the public name)
 
 __version__ = "0.2.0"
@@ -39,6 +39,7 @@ __all__ = [
     "Rectangle",
     "RunFailed",
     "SectionInertia",
+    "SectionStiffness",
     "Stepper",
     "System",
     "Taper",
@@ -64,7 +65,8 @@ __all__ = [
 _LAZY = {
     **dict.fromkeys(("ALUMINIUM", "CFRP", "KAPTON", "STEEL", "Material"), "evolvent.elements.materials"),
     **dict.fromkeys(
-        ("Angle", "Arc", "Circle", "General", "IBeam", "Rectangle", "Taper", "Tube"), "evolvent.elements.sections"
+        ("Angle", "Arc", "Circle", "General", "IBeam", "Rectangle", "SectionStiffness", "Taper", "Tube"),
+        "evolvent.elements.sections",
     ),
     "SectionInertia": "evolvent.elements.inertia",
     "Stepper": "evolvent.analysis.stepping",

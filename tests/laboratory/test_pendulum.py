@@ -108,7 +108,7 @@ def test_bands_and_verdicts() -> None:
         (["triple-pendulum", "--set", "fitted=-2"], "fitted is -2"),
         (["triple-pendulum", "--data", "none"], "'none' is not a folder with CSV files"),
         (["triple-pendulum", "--figure", "a.txt"], "a.txt"),
-        (["--set", "fitted=2"], "a SET is missing; known: double-pendulum, triple-pendulum"),
+        (["--set", "fitted=2"], "a SET is missing; known: double-pendulum, triple-pendulum, wing-spar"),
     ],
 )
 def test_what_cannot_be_validated_is_refused(call, words, sentence) -> None:

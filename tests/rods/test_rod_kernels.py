@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.elements import General, Material, Rectangle, Taper, rods
+from evolvent.elements import General, Material, Rectangle, SectionInertia, SectionStiffness, Taper, rods
 from evolvent.flow import energy_momentum as flow, implicit
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import rod, rod_strains
@@ -19,13 +21,25 @@ from evolvent.solvers.static_work import sparse_of
 from rods.building import RUBBER, STRIP
 
 Array = np.ndarray
+#: A section by its stiffness matrix, whose strains are all coupled, in place of one of a material.
+COUPLED: dict[str, Any] = {
+    "section": SectionStiffness(
+        matrix=np.diag([8e4, 2e4, 3e4, 1.0, 1.3, 5.0])
+        + np.fromfunction(
+            lambda i, k: np.where(i == k, 0.0, (-1.0) ** (i + k) * np.where(i + k > 7, 0.1, 0.05)), (6, 6)
+        )
+        * np.sqrt(np.outer([8e4, 2e4, 3e4, 1.0, 1.3, 5.0], [8e4, 2e4, 3e4, 1.0, 1.3, 5.0]))
+    ),
+    "material": None,
+    "inertia": SectionInertia(mass_per_length=0.8, inertia_y=3e-5, inertia_z=1e-4),
+}
 
 
-def disturbed(seed: int = 1, size: float = 0.15, **keys: float) -> tuple[Assembly, Array]:
+def disturbed(seed: int = 1, size: float = 0.15, **keys: Any) -> tuple[Assembly, Array]:
     """A rod that is curved without stress, and a state far from its start."""
     system = System()
     common = {"length": 1.0, "section": STRIP, "material": RUBBER, "elements": 3, "curvature": (0.3, 0.2, -0.4)}
-    system.add(parts.Rod(**common, **keys), "rod")
+    system.add(parts.Rod(**(common | keys)), "rod")
     assembly = system.assemble()
     y, rng = assembly.y.copy(), np.random.default_rng(seed)
     n_q = int(assembly.model.info.nq)
@@ -53,8 +67,9 @@ def forces(assembly: Assembly, y: Array) -> Array:
     return r
 
 
-def test_forces_are_the_gradient_of_the_energy() -> None:
-    assembly, y = disturbed()
+@pytest.mark.parametrize("keys", [{}, COUPLED])
+def test_forces_are_the_gradient_of_the_energy(keys: dict[str, Any]) -> None:
+    assembly, y = disturbed(**keys)
     n_v, h = int(assembly.model.info.nv), 1e-5
     found = forces(assembly, y)
     gradient = [
@@ -64,8 +79,9 @@ def test_forces_are_the_gradient_of_the_energy() -> None:
     assert found == pytest.approx(np.array(gradient), abs=1e-8 * np.abs(found).max())
 
 
-def test_tangent() -> None:
-    assembly, y = disturbed()
+@pytest.mark.parametrize("keys", [{}, COUPLED])
+def test_tangent(keys: dict[str, Any]) -> None:
+    assembly, y = disturbed(**keys)
     n_v, h, matrix = int(assembly.model.info.nv), 1e-6, matrix_of(assembly.model)
     forces(assembly, y)
     implicit.tangent(0.0, y, np.zeros(0), 0.0, 0.0, 1.0, assembly.model, matrix)

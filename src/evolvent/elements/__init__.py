@@ -37,6 +37,7 @@ from evolvent.elements.sections import (
     IBeam,
     Properties,
     Rectangle,
+    SectionStiffness,
     Taper,
     Tube,
 )
@@ -62,6 +63,7 @@ __all__ = [
     "Properties",
     "Rectangle",
     "SectionInertia",
+    "SectionStiffness",
     "Taper",
     "Tube",
     "axis_shape",

@@ -12,7 +12,7 @@ from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
 from evolvent.elements.forms import Array, gauss
 from evolvent.elements.materials import Material
-from evolvent.elements.sections import CrossSection
+from evolvent.elements.sections import CrossSection, SectionStiffness
 
 #: What a polar moment may be beyond its limits by rounding.
 ROUNDED = 1e-6
@@ -44,15 +44,17 @@ class SectionInertia(Section):
     inertia_yz: units.LineProduct | None = None
     offset: units.Pair = (0.0, 0.0)
 
-    def values(self, section: CrossSection, material: Material) -> tuple[float, float, float, float]:
+    def values(self, section: CrossSection, material: Material | None) -> tuple[float, float, float, float]:
         """Mass per length, and moments int z^2 dm, int y^2 dm and int y z dm about the mass centre."""
-        s, rho = section.properties(material.nu), material.density
-        mass = rho * s.area if self.mass_per_length is None else self.mass_per_length
-        about_y = rho * s.Iy if self.inertia_y is None else self.inertia_y
-        about_z = rho * s.Iz if self.inertia_z is None else self.inertia_z
-        product = self.inertia_yz
-        if product is None:
-            product = rho * s.Iyz if self.inertia_y is None and self.inertia_z is None else 0.0
+        mass, about_y, about_z, product = _of_material(section, material)
+        if self.inertia_yz is not None or self.inertia_y is not None or self.inertia_z is not None:
+            product = self.inertia_yz or 0.0
+        mass = mass if self.mass_per_length is None else self.mass_per_length
+        about_y = about_y if self.inertia_y is None else self.inertia_y
+        about_z = about_z if self.inertia_z is None else self.inertia_z
+        for key, value in (("mass_per_length", mass), ("inertia_y", about_y), ("inertia_z", about_z)):
+            if math.isnan(value):
+                raise InputError(f"{key} is missing; a section that is given by its stiffness matrix has no mass")
         if not product**2 < about_y * about_z:
             raise InputError(
                 f"inertia_yz is {product:.6g} kg m; its square must be below that of inertia_y times inertia_z, "
@@ -68,10 +70,18 @@ class SectionInertia(Section):
                 )
         return mass, about_y, about_z, product
 
-    def polar(self, section: CrossSection, material: Material) -> float:
+    def polar(self, section: CrossSection, material: Material | None) -> float:
         """Moment of inertia per length about the axis through the mass centre along x."""
         _, about_y, about_z, _ = self.values(section, material)
         return about_y + about_z if self.inertia_x is None else self.inertia_x
+
+
+def _of_material(section: CrossSection, material: Material | None) -> tuple[float, float, float, float]:
+    """Mass per length, moments and product of a section's material; not a number of a section without a material."""
+    if material is None or isinstance(section, SectionStiffness):
+        return math.nan, math.nan, math.nan, math.nan
+    s, rho = section.properties(material.nu), material.density
+    return rho * s.area, rho * s.Iy, rho * s.Iz, rho * s.Iyz
 
 
 #: That of the section's own material.

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.elements.dense import inverse, legendre, norm, product
 from evolvent.elements.inertia import OWN_INERTIA, SectionInertia
 from evolvent.elements.materials import Material
-from evolvent.elements.sections import CrossSection
+from evolvent.elements.sections import CrossSection, SectionStiffness
 
 Array = np.ndarray
 #: Gauss's four points of an element and their weights.
@@ -24,7 +24,7 @@ class Lumped(NamedTuple):
     inertia: Array
 
 
-def section_stiffness(section: CrossSection, material: Material, at: float = 0.5) -> Array:
+def section_stiffness(section: CrossSection, material: Material | None, at: float = 0.5) -> Array:
     """(6, 6): forces (N, Q_y, Q_z) and moments (M_x, M_y, M_z) by the strains Gamma and K; N, N m and N m2.
 
     Notes
@@ -32,8 +32,11 @@ def section_stiffness(section: CrossSection, material: Material, at: float = 0.5
     The strain along the axis is Gamma_x + z K_y - y K_z, which Iyz = int y z dA couples; shear is that of the shear
     centre, about which the section twists.
     """
-    s, G = section.at(at).properties(material.nu), material.shear_modulus
-    E = material.E
+    if isinstance(section, SectionStiffness):
+        C = np.array(section.matrix)
+        return 0.5 * (C + C.T)
+    assert material is not None
+    s, G, E = section.at(at).properties(material.nu), material.shear_modulus, material.E
     own = np.diag([E * s.area, s.shear_y * G * s.area, s.shear_z * G * s.area, G * s.J, E * s.Iy, E * s.Iz])
     own[4, 5] = own[5, 4] = -E * s.Iyz
     at_centre = np.eye(6)
@@ -41,7 +44,7 @@ def section_stiffness(section: CrossSection, material: Material, at: float = 0.5
     return product(at_centre.T, own, at_centre)
 
 
-def element_stiffness(length: float, section: CrossSection, material: Material, rest: Array) -> Array:
+def element_stiffness(length: float, section: CrossSection, material: Material | None, rest: Array) -> Array:
     """Stiffness (6, 6) of an element per length, by the strains of the helix through its ends.
 
     Parameters
@@ -72,7 +75,7 @@ def element_stiffness(length: float, section: CrossSection, material: Material, 
 
 
 def element_inertia(
-    length: float, section: CrossSection, material: Material, own: SectionInertia = OWN_INERTIA
+    length: float, section: CrossSection, material: Material | None, own: SectionInertia = OWN_INERTIA
 ) -> tuple[Lumped, Lumped]:
     """Mass, and rotary inertia about the mass centre, that an element gives to its first and its last node."""
     shares = []

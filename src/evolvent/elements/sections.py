@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, NamedTuple, Self
 
+import numpy as np
 from pydantic import BeforeValidator, GetJsonSchemaHandler, model_validator
 from pydantic_core import PydanticCustomError
 
 from evolvent.base import units
 from evolvent.base.errors import nearest
 from evolvent.base.schema import OneOf, Section
+from evolvent.elements.dense import product
 from evolvent.elements.materials import MATERIALS, Material
 
 
@@ -366,6 +368,70 @@ class General(CrossSection):
         return own._replace(centre_y=self.shear_centre[0], centre_z=self.shear_centre[1])
 
 
+#: Of a stiffness matrix, beside the square roots of the products of its diagonal: how far it may be from its transpose,
+#: and its least eigenvalue.
+SYMMETRIC = 1e-6
+
+
+class SectionStiffness(CrossSection):
+    """A section of a `Rod` by its stiffness matrix, with couplings such as those of laminates.
+
+    Parameters
+    ----------
+    matrix : (6, 6) float, N, N m and N m2
+        Forces (N, Q_y, Q_z), N, and moments (M_x, M_y, M_z), N m, by the strains in the same order: extension, shear
+        along y, shear along z, twist per length, curvatures about y and z, 1 and 1/m. Symmetric and positive definite;
+        of a diagonal matrix the six values on the diagonal are enough.
+
+    Notes
+    -----
+    The strains are those of the rod's axis, which need be neither that of the centroids nor that of the shear centres:
+    the strain along x is extension + z K_y - y K_z.
+    """
+
+    matrix: units.SectionStiffness
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        C = np.array(self.matrix)
+        for k in range(6):
+            if not C[k, k] > 0.0:
+                self._refuse_matrix(f"its entry ({k + 1}, {k + 1}) is {C[k, k]:.6g}; it must be above 0")
+        scale = np.sqrt(np.diag(C))
+        unit = C / np.outer(scale, scale)
+        apart = np.abs(unit - unit.T)
+        if apart.max() > SYMMETRIC:
+            i, k = sorted(map(int, np.unravel_index(apart.argmax(), apart.shape)))
+            self._refuse_matrix(
+                f"its entries ({i + 1}, {k + 1}) and ({k + 1}, {i + 1}) are {C[i, k]:.6g} and {C[k, i]:.6g}; it must "
+                f"be symmetric"
+            )
+        least = float(np.linalg.eigvalsh(0.5 * (unit + unit.T))[0])
+        if not least > SYMMETRIC:
+            self._refuse_matrix(
+                f"beside its diagonal its least eigenvalue is {least:.3g}; it must be above {SYMMETRIC:g}: no section "
+                f"gives energy when it is strained"
+            )
+        return self
+
+    @staticmethod
+    def _refuse_matrix(reason: str) -> None:
+        message = f"the matrix is no stiffness; {reason}"
+        raise PydanticCustomError("section", "{message}", {"message": message})
+
+    def turned(self, angle: float) -> SectionStiffness:
+        """The section turned about the rod's axis, its matrix in the axes y and z as before.
+
+        Parameters
+        ----------
+        angle : float, rad, from y towards z
+        """
+        c, s = math.cos(angle), math.sin(angle)
+        T = np.kron(np.eye(2), np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]))
+        C = product(T, np.array(self.matrix), T.T)
+        return SectionStiffness(matrix=0.5 * (C + C.T))
+
+
 UNIFORM: dict[str, type[CrossSection]] = {
     "rectangle": Rectangle,
     "tube": Tube,
@@ -409,6 +475,8 @@ class Taper(CrossSection):
 
 
 AnySection = Annotated[CrossSection, OneOf({**UNIFORM, "taper": Taper})]
+#: Sections of a rod: those of a beam, and one by its stiffness matrix.
+RodSection = Annotated[CrossSection, OneOf({**UNIFORM, "taper": Taper, "stiffness": SectionStiffness})]
 
 
 # ---------------------------------------------------------------------------------------------- materials

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 SETS = {
     "double-pendulum": "pendulum",
     "triple-pendulum": "pendulum",
+    "wing-spar": "wing_spar",
+    "rotating-beam": "rotating_beam",
+    "composite-strips": "composite_strips",
 }
 
 

@@ -50,7 +50,8 @@ class Comparison:
     ----------
     what : str
     unit : str
-    predicted, measured : float; of a record, the root mean square of the difference and 0
+    predicted, measured : float; of a record, the root mean square of the difference and 0; measured is NaN where
+        nothing is
     band : Band
     allowed : float, largest difference by which the goal is met; NaN without a goal
     goal : str, the goal in words
@@ -70,14 +71,19 @@ class Comparison:
         return self.predicted - self.measured
 
     @property
+    def compared(self) -> bool:
+        """Whether there is a measurement: without one the prediction stands alone, with its band."""
+        return math.isfinite(self.measured)
+
+    @property
     def covered(self) -> bool:
         """Whether the difference lies within the band."""
         return abs(self.difference) <= self.band.half_width
 
     @property
     def meets(self) -> bool:
-        """Whether the goal is met; True without one."""
-        return not math.isfinite(self.allowed) or abs(self.difference) <= self.allowed
+        """Whether the goal is met; True without one, and without a measurement."""
+        return not (self.compared and math.isfinite(self.allowed)) or abs(self.difference) <= self.allowed
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -102,14 +108,16 @@ class Verdict:
 
     @property
     def coverage(self) -> tuple[int, int]:
-        """Comparisons within their bands, and all of them."""
-        return sum(one.covered for one in self.comparisons), len(self.comparisons)
+        """Comparisons within their bands, and all of them; not those without a measurement."""
+        return sum(one.covered for one in self.comparisons), sum(one.compared for one in self.comparisons)
 
     @property
     def text(self) -> str:
         """The verdict in one sentence."""
-        goals = sum(math.isfinite(one.allowed) for one in self.comparisons)
+        goals = sum(one.compared and math.isfinite(one.allowed) for one in self.comparisons)
         within, all_ = self.coverage
+        if all_ == 0:
+            return "nothing is measured: the predictions stand with their bands"
         met = f"{goals - len(self.missed)} of {goals} goals are met; " if goals else ""
         return f"{met}{within} of {all_} differences are within their bands of 95 %"
 
@@ -159,11 +167,14 @@ def rows(found: Verdict) -> list[list[str]]:
     table = [head]
     for one in found.comparisons:
         unit = f" {one.unit}" if one.unit and one.unit != "1" else ""
-        verdict = ("met" if one.meets else "MISSED") if math.isfinite(one.allowed) else "-"
-        verdict += ", within" if one.covered else ", outside"
+        measured, difference, verdict = "-", "-", "predicted"
+        if one.compared:
+            measured, difference = f"{one.measured:.4g}{unit}", f"{one.difference:+.3g}"
+            verdict = ("met" if one.meets else "MISSED") if math.isfinite(one.allowed) else "-"
+            verdict += ", within" if one.covered else ", outside"
         table.append([
-            one.what, f"{one.predicted:.4g}{unit}", f"{one.measured:.4g}{unit}", f"{one.difference:+.3g}",
-            f"{one.band.half_width:.2g}", one.goal or "-", verdict,
+            one.what, f"{one.predicted:.4g}{unit}", measured, difference, f"{one.band.half_width:.2g}",
+            one.goal or "-", verdict,
         ])  # fmt: skip
     return table
 
@@ -174,8 +185,9 @@ def as_json(of: Set, found: Verdict) -> str:
         "set": of.name, "title": of.title, "source": of.source, "verdict": found.text, "notes": list(found.notes),
         "comparisons": [
             {
-                "what": one.what, "unit": one.unit, "predicted": one.predicted, "measured": one.measured,
-                "difference": one.difference, "half_width": one.band.half_width,
+                "what": one.what, "unit": one.unit, "predicted": one.predicted,
+                "measured": one.measured if one.compared else None,
+                "difference": one.difference if one.compared else None, "half_width": one.band.half_width,
                 "uncertainty": {
                     "measurement": one.band.measurement, "parameters": one.band.parameters,
                     "numerics": one.band.numerics, "how": one.band.how,

@@ -38,7 +38,7 @@ def check_grading(name: str, grading: float | tuple[float, ...], elements: int) 
         )
 
 
-def check_inertia(name: str, inertia: SectionInertia, section: CrossSection, material: Material) -> None:
+def check_inertia(name: str, inertia: SectionInertia, section: CrossSection, material: Material | None) -> None:
     """Refuse an inertia that no mass has."""
     for xi in (0.0, 1.0):
         try:

@@ -14,7 +14,7 @@ from evolvent.base.errors import InputError
 from evolvent.elements import OWN_INERTIA, rods
 from evolvent.elements.dense import inverse, product
 from evolvent.elements.inertia import SectionInertia
-from evolvent.elements.sections import AnySection, MaterialOrName
+from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness
 from evolvent.kernels import rigid
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.beam import _across
@@ -37,14 +37,14 @@ class Rod(Part):
     ----------
     length : float, m
         Length of the axis without stress.
-    section : Rectangle, Tube, Circle, Angle, IBeam, Arc, General or Taper
+    section : Rectangle, Tube, Circle, Angle, IBeam, Arc, General, Taper or SectionStiffness
         Cross-section; y is the rod's normal, z the third direction.
-    material : Material, or the name of a known one
+    material : Material, or the name of a known one; none beside a section that is given by its stiffness matrix
         Linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, beryllium-copper, cfrp, cfrp-ud,
         cfrp-woven, elgiloy, invar, kapton, kevlar, mylar, steel, titanium.
     inertia : SectionInertia, optional
         Mass and moments of inertia per length, and position of the mass centre in the section; the stiffness is not
-        affected.
+        affected. A section that is given by its stiffness matrix needs it.
     elements : int
         Number of elements.
     grading : float or list of float
@@ -87,8 +87,8 @@ class Rod(Part):
 
     kind: Literal["rod"] = "rod"
     length: units.Length
-    section: AnySection
-    material: MaterialOrName
+    section: RodSection
+    material: MaterialOrName | None = None
     inertia: SectionInertia | None = None
     elements: Annotated[int, units.Whole(least=1, most=100_000)]
     grading: units.Gradings = 1.0
@@ -174,6 +174,7 @@ class Rod(Part):
         """Write the nodes into the family `bodies`, the rest into `rods` and `rod_elements`."""
         n, h, ends = self.elements, self.lengths, self.arc / self.length
         check_grading(name, self.grading, n)
+        self._check_material(name)
         if self.inertia is not None:
             check_inertia(name, self.inertia, self.section, self.material)
         own = OWN_INERTIA if self.inertia is None else self.inertia
@@ -213,6 +214,23 @@ class Rod(Part):
             alpha=self.mass_damping,
         )  # fmt: skip
         builder.names[name] = ("rods", index)
+
+    def _check_material(self, name: str) -> None:
+        """Refuse a missing material, and one beside a stiffness matrix."""
+        if not isinstance(self.section, SectionStiffness):
+            if self.material is None:
+                raise InputError(f"{name}.material is missing; only a section by its stiffness matrix has none")
+            return
+        if self.material is not None:
+            raise InputError(
+                f"{name}.material is given beside a section by its stiffness matrix, which has no material; leave it "
+                f"out, and give the mass by {name}.inertia"
+            )
+        if self.inertia is None:
+            raise InputError(
+                f"{name}.inertia is missing; a section by its stiffness matrix needs mass_per_length, inertia_y and "
+                f"inertia_z"
+            )
 
     def _write_nodes(self, builder: Builder, x: np.ndarray, R: np.ndarray, shares: list) -> int:
         """Write the nodes as free bodies; returns the first one's index."""

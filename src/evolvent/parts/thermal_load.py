@@ -127,6 +127,11 @@ class ThermalLoad(Part):
                 f"{name}.part is {self.part!r}, whose formulation is {beam.formulation!r}; a thermal load needs "
                 f"{', '.join(map(repr, HEATED[:-1]))} or {HEATED[-1]!r}"
             )
+        if beam.material is None:
+            raise InputError(
+                f"{name}.part is {self.part!r}, whose section is given by its stiffness matrix; a thermal load needs a "
+                f"rod with a material"
+            )
         if beam.material.thermal_expansion is None:
             raise InputError(
                 f"{name}.part is {self.part!r}, whose material has no thermal_expansion; give {self.part}.material "

@@ -18,6 +18,7 @@ from evolvent.base.units.parsing import (
     unit_text as unit_text,
 )
 from evolvent.base.units.quantities import (
+    Blocks as Blocks,
     Either as Either,
     Measured as Measured,
     OneOrMore as OneOrMore,
@@ -119,6 +120,17 @@ Gradings = Annotated[
 ]
 Pair = Annotated[tuple[float, float], Vector(quantity=Quantity(**_LENGTH), size=2)]
 Curvature = Annotated[Triple, Vector(quantity=Quantity(what="a curvature", unit="1/m", example="0.5 1/m"))]
+_COUPLING = Quantity(what="a coupling stiffness", unit="N m", example="-522 N m")
+SectionStiffness = Annotated[
+    tuple[tuple[float, ...], ...],
+    Blocks(
+        what="a stiffness matrix",
+        quantities=(
+            (Quantity(what="a stiffness", unit="N", example="3.7e6 N"), _COUPLING),
+            (_COUPLING, Quantity(what="a stiffness", unit="N m^2", example="0.7 N m^2")),
+        ),
+    ),
+]
 SecondMoment = Annotated[float, Quantity(what="a second moment of area", unit="m^4", example="40 mm^4", above=0.0)]
 InertiaTensor = Annotated[
     float | Triple | tuple[Triple, Triple, Triple],

@@ -388,6 +388,64 @@ class Tensor(Annotation):
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Blocks(Annotation):
+    """A pydantic annotation: a square matrix of blocks of 3 x 3 values, each block of its own `Quantity`.
+
+    A list of values alone is a diagonal matrix. Entries are numbers or texts with a unit; a file holds plain numbers.
+
+    Parameters
+    ----------
+    what : str, with its article
+    quantities : rows of Quantity, one for each block
+    """
+
+    what: str
+    quantities: tuple[tuple[Quantity, ...], ...]
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return 3 * len(self.quantities)
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        units = ", ".join("|".join(one.unit for one in row) for row in self.quantities)
+        return f"{self.what}: {self.size} rows of {self.size} values, or the {self.size} on its diagonal, in {units}"
+
+    def read(self, value: Any) -> tuple[tuple[float, ...], ...]:
+        """`value` as rows of floats."""
+        n, rows = self.size, []
+        given = list(value) if is_list(value) else []
+        if len(given) == n and not any(map(is_list, given)):
+            given = [[one if i == k else 0.0 for k in range(n)] for i, one in enumerate(given)]
+        if len(given) != n or any(not is_list(row) or len(row) != n for row in given):
+            shape = f"{len(given)} x {len(given[0])}" if given and is_list(given[0]) else counted(len(given), "value")
+            reason = f"; it has {shape}" if given else ""
+            raise PydanticCustomError(
+                "quantity", "it must be {allowed}{reason}", {"allowed": self.allowed, "reason": reason}
+            )
+        for i, row in enumerate(given):
+            found = []
+            for k, one in enumerate(row):
+                try:
+                    found.append(float(self.quantities[i // 3][k // 3].read(one)))
+                except PydanticCustomError as error:
+                    message = f"its entry ({i + 1}, {k + 1}) is {one!r}; {error.message()}"
+                    raise PydanticCustomError("quantity", "{message}", {"message": message}) from None
+            rows.append(tuple(found))
+        return tuple(rows)
+
+    def write(self, value: Any) -> Any:
+        """`value` as a case file holds it: plain numbers."""
+        return [list(row) for row in value]
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """An array."""
+        return {"type": "array", "minItems": self.size, "maxItems": self.size, "description": self.allowed}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Whole:
     """A pydantic annotation: a whole number of at least `least` and at most `most`."""
 
