@@ -143,7 +143,7 @@ class MarginResults:
             if not np.any(table.values[table.shares.index(share)] != 0.0):
                 continue
             drives = value >= 0.0
-            factor = self.standard.driving.get(share.category, 0.0) if drives else -self.standard.requirements[
+            factor = self.standard.counts(share.category) if drives else -self.standard.requirements[
                 requirement
             ].factor(share.category, share.evidence)  # fmt: skip
             found.append([

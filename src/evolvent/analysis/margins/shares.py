@@ -62,11 +62,17 @@ RULES: dict[str, tuple[Rule, ...]] = {
         Rule(of.ADHESION, of_kind=resistance.ADHESION),
     ),
     "bearings": (Rule(of.FRICTION),),
+    "beams": (Rule(of.ELASTIC),),
+    "rods": (Rule(of.ELASTIC),),
+    "threads": (Rule(of.ELASTIC),),
     "loads": (Rule(of.LOAD),),
+    "beam_loads": (Rule(of.LOAD),),
     "fields": (Rule(of.INERTIA),),
 }
+#: Families of elastic parts, one record each, whose forces are those of the equilibrium (`elastic`).
+ELASTIC_FAMILIES = ("beams", "rods", "threads")
 #: Families that hold or carry and make no force of their own along a motion that the constraints allow.
-_WITHOUT_FORCE = ("bodies", "points", "joints", "links", "guides", "events", *families.PARTS_OF_OTHERS)
+_WITHOUT_FORCE = ("bodies", "points", "joints", "links", "guides", "events", "thermal_loads", *families.PARTS_OF_OTHERS)
 #: Shares that are no part's.
 GRAVITY, SPIN = "gravity", "spin"
 

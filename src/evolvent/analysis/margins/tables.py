@@ -161,7 +161,7 @@ def along_motion(
             break
         for one in moving:
             held = [mechanism.names.index(name) for name in one.held]
-            direction = mechanism.direction(one.k, held, one.sense, at)
+            direction = mechanism.direction(one.k, held, one.sense, at, still=False)
             powers = _powers(mechanism, shares, direction, at, [one.k, *held], solution.la[n])
             rows[one.k].append((at.t, float(at.x[one.k]), powers, direction.inertia))
     return [_of_rows(one, shares, rows[one.k], known) for one in coordinates]
