@@ -7,8 +7,8 @@ motions alone that nothing resists, such as those of a free satellite.
 
 Notes
 -----
-Moves are d = D u, with scales D by which the stiffness of every coordinate is near 1. Of those that A lets free, u = N w,
-S = N^T D K D N with the tangent K of F + A^T la. Motions X of S X = 0 are free; they have the acceleration
+Moves are d = D u, with scales D by which the stiffness of every coordinate is near 1. Of those that A lets free,
+u = N w, S = N^T D K D N with the tangent K of F + A^T la. Motions X of S X = 0 are free; they have the acceleration
 a = -X (X^T M X)^-1 X^T F, and none of them is in a move. Eigenvalues of S below 0 are those of a shape that snaps. A
 direction fulfils (K v)_N = 0: it is the tangent of the path of equilibria, so the share of an elastic part is the rate
 at which it gives up its energy on the way. One that is carried along alone has none.
@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg
@@ -46,9 +46,9 @@ _HELD = ("motors", "drivetrains", "synchronizations", "resistances", "bearings",
 _RANK, _FREE, _SOFTEST = 1e-10, 1e-13, 1e-6
 #: Largest move of an iteration beside the size of the system; iterations; gap of constraints and correction at the end,
 #: and the correction that may be round-off where it no longer falls.
-_LARGEST, _ITERATIONS, _REACHED, _SETTLED, _ROUGH = 0.3, 30, 1e-11, 1e-11, 1e-6
+_LARGEST, _ITERATIONS, _REACHED, _SETTLED, _ROUGH = 0.3, 30, 1e-11, 1e-11, 1e-8
 #: Largest move of a coordinate in a step, rad or m, and the smallest part of a step.
-_MOVE, _SMALLEST = 0.1, 1.0 / 1024.0
+_MOVE, _SMALLEST = 0.2, 1.0 / 1024.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -132,9 +132,13 @@ class Elastic:
             equilibrium.turning(1.0, one.spin, at.y, model, a)
         model.coordinates["rest"] = at.x
         F = one.left(at.t, at.y, model, a=a, factor=1.0)[:n_v]
-        scale = np.linalg.norm(A, axis=1)
-        scale[scale == 0.0] = 1.0
-        la = -np.linalg.lstsq((A / scale[:, None]).T, F, rcond=_RANK)[0] / scale
+        # those of the motion from rest: in equilibrium what is out of balance accelerates free motions alone
+        L = np.linalg.cholesky(at.mass)
+        B = scipy.linalg.solve_triangular(L, A.T, lower=True)
+        norms = np.linalg.norm(B, axis=0)
+        norms[norms == 0.0] = 1.0
+        f = scipy.linalg.solve_triangular(L, F, lower=True)
+        la = -np.linalg.lstsq(B / norms, f, rcond=_RANK)[0] / norms
         # the torques that hold the coordinates, since their gradients turn as well
         torques, synchronizations = np.zeros(at.x.size), one.synchronizations
         for row, mu in zip(synchronizations, la[one.n_j :], strict=False):
@@ -232,9 +236,10 @@ class Elastic:
                 first = found.F if first is None else first
             else:
                 K, F = self.tangent(at, A, rows)
-                found = dataclasses.replace(found, K=K, F=F, M=at.mass, A=A, free=free)
+                found = dataclasses.replace(found, K=K, F=F, M=at.mass, A=A)
             try:
                 d, free = found.move(b, found.F - share * first)
+                found = dataclasses.replace(found, free=free)
             except (np.linalg.LinAlgError, RuntimeError):  # singular
                 return None, first
             size = float(np.abs(d / self._weight).max(initial=0.0))
@@ -248,10 +253,3 @@ class Elastic:
             displace(at.y, d * min(1.0, _LARGEST / size), False, one.bare, moved)
             at = one.at(at.t, moved)
         return None, first
-
-
-def has_elastic_parts(model: Any) -> bool:
-    """Whether parts follow the coordinates by their stiffness: beams, rods, threads, and points on springs."""
-    held = model.springs.size + model.custom_forces.size
-    points = bool(np.any(model.points["mass"] > 0.0)) and held > 0
-    return bool(model.elements.size + model.rods.size + model.threads.size) or points

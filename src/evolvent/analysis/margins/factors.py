@@ -23,8 +23,8 @@ ELASTIC = "elastic parts"
 LOAD, MOTOR, DAMPING = "load", "motor", "damping"
 HARNESS, ADHESION, MOTOR_LOSSES = "harness", "adhesion", "motor losses"
 Category = Literal[
-    "motor", "spring", "elastic parts", "inertia", "friction", "hysteresis", "harness", "motor losses", "adhesion", "load",
-    "acceleration", "damping",
+    "motor", "spring", "elastic parts", "inertia", "friction", "hysteresis", "harness", "motor losses", "adhesion",
+    "load", "acceleration", "damping",
 ]  # fmt: skip
 Stated = Literal["friction", "hysteresis", "harness", "motor losses", "adhesion", "load", "acceleration"]
 #: Categories that have the factor of another one where a table has none of their own.

@@ -23,8 +23,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.analysis.margins.elastic import Elastic, has_elastic_parts
-from evolvent.analysis.margins.shares import EDDY, ELASTIC_FAMILIES, GRAVITY, MAGNETIC, OWN, SPIN, Share, coordinate_names
+from evolvent.analysis.margins.shares import (
+    EDDY,
+    ELASTIC_FAMILIES,
+    GRAVITY,
+    MAGNETIC,
+    OWN,
+    SPIN,
+    Share,
+    coordinate_names,
+)
+from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
@@ -34,10 +43,10 @@ from evolvent.kernels import axial, coordinate_laws, resistance
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
 from evolvent.solvers import equilibrium
-from evolvent.solvers.static_work import velocity_slice
 from evolvent.solvers.still_threads import at_time
 
 if TYPE_CHECKING:
+    from evolvent.analysis.margins.elastic import Elastic
     from evolvent.solvers.solution import Solution
 
 Array = np.ndarray
@@ -132,13 +141,15 @@ class Mechanism:
         for field in OWN:
             still[field] = 0.0
         still["applied"] = 0.0
-        weightless, threads = model.info.copy(), model.threads.copy()
+        weightless, threads, thrusters = model.info.copy(), model.threads.copy(), model.thrusters.copy()
+        thrusters["force"], thrusters["profile"] = 0.0, -1
         weightless["gravity"] = 0.0
         for field in ("stiffness", "damping"):
             threads[field] = 0.0
         #: The model without any force but those of constraints.
         self.bare = model._replace(
             coordinates=still, bristles=model.bristles.copy(), info=weightless, threads=threads,
+            thrusters=thrusters,
             **{name: mdl.zeros(name, 0) for name in forces},
             **{name: np.zeros_like(getattr(model, name)) for name in ("H", "h", "B")},
         )  # fmt: skip
@@ -146,9 +157,12 @@ class Mechanism:
         self.with_torque = [self.bare._replace(coordinates=still[k : k + 1].copy()) for k in range(still.size)]
         for one in self.with_torque:
             one.coordinates["stiffness"] = 1.0
+        contacts = {name: families.records(model, name) for name in ("contact_surfaces", "body_contacts")}
+        #: The bare model with contacts, whose records have their gaps; None without any.
+        self.with_contacts = self.bare._replace(**contacts) if any(c.size for c in contacts.values()) else None
         self._models: dict[str, Any] = {}
         #: Equilibria of elastic parts, None without any.
-        self.elastic = Elastic(self) if has_elastic_parts(model) else None
+        self.elastic = _elastic(self) if _has_elastic_parts(model) else None
         self._digest = _digest(self.bare if self.elastic is None else self.elastic.model, self.synchronizations, spin)
         self.powers = np.zeros(N_POWERS)
         self.none = np.zeros(self.n_v), np.zeros(self.n_j)
@@ -284,10 +298,12 @@ class Mechanism:
         y = at.y.copy()
         y[self.n_q : self.n_q + self.n_v] = 0.0
         force = (self.left(at.t, y, model, factor=1.0) - self.left(at.t, y, self.bare, factor=1.0))[: self.n_v]
-        own = velocity_slice(whole, share.family, k) if share.family != "threads" else None
-        if own is not None:  # forces of elements are those on nodes of their own
-            force = np.where(np.isin(np.arange(self.n_v), np.arange(own.start, own.stop)), force, 0.0)
-        return at.zero + force
+        if share.family != "threads":  # forces of elements are those on nodes of their own
+            from evolvent.solvers.static_work import velocity_slice
+
+            own = velocity_slice(whole, share.family, k) or slice(0)
+            force[: own.start] = force[own.stop :] = 0.0
+        return np.asarray(at.zero + force)
 
     def _coordinate(self, share: Share, at: Position, direction: Direction) -> Array:
         """A coordinate's record with the fields of a share alone; friction slips against the direction."""
@@ -499,6 +515,20 @@ class Mechanism:
     def unit(self, k: int) -> str:
         """Unit of coordinate k."""
         return "rad" if self.whole.coordinates["kind"][k] == axial.ANGLE else "m"
+
+
+def _elastic(mechanism: Mechanism) -> Elastic:
+    """Equilibria of a mechanism with elastic parts; SciPy is not imported without them."""
+    from evolvent.analysis.margins.elastic import Elastic
+
+    return Elastic(mechanism)
+
+
+def _has_elastic_parts(model: Any) -> bool:
+    """Whether parts follow the coordinates by their stiffness: beams, rods, threads, and points on springs."""
+    held = model.springs.size + model.custom_forces.size
+    points = bool(np.any(model.points["mass"] > 0.0)) and held > 0
+    return bool(model.elements.size + model.rods.size + model.threads.size) or points
 
 
 def _digest(model: Any, ties: Array, spin: Array) -> str:

@@ -39,16 +39,18 @@ class MarginResults:
     still : list of Table or None, along the travel at rest, one a coordinate; reels have none
     moving : list of Table or None, along the run
     latches : list of dict, of `latches.latch_of`; empty without a run
+    remarks : list of str, sentences on parts that have no share
     title, case : str
     """
 
     def __init__(
         self, label: str, standard: Standard, keys: Margin, names: Sequence[str], still: Sequence[Table | None],
-        moving: Sequence[Table | None], latches: Sequence[dict[str, Any]], *, title: str = "", case: str = "",
+        moving: Sequence[Table | None], latches: Sequence[dict[str, Any]], remarks: Sequence[str] = (), *,
+        title: str = "", case: str = "",
     ) -> None:  # fmt: skip
         self.label, self.standard, self.keys = label, standard, keys
         self.names, self.still, self.moving, self.latches = list(names), list(still), list(moving), list(latches)
-        self.title, self.case = title, case
+        self.remarks, self.title, self.case = list(remarks), title, case
 
     def __repr__(self) -> str:
         """Name of the standard and the least margin."""
@@ -162,6 +164,7 @@ class MarginResults:
         found = [
             f"factors: {self.label}, {self.standard.revision}",
             f"stations: the other coordinates stand at their {self.keys.others}; kinetic energy does not count",
+            *self.remarks,
         ]
         dampers = any(share.category == DAMPING for table in self.tables for share in table.shares)
         if dampers and DAMPING not in self._counted():

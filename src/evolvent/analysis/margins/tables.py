@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.analysis.margins import bearings, factors as of
+from evolvent.analysis.margins import bearings, contacts, factors as of
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.lines import MarginCoordinate
 from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position
@@ -138,7 +138,10 @@ def along_travel(
     """
     xs = np.linspace(coordinate.start, coordinate.end, stations)
     values, inertia = np.zeros((len(shares), stations)), np.zeros(stations)
+    before = None
     for n, (there, direction) in enumerate(mechanism.stations(coordinate.k, coordinate.sense, held, xs, at)):
+        contacts.refuse_touching(mechanism, coordinate.k, held, there, before)
+        before = there
         rows = [coordinate.k, *held]
         values[:, n], inertia[n] = _powers(mechanism, shares, direction, there, rows, None), direction.inertia
     return Table(coordinate, shares, xs, np.zeros(0), values, inertia, *known)
@@ -159,6 +162,7 @@ def along_motion(
         moving = [one for one in moving if one.sense * (float(at.x[one.k]) - one.end) < 0.0]
         if not moving:
             break
+        contacts.refuse_touching_in_run(mechanism, moving[0].k, at)
         for one in moving:
             held = [mechanism.names.index(name) for name in one.held]
             direction = mechanism.direction(one.k, held, one.sense, at, still=False)
