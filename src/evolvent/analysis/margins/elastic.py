@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg
@@ -114,18 +114,25 @@ class Elastic:
         still["applied"], still["stiffness"] = 0.0, 1.0
         #: The model with all forces but those of held coordinates, whose springs stand for the torques that hold them.
         self.model = whole._replace(coordinates=still, **{name: mdl.zeros(name, 0) for name in _HELD})
+        #: The same with threads that push as well, which show how they go taut; None without any that go slack.
+        self._pushing = None
+        if np.any(whole.threads["slack"]):
+            threads = whole.threads.copy()
+            threads["slack"] = 0
+            self._pushing = self.model._replace(threads=threads)
         self._matrix = matrix_of(self.model, spare=spare_of(self.model))
         self._weight, _ = sizes(mechanism.assembly)
-        self._last: tuple[Position, list[int], Stiffness] | None = None
+        self._last: tuple[Position, list[int], Any, Stiffness] | None = None
 
-    def tangent(self, at: Position, A: Array, rows: list[int]) -> tuple[Array, Array]:
+    def tangent(self, at: Position, A: Array, rows: list[int], model: Any) -> tuple[Array, Array]:
         """Tangent (nv, nv) and forces (nv,) of a position.
 
         Parameters
         ----------
         A : (n, nv) float, gradients of the joints, of loops of cables and of the coordinates `rows`
+        model : `Elastic.model`, or that with threads that push
         """
-        one, model, n_v = self._mechanism, self.model, self._mechanism.n_v
+        one, n_v = self._mechanism, self._mechanism.n_v
         a = None
         if np.any(one.spin[:3]):
             a = np.zeros(n_v)
@@ -156,11 +163,11 @@ class Elastic:
             K += sparse_of(self._matrix)[:n_v, :n_v].toarray()
         return K, F
 
-    def stiffness(self, at: Position, A: Array, rows: list[int]) -> Stiffness:
-        """Forces and stiffness of a position; A, rows: as of `tangent`."""
-        if self._last is not None and self._last[0] is at and self._last[1] == rows:
-            return self._last[2]
-        K, F = self.tangent(at, A, rows)
+    def stiffness(self, at: Position, A: Array, rows: list[int], model: Any) -> Stiffness:
+        """Forces and stiffness of a position; A, rows, model: as of `tangent`."""
+        if self._last is not None and self._last[0] is at and self._last[1] == rows and self._last[2] is model:
+            return self._last[3]
+        K, F = self.tangent(at, A, rows, model)
         energy = np.abs(K.diagonal()) * self._weight**2
         least = _SOFTEST * float(np.median(energy[energy > 0.0])) if np.any(energy) else 1.0
         scale = self._weight / np.sqrt(np.maximum(energy, least))
@@ -175,12 +182,12 @@ class Elastic:
         resists = np.abs(squares) > _FREE * np.abs(squares).max(initial=0.0)
         lowest = float(squares[resists].min(initial=0.0))
         found = Stiffness(K, at.mass, A, np.sort(order[:rank]), F, scale, N @ modes[:, ~resists], lowest)
-        self._last = at, list(rows), found
+        self._last = at, list(rows), model, found
         return found
 
     def velocities(self, at: Position, A: Array, rows: list[int], b: Array) -> tuple[Array, float]:
         """Velocities v with A v = b along the path of equilibria, (nv,), and the lowest eigenvalue of S."""
-        found = self.stiffness(at, A, rows)
+        found = self.stiffness(at, A, rows, self.model)
         return found.move(b, np.zeros(found.F.size))[0], found.lowest
 
     def move(self, targets: dict[int, float], at: Position) -> Position:
@@ -197,7 +204,10 @@ class Elastic:
         left = None
         while share < 1.0:
             upto, switches = min(1.0, share + step), one.bare.switches.copy()
-            found, first = self._balance(rows, start + (end - start) * upto, at, left, 1.0 - upto)
+            values, near = start + (end - start) * upto, at
+            if self._pushing is not None:
+                near = self._balance(rows, values, at, left, 1.0 - upto, self._pushing)[0] or at
+            found, first = self._balance(rows, values, near, left, 1.0 - upto, self.model)
             if left is None:
                 left = first
             if found is not None:
@@ -216,8 +226,8 @@ class Elastic:
         return at
 
     def _balance(
-        self, rows: list[int], values: Array, at: Position, left: Array | None, share: float
-    ) -> tuple[Position | None, Array]:
+        self, rows: list[int], values: Array, at: Position, left: Array | None, share: float, model: Any
+    ) -> tuple[Position | None, Array | None]:
         """Newton's method; None where it does not converge. `share` of the forces `left` may be out of balance.
 
         Returns
@@ -225,29 +235,36 @@ class Elastic:
         position, and the forces out of balance at the first one
         """
         one, ties, before, first = self._mechanism, self._mechanism.synchronizations, math.inf, left
-        found = None
+        found: Stiffness | None = None
+        decomposed: Position | None = None  # where `found` knows the free motions by themselves
         for _ in range(_ITERATIONS):
             x = at.x
             stretch = ties["ratio_b"] * x[ties["b"]] - ties["ratio_a"] * x[ties["a"]] - ties["offset"]
             A = np.vstack([at.G, one.tied(at.J), at.J[rows]])
             b = -np.concatenate([at.gaps, stretch, x[rows] - values])
-            if found is None:
-                found = self.stiffness(at, A, rows)
-                first = found.F if first is None else first
-            else:
-                K, F = self.tangent(at, A, rows)
-                found = dataclasses.replace(found, K=K, F=F, M=at.mass, A=A)
             try:
+                if found is None:
+                    found, decomposed = self.stiffness(at, A, rows, model), at
+                else:
+                    K, F = self.tangent(at, A, rows, model)
+                    found = dataclasses.replace(found, K=K, F=F, M=at.mass, A=A)
+                first = found.F if first is None else first
                 d, free = found.move(b, found.F - share * first)
-                found = dataclasses.replace(found, free=free)
-            except (np.linalg.LinAlgError, RuntimeError):  # singular
-                return None, first
+            except (np.linalg.LinAlgError, RuntimeError, ValueError):  # singular or not finite
+                if decomposed is at:
+                    return None, first
+                found = None
+                continue
+            found = dataclasses.replace(found, free=free)
             size = float(np.abs(d / self._weight).max(initial=0.0))
             if not math.isfinite(size):
                 return None, first
             off = float(np.abs(b).max(initial=0.0))
             if off <= _REACHED and (size <= _SETTLED or (size <= _ROUGH and size >= 0.5 * before)):
-                return at, first
+                if decomposed is at:
+                    return at, first
+                found, before = None, size  # what was free before may have a stiffness now
+                continue
             before = size
             moved = at.y.copy()
             displace(at.y, d * min(1.0, _LARGEST / size), False, one.bare, moved)

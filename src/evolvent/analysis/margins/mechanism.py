@@ -146,12 +146,14 @@ class Mechanism:
         weightless["gravity"] = 0.0
         for field in ("stiffness", "damping"):
             threads[field] = 0.0
+        H, h = np.zeros_like(model.H), np.zeros_like(model.h)
+        forms = model.elements["form"][model.elements["stretch"] != 0]  # whose first rows are no stiffness
+        H[forms, :3], h[forms] = model.H[forms, :3], model.h[forms]
         #: The model without any force but those of constraints.
         self.bare = model._replace(
             coordinates=still, bristles=model.bristles.copy(), info=weightless, threads=threads,
-            thrusters=thrusters,
+            thrusters=thrusters, H=H, h=h,
             **{name: mdl.zeros(name, 0) for name in forces},
-            **{name: np.zeros_like(getattr(model, name)) for name in ("H", "h", "B")},
         )  # fmt: skip
         #: The same with one coordinate, whose spring has a torque or force of 1 where `rest` is the value less 1.
         self.with_torque = [self.bare._replace(coordinates=still[k : k + 1].copy()) for k in range(still.size)]
@@ -293,7 +295,7 @@ class Mechanism:
             names = ("rods", "rod_elements", "thermal_loads")
             model = self._once(share.family, **{name: getattr(whole, name) for name in names})
         else:
-            names = ("H", "h", "B", "thermal_loads")
+            names = ("H", "h", "thermal_loads")
             model = self._once(share.family, **{name: getattr(whole, name) for name in names})
         y = at.y.copy()
         y[self.n_q : self.n_q + self.n_v] = 0.0
