@@ -173,6 +173,76 @@ def test_a_cable_is_slack_then_taut():
     assert both == pytest.approx(-pull * lever, rel=1e-8, abs=1e-12)
 
 
+def pulled(part, name="cable", **more):
+    """A hinged arm, and a cable of the length 2^(1/2) m from below the hinge to its end."""
+    system = System(**more)
+    system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2), position=(0.5, 0.0, 0.0)), "arm")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("arm", (-0.5, 0.0, 0.0)), type="revolute"), "pivot")
+    spring = {"stiffness": 1.0, "rest": math.pi, "latch": 1.2, "latch_stiffness": 500.0}
+    system.add(parts.RotationalSpring(joint="pivot", **spring), "hinge")
+    system.add(part, name)
+    return system
+
+
+def stretch(x):
+    """Of that cable, and the lever of its pull."""
+    length = np.hypot(np.cos(x), np.sin(x) + 1.0)
+    return length / math.sqrt(2.0), np.cos(x) / length
+
+
+@pytest.mark.parametrize("formulation", ["cable", "cable_stretch"])
+def test_a_beam_without_torsion_as_a_cable(formulation):
+    """By Green's strain and by the stretch less 1, far beyond small strains."""
+    section = {"circle": {"radius": 5e-4}}
+    soft = {"young_modulus": 1e8, "poisson_ratio": 0.3, "density": 1000.0}
+    start = {"position": (0.0, -1.0, 0.0), "direction": (1.0, 1.0, 0.0), "formulation": formulation}
+    system = pulled(parts.Beam(length=math.sqrt(2.0), elements=4, section=section, material=soft, **start))
+    system.add(parts.Joint(a=(0.0, -1.0, 0.0), b="cable.root", type="spherical"), "low")
+    system.add(parts.Joint(a=("arm", (0.5, 0.0, 0.0)), b="cable.tip", type="spherical"), "high")
+    table = system.margin(zero=NONE, **STILL)["hinge"]
+    s, lever = stretch(table.x)
+    strain = 0.5 * (s**3 - s) if formulation == "cable" else s - 1.0
+    assert of(table, "cable") == pytest.approx(-1e8 * math.pi * 25e-8 * strain * lever, rel=1e-7, abs=1e-9)
+
+
+@pytest.mark.parametrize("slack", [False, True])
+def test_a_thread_that_a_hinge_pulls_taut(slack):
+    """Four segments of 200 N/m; the reel beside it has no margin of its own."""
+    drive = {"constant": {"rate": 0.0, "angle": math.sqrt(2.0) / 0.02}}
+    keys = {"line_density": 1e-4, "nodes": 4, "stiffness": 200.0, "damping": 0.1, "slack": slack}
+    reel = parts.Reel(body="ground", centre=(0.0, -1.0, -0.02), radius=0.02, drive=drive)
+    system = pulled(reel, "reel")
+    end = {"end": ("arm", (0.5, 0.0, 0.0))}
+    system.add(parts.Thread(reel="reel", length=math.sqrt(2.0), **end, **keys), "thread")
+    ask = {"zero": NONE, "lines": {"reel": {"leave_out": "stands"}}, **STILL}
+    table = system.margin(**ask)["hinge"]
+    s, lever = stretch(table.x)
+    assert of(table, "thread") == pytest.approx(-50.0 * math.sqrt(2.0) * (s - 1.0) * lever, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", [parts.Rod, parts.Beam])
+def test_a_heated_strip_is_straight_at_another_angle(kind):
+    """Hotter at y it bends towards -y by itself: -EI (x/length + a g)."""
+    expands = STRIP["material"] | {"thermal_expansion": 2e-5}
+    system = across(kind(**STRIP | {"material": expands}), end=0.2)
+    gradient = 2000.0
+    system.add(parts.ThermalLoad(part="strip", gradient_y={"constant": gradient}), "sun")
+    table = system.margin(zero=NONE, **STILL)["hinge"]
+    moment = EI * (table.x / LENGTH + 2e-5 * gradient)
+    assert of(table, "strip") == pytest.approx(-moment, rel=2e-3)
+
+
+@pytest.mark.parametrize("kind", [parts.Rod, parts.Beam])
+def test_a_line_load_on_a_boom(kind):
+    """Its lever is that of a rigid boom, where it hardly bends."""
+    system = carried(kind, young=100.0 * E)
+    system.add(parts.LineLoad(part="boom", force=(0.0, -0.5, 0.0)), "load")
+    table = system.margin(zero=zero("load"), **STILL)["hinge"]
+    labels = [one.label for one in table.shares if one.category == "load"]
+    total = sum(of(table, label) for label in labels)
+    assert total == pytest.approx(-0.5 * LENGTH * 1.0 * np.cos(table.x), rel=1e-4, abs=1e-9)
+
+
 def test_variants_share_stations_unless_their_elastic_parts_differ():
     mechanism._STATIONS.clear()
     across(parts.Rod(**STRIP)).margin(zero=NONE, **STILL)

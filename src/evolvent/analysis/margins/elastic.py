@@ -187,8 +187,15 @@ class Elastic:
 
     def velocities(self, at: Position, A: Array, rows: list[int], b: Array) -> tuple[Array, float]:
         """Velocities v with A v = b along the path of equilibria, (nv,), and the lowest eigenvalue of S."""
-        found = self.stiffness(at, A, rows, self.model)
-        return found.move(b, np.zeros(found.F.size))[0], found.lowest
+        try:
+            found = self.stiffness(at, A, rows, self.model)
+            return found.move(b, np.zeros(found.F.size))[0], found.lowest
+        except (np.linalg.LinAlgError, RuntimeError, ValueError):
+            k, one = rows[-1], self._mechanism
+            raise InputError(
+                f"the stiffness of the elastic parts says nothing of how they move where {one.names[k]!r} is at "
+                f"{float(at.x[k]):.6g} {one.unit(k)}: it is singular there"
+            ) from None
 
     def move(self, targets: dict[int, float], at: Position) -> Position:
         """The equilibrium in which coordinates have the values `targets`, from another position.
