@@ -15,7 +15,7 @@ def test_prints_and_writes(call):
     lines = out.splitlines()
     assert lines[0].startswith("margins by ECSS-E-ST-33-01C")
     row = next(line.split() for line in lines if line.startswith("hinge 1 "))
-    assert row == ["hinge", "1", "motorization", "+5.8752", "0", "deg", "-", "holds"]
+    assert row == ["hinge", "1", "motorization", "+5.8752", "0", "deg", "holds"]
     assert "hinge 3 where its margin is least" in out
     found = json.loads(pathlib.Path("m.json").read_text())
     assert found["negative"] == []

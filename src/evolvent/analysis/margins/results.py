@@ -109,8 +109,9 @@ class MarginResults:
     # -------------------------------------------------------------------------------------------------- tables
 
     def rows(self) -> list[list[str]]:
-        """A table for the screen: its head, then a row a coordinate."""
+        """A table for the screen: its head, then a row a coordinate; of the run where there is one."""
         found = [["coordinate", "requirement", "margin", "governed at", "margin in the run", "verdict"]]
+        runs = any(moving is not None for moving in self.moving) or None in self.still
         for coordinate, still, moving in zip(self.names, self.still, self.moving, strict=True):
             table = still or moving
             if table is None:
@@ -120,7 +121,7 @@ class MarginResults:
             at_rest, run = ("-" if one is None else shown_margin(least_of(one)[2]) for one in (still, moving))
             verdict = "NEGATIVE" if coordinate in self.negative else "holds"
             found.append([coordinate, name, at_rest, _place(table, n), run, verdict])
-        return found
+        return found if runs else [[*row[:4], row[5]] for row in found]
 
     def balance_rows(self) -> list[list[str]]:
         """What counts and what is asked for at the governing positions, and what it takes to reach a margin of 0."""
