@@ -377,3 +377,17 @@ def test_a_controller_is_refused_by_name():
     system.add(parts.AttitudeController(**keys), "control")
     with pytest.raises(InputError, match="'control' is one of the controllers, which margins of hinges and slides do"):
         system.margin(zero=NONE, **STILL)
+
+
+@pytest.mark.parametrize("kind", [parts.Rod, parts.Beam])
+def test_a_steady_turn_pulls_at_a_boom(kind):
+    """The centrifugal forces of arm and boom about a point beside the hinge, times their levers."""
+    rate, aside = 0.5, np.array([[0.0], [0.3]])
+    turn = {"spin": (0.0, 0.0, rate), "centre": (0.0, 0.3, 0.0)}
+    table = carried(kind, young=100.0 * E).margin(zero=NONE, **turn, **STILL)["hinge"]
+    r = np.array([np.cos(table.x), np.sin(table.x)])
+    across_ = np.array([-np.sin(table.x), np.cos(table.x)])
+    # of a mass at the distance s: m s W^2 (s r - c) . t = -m s W^2 c . t
+    torque = -WHOLE * CENTRE * rate**2 * np.sum(aside * across_, axis=0)
+    assert np.sum(r * across_, axis=0) == pytest.approx(np.zeros(5), abs=1e-15)
+    assert of(table, "spin") == pytest.approx(torque, rel=1e-4, abs=1e-9)
