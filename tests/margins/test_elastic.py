@@ -391,3 +391,30 @@ def test_a_steady_turn_pulls_at_a_boom(kind):
     torque = -WHOLE * CENTRE * rate**2 * np.sum(aside * across_, axis=0)
     assert np.sum(r * across_, axis=0) == pytest.approx(np.zeros(5), abs=1e-15)
     assert of(table, "spin") == pytest.approx(torque, rel=1e-4, abs=1e-9)
+
+
+def test_a_snap_between_stations_is_noted():
+    """A soft spring pushes the apex of a flat truss through; a stiff one holds it on its way."""
+
+    def truss(stiffness):
+        system = System()
+        system.add(parts.RigidBody(mass=1.0, inertia=(0.1, 0.1, 0.1), position=(0.0, 0.5, 0.0)), "slider")
+        system.add(parts.Joint(a=(0.0, 0.5, 0.0), b="slider", type="prismatic", axis=(0, -1, 0)), "rail")
+        system.add(parts.TranslationalSpring(joint="rail", low=-1.0, high=0.6, stop=1e3), "slide")
+        system.add(parts.Motor(joint="slide", torque={"constant": 20.0}), "motor")
+        system.add(parts.RigidBody(mass=0.1, inertia=(0.1, 0.1, 0.1), position=(0.0, 0.1, 0.0)), "apex")
+        system.add(parts.Joint(a=(0.0, 0.1, 0.0), b="apex", type="prismatic", axis=(0, -1, 0)), "guide")
+        system.add(parts.Rod(**STRIP | {"elements": 2, "position": (0.0, 0.0, 1.0)}), "aside")
+        system.add(parts.Joint(a=(0.0, 0.0, 1.0), b="aside.root", type="fixed"), "clamp")
+        for name, x in (("left", -0.5), ("right", 0.5)):
+            keys = {"length": math.hypot(0.5, 0.1), "stiffness": 5000.0}
+            system.add(parts.Spring(a=(x, 0.0, 0.0), b="apex", **keys), name)
+        system.add(parts.Spring(a="slider", b="apex", length=0.4, stiffness=stiffness), "push")
+        line = {"slide": {"travel": (0.0, 0.3)}}
+        return system.margin(zero=NONE, lines=line, motion=False, stations=41)
+
+    held, pushed = truss(5000.0), truss(60.0)
+    assert not any("snap" in note for note in held.notes())
+    assert len(held["slide"].snaps) == 0
+    notes = [note for note in pushed.notes() if "snap" in note]
+    assert len(notes) == len(pushed["slide"].snaps) == 1

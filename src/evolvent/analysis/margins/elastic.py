@@ -28,7 +28,7 @@ from scipy.sparse.linalg import splu
 from evolvent import model as mdl
 from evolvent.analysis.margins.shares import OWN
 from evolvent.base.errors import InputError
-from evolvent.flow.implicit import tangent
+from evolvent.flow.implicit import energies, tangent
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.sparse import clear
 from evolvent.solvers import equilibrium
@@ -197,6 +197,13 @@ class Elastic:
                 f"{float(at.x[k]):.6g} {one.unit(k)}: it is singular there"
             ) from None
 
+    def energy(self, at: Position) -> float:
+        """Elastic energy of all but the coordinates, J."""
+        found, one = np.zeros(3), self._mechanism
+        one.left(at.t, at.y, self.model, factor=1.0)
+        energies(at.t, at.y, self.model, found)
+        return float(found[1])
+
     def move(self, targets: dict[int, float], at: Position) -> Position:
         """The equilibrium in which coordinates have the values `targets`, from another position.
 
@@ -227,8 +234,7 @@ class Elastic:
                 k = rows[0]
                 raise InputError(
                     f"the elastic parts have no equilibrium that is found beyond {float(at.x[k]):.6g} {one.unit(k)} of "
-                    f"{one.names[k]!r}, with the coordinates held; the margins along the run need none: "
-                    f"find what happens there by a run"
+                    f"{one.names[k]!r}, with the coordinates held; find by a run what happens there"
                 )
         return at
 

@@ -183,6 +183,11 @@ class MarginResults:
             if one.zero:
                 zero = [category for category in CATEGORIES if category in one.zero]
                 found.append(f"{one.name!r}: declared to be zero: {', '.join(zero)}")
+            for n in still.snaps:
+                found.append(
+                    f"elastic parts snap between {_place(still, n - 1)} and {_place(still, n)} of {one.name!r}: their "
+                    f"energy falls by more than the stations show; see by more stations, or by a run"
+                )
             stuck = np.flatnonzero(still.values.sum(axis=0) < 0.0)
             if stuck.size and moving is not None and self._arrives(one.name):
                 found.append(
