@@ -15,7 +15,7 @@ def test_prints_and_writes(call):
     lines = out.splitlines()
     assert lines[0].startswith("margins by ECSS-E-ST-33-01C")
     row = next(line.split() for line in lines if line.startswith("hinge 1 "))
-    assert row == ["hinge", "1", "motorization", "+5.8752", "0", "deg", "-", "holds"]
+    assert row == ["hinge", "1", "motorization", "+5.8752", "0", "deg", "holds"]
     assert "hinge 3 where its margin is least" in out
     found = json.loads(pathlib.Path("m.json").read_text())
     assert found["negative"] == []
@@ -62,3 +62,18 @@ def test_motion(call):
     assert [line for line in err.splitlines() if "compiling" not in line] == []
     assert "latches and stops in the run" in out
     assert "pivot 3" in out
+
+
+def test_keys_of_margins_for_a_system_without_the_key(call):
+    """The blade of the heliogyro: the sentence names keys that --set then takes."""
+    code, _, err = call("margin", "heliogyro")
+    assert code == 2
+    assert "give margin.lines.reel-1.torque" in err
+    zero = "margin.zero=[friction, hysteresis, harness, motor losses, adhesion, load, acceleration]"
+    keys = ("blade.length=0.5 m", "blade.nodes=4", "margin.lines.reel-1.torque=50 mN m", zero)
+    code, out, err = call("margin", "heliogyro", *(word for key in keys for word in ("--set", key)))
+    assert (code, err) == (0, "")
+    assert next(line for line in out.splitlines() if line.startswith("reel-1")).endswith("holds")
+    code, _, err = call("margin", "heliogyro", "--set", "margin.lines.reel-1.torqe=50 mN m")
+    assert code == 2
+    assert "unknown key 'Margin.lines.reel-1.torqe'" in err

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import evolvent
-from evolvent import cases
+from evolvent import cases, results
 from evolvent.exports import margins_page, report
 from margin_cases import NONE, case
 
@@ -21,13 +21,26 @@ def test_tables_are_those_of_margin(run):
     margins = evolvent.load(case()).margin()
     found = margins_page.section(run)
     tables = dict(found["tables"])
-    assert tables["Margins"][1][:4] == margins.rows()[1][:4]
-    assert tables["Margins"][1][4:] == ["-", "holds"]
+    assert tables["Margins"] == margins.rows()
+    assert float(tables["Margins"][1][4]) == pytest.approx(
+        margins.motion("hinge").margin("motorization").min(), abs=1e-4
+    )
     assert tables["What brings each margin to 0"] == margins.balance_rows()
     assert tables["hinge: what counts where its margin is least"] == margins.contributions("hinge")
     assert tables["Latches and stops in the run"] == margins.latch_rows()
     assert math.isfinite(margins.latches[0]["energy"])
     assert found["verdict"] == "Every margin holds."
+
+
+def test_a_file_has_no_states_for_the_margins_along_the_run(run, tmp_path):
+    """So they are left out, and the reason is a note."""
+    results.save(run, str(tmp_path / "run.nc"))
+    found = margins_page.section(evolvent.open(str(tmp_path / "run.nc")))
+    rows = dict(found["tables"])["Margins"]
+    assert rows == evolvent.load(case()).margin(motion=False).rows()
+    assert "margin in the run" not in rows[0]
+    assert any(note.startswith("no margins along the run: a file of results has no states") for note in found["notes"])
+    assert not any(note.startswith("no margins along") for note in margins_page.section(run)["notes"])
 
 
 def test_the_report_has_the_section(run, tmp_path):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from book import Book
-from evolvent import InputError, parts
+from evolvent import InputError, cases, parts
 from evolvent.parts import hysteresis
 from evolvent.solvers.static import solve_static
 from resistances.rigs import IMPLICIT, METHODS, run, seen, turned, wheel
@@ -190,3 +190,65 @@ def test_a_run_goes_on_from_the_state_of_another(method: str) -> None:
     assert found.success, found.message
     for key in ("angle", "hysteresis_torque"):
         assert seen(found, "it")[key] == pytest.approx(seen(whole, "it")[key][2:], abs=2e-4), key
+
+
+LOOP = [
+    [0, 0.0],
+    [10, 0.11],
+    [30, 0.15],
+    [60, 0.22],
+    [90, 0.30],
+    [80, 0.14],
+    [60, 0.08],
+    [30, 0.01],
+    [10, -0.05],
+    [0, 0.0],
+]
+
+
+def written(folder: Any, *lines: str) -> str:
+    """A file of a loop with other lines behind its third."""
+    rows = [f"{x}, {1e3 * torque}" for x, torque in LOOP]
+    path = folder / "loop.csv"
+    path.write_text("\n".join(["angle [deg], torque [mN m]", "# test report 12", *rows[:1], *lines, *rows[1:], ""]))
+    return str(path)
+
+
+def test_a_loop_from_a_file_is_that_of_its_rows(tmp_path: Any) -> None:
+    """By its name, and in a case; the case that is written back has the rows."""
+    path = written(tmp_path)
+    rows = np.array(LOOP) * [math.pi / 180.0, 1.0]
+    assert np.array(harness(loop=path).loop) == pytest.approx(rows, rel=1e-12)
+    assert harness(loop=tmp_path / "loop.csv").loop == harness(loop=path).loop
+    part = {"kind": "harness", "joint": "hinge", "loop": path, "misfit": 0.1}
+    wheel_ = {"kind": "rigid-body", "motion": "spin", "inertia": 0.8}
+    hinge = {"kind": "rotational-spring", "a": "ground", "b": "panel", "stiffness": 0.3}
+    found = cases.load({"system": "structure", "parts": {"panel": wheel_, "hinge": hinge, "it": part}})
+    again = cases.parse_yaml(cases.to_yaml(found), "case")["parts"]["it"]["loop"]
+    assert parts.Harness(joint="hinge", loop=again).loop == pytest.approx(rows, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        ("5, 0.1, 3", r"Harness\.loop .*line 4 of '.*loop\.csv' has 3 values; it must have two"),
+        ("5, much", r"line 4 of '.*loop\.csv' has 'much'; it must be a number"),
+        ("5, nan", r"line 4 of '.*loop\.csv' has 'nan'; it must be a number"),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_named_with_its_line(tmp_path: Any, line: str, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        harness(loop=written(tmp_path, line))
+
+
+def test_files_that_are_no_table_are_refused(tmp_path: Any) -> None:
+    (tmp_path / "plain.csv").write_text("0, 1\n1, 2\n")
+    with pytest.raises(InputError, match=r"first line of '.*plain\.csv' must name two columns with their units"):
+        harness(loop=str(tmp_path / "plain.csv"))
+    with pytest.raises(InputError, match=r"none\.csv"):
+        harness(torque=str(tmp_path / "none.csv"))
+    with pytest.raises(InputError, match=r"'loop\.txt' is neither a list of rows nor a file that ends with \.csv"):
+        harness(loop="loop.txt")
+    (tmp_path / "units.csv").write_text("angle [deg], torque [kg]\n0, 1\n1, 2\n0, 1\n")
+    with pytest.raises(InputError, match="kg"):
+        harness(loop=str(tmp_path / "units.csv"))

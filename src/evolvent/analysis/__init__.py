@@ -312,7 +312,7 @@ def tree(
     warning : str, what the table and the pages warn of, '' for nothing; None: that of `warning_of`
     """
     from evolvent.analysis import accessor  # noqa: F401  (it registers run.ev)
-    from evolvent.results.tree import tree_of
+    from evolvent.results.tree import keep_solution, tree_of
 
     solution, now = check_energy_gain(solution), datetime.datetime.now(datetime.UTC)
 
@@ -325,7 +325,10 @@ def tree(
         }
         return found | {name: text for name, text in optional.items() if text}
 
-    return tree_of(solution, attributes, root)
+    found = tree_of(solution, attributes, root)
+    if "\nmargin:" in case:  # whose report has the margins along the run
+        keep_solution(found, solution)
+    return found
 
 
 def latches_of(solution: Solution) -> str:

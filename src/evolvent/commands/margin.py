@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -52,10 +52,11 @@ def margin(
         plots.format_of(figure)
     for path in filter(None, (output, figure, report)):
         files.check_writable(path)
-    loaded = cases.load(case, cases.parse_assignments(assignments))
-    definition = cases.system(loaded.system)
+    loaded, keys = _loaded(case, cases.parse_assignments(assignments))
+    if factors is not None:
+        keys["factors"] = factors
     with showing_progress(quiet=quiet):
-        found = definition.margin(loaded, motion=False if at_rest else None, factors=factors)
+        found = cases.system(loaded.system).margin(loaded, motion=False if at_rest else None, **keys)
     if not quiet:
         _print(found, details=details)
     if output is not None:
@@ -68,6 +69,20 @@ def margin(
         echo(f"report: {margins_page.write(found, report)}")
     if check and found.negative:
         raise RunFailed(f"the margin of {', '.join(map(repr, found.negative))} is below 0", found)
+
+
+def _loaded(case: str, given: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+    """A case with the values of its keys, and keys of margins, where the cases of its system have no key `margin`."""
+    from evolvent import cases
+
+    own = {key: value for key, value in given.items() if key.startswith("margin.")}
+    loaded = cases.load(case, {key: value for key, value in given.items() if key not in own})
+    if "margin" in type(loaded).model_fields:
+        return cases.load(case, given), {}
+    asked: dict[str, Any] = {"margin": {}}
+    for key, value in own.items():
+        cases.override(asked, key, value)
+    return loaded, asked["margin"]
 
 
 def _print(found: MarginResults, *, details: bool) -> None:

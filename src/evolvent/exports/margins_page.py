@@ -11,6 +11,7 @@ from evolvent.base.errors import InputError
 from evolvent.base.files import write_file
 from evolvent.exports.figure_pictures import figure_picture
 from evolvent.results import made_with
+from evolvent.results.tree import solution_of
 from evolvent.view import pages
 
 if TYPE_CHECKING:
@@ -34,9 +35,10 @@ def write(found: MarginResults, path: str) -> str:
 
 
 def section(run: Any) -> dict[str, Any]:
-    """The section of a run's report: the margins of its case at rest, with what the run says of latches and stops.
+    """The section of a run's report: the margins of its case, with what the run says of latches and stops.
 
-    Empty where the case has no key `margin`. Where the margins cannot be found, the verdict is the reason.
+    Empty where the case has no key `margin`. Where the margins cannot be found, the verdict is the reason. Those along
+    the run need its states, which a file of results does not have.
     """
     try:
         content = cases.parse_yaml(run.attrs["case"], "the case of the run")
@@ -45,16 +47,14 @@ def section(run: Any) -> dict[str, Any]:
     if not isinstance(content, dict) or not isinstance(content.get("margin"), dict):
         return {}
     try:
-        found = _content(_of_run(run, content))
+        return _content(*_of_run(run, content))
     except InputError as error:
         verdict = f"The margins of this case are not stated: {error}."
         return {"verdict": verdict, "tables": [], "drawn": None, "notes": []}
-    found["notes"].append("margins along the run are those of evolvent margin: a file of results has no states")
-    return found
 
 
-def _of_run(run: Any, content: dict[str, Any]) -> MarginResults:
-    """Margins of the case of a run at rest, and its latches and stops."""
+def _of_run(run: Any, content: dict[str, Any]) -> tuple[MarginResults, str]:
+    """Margins of the case of a run, its latches and stops, and why there are none along it."""
     if json.loads(run.attrs["laws"]):
         raise InputError("the run used laws of the user, which the case cannot hold")
     name = content["margin"].get("factors")
@@ -63,13 +63,26 @@ def _of_run(run: Any, content: dict[str, Any]) -> MarginResults:
     system = cases.presenter(run).system(cases.load(content))
     keys = evaluation.with_keys(system.sections.get("margin", {}), {})
     at_rest = evaluation.at_rest(system.assemble(), keys)
-    found = at_rest.results()
+    solution, why = solution_of(run), "a file of results has no states; evolvent margin gives them"
+    if solution is not None and solution.status == "failed":
+        solution, why = None, "the run failed"
+    try:
+        found, why = at_rest.results(solution), "" if solution is not None else why
+    except InputError as error:
+        if solution is None:
+            raise
+        found, why = at_rest.results(), str(error)
     found.latches = [latches.of_tree(at_rest.assembly, table, run) for table in at_rest.tables]
-    return found
+    return found, why
 
 
-def _content(found: MarginResults) -> dict[str, Any]:
-    """Verdict, tables, figure and notes."""
+def _content(found: MarginResults, why: str = "") -> dict[str, Any]:
+    """Verdict, tables, figure and notes.
+
+    Parameters
+    ----------
+    why : why there are no margins along a run
+    """
     tables = [
         ("Margins", found.rows()),
         ("What brings each margin to 0", found.balance_rows()),
@@ -83,5 +96,8 @@ def _content(found: MarginResults) -> dict[str, Any]:
         "verdict": f"The margin of {negative} is below 0." if negative else "Every margin holds.",
         "tables": tables,
         "drawn": figure_picture(found.figure()),
-        "notes": [*found.notes(), *filter(None, [found.standard.source])],
+        "notes": [
+            *found.notes(),
+            *filter(None, [found.standard.source, why and f"no margins along the run: {why}"]),
+        ],
     }

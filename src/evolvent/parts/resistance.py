@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
@@ -13,7 +14,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.kernels import resistance as kernels
-from evolvent.parts import hysteresis
+from evolvent.parts import hysteresis, table_file
 from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.find_coordinate import find_coordinate
@@ -24,7 +25,8 @@ Array = np.ndarray
 
 
 def _curve_rows(value: Any) -> Any:
-    return table_rows(value, "[angle or travel, torque or force]")
+    rows = table_file.rows_of(os.fspath(value)) if isinstance(value, (str, os.PathLike)) else value
+    return table_rows(rows, "[angle or travel, torque or force]")
 
 
 def _bristle_rows(value: Any) -> Any:
@@ -119,6 +121,9 @@ class Harness(Part):
     loop : rows [angle, torque] or [travel, force], optional
         A measured loop, in the order of the measurement, which ends where it starts. Gives the elastic curve and the
         bristles, in place of `torque`, `stiffness` and `bristles`.
+
+        This and every other table of a resistance may be the name of a CSV file, whose first line has the units, such
+        as ``angle [deg],torque [N m]``.
     misfit : float
         Largest difference of the identified loop from the measured one that is accepted (root mean square, part of the
         range of its torques).

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import functools
 import json
+import weakref
 from collections.abc import Callable
 from typing import Any
 
@@ -33,6 +34,21 @@ _ENERGIES = {
 }
 #: What dissipates energy, in the order of `evolvent.solvers.balance.LOSSES`.
 CAUSES = ("mass damping", "stiffness damping", "contact", "friction", "joints", "springs")
+
+
+#: Solutions of trees that are in memory, by the identity of the tree.
+_SOLUTIONS: dict[int, Solution] = {}
+
+
+def keep_solution(tree: xr.DataTree, solution: Solution) -> None:
+    """Keep the states of a run for `solution_of`, as long as its tree is in memory."""
+    _SOLUTIONS[id(tree)] = solution
+    weakref.finalize(tree, _SOLUTIONS.pop, id(tree), None)
+
+
+def solution_of(tree: xr.DataTree) -> Solution | None:
+    """The solution of a run that was kept; None of a copy, of a file and of others."""
+    return _SOLUTIONS.get(id(tree))
 
 
 def tree_of(

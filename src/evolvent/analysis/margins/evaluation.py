@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.analysis.margins import factors, latches, lines, reels, shares, tables
+from evolvent.analysis.margins import contacts, factors, latches, lines, reels, shares, tables
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.keys import Margin, MarginLine
 from evolvent.analysis.margins.mechanism import Mechanism
@@ -77,8 +77,26 @@ class AtRest:
             moving.append(found)
         names = [*(table.coordinate.name for table in self.tables), *self.reels]
         return MarginResults(
-            self.label, self.standard, self.keys, names, still, moving, ends, title=title, case=case,
+            self.label, self.standard, self.keys, names, still, moving, ends, self._remarks(), title=title, case=case,
         )  # fmt: skip
+
+    def _remarks(self) -> list[str]:
+        """Sentences on parts that have no share."""
+        if self.mechanism is None:
+            return []
+        found = [f"{name!r} does not touch on any travel" for name in contacts.names_of(self.mechanism)]
+        wheels = [name for name, (family, _) in self.assembly.names.items() if family == "wheels"]
+        if wheels:
+            found.append(
+                f"the momentum of {', '.join(map(repr, wheels))} does no work at rest, and no motor turns it: no share"
+            )
+        families = {share.family for share in self.shares}
+        if families & set(shares.ELASTIC_FAMILIES):
+            found.append(
+                "elastic parts stand in equilibrium at each station; their damping is in no share, and they count by "
+                "the factor of springs where the table has none of their own"
+            )
+        return found
 
 
 def at_rest(assembly: Assembly, keys: Margin) -> AtRest:
@@ -97,7 +115,7 @@ def at_rest(assembly: Assembly, keys: Margin) -> AtRest:
     spools = reels.asked_of(assembly, keys)
     hinges = _with_margins(assembly, keys)
     if hinges or not spools:
-        shares.refuse_unsupported(assembly)
+        shares.refuse_unsupported(assembly, spins=any(keys.spin or ()))
     label, standard = factors.standard(keys.factors)
     evidence = _evidence("evidence", keys.evidence or standard.evidence[0], standard)
     if not hinges and spools:

@@ -19,13 +19,16 @@ from evolvent.base.schema import Section
 Array = np.ndarray
 
 SPRING, FRICTION, INERTIA, ACCELERATION = "spring", "friction", "inertia", "acceleration"
+ELASTIC = "elastic parts"
 LOAD, MOTOR, DAMPING = "load", "motor", "damping"
 HARNESS, ADHESION, MOTOR_LOSSES = "harness", "adhesion", "motor losses"
 Category = Literal[
-    "motor", "spring", "inertia", "friction", "hysteresis", "harness", "motor losses", "adhesion", "load",
-    "acceleration", "damping",
+    "motor", "spring", "elastic parts", "inertia", "friction", "hysteresis", "harness", "motor losses", "adhesion",
+    "load", "acceleration", "damping",
 ]  # fmt: skip
 Stated = Literal["friction", "hysteresis", "harness", "motor losses", "adhesion", "load", "acceleration"]
+#: Categories that have the factor of another one where a table has none of their own.
+LIKE = {ELASTIC: SPRING}
 #: What drives or resists, in the order of tables.
 CATEGORIES: tuple[str, ...] = get_args(Category)
 #: Resistances that a case states, or declares to be zero: what it is silent about must not become a margin. The others
@@ -44,10 +47,11 @@ class Requirement(Section):
 
     def factor(self, category: str, evidence: str) -> float:
         """Factor of a category with the evidence, 0 where the requirement does not have it."""
-        for table, times in ((self.resisting, self.times), (self.added, 1.0)):
-            if category in table:
-                found = table[category]
-                return times * (found[evidence] if isinstance(found, dict) else found)
+        for name in (category, LIKE.get(category, category)):
+            for table, times in ((self.resisting, self.times), (self.added, 1.0)):
+                if name in table:
+                    found = table[name]
+                    return times * (found[evidence] if isinstance(found, dict) else found)
         return 0.0
 
 
@@ -85,7 +89,11 @@ class Standard(Section):
 
     def available(self, drives: Mapping[str, Any]) -> Any:
         """What counts as actuation of what drives, by category (N m or N)."""
-        return sum(self.driving.get(category, 0.0) * value for category, value in drives.items())
+        return sum(self.counts(category) * value for category, value in drives.items())
+
+    def counts(self, category: str) -> float:
+        """Factor of a category that drives, 0 where it does not count."""
+        return self.driving.get(category, self.driving.get(LIKE.get(category, category), 0.0))
 
     def required(self, name: str, resists: Mapping[tuple[str, str], Any]) -> Any:
         """What a requirement asks for, of resistances by category and evidence (N m or N)."""

@@ -7,8 +7,8 @@ Notes
 -----
 With the gradients G of the constraints, J of the coordinates and the mass matrix M, the direction v of coordinate c is
 the one of least kinetic energy v.M v/2 among those with G v = 0, J_c v = 1, and J_j v = 0 of the coordinates j that are
-held. What is neither held nor driven, such as a free satellite, so follows by its inertia. A part with the generalised
-force Q has the share Q.v, and the reflected inertia is v.M v.
+held. What is neither held nor driven, such as a free satellite, so follows by its inertia; elastic parts follow by
+their stiffness (`elastic`). A part with the generalised force Q has the share Q.v, and the reflected inertia is v.M v.
 """
 
 from __future__ import annotations
@@ -23,7 +23,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.analysis.margins.shares import EDDY, GRAVITY, MAGNETIC, OWN, SPIN, Share, coordinate_names
+from evolvent.analysis.margins.shares import (
+    EDDY,
+    ELASTIC_FAMILIES,
+    GRAVITY,
+    MAGNETIC,
+    OWN,
+    SPIN,
+    Share,
+    coordinate_names,
+)
+from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
@@ -33,8 +43,10 @@ from evolvent.kernels import axial, coordinate_laws, resistance
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
 from evolvent.solvers import equilibrium
+from evolvent.solvers.still_threads import at_time
 
 if TYPE_CHECKING:
+    from evolvent.analysis.margins.elastic import Elastic
     from evolvent.solvers.solution import Solution
 
 Array = np.ndarray
@@ -120,7 +132,7 @@ class Mechanism:
         self.names = coordinate_names(assembly)
         forces = (
             "springs", "loads", "fields", "motors", "drivetrains", "synchronizations", "resistances", "custom_forces",
-            "bearings",
+            "bearings", "beam_loads", "thermal_loads", "rods", "rod_elements", "contact_surfaces", "body_contacts",
         )  # fmt: skip
         #: Rows of coordinates by which bearings measure alone, and which have no margin of their own.
         self.measured = frozenset(model.bearings["coordinate"].tolist())
@@ -129,16 +141,31 @@ class Mechanism:
         for field in OWN:
             still[field] = 0.0
         still["applied"] = 0.0
+        weightless, threads, thrusters = model.info.copy(), model.threads.copy(), model.thrusters.copy()
+        thrusters["force"], thrusters["profile"] = 0.0, -1
+        weightless["gravity"] = 0.0
+        for field in ("stiffness", "damping"):
+            threads[field] = 0.0
+        H, h = np.zeros_like(model.H), np.zeros_like(model.h)
+        forms = model.elements["form"][model.elements["stretch"] != 0]  # whose first rows are no stiffness
+        H[forms, :3], h[forms] = model.H[forms, :3], model.h[forms]
         #: The model without any force but those of constraints.
         self.bare = model._replace(
-            coordinates=still, bristles=model.bristles.copy(), **{name: mdl.zeros(name, 0) for name in forces}
-        )
+            coordinates=still, bristles=model.bristles.copy(), info=weightless, threads=threads,
+            thrusters=thrusters, H=H, h=h,
+            **{name: mdl.zeros(name, 0) for name in forces},
+        )  # fmt: skip
         #: The same with one coordinate, whose spring has a torque or force of 1 where `rest` is the value less 1.
         self.with_torque = [self.bare._replace(coordinates=still[k : k + 1].copy()) for k in range(still.size)]
         for one in self.with_torque:
             one.coordinates["stiffness"] = 1.0
+        contacts = {name: families.records(model, name) for name in ("contact_surfaces", "body_contacts")}
+        #: The bare model with contacts, whose records have their gaps; None without any.
+        self.with_contacts = self.bare._replace(**contacts) if any(c.size for c in contacts.values()) else None
         self._models: dict[str, Any] = {}
-        self._digest = _digest(self.bare, self.synchronizations)
+        #: Equilibria of elastic parts, None without any.
+        self.elastic = _elastic(self) if _has_elastic_parts(model) else None
+        self._digest = _digest(self.bare if self.elastic is None else self.elastic.model, self.synchronizations, spin)
         self.powers = np.zeros(N_POWERS)
         self.none = np.zeros(self.n_v), np.zeros(self.n_j)
 
@@ -176,8 +203,11 @@ class Mechanism:
 
     def at_rest(self, t: float) -> Position:
         """The mechanism at a time (s), where the system starts, without rates."""
-        self.bare.switches[:] = self.assembly.s
-        y = self.assembly.y.copy()
+        assembly, y = self.assembly, None
+        if self.bare.threads.size:
+            assembly, y = at_time(assembly, None, t)
+        self.bare.switches[:] = assembly.s
+        y = np.array(assembly.y if y is None else y)
         y[self.n_q : self.n_q + self.n_v] = 0.0
         return self.at(t, y)
 
@@ -207,7 +237,7 @@ class Mechanism:
             return -self._motor_loss(share, at, direction, still=still)
         if share.family == "resistances":
             self._slip(share, at, direction, still=still)
-            held = self._held(share, at, direction)
+            held = self._before_breaking(share, at, direction)
             if held > 0.0:
                 return -held
         parts = (at.zero - self._force(share, at, direction)) * direction.v
@@ -229,7 +259,13 @@ class Mechanism:
         """Generalised forces of a share, on the left of the equations, with those of the bare model."""
         t, y = at.t, at.y
         if share.label == GRAVITY:
-            return self.left(t, y, self.bare, factor=1.0)[: self.n_v]
+            return self.left(t, y, self._once(GRAVITY, info=self.whole.info), factor=1.0)[: self.n_v]
+        if share.family in ELASTIC_FAMILIES:
+            return self._elastic_force(share, at)
+        if share.family == "beam_loads":
+            own = self.whole.beam_loads[list(share.rows)]
+            weight = self.left(t, y, self.bare, factor=1.0) - self.left(t, y, self.bare)
+            return (self.left(t, y, self._with(share, own), factor=1.0) - weight)[: self.n_v]
         if share.label == SPIN:
             a = np.zeros(self.n_v)
             equilibrium.turning(1.0, self.spin, y, self.whole, a)
@@ -241,6 +277,35 @@ class Mechanism:
         if share.family == "fields":
             own["scale"] = 1.0
         return self.left(t, y, self._with(share, own))[: self.n_v]
+
+    def _once(self, label: str, **changes: Any) -> Any:
+        """The bare model with some arrays of its own, made once."""
+        if label not in self._models:
+            self._models[label] = self.bare._replace(**changes)
+        return self._models[label]
+
+    def _elastic_force(self, share: Share, at: Position) -> Array:
+        """Generalised forces by which an elastic part resists its strains, as of `_force`; without its damping."""
+        whole, (k,) = self.whole, share.rows
+        if share.family == "threads":
+            threads = self.bare.threads.copy()
+            threads["stiffness"][k] = whole.threads["stiffness"][k]
+            model = self._once(share.label, threads=threads)
+        elif share.family == "rods":
+            names = ("rods", "rod_elements", "thermal_loads")
+            model = self._once(share.family, **{name: getattr(whole, name) for name in names})
+        else:
+            names = ("H", "h", "thermal_loads")
+            model = self._once(share.family, **{name: getattr(whole, name) for name in names})
+        y = at.y.copy()
+        y[self.n_q : self.n_q + self.n_v] = 0.0
+        force = (self.left(at.t, y, model, factor=1.0) - self.left(at.t, y, self.bare, factor=1.0))[: self.n_v]
+        if share.family != "threads":  # forces of elements are those on nodes of their own
+            from evolvent.solvers.static_work import velocity_slice
+
+            own = velocity_slice(whole, share.family, k) or slice(0)
+            force[: own.start] = force[own.stop :] = 0.0
+        return np.asarray(at.zero + force)
 
     def _coordinate(self, share: Share, at: Position, direction: Direction) -> Array:
         """A coordinate's record with the fields of a share alone; friction slips against the direction."""
@@ -299,7 +364,7 @@ class Mechanism:
         """The curve of a resistance now."""
         return self.whole.curves[int(row["curve"]) + int(self.bare.switches[row["switch"]])]
 
-    def _held(self, share: Share, at: Position, direction: Direction) -> float:
+    def _before_breaking(self, share: Share, at: Position, direction: Direction) -> float:
         """Power (N m or N) that an adhesion takes at most before it breaks in a direction; 0 of what does not hold."""
         (row,) = (self.whole.resistances[k] for k in share.rows)
         curve, rate = self._curve(row), float(direction.rates[int(row["coordinate"])])
@@ -318,15 +383,25 @@ class Mechanism:
             return np.zeros((0, self.n_v))
         return np.array([row["ratio_b"] * J[row["b"]] - row["ratio_a"] * J[row["a"]] for row in rows])
 
-    def direction(self, k: int, held: list[int], sense: float, at: Position) -> Direction:
-        """How the mechanism moves with coordinate k at the rate `sense`, 1 or -1.
+    def direction(self, k: int, held: list[int], sense: float, at: Position, *, still: bool) -> Direction:
+        """How the mechanism moves with coordinate k at the rate `sense`, 1 or -1; `still` as of `power`.
 
         Raises
         ------
         InputError
-            If it cannot.
+            If it cannot, or elastic parts that stand there are about to snap.
         """
-        found = self._solved(k, held, sense, at)
+        if self.elastic is None:
+            found = self._solved(k, held, sense, at)
+        else:
+            A, b = self._held(k, held, sense, at)
+            v, lowest = self.elastic.velocities(at, A, [*held, k], b)
+            found = self._checked(v, A, b, at)
+            if still and lowest < 0.0:
+                raise InputError(
+                    f"the elastic parts are in no stable equilibrium where {self.names[k]!r} is at "
+                    f"{float(at.x[k]):.6g} {self.unit(k)}: they snap to another shape; see by a run what happens there"
+                )
         if found is None:
             raise InputError(
                 f"{self.names[k]!r} cannot move at {float(at.x[k]):.6g} {self.unit(k)}: the constraints and the "
@@ -335,13 +410,22 @@ class Mechanism:
         return found
 
     def _solved(self, k: int, held: list[int], sense: float, at: Position) -> Direction | None:
-        A = np.vstack([at.G, self.tied(at.J), at.J[held], at.J[[k]]])
-        b = np.zeros(A.shape[0])
-        b[-1] = sense
-        v = _least(at.mass, A, b)
+        A, b = self._held(k, held, sense, at)
+        return self._checked(_least(at.mass, A, b), A, b, at)
+
+    @staticmethod
+    def _checked(v: Array, A: Array, b: Array, at: Position) -> Direction | None:
+        """A direction, None where it does not fulfil A v = b."""
         if float(np.abs(A @ v - b).max()) > _OFF:
             return None
         return Direction(v, at.J @ v, float(v @ at.mass @ v))
+
+    def _held(self, k: int, held: list[int], sense: float, at: Position) -> tuple[Array, Array]:
+        """Gradients A of all that holds a mechanism in which k moves, and the rates b = A v."""
+        A = np.vstack([at.G, self.tied(at.J), at.J[held], at.J[[k]]])
+        b = np.zeros(A.shape[0])
+        b[-1] = sense
+        return A, b
 
     def held_with(self, k: int, at: Position) -> tuple[list[int], list[int]]:
         """Coordinates that can be held while k moves, and those that follow it, by the constraints."""
@@ -376,7 +460,7 @@ class Mechanism:
             known = []
             for x in xs:
                 at = self.move({**held, k: float(x)}, at)
-                known.append((at, self.direction(k, list(held), sense, at), self.bare.switches.copy()))
+                known.append((at, self.direction(k, list(held), sense, at, still=True), self.bare.switches.copy()))
         _STATIONS[key] = known
         if len(_STATIONS) > _MOST_KEPT:
             del _STATIONS[next(iter(_STATIONS))]
@@ -399,6 +483,8 @@ class Mechanism:
         InputError
             If the mechanism does not reach it.
         """
+        if self.elastic is not None:
+            return self.elastic.move(targets, at)
         rows = list(targets)
         start, end = at.x[rows], np.array([targets[k] for k in rows])
         steps = max(1, math.ceil(float(np.abs(end - start).max(initial=0.0)) / _MOVE))
@@ -433,10 +519,24 @@ class Mechanism:
         return "rad" if self.whole.coordinates["kind"][k] == axial.ANGLE else "m"
 
 
-def _digest(bare: Any, ties: Array) -> str:
+def _elastic(mechanism: Mechanism) -> Elastic:
+    """Equilibria of a mechanism with elastic parts; SciPy is not imported without them."""
+    from evolvent.analysis.margins.elastic import Elastic
+
+    return Elastic(mechanism)
+
+
+def _has_elastic_parts(model: Any) -> bool:
+    """Whether parts follow the coordinates by their stiffness: beams, rods, threads, and points on springs."""
+    held = model.springs.size + model.custom_forces.size
+    points = bool(np.any(model.points["mass"] > 0.0)) and held > 0
+    return bool(model.elements.size + model.rods.size + model.threads.size) or points
+
+
+def _digest(model: Any, ties: Array, spin: Array) -> str:
     """Hash of all that positions and directions follow from."""
-    found = hashlib.sha256(np.asarray(ties).tobytes())
-    waiting = [bare]
+    found = hashlib.sha256(np.asarray(ties).tobytes() + spin.tobytes())
+    waiting = [model]
     while waiting:
         for one in waiting.pop():
             if isinstance(one, Struct):

@@ -39,16 +39,18 @@ class MarginResults:
     still : list of Table or None, along the travel at rest, one a coordinate; reels have none
     moving : list of Table or None, along the run
     latches : list of dict, of `latches.latch_of`; empty without a run
+    remarks : list of str, sentences on parts that have no share
     title, case : str
     """
 
     def __init__(
         self, label: str, standard: Standard, keys: Margin, names: Sequence[str], still: Sequence[Table | None],
-        moving: Sequence[Table | None], latches: Sequence[dict[str, Any]], *, title: str = "", case: str = "",
+        moving: Sequence[Table | None], latches: Sequence[dict[str, Any]], remarks: Sequence[str] = (), *,
+        title: str = "", case: str = "",
     ) -> None:  # fmt: skip
         self.label, self.standard, self.keys = label, standard, keys
         self.names, self.still, self.moving, self.latches = list(names), list(still), list(moving), list(latches)
-        self.title, self.case = title, case
+        self.remarks, self.title, self.case = list(remarks), title, case
 
     def __repr__(self) -> str:
         """Name of the standard and the least margin."""
@@ -107,8 +109,9 @@ class MarginResults:
     # -------------------------------------------------------------------------------------------------- tables
 
     def rows(self) -> list[list[str]]:
-        """A table for the screen: its head, then a row a coordinate."""
+        """A table for the screen: its head, then a row a coordinate; of the run where there is one."""
         found = [["coordinate", "requirement", "margin", "governed at", "margin in the run", "verdict"]]
+        runs = any(moving is not None for moving in self.moving) or None in self.still
         for coordinate, still, moving in zip(self.names, self.still, self.moving, strict=True):
             table = still or moving
             if table is None:
@@ -118,7 +121,7 @@ class MarginResults:
             at_rest, run = ("-" if one is None else shown_margin(least_of(one)[2]) for one in (still, moving))
             verdict = "NEGATIVE" if coordinate in self.negative else "holds"
             found.append([coordinate, name, at_rest, _place(table, n), run, verdict])
-        return found
+        return found if runs else [[*row[:4], row[5]] for row in found]
 
     def balance_rows(self) -> list[list[str]]:
         """What counts and what is asked for at the governing positions, and what it takes to reach a margin of 0."""
@@ -143,7 +146,7 @@ class MarginResults:
             if not np.any(table.values[table.shares.index(share)] != 0.0):
                 continue
             drives = value >= 0.0
-            factor = self.standard.driving.get(share.category, 0.0) if drives else -self.standard.requirements[
+            factor = self.standard.counts(share.category) if drives else -self.standard.requirements[
                 requirement
             ].factor(share.category, share.evidence)  # fmt: skip
             found.append([
@@ -162,6 +165,7 @@ class MarginResults:
         found = [
             f"factors: {self.label}, {self.standard.revision}",
             f"stations: the other coordinates stand at their {self.keys.others}; kinetic energy does not count",
+            *self.remarks,
         ]
         dampers = any(share.category == DAMPING for table in self.tables for share in table.shares)
         if dampers and DAMPING not in self._counted():
@@ -179,6 +183,11 @@ class MarginResults:
             if one.zero:
                 zero = [category for category in CATEGORIES if category in one.zero]
                 found.append(f"{one.name!r}: declared to be zero: {', '.join(zero)}")
+            for n in still.snaps:
+                found.append(
+                    f"elastic parts snap between {_place(still, n - 1)} and {_place(still, n)} of {one.name!r}: their "
+                    f"energy falls by more than the stations show; see by more stations, or by a run"
+                )
             stuck = np.flatnonzero(still.values.sum(axis=0) < 0.0)
             if stuck.size and moving is not None and self._arrives(one.name):
                 found.append(

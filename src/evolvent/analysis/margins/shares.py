@@ -13,6 +13,7 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.kernels import resistance
+from evolvent.kernels.drive import FREE
 
 Array = np.ndarray
 
@@ -62,11 +63,30 @@ RULES: dict[str, tuple[Rule, ...]] = {
         Rule(of.ADHESION, of_kind=resistance.ADHESION),
     ),
     "bearings": (Rule(of.FRICTION),),
+    "beams": (Rule(of.ELASTIC),),
+    "rods": (Rule(of.ELASTIC),),
+    "threads": (Rule(of.ELASTIC),),
     "loads": (Rule(of.LOAD),),
+    "thrusters": (Rule(of.LOAD),),
+    "beam_loads": (Rule(of.LOAD),),
     "fields": (Rule(of.INERTIA),),
 }
+#: Families of elastic parts, one record each, whose forces are those of the equilibrium (`elastic`).
+ELASTIC_FAMILIES = ("beams", "rods", "threads")
 #: Families that hold or carry and make no force of their own along a motion that the constraints allow.
-_WITHOUT_FORCE = ("bodies", "points", "joints", "links", "guides", "events", *families.PARTS_OF_OTHERS)
+_WITHOUT_FORCE = (
+    "bodies",
+    "points",
+    "joints",
+    "links",
+    "guides",
+    "events",
+    "thermal_loads",
+    "wheels",
+    "contact_surfaces",
+    "body_contacts",
+    *families.PARTS_OF_OTHERS,
+)
 #: Shares that are no part's.
 GRAVITY, SPIN = "gravity", "spin"
 
@@ -96,8 +116,12 @@ class Share:
     fields: tuple[str, ...] = ()
 
 
-def refuse_unsupported(assembly: Assembly) -> None:
+def refuse_unsupported(assembly: Assembly, *, spins: bool) -> None:
     """Refuse, by name, parts whose forces are not evaluated along a coordinate.
+
+    Parameters
+    ----------
+    spins : bool, whether everything turns steadily
 
     Raises
     ------
@@ -108,9 +132,32 @@ def refuse_unsupported(assembly: Assembly) -> None:
             who = families.owner(assembly, name, 0)
             raise InputError(
                 f"{who!r} is one of the {name.replace('_', ' ')}, which margins of hinges and slides do not support; "
-                f"they support rigid bodies and points with joints, gears, springs, synchronizations, motors, "
-                f"resistances and bearings of joints, loads and fields"
+                f"they support rigid bodies and points, beams, rods and threads with joints, gears, springs, "
+                f"synchronizations, motors, resistances and bearings of joints, loads and fields, wheels without a "
+                f"torque, and contacts that do not touch"
             )
+    for name, part in assembly.parts.items():
+        why = _refused(assembly, name, part, spins=spins)
+        if why:
+            raise InputError(f"{name!r} {why}; take it out of the case for the margins of hinges and slides")
+
+
+def _refused(assembly: Assembly, name: str, part: Any, *, spins: bool) -> str:
+    """Why a thread or a wheel has no place in the tables, '' of one that has."""
+    family, k = assembly.names.get(name, ("", 0))
+    if family == "threads":
+        row = assembly.model.threads[k]
+        if row["drive"] == FREE:
+            return "leaves a free spool, which stands at no length of its own"
+        return "stands for several threads" if row["copies"] != 1 else ""
+    if family != "wheels":
+        return ""
+    row = assembly.model.wheels[k]
+    turns = row["torque"] != 0.0 or row["profile"] >= 0 or row["law"] != 0
+    rubs = part.rate != 0.0 and (row["viscous"] != 0.0 or row["friction"] != 0.0)
+    if turns or rubs:
+        return "is a wheel with a motor or with friction, which turns its body"
+    return "is a wheel in a steady turn, which it resists by its momentum" if spins else ""
 
 
 def coordinate_names(assembly: Assembly) -> list[str]:

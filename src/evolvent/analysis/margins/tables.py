@@ -7,16 +7,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.analysis.margins import bearings, factors as of
+from evolvent.analysis.margins import bearings, contacts, factors as of
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.lines import MarginCoordinate
 from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position
-from evolvent.analysis.margins.shares import Share
+from evolvent.analysis.margins.shares import ELASTIC_FAMILIES, Share
 
 if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
 
 Array = np.ndarray
+
+#: Families whose energy is that of `elastic.Elastic.energy`.
+HAVE_ENERGY = (*ELASTIC_FAMILIES, "springs", "custom_forces")
+#: Loss of elastic energy beside its range over the travel that is a snap.
+_SNAP = 0.05
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -32,6 +37,7 @@ class Table:
     inertia : (n,) float, kg m2 or kg, reflected to the coordinate
     standard : Standard
     evidence : str, of what has no own, the specified acceleration among it
+    snaps : (k,) int, stations before which elastic parts lose energy that no station shows
     """
 
     coordinate: MarginCoordinate
@@ -42,6 +48,7 @@ class Table:
     inertia: Array
     standard: Standard
     evidence: str
+    snaps: tuple[int, ...] = ()
 
     def drives(self) -> dict[str, Array]:
         """What drives, by category: (n,) each."""
@@ -138,10 +145,23 @@ def along_travel(
     """
     xs = np.linspace(coordinate.start, coordinate.end, stations)
     values, inertia = np.zeros((len(shares), stations)), np.zeros(stations)
+    energy, before = np.zeros(stations), None
     for n, (there, direction) in enumerate(mechanism.stations(coordinate.k, coordinate.sense, held, xs, at)):
+        contacts.refuse_touching(mechanism, coordinate.k, held, there, before)
+        before = there
+        energy[n] = 0.0 if mechanism.elastic is None else mechanism.elastic.energy(there)
         rows = [coordinate.k, *held]
         values[:, n], inertia[n] = _powers(mechanism, shares, direction, there, rows, None), direction.inertia
-    return Table(coordinate, shares, xs, np.zeros(0), values, inertia, *known)
+    snaps = _snaps(xs, energy, values[[share.family in HAVE_ENERGY for share in shares]].sum(axis=0))
+    return Table(coordinate, shares, xs, np.zeros(0), values, inertia, *known, snaps)
+
+
+def _snaps(x: Array, energy: Array, given: Array) -> tuple[int, ...]:
+    """Stations to which the energy falls by more than what is given at both ends, (n,) N m or N, can account for."""
+    way = np.abs(np.diff(x))
+    lost = -np.diff(energy) - np.maximum(given[1:], given[:-1]) * way
+    large = np.abs(np.diff(given)) * way + _SNAP * np.ptp(energy)
+    return tuple(int(n) + 1 for n in np.flatnonzero(lost > large))
 
 
 def along_motion(
@@ -159,9 +179,10 @@ def along_motion(
         moving = [one for one in moving if one.sense * (float(at.x[one.k]) - one.end) < 0.0]
         if not moving:
             break
+        contacts.refuse_touching_in_run(mechanism, moving[0].k, at)
         for one in moving:
             held = [mechanism.names.index(name) for name in one.held]
-            direction = mechanism.direction(one.k, held, one.sense, at)
+            direction = mechanism.direction(one.k, held, one.sense, at, still=False)
             powers = _powers(mechanism, shares, direction, at, [one.k, *held], solution.la[n])
             rows[one.k].append((at.t, float(at.x[one.k]), powers, direction.inertia))
     return [_of_rows(one, shares, rows[one.k], known) for one in coordinates]

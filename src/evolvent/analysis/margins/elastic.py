@@ -1,0 +1,285 @@
+"""Elastic parts beside joints: the mechanism in equilibrium at a position, and how it moves on slowly from there.
+
+Beams, rods, threads and points on springs follow the coordinates of joints. With the coordinates held, the gradients A
+of joints, loops of cables and held coordinates, and the forces F of all elastic parts, springs, loads and weights on
+the left of the equations, a position is in equilibrium where F + A^T la = M a, with an acceleration a along those
+motions alone that nothing resists, such as those of a free satellite.
+
+Notes
+-----
+Moves are d = D u, with scales D by which the stiffness of every coordinate is near 1. Of those that A lets free,
+u = N w, S = N^T D K D N with the tangent K of F + A^T la. Motions X of S X = 0 are free; they have the acceleration
+a = -X (X^T M X)^-1 X^T F, and none of them is in a move. Eigenvalues of S below 0 are those of a shape that snaps. A
+direction fulfils (K v)_N = 0: it is the tangent of the path of equilibria, so the share of an elastic part is the rate
+at which it gives up its energy on the way. One that is carried along alone has none.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy.linalg
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from evolvent import model as mdl
+from evolvent.analysis.margins.shares import OWN
+from evolvent.base.errors import InputError
+from evolvent.flow.implicit import energies, tangent
+from evolvent.kernels.blocks import displace
+from evolvent.kernels.sparse import clear
+from evolvent.solvers import equilibrium
+from evolvent.solvers.implicit_setup import matrix_of, sizes
+from evolvent.solvers.static_work import spare_of, sparse_of
+
+if TYPE_CHECKING:
+    from evolvent.analysis.margins.mechanism import Mechanism, Position
+
+Array = np.ndarray
+
+#: Families that the equilibrium leaves out: held coordinates take their torques.
+_HELD = ("motors", "drivetrains", "synchronizations", "resistances", "bearings", "contact_surfaces", "body_contacts")
+#: Rank of constraints; eigenvalue of S below which a motion is free; least stiffness of a scale beside the median.
+_RANK, _FREE, _SOFTEST = 1e-10, 1e-13, 1e-6
+#: Largest move of an iteration beside the size of the system; iterations; gap of constraints and correction at the end,
+#: and the correction that may be round-off where it no longer falls.
+_LARGEST, _ITERATIONS, _REACHED, _SETTLED, _ROUGH = 0.3, 30, 1e-11, 1e-11, 1e-8
+#: Largest move of a coordinate in a step, rad or m, and the smallest part of a step.
+_MOVE, _SMALLEST = 0.2, 1.0 / 1024.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Stiffness:
+    """Stiffness of a position along the motions that constraints and held coordinates leave free.
+
+    Attributes
+    ----------
+    K, M : (nv, nv) float, tangent and mass matrix
+    A : (n, nv) float, gradients of what holds, and rows : (m,) int, those of them that are independent
+    F : (nv,) float, forces on the left of the equations
+    scale : (nv,) float, D
+    free : (nv, j) float, motions that nothing resists
+    lowest : float, lowest eigenvalue of S, or 0
+    """
+
+    K: Array
+    M: Array
+    A: Array
+    rows: Array
+    F: Array
+    scale: Array
+    free: Array
+    lowest: float
+
+    def move(self, b: Array, F: Array) -> tuple[Array, Array]:
+        """The move d that fulfils the constraints A d = b, with the forces F + K d in balance.
+
+        Returns
+        -------
+        d : (nv,) float; free : (nv, j) float, the free motions, of K and A, where those of `free` are not quite
+        """
+        A, X, D = self.A[self.rows], self.free, self.scale
+        norms, n, j = np.linalg.norm(A * D, axis=1), D.size, X.shape[1]
+        MX = self.M @ X
+        C = np.vstack([A * D / norms[:, None], (MX * D[:, None]).T / np.linalg.norm(MX * D[:, None], axis=0)[:, None]])
+        C = sparse.csc_matrix(C)
+        lu = splu(sparse.bmat([[sparse.csc_matrix(D[:, None] * self.K * D), C.T], [C, None]], format="csc"))
+        bounds = np.zeros((C.shape[0], 1 + j))
+        if j:  # the bordered matrix is regular: of all moves across the former free motions these are free
+            bounds[: norms.size, 1:] = -(A @ X) / norms[:, None]
+            right = np.vstack([-D[:, None] * (self.K @ X), bounds[:, 1:]])
+            X = X + D[:, None] * lu.solve(right)[:n]
+            MX = self.M @ X
+            F = F - MX @ np.linalg.solve(X.T @ MX, X.T @ F)
+        bounds[: norms.size, 0] = b[self.rows] / norms
+        return D * lu.solve(np.concatenate([-D * F, bounds[:, 0]]))[:n], X
+
+
+class Elastic:
+    """Equilibria of a mechanism with elastic parts.
+
+    Parameters
+    ----------
+    mechanism : Mechanism, of which the coordinates are held
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        whole, self._mechanism = mechanism.whole, mechanism
+        still = whole.coordinates.copy()
+        for field in OWN:
+            still[field] = 0.0
+        still["applied"], still["stiffness"] = 0.0, 1.0
+        #: The model with all forces but those of held coordinates, whose springs stand for the torques that hold them.
+        self.model = whole._replace(coordinates=still, **{name: mdl.zeros(name, 0) for name in _HELD})
+        #: The same with threads that push as well, which show how they go taut; None without any that go slack.
+        self._pushing = None
+        if np.any(whole.threads["slack"]):
+            threads = whole.threads.copy()
+            threads["slack"] = 0
+            self._pushing = self.model._replace(threads=threads)
+        self._matrix = matrix_of(self.model, spare=spare_of(self.model))
+        self._weight, _ = sizes(mechanism.assembly)
+        self._last: tuple[Position, list[int], Any, Stiffness] | None = None
+
+    def tangent(self, at: Position, A: Array, rows: list[int], model: Any) -> tuple[Array, Array]:
+        """Tangent (nv, nv) and forces (nv,) of a position.
+
+        Parameters
+        ----------
+        A : (n, nv) float, gradients of the joints, of loops of cables and of the coordinates `rows`
+        model : `Elastic.model`, or that with threads that push
+        """
+        one, n_v = self._mechanism, self._mechanism.n_v
+        a = None
+        if np.any(one.spin[:3]):
+            a = np.zeros(n_v)
+            equilibrium.turning(1.0, one.spin, at.y, model, a)
+        model.coordinates["rest"] = at.x
+        F = one.left(at.t, at.y, model, a=a, factor=1.0)[:n_v]
+        # those of the motion from rest: in equilibrium what is out of balance accelerates free motions alone
+        L = np.linalg.cholesky(at.mass)
+        B = scipy.linalg.solve_triangular(L, A.T, lower=True)
+        norms = np.linalg.norm(B, axis=0)
+        norms[norms == 0.0] = 1.0
+        f = scipy.linalg.solve_triangular(L, F, lower=True)
+        la = -np.linalg.lstsq(B / norms, f, rcond=_RANK)[0] / norms
+        # the torques that hold the coordinates, since their gradients turn as well
+        torques, synchronizations = np.zeros(at.x.size), one.synchronizations
+        for row, mu in zip(synchronizations, la[one.n_j :], strict=False):
+            torques[row["b"]] += row["ratio_b"] * mu
+            torques[row["a"]] -= row["ratio_a"] * mu
+        torques[rows] += la[one.n_j + synchronizations.size :]
+        model.coordinates["rest"] = at.x - torques
+        multipliers = np.ascontiguousarray(la[: one.n_j])
+        one.left(at.t, at.y, model, a=a, la=multipliers, factor=1.0)
+        tangent(at.t, at.y, multipliers, 0.0, 0.0, 1.0, model, self._matrix)
+        K = sparse_of(self._matrix)[:n_v, :n_v].toarray()
+        if a is not None:
+            clear(self._matrix)
+            equilibrium.add_turning_tangent(1.0, one.spin, at.y, model, self._matrix)
+            K += sparse_of(self._matrix)[:n_v, :n_v].toarray()
+        return K, F
+
+    def stiffness(self, at: Position, A: Array, rows: list[int], model: Any) -> Stiffness:
+        """Forces and stiffness of a position; A, rows, model: as of `tangent`."""
+        if self._last is not None and self._last[0] is at and self._last[1] == rows and self._last[2] is model:
+            return self._last[3]
+        K, F = self.tangent(at, A, rows, model)
+        energy = np.abs(K.diagonal()) * self._weight**2
+        least = _SOFTEST * float(np.median(energy[energy > 0.0])) if np.any(energy) else 1.0
+        scale = self._weight / np.sqrt(np.maximum(energy, least))
+        B = A * scale
+        norms = np.linalg.norm(B, axis=1)
+        Q, R, order = scipy.linalg.qr((B / np.where(norms > 0.0, norms, 1.0)[:, None]).T, pivoting=True)
+        pivots = np.abs(np.diagonal(R))
+        rank = int(np.sum(pivots > _RANK * pivots.max(initial=0.0)))
+        N = scale[:, None] * Q[:, rank:]
+        S = N.T @ K @ N
+        squares, modes = np.linalg.eigh(0.5 * (S + S.T))
+        resists = np.abs(squares) > _FREE * np.abs(squares).max(initial=0.0)
+        lowest = float(squares[resists].min(initial=0.0))
+        found = Stiffness(K, at.mass, A, np.sort(order[:rank]), F, scale, N @ modes[:, ~resists], lowest)
+        self._last = at, list(rows), model, found
+        return found
+
+    def velocities(self, at: Position, A: Array, rows: list[int], b: Array) -> tuple[Array, float]:
+        """Velocities v with A v = b along the path of equilibria, (nv,), and the lowest eigenvalue of S."""
+        try:
+            found = self.stiffness(at, A, rows, self.model)
+            return found.move(b, np.zeros(found.F.size))[0], found.lowest
+        except (np.linalg.LinAlgError, RuntimeError, ValueError):
+            k, one = rows[-1], self._mechanism
+            raise InputError(
+                f"the stiffness of the elastic parts says nothing of how they move where {one.names[k]!r} is at "
+                f"{float(at.x[k]):.6g} {one.unit(k)}: it is singular there"
+            ) from None
+
+    def energy(self, at: Position) -> float:
+        """Elastic energy of all but the coordinates, J."""
+        found, one = np.zeros(3), self._mechanism
+        one.left(at.t, at.y, self.model, factor=1.0)
+        energies(at.t, at.y, self.model, found)
+        return float(found[1])
+
+    def move(self, targets: dict[int, float], at: Position) -> Position:
+        """The equilibrium in which coordinates have the values `targets`, from another position.
+
+        Raises
+        ------
+        InputError
+            If it is not found.
+        """
+        one, rows = self._mechanism, list(targets)
+        start, end = at.x[rows].copy(), np.array([targets[k] for k in rows])
+        share, step = 0.0, min(1.0, _MOVE / max(float(np.abs(end - start).max(initial=0.0)), _MOVE))
+        left = None
+        while share < 1.0:
+            upto, switches = min(1.0, share + step), one.bare.switches.copy()
+            values, near = start + (end - start) * upto, at
+            if self._pushing is not None:
+                near = self._balance(rows, values, at, left, 1.0 - upto, self._pushing)[0] or at
+            found, first = self._balance(rows, values, near, left, 1.0 - upto, self.model)
+            if left is None:
+                left = first
+            if found is not None:
+                share, at = upto, found
+                one.count_turns()
+                continue
+            one.bare.switches[:] = switches
+            step *= 0.5
+            if step < _SMALLEST:
+                k = rows[0]
+                raise InputError(
+                    f"the elastic parts have no equilibrium that is found beyond {float(at.x[k]):.6g} {one.unit(k)} of "
+                    f"{one.names[k]!r}, with the coordinates held; find by a run what happens there"
+                )
+        return at
+
+    def _balance(
+        self, rows: list[int], values: Array, at: Position, left: Array | None, share: float, model: Any
+    ) -> tuple[Position | None, Array | None]:
+        """Newton's method; None where it does not converge. `share` of the forces `left` may be out of balance.
+
+        Returns
+        -------
+        position, and the forces out of balance at the first one
+        """
+        one, ties, before, first = self._mechanism, self._mechanism.synchronizations, math.inf, left
+        found: Stiffness | None = None
+        decomposed: Position | None = None  # where `found` knows the free motions by themselves
+        for _ in range(_ITERATIONS):
+            x = at.x
+            stretch = ties["ratio_b"] * x[ties["b"]] - ties["ratio_a"] * x[ties["a"]] - ties["offset"]
+            A = np.vstack([at.G, one.tied(at.J), at.J[rows]])
+            b = -np.concatenate([at.gaps, stretch, x[rows] - values])
+            try:
+                if found is None:
+                    found, decomposed = self.stiffness(at, A, rows, model), at
+                else:
+                    K, F = self.tangent(at, A, rows, model)
+                    found = dataclasses.replace(found, K=K, F=F, M=at.mass, A=A)
+                first = found.F if first is None else first
+                d, free = found.move(b, found.F - share * first)
+            except (np.linalg.LinAlgError, RuntimeError, ValueError):  # singular or not finite
+                if decomposed is at:
+                    return None, first
+                found = None
+                continue
+            found = dataclasses.replace(found, free=free)
+            size = float(np.abs(d / self._weight).max(initial=0.0))
+            if not math.isfinite(size):
+                return None, first
+            off = float(np.abs(b).max(initial=0.0))
+            if off <= _REACHED and (size <= _SETTLED or (size <= _ROUGH and size >= 0.5 * before)):
+                if decomposed is at:
+                    return at, first
+                found, before = None, size  # what was free before may have a stiffness now
+                continue
+            before = size
+            moved = at.y.copy()
+            displace(at.y, d * min(1.0, _LARGEST / size), False, one.bare, moved)
+            at = one.at(at.t, moved)
+        return None, first
