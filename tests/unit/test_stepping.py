@@ -48,6 +48,19 @@ def test_steps_are_those_of_one_run() -> None:
     np.testing.assert_allclose(stepper.state[: whole.y.shape[1]], whole.y[-1], atol=1e-9)
 
 
+@pytest.mark.parametrize("step", [0.01, 0.005])
+def test_a_load_may_change_where_a_step_ends(step: float) -> None:
+    """The profile of the torque has knots at 1 and 2 s, which ten steps of 0.1 s reach but for round-off."""
+    boom = evolvent.load("boom-slew")
+    stepper, rates = Stepper(boom, inputs="hub", until=60.0, step=step), []
+    for _ in range(40):
+        stepper.step(0.1)
+        rates.append(stepper.body("hub").rate[2])
+    settings = {"method": "generalized-alpha", "step": step, "spectral_radius": 0.9, "tolerance": None}
+    alone = boom.simulate(until=4.0, every=0.1, fine=False, **settings)  # type: ignore[call-overload]
+    np.testing.assert_allclose(rates, alone["hub"].rate.values[1:, 2], rtol=0.0, atol=1e-8)
+
+
 def test_a_torque_turns_the_whole_craft() -> None:
     """Angular momentum about the centre of mass follows the torque; the structure pulls back what the hub lacks."""
     stepper = Stepper(craft(), inputs=["hub"], until=10.0)

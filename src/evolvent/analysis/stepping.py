@@ -373,7 +373,11 @@ class Stepper:
         run, loop = self._run, self._run.work.loop
         run.work.samples[:] = self.time, end
         loop.sample = 1
-        if self._changed:  # loads that jump
+        changed, near = self._changed, 10.0 * float(run.work.options.smallest)
+        while loop.stop < run.work.stops.size and run.work.stops[loop.stop] <= self.time + near:
+            loop.stop += 1  # at the end of the step before, but for round-off
+            changed = True
+        if changed:  # loads that jump
             failure = run.restart()
             if failure:
                 raise RunFailed(failure, self)
