@@ -167,6 +167,7 @@ def test_a_study_follows_the_case_that_is_open_and_forgets_the_one_before(page):
     assert page.locator(part("name-of-study")).input_value() == "hinge"
     choose(page, "axis-key-0", "parts.arm.mass", typed="arm.mass")
     page.click(part("tab-case"))
+    page.click(part("part-arm"))
     mass = page.locator(part("field-parts.arm.mass"))
     mass.fill("3 kg")
     page.wait_for_timeout(1200)

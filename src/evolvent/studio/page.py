@@ -148,9 +148,14 @@ class Page(Context):
                 case "measure":
                     self.measure.draw_main()
                 case "study":
-                    self.studies.view.draw(self.view.refs[0])
+                    self._panel_of(self.view.refs[0]).view.draw(self.view.refs[0])
                 case _:
                     self._welcome()
+
+    def _panel_of(self, ref: str) -> StudyPanel:
+        """The panel that writes a study: of a dispersion another than of the others."""
+        job = self.studio.jobs.jobs.get(ref.partition(":")[2])
+        return self.dispersions if job is not None and job.kind == "disperse" else self.studies
 
     def _welcome(self) -> None:
         with ui.element("div").classes("ev-empty"):
