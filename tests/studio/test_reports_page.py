@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 
 import pytest
 
@@ -26,6 +27,7 @@ def folder(tmp_path_factory):
     silent["margin"]["zero"].remove("harness")
     (place / "silent.yaml").write_text(cases.dump(silent))
     (place / "springs.csv").write_text("stiffness (mN m/rad)\n98\n101\n99.5\n102\n97\n100\n")
+    shutil.copyfile(cases.system("wire-booms").data_files["rbsp-a.csv"], place / "log.csv")
     (place / "short.yaml").write_text(SHORT)
     over = {"solver.step": "table(1e-4 s, 1e-4 s, 1e-4 s, 2e-2 s)", "spool.rate": "5%"}
     broken = {
@@ -52,6 +54,18 @@ def checked(page, shots, name):
         for frame in page.frames:
             assert frame.evaluate("document.documentElement.scrollWidth <= innerWidth + 1"), (name, screen)
             assert not re.search(r"\b(nan|inf|None|undefined|NaN)\b", frame.locator("body").inner_text())
+    page.set_viewport_size(SCREEN)
+
+
+def test_all_tabs_are_seen(page, shots):
+    for width in (1440, 1000, 390):
+        page.set_viewport_size({"width": width, "height": 844})
+        page.wait_for_timeout(400)
+        page.screenshot(path=shots / f"tabs-{width}.png")
+        inside = page.locator(".ev-side").bounding_box()
+        last = page.locator(part("tab-measure")).bounding_box()
+        assert last["x"] + last["width"] <= inside["x"] + inside["width"] + 0.5
+        assert not page.locator(".ev-side .q-tabs__arrow--right:visible").count()
     page.set_viewport_size(SCREEN)
 
 
@@ -175,3 +189,36 @@ def test_a_study_follows_the_case_that_is_open_and_forgets_the_one_before(page):
     page.locator(part("axis-0"), has_text="3 kg in the case").wait_for()  # changed, and not saved
     assert "hinge.yaml, changed" in page.locator(f".q-field:has({part('case-of-study')})").inner_text()
     assert keys.input_value() == "parts.arm.mass"
+
+
+def test_keys_of_the_open_case_are_fitted_to_a_log(page, shots):
+    choose(page, "case", "wire-booms")
+    page.click(part("tab-calibrate"))
+    page.wait_for_selector(part("calibrate"))
+    assert "of the open case: wire-booms" in page.locator(part("case-of-calibration")).inner_text()
+    assert page.locator(part("calibrate")).is_disabled()
+    choose(page, "data-file", "log.csv")
+    page.click(part("add-observe"))
+    choose(page, "observe-0-variable", "spin_rate", typed="spin_rate")
+    for place, key in enumerate(("wire.tip_mass", "start_lengths.1", "rates")):
+        page.click(part("add-fit"))
+        page.locator(part(f"fit-{place}-key")).fill(key)
+        page.keyboard.press("Enter")
+        page.wait_for_timeout(500)
+    typed(page, "fit-0-low", "80 g")
+    typed(page, "fit-0-high", "100 g")
+    page.keyboard.press("Escape")
+    checked(page, shots, "calibration-form")
+    page.click(part("calibrate"))
+    report = page.frame_locator(part("calibration"))
+    report.locator("text=standard error").first.wait_for()
+    text = report.locator("body").inner_text()
+    assert re.search(r"wire\.tip_mass\s+0\.09\d+ kg\s+0\.0\d+ kg", text)
+    assert report.locator("figure img").count() == 1
+    assert "parameters fitted, root mean square" in page.locator(part("message")).inner_text()
+    checked(page, shots, "calibration")
+    page.click(part("open-fitted"))
+    page.locator("text=case with the values of calibration").first.wait_for()
+    mass = float(page.locator(part("field-wire.tip_mass")).input_value().split()[0])
+    assert 0.08 < mass < 0.1
+    assert mass != 0.091

@@ -33,7 +33,6 @@ from evolvent.studio.worker import (
     CASE,
     CERTIFICATE,
     DISPERSION,
-    FITTED,
     MARGINS,
     MODES,
     REPORT,
@@ -62,7 +61,7 @@ RESULTS = {
     "calibrate": CALIBRATION, "identify": CERTIFICATE,
 }  # fmt: skip
 #: File of a folder of results that is written last.
-_LAST = {STUDY: "results.zarr", CALIBRATION: FITTED}
+_LAST = {STUDY: "results.zarr", CALIBRATION: REPORT}
 #: Page with the results, by kind of job, and kinds of jobs that go on where they were cancelled.
 REPORTS = {
     "margin": (MARGINS,), "disperse": (DISPERSION,), "calibrate": (CALIBRATION, REPORT), "identify": (CERTIFICATE,),

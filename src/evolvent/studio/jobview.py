@@ -67,7 +67,7 @@ def progress_text(job: Job) -> str:
     if job.status == "cancelling":
         return "stopping" if job.kind in AT_ONCE else "stopping; what was computed is kept"
     if job.status == "running":
-        if job.kind == "identify":
+        if job.kind in ("identify", "calibrate"):
             return job.note or "starting"
         if not job.reached:
             return job.note or "starting; where functions must be compiled first, this takes up to a minute"

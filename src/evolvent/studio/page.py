@@ -6,6 +6,7 @@ import pathlib
 
 from nicegui import app, ui
 
+from evolvent.studio.calibratepanel import CalibratePanel
 from evolvent.studio.casepanel import CasePanel
 from evolvent.studio.context import Context
 from evolvent.studio.measureview import MeasurePanel
@@ -18,7 +19,14 @@ from evolvent.studio.studypanel import DISPERSIONS, StudyPanel
 
 #: Seconds between looks at the queue.
 _LOOK = 0.3
-_TABS = {"case": "Case", "runs": "Runs", "studies": "Studies", "disperse": "Dispersion", "measure": "Identify"}
+_TABS = {
+    "case": "Case",
+    "runs": "Runs",
+    "studies": "Studies",
+    "disperse": "Dispersion",
+    "calibrate": "Calibration",
+    "measure": "Identify",
+}
 
 
 class Page(Context):
@@ -43,7 +51,7 @@ class Page(Context):
         self.dialogs = ui.element("div")  # they stay while what is shown changes
         self.result = ResultView(self)
         self.modes = ModesView(self)
-        self.report = ReportView(self, {"disperse": self.dispersions.edit})
+        self.report = ReportView(self, {"disperse": self.dispersions.edit, "calibrate": self.calibrations.edit})
         ui.timer(_LOOK, self.update)
         ui.timer(0.01, self._first, once=True)
 
@@ -85,6 +93,8 @@ class Page(Context):
                 self.studies = StudyPanel(self)
             with ui.tab_panel("disperse"):
                 self.dispersions = StudyPanel(self, DISPERSIONS)
+            with ui.tab_panel("calibrate"):
+                self.calibrations = CalibratePanel(self)
         tabs.on_value_change(lambda e: self._turn(str(e.value)))
 
     def _turn_to(self, place: str) -> None:
@@ -102,7 +112,7 @@ class Page(Context):
             self._show(self._before_start)
         lists = {
             "case": self.case.list, "runs": self.runs.list, "measure": self.measure.draw,
-            "disperse": self.dispersions.list,
+            "disperse": self.dispersions.list, "calibrate": self.calibrations.list,
         }  # fmt: skip
         lists.get(tab, self.studies.list)()
 
@@ -168,7 +178,8 @@ class Page(Context):
                 "Case: the values of a case, and of a structure its parts. "
                 "Runs: the queue, and runs saved in the folder; tick two or more to compare them. "
                 "Identify: modes and mass properties of a body from recorded signals. "
-                "Studies: many cases over keys that vary. Dispersion: keys drawn from distributions."
+                "Studies: many cases over keys that vary. Dispersion: keys drawn from distributions. "
+                "Calibration: keys fitted to measured data."
             ).classes("ev-what")
 
     def _example(self) -> None:

@@ -10,9 +10,11 @@ from nicegui import ui
 
 from evolvent.studio.context import Context
 from evolvent.studio.elements import report_frame
+from evolvent.studio.folder import OWN
 from evolvent.studio.jobs import COMPUTED, Job
 from evolvent.studio.jobview import NAMES, STATUS, draw_job
 from evolvent.studio.state import View
+from evolvent.studio.worker import CALIBRATION, FITTED, parsed
 
 
 class ReportView:
@@ -44,6 +46,9 @@ class ReportView:
             if job.kind == "disperse":
                 runs = ui.button("Open its runs", on_click=lambda: self.page.show(View("study", (ref,))))
                 runs.props('flat dense color=primary data-testid="open-runs"')
+            if job.kind == "calibrate":
+                fitted = ui.button("Open the fitted case", on_click=lambda: self._open_fitted(job))
+                fitted.props('flat dense color=primary data-testid="open-fitted"')
             self._downloads(job, urllib.parse.quote(ref))
         if job.message:
             kind = "bad" if job.status == "failed" else "warn" if job.is_warning else "note"
@@ -63,6 +68,14 @@ class ReportView:
                 on_click=lambda: self.page.attempt(lambda: take(self.studio.jobs.case_text(job.key), job.title)),
             )
         return button.props(f'{look} color=primary data-testid="edit-job"')
+
+    def _open_fitted(self, job: Job) -> None:
+        def take() -> None:
+            text = self.studio.folder.read(OWN, job.key, CALIBRATION, FITTED).decode()
+            self.studio.take_case(parsed(text, FITTED), f"case with the values of calibration {int(job.key[:4])}")
+            self.page.open_case()
+
+        self.page.attempt(take)
 
     def _downloads(self, job: Job, ref: str) -> None:
         button = ui.button("Download").props('outline dense color=primary data-testid="download-report"')

@@ -37,6 +37,8 @@ FIRST = "case:boom-slew"
 MEASURED: dict[str, Any] = {
     "files": [], "kind": "springs", "stand": "", "content": {"stand": {"kind": "springs"}}, "columns": {},
 }  # fmt: skip
+#: What is kept of a calibration, as it is at first: its file, observed variables and fitted keys.
+CALIBRATED: dict[str, Any] = {"file": "", "observe": [], "fit": []}
 #: Starts of cases that are kept for the pages that show them.
 _STARTS = 16
 #: Cases to begin with, name -> (what it is, YAML).
@@ -130,6 +132,7 @@ class Studio:
         self.draft, self.view, self.tab = Draft(), View(), "case"
         self.dark: bool | None = None  # as the browser has it
         self.measure: dict[str, Any] = {}
+        self.calibration: dict[str, Any] = copy.deepcopy(CALIBRATED)
         self.studies = {
             kind: studydraft.opened(self.folder, f"new:{word}") for kind, word in studydraft.NEW_ONES.items()
         }
@@ -165,17 +168,23 @@ class Studio:
         measure = {key: content["measure"][key] for key in MEASURED if key in content["measure"]}
         if any(not isinstance(value, type(MEASURED[key])) for key, value in measure.items()):
             return
+        calibration = {key: content["calibration"][key] for key in CALIBRATED}
+        rows = [row for key in ("observe", "fit") for row in calibration[key]]
+        if not isinstance(calibration["file"], str) or not all(
+            isinstance(text, str) for row in rows for text in row.values()
+        ):
+            return
         self.draft = self._checked(draft)
         self.view, self.tab = View(view["kind"], tuple(view["refs"])), content["tab"]
         self.dark = content["dark"] if content["dark"] in (True, False) else None
-        self.measure, self.studies = measure, studies
+        self.measure, self.studies, self.calibration = measure, studies, calibration
 
     def save(self) -> None:
         """Keep what the tab shows, where it has changed."""
         content = {
             "draft": dataclasses.asdict(self.draft), "view": dataclasses.asdict(self.view), "tab": self.tab,
             "studies": {kind: dataclasses.asdict(one) for kind, one in self.studies.items()}, "dark": self.dark,
-            "measure": self.measure,
+            "measure": self.measure, "calibration": self.calibration,
         }  # fmt: skip
         text = repr(content)
         if self._name and text != self._saved:

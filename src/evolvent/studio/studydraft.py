@@ -252,7 +252,6 @@ def with_case(folder: Folder, draft: StudyDraft, case: Any) -> dict[str, Any]:
     """
     given = {**draft.content, "case": case}
     after = case_of(folder, StudyDraft("", "", {"case": case}))
-    kind = cases.system(str(after.get("system", ""))).Case
     try:
         before = case_of(folder, StudyDraft("", "", {"case": draft.content.get("case")}))
     except (EvolventError, OSError):
@@ -262,11 +261,7 @@ def with_case(folder: Folder, draft: StudyDraft, case: Any) -> dict[str, Any]:
 
     def is_known(key: str) -> bool:
         stage, _, path = key.partition(".")
-        try:
-            schema.locate(kind, path if stage in stages else key, after)
-        except InputError:
-            return False
-        return True
+        return has_key(after, path if stage in stages else key)
 
     def known(section: Any) -> dict[str, Any]:
         found = section if isinstance(section, Mapping) else {}
@@ -317,6 +312,15 @@ def keys(case: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
         for field in form.describe(part, skip=("kind",), flat=True).fields():
             found[f"{own}.{name}.{field.key}"] = (field.unit, field.help)
     return found
+
+
+def has_key(case: Mapping[str, Any], key: str) -> bool:
+    """Whether a case has a dotted key, written or not."""
+    try:
+        schema.locate(cases.system(str(case.get("system", ""))).Case, key, case)
+    except EvolventError:
+        return False
+    return True
 
 
 def value_at(case: Any, key: str) -> Any:
@@ -455,6 +459,27 @@ def responses(folder: Folder, draft: StudyDraft) -> list[str]:
         found += [f"{one}.{end}" if end else one for one in inner for end in ends]
     names = [stage.name for stage in study.stages]
     return [f"{stage}.{name}" for stage in names for name in found] if names else found
+
+
+def over_time(case: Any) -> list[str]:
+    """Names of the variables over time of a case, each component of a vector by its axis.
+
+    Raises
+    ------
+    InputError
+        If the case cannot be planned.
+    """
+    from evolvent.results import variables
+
+    loaded = cases.load(case)
+    plan = cases.system(loaded.system).plan(loaded)
+    if plan.start is None or reading.elements(case) > reading.MOST_ELEMENTS:
+        return []
+    run, found = plan.start(), []
+    for name in variables.names(run):
+        values = variables.get(run, name)
+        found += [f"{name}.{axis}" for axis in values["axis"].values] if "axis" in values.coords else [name]
+    return found
 
 
 def block(value: Any) -> str:

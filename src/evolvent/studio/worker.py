@@ -41,7 +41,7 @@ def main(folder: str) -> int:
     try:
         compute = {
             "run": _run, "equilibrium": _equilibrium, "modes": _modes, "margin": _margin, "sweep": _sweep,
-            "disperse": _disperse, "identify": _identify,
+            "disperse": _disperse, "calibrate": _calibrate, "identify": _identify,
         }[job["kind"]]  # fmt: skip
         with (
             contextlib.nullcontext()
@@ -113,6 +113,10 @@ class _Report:
     def reached(self, reached: float, end: float) -> None:
         """Report how far the work is; raises KeyboardInterrupt where it is to stop."""
         self.send(reached=float(reached), end=float(end))
+        self.check()
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt where the work is to stop."""
         if self._stop.is_set():
             raise KeyboardInterrupt
 
@@ -222,6 +226,28 @@ def _disperse(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None
     failed = len(found.failures)
     message = f"{failed} of {found.count} runs failed" if failed else ""
     report.send(status="failed" if failed == found.count else "success", message=message)
+
+
+def _calibrate(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    from evolvent.base import progress
+    from evolvent.design.calibration import fit, report as pages
+
+    asked = parsed(job["case"], CASE)
+
+    def show(count: int, rms: float) -> None:
+        report.send(note=f"{count} evaluations, root mean square {rms:.4g}")
+        report.check()
+
+    with progress.compilation_shown_by(report.compiling):
+        found = fit.calibrate(
+            asked["case"], job["signals"][0], folder=place / CALIBRATION, progress=show,
+            report=lambda sentence: report.send(note=sentence),
+            **{name: asked[name] for name in ("fit", "observe", "deviations", "bounds") if name in asked},
+        )  # fmt: skip
+    pages.write(found, place / CALIBRATION)
+    count = len(found.parameters)
+    message = f"{count} parameter{'s' * (count > 1)} fitted, root mean square {found.rms:.3g} {found.series[0].unit}"
+    report.send(status="success", message=message.strip())
 
 
 def _identify(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
