@@ -34,7 +34,7 @@ def folder(tmp_path_factory):
         "study": "broken",
         "case": "short.yaml",
         "sample": "monte-carlo",
-        "samples": 150,
+        "samples": 100,
         "batch": 1,
         "over": over,
     }
@@ -119,7 +119,7 @@ def test_a_dispersion_of_the_open_case(page, folder, shots):
     choose(page, "dispersion-axis-key-1", "parts.hinge.friction_torque", typed="friction_torque")
     typed(page, "dispersion-samples-of-study", "60")
     page.locator(f"{part('dispersion-state-of-study')}:has-text('60 cases')").wait_for()
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1000)
     choose(page, "dispersion-keep", "hinge.margin", typed="margin")
     page.keyboard.press("Escape")
     page.locator(part("dispersion-run-study")).scroll_into_view_if_needed()
@@ -145,19 +145,19 @@ def test_a_dispersion_is_cancelled_and_continued_and_its_failures_are_results(pa
     page.click(part("tab-disperse"))
     page.wait_for_selector(part("dispersion-run-study"))
     choose(page, "dispersion-study", "broken.yaml")
-    page.locator(f"{part('dispersion-state-of-study')}:has-text('150 cases')").wait_for()
+    page.locator(f"{part('dispersion-state-of-study')}:has-text('100 cases')").wait_for()
     page.click(part("dispersion-run-study"))
-    page.locator(part("progress"), has_text=re.compile(r"[1-9]\d* of 150 runs")).wait_for()
+    page.locator(part("progress"), has_text=re.compile(r"[1-9]\d* of 100 runs")).wait_for()
     page.click(part("cancel"))
     page.wait_for_selector(part("continue"))
-    assert "of 150 runs are done" in page.locator(part("message")).inner_text()
+    assert "of 100 runs are done" in page.locator(part("message")).inner_text()
     page.click(part("continue"))
     report = page.frame_locator(part("dispersion"))
     report.locator("text=Runs that failed").wait_for()
     text = report.locator("body").inner_text()
     assert "stability limit" in text
-    assert re.search(r"\d+ of 150 runs failed; their probability is between", text)
-    assert re.match(r"\d+ of 150 runs failed", page.locator(part("message")).inner_text())
+    assert re.search(r"\d+ of 100 runs failed; their probability is between", text)
+    assert re.match(r"\d+ of 100 runs failed", page.locator(part("message")).inner_text())
     checked(page, shots, "dispersion-failed")
     page.click(part("open-runs"))
     page.locator(f"{part('failed-cases')} button").first.click()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,12 +14,11 @@ from nicegui import events, ui
 
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.massprops import signals
-from evolvent.studio import form, studydraft
+from evolvent.studio import form, reading, studydraft
 from evolvent.studio.context import Context
 from evolvent.studio.elements import upload
 from evolvent.studio.folder import LARGEST_RECORDING, LARGEST_SIGNALS
 from evolvent.studio.state import view_of
-from evolvent.studio.worker import parsed
 
 #: Endings of files of measured data.
 _ENDINGS = (".csv", ".tsv", ".txt")
@@ -247,10 +247,16 @@ class CalibratePanel:
         content : str, of the job as YAML
         about : str, its name
         """
-        asked = parsed(content, about)
+        asked = reading.content(content, about)
+        if not is_calibration(asked):
+            raise InputError(
+                f"{about}: it holds no calibration; one has a case, and lists of what is fitted and observed"
+            )
         self.studio.take_case(asked["case"], f"case of calibration {about}")
-        deviations = asked.get("deviations", [""] * len(asked["observe"]))
-        observed = [(*name.partition("=")[::2], std) for name, std in zip(asked["observe"], deviations, strict=True)]
+        pairs = itertools.zip_longest(
+            asked["observe"], asked.get("deviations", [])[: len(asked["observe"])], fillvalue=""
+        )
+        observed = [(*name.partition("=")[::2], std) for name, std in pairs]
         ends = {key: [form.text_of(end) if _is_typed(end) else "" for end in both]
                 for key, both in asked.get("bounds", {}).items()}  # fmt: skip
         self._state.update(
@@ -260,6 +266,16 @@ class CalibratePanel:
         )
         self.page.open_case()
         self.page.open_tab("calibrate")
+
+
+def is_calibration(asked: Any) -> bool:
+    """Whether a content is that of a job that fits keys."""
+    if not isinstance(asked, dict) or not isinstance(asked.get("case"), dict):
+        return False
+    texts, bounds = (asked.get("fit"), asked.get("observe")), asked.get("bounds", {})
+    lists = all(isinstance(one, list) and all(isinstance(text, str) for text in one) for one in texts)
+    pairs = isinstance(bounds, dict) and all(isinstance(both, list) and len(both) == 2 for both in bounds.values())
+    return lists and pairs and isinstance(asked.get("deviations", []), list)
 
 
 def _is_typed(end: Any) -> bool:

@@ -8,13 +8,15 @@ from typing import Any
 
 from nicegui import ui
 
+from evolvent.base.errors import InputError
+from evolvent.studio import reading
 from evolvent.studio.context import Context
 from evolvent.studio.elements import report_frame
 from evolvent.studio.folder import OWN
 from evolvent.studio.jobs import COMPUTED, Job
 from evolvent.studio.jobview import NAMES, STATUS, draw_job
 from evolvent.studio.state import View
-from evolvent.studio.worker import CALIBRATION, FITTED, parsed
+from evolvent.studio.worker import CALIBRATION, FITTED
 
 
 class ReportView:
@@ -71,8 +73,11 @@ class ReportView:
 
     def _open_fitted(self, job: Job) -> None:
         def take() -> None:
-            text = self.studio.folder.read(OWN, job.key, CALIBRATION, FITTED).decode()
-            self.studio.take_case(parsed(text, FITTED), f"case with the values of calibration {int(job.key[:4])}")
+            text = self.studio.folder.read(OWN, job.key, CALIBRATION, FITTED).decode("utf-8", "replace")
+            content = reading.content(text, FITTED)
+            if not isinstance(content, dict):
+                raise InputError(f"{FITTED} of the calibration holds no case")
+            self.studio.take_case(content, f"case with the values of calibration {int(job.key[:4])}")
             self.page.open_case()
 
         self.page.attempt(take)

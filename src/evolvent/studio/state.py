@@ -202,7 +202,7 @@ class Studio:
         found |= {f"file:{name}": name for name, one in written if one.keys & {"system", "parts"}}
         return found | {f"file:{name}": f"{name} ({why})" for name, why in self.folder.unreadable().items()}
 
-    def study_sources(self, kind: str) -> dict[str, str]:
+    def study_sources(self, kind: str = "sweep") -> dict[str, str]:
         """Studies that a job of a kind can run, source -> how it is shown."""
         from evolvent.design import studies
 

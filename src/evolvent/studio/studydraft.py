@@ -257,7 +257,7 @@ def with_case(folder: Folder, draft: StudyDraft, case: Any) -> dict[str, Any]:
     except (EvolventError, OSError):
         before = {}
     same = before.get("system") == after.get("system")
-    stages = [str(one.get("name")) for one in given.get("stages") or [] if isinstance(one, Mapping)] if same else []
+    stages = [str(one.get("name")) for one in _listed(given, "stages") if isinstance(one, Mapping)] if same else []
 
     def is_known(key: str) -> bool:
         stage, _, path = key.partition(".")
@@ -269,14 +269,19 @@ def with_case(folder: Folder, draft: StudyDraft, case: Any) -> dict[str, Any]:
 
     over = known(given.get("over"))
     names = {key.strip() for keys_ in over for key in str(keys_).split(",")}
-    pairs = [one for one in given.get("correlation") or [] if isinstance(one, list) and set(one[:2]) <= names]
+    pairs = [one for one in _listed(given, "correlation") if isinstance(one, list) and set(map(str, one[:2])) <= names]
     gone = {name for name, kind in _parts(before).items() if _parts(after).get(name) != kind}
-    keep = [name for name in given.get("keep") or [] if same and not any(name.startswith(f"{part}.") for part in gone)]
+    keep = [one for one in map(str, _listed(given, "keep")) if same and not any(one.startswith(f"{p}.") for p in gone)]
     changed = {"over": over or {"": []}, "set": known(given.get("set")), "keep": keep, "correlation": pairs}
     if not same:
         changed["stages"] = []
     found = {key: changed.get(key, value) for key, value in given.items()}
     return {key: value for key, value in found.items() if value or key not in changed}
+
+
+def _listed(content: Mapping[str, Any], key: str) -> list[Any]:
+    found = content.get(key)
+    return found if isinstance(found, list) else []
 
 
 def _parts(case: Mapping[str, Any]) -> dict[str, str]:
@@ -408,7 +413,8 @@ def count(content: Mapping[str, Any]) -> int | None:
     if sample in draws.DRAWN:
         samples = content.get("samples", 0)
         known = isinstance(samples, int) and not isinstance(samples, bool) and (samples > 0 or sample == "corners")
-        return draws.count(str(sample), samples, len(over)) if known and len(over) <= draws.MOST_CORNERS else None
+        many = sample == "corners" and len(over) > draws.MOST_CORNERS
+        return draws.count(str(sample), samples, len(over)) if known and not many else None
     sizes = [len(g) if isinstance(g, list) else g.get("points") if isinstance(g, Mapping) else None
              for g in over.values()]  # fmt: skip
     known = [size for size in sizes if isinstance(size, int) and not isinstance(size, bool)]
