@@ -480,6 +480,17 @@ def test_a_study_below_the_folder_reads_its_case_and_start(root):
     assert found["set"]["start"] == str(root / "runs" / "a.nc")
 
 
+def test_own_factors_of_margins_are_read_in_the_folder_alone(root, outside):
+    (root / "own.yaml").write_text("revision: mine")
+    (outside / "other.yaml").write_text("revision: other")
+    (root / "link.yaml").symlink_to(outside / "other.yaml")
+    found = Folder(root).placed({"margin": {"factors": "own.yaml"}})
+    assert found == {"margin": {"factors": str(root / "own.yaml")}}
+    for name in ("../outside/other.yaml", "link.yaml", str(outside / "other.yaml")):
+        with pytest.raises(InputError, match="outside the working folder"):
+            Folder(root).placed({"margin": {"factors": name}})
+
+
 def test_texts_are_left_as_they_are(root):
     content = {"title": "from /etc/run.nc", "body": {"rate": "6 rad/s", "axis": "-z", "ratio": "1/2"}}
     assert Folder(root).placed(content) == content

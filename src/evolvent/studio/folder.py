@@ -444,5 +444,6 @@ class Folder:
             word = content.strip()
             if _FILES.search(word) or _PATH.fullmatch(word):
                 path = self.inside(word)
-                return str(path) if word.endswith((".nc", ".yaml", ".yml")) and path.is_file() else content
+                is_read = word.endswith(".nc") or (word.endswith((".yaml", ".yml")) and path.is_file())
+                return str(path) if is_read else content
         return content
