@@ -57,6 +57,20 @@ def test_a_table_has_each_of_its_values_as_often():
     assert read("table(3 m)").ends() == (3.0, 3.0)
 
 
+def test_quantiles_of_a_table_are_the_empirical_ones():
+    values = np.random.default_rng(3).normal(2.0, 0.1, 37).round(2)
+    found = read(f"table({', '.join(map(repr, values.tolist()))})").quantiles(middles(997))
+    np.testing.assert_array_equal(found, np.quantile(values, middles(997), method="inverted_cdf"))
+    assert np.all(stats.ecdf(values).cdf.evaluate(found) >= middles(997))
+
+
+def test_correlated_tables_follow_one_another():
+    """The third highest of one table is drawn with the third highest of the other, whatever their order."""
+    u = draws.probabilities("monte-carlo", 200, 2, 1, np.ones((2, 2)))
+    a, b = (np.array(read(f"table({text})").quantiles(u[:, k])) for k, text in enumerate(("3, 1, 2", "10, 30, 20")))
+    np.testing.assert_array_equal(10.0 * a, b)
+
+
 def test_whole_numbers():
     found = read("uniform(2, 4)", WHOLE, 3).quantiles(middles(300))
     assert {v: found.count(v) for v in set(found)} == {2: 100, 3: 100, 4: 100}

@@ -170,16 +170,25 @@ def test_a_link_in_the_folder_of_an_own_job_stops_it_before_it_writes(root, outs
 
 
 def test_a_result_that_is_a_link_is_not_opened(root, outside, started):
-    for kind, name in (("run", "run.nc"), ("modes", "modes.nc"), ("identify", "certificate.html"), ("sweep", "study")):
+    kinds = (
+        ("run", "run.nc"), ("modes", "modes.nc"), ("margin", "margins.html"), ("identify", "certificate.html"),
+        ("disperse", "dispersion.html"), ("calibrate", "calibration"), ("sweep", "study"),
+    )  # fmt: skip
+    for kind, name in kinds:
         (root / OWN / "queue.json").write_text(json.dumps([WAITING | {"kind": kind, "status": "success"}]))
         (outside / "results.zarr").mkdir(exist_ok=True)
-        target = outside if name == "study" else outside / "precious.txt"
+        (outside / "report.html").touch()
+        target = outside if name in ("study", "calibration") else outside / "precious.txt"
         (root / OWN / "0001-a" / name).symlink_to(target)
         studio = Studio(Folder(root))
         try:
             assert studio.jobs.result("0001-a") is None
             with pytest.raises(InputError):
                 studio.path("job:0001-a")
+            with pytest.raises(InputError):
+                studio.report("job:0001-a")
+            with pytest.raises(InputError):
+                studio.beside("job:0001-a", name)
         finally:
             studio.jobs.stop()
 
@@ -225,7 +234,8 @@ def test_no_upload_leaves_the_folder_while_another_program_swaps_folders_for_lin
 # ------------------------------------------------------------------------------------------------ the queue
 
 
-@pytest.mark.parametrize("kind", ["run", "equilibrium", "modes", "sweep", "identify"])
+@pytest.mark.parametrize("kind", ["run", "equilibrium", "modes", "margin", "sweep", "disperse", "calibrate",
+                                  "identify"])  # fmt: skip
 @pytest.mark.parametrize("status", ["waiting", "running", "cancelling"])
 def test_a_queue_from_elsewhere_starts_nothing(root, outside, started, kind, status):
     (root / OWN / "0001-a" / "job.json").write_text(json.dumps({"kind": kind, "signals": [str(outside / "run.nc")]}))
@@ -468,6 +478,17 @@ def test_a_study_below_the_folder_reads_its_case_and_start(root):
     found = Folder(root).study("sub/study.yaml")
     assert found["case"]["system"] == "heliogyro"
     assert found["set"]["start"] == str(root / "runs" / "a.nc")
+
+
+def test_own_factors_of_margins_are_read_in_the_folder_alone(root, outside):
+    (root / "own.yaml").write_text("revision: mine")
+    (outside / "other.yaml").write_text("revision: other")
+    (root / "link.yaml").symlink_to(outside / "other.yaml")
+    found = Folder(root).placed({"margin": {"factors": "own.yaml"}})
+    assert found == {"margin": {"factors": str(root / "own.yaml")}}
+    for name in ("../outside/other.yaml", "link.yaml", str(outside / "other.yaml")):
+        with pytest.raises(InputError, match="outside the working folder"):
+            Folder(root).placed({"margin": {"factors": name}})
 
 
 def test_texts_are_left_as_they_are(root):

@@ -223,7 +223,7 @@ def test_odd_headers_reach_a_server_that_answers(server, asked):
 
 
 STEPS = ("../", "..%2f", "%2e%2e/", "..%5c", "..\\", "....//", "%252e%252e%252f", "..%c0%af", "/..;/")
-ROUTES = ("run", "case", "export", "motion", "start", "mode", "modes", "certificate")
+ROUTES = ("run", "case", "export", "motion", "start", "mode", "modes", "report", "dispersed")
 
 
 def test_no_address_leaves_the_folder(server, asked):

@@ -443,7 +443,7 @@ def test_case_that_reads_outside_is_refused(page, folder):
 @pytest.mark.parametrize(
     "path", ["../secret.nc", "/etc/passwd", "payout/../../secret.nc", "link.nc", "..%2fsecret.nc", "%00", "."]
 )
-@pytest.mark.parametrize("what", ["run", "case", "motion", "export", "start", "certificate"])
+@pytest.mark.parametrize("what", ["run", "case", "motion", "export", "start", "report", "dispersed"])
 def test_no_path_leads_outside(server, folder, path, what):
     (folder.parent / "secret.nc").write_bytes((folder / "slow.nc").read_bytes())
     if not (folder / "link.nc").is_symlink():

@@ -346,7 +346,7 @@ def test_a_study_is_cancelled_and_goes_on(tmp_path):
             until(lambda: not job.open)
         assert job.status == "success"
         assert studies.open(jobs.result(job.key)).status.values.tolist() == ["success"] * 4
-        with pytest.raises(InputError, match="no study that was cancelled"):
+        with pytest.raises(InputError, match="nothing that was cancelled"):
             jobs.resume(job.key)
     finally:
         jobs.stop()

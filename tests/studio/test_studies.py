@@ -135,6 +135,81 @@ def test_an_estimate_computes_a_few_cases(folder):
     assert "stability limit" in failed["reasons"][0]
 
 
+# ------------------------------------------------------------------------------------------------ dispersions
+
+
+@pytest.mark.parametrize(
+    ("content", "count"),
+    [
+        ({"over": {"a": "5%", "b": "5%"}, "sample": "corners"}, 4),
+        ({"over": {"a": "5%", "b": "5%"}, "sample": "saltelli", "samples": 8}, 32),
+        ({"over": {"a": "5%"}, "sample": "sobol", "samples": 16}, 16),
+        ({"over": {"a": "5%"}, "sample": "sobol"}, None),
+    ],
+)
+def test_the_number_of_runs_of_a_dispersion(content, count):
+    assert studydraft.count(content) == count
+
+
+def test_distributions_are_taken_over_when_the_sampling_changes():
+    content = {
+        "over": {"a": "table(1, 2)", "b": {"mean": "1 m", "std": "1 cm"}},
+        "sample": "monte-carlo",
+        "samples": 59,
+    }
+    found = studydraft.with_sample(content, "saltelli")
+    assert found["over"] == {"a": "table(1, 2)", "b": "normal(1 m, 1 cm)"}
+    assert found["samples"] == 64
+    assert "samples" not in studydraft.with_sample(content, "corners")
+    assert studydraft.with_sample(content, "latin-hypercube")["over"] == content["over"]
+    assert studydraft.changed_way([], "text") == studydraft.FIRST_TEXT
+
+
+def test_a_dispersion_reads_its_tables_in_the_folder(folder, tmp_path_factory):
+    (folder.root / "below").mkdir()
+    (folder.root / "below" / "rates.csv").write_text("rate (rad/s)\n3\n4\n")
+    over = {"spool.rate": "table(rates.csv)"}
+    content = {"study": "s", "case": "own.yaml", "sample": "monte-carlo", "samples": 5, "over": over}
+    (folder.root / "below" / "own.yaml").write_text(SHORT)
+    (folder.root / "below" / "s.yaml").write_text(json.dumps(content))
+    found = studydraft.opened(folder, "file:below/s.yaml")
+    assert found.content["over"] == {"spool.rate": "table(below/rates.csv)"}
+    assert set(studydraft.read(folder, found).axes[0].values) <= {3.0, 4.0}
+    assert "table(rates.csv)" in studydraft.text(found, pathlib.PurePosixPath("below"))
+    outside = tmp_path_factory.mktemp("outside") / "x.csv"
+    outside.write_text("3\n4\n")
+    (folder.root / "link.csv").symlink_to(outside)
+    for name in (str(outside), "../x.csv", "link.csv"):
+        content["over"] = {"spool.rate": f"table({name})"}
+        with pytest.raises(InputError, match="must be in the folder of its study, or below"):
+            studydraft.read(folder, StudyDraft("", "", {**content, "case": "short.yaml"}))
+
+
+# ------------------------------------------------------------------------------------------------ another case
+
+
+def test_a_study_forgets_keys_of_the_case_before(folder):
+    new = studydraft.opened(folder, "new:dispersion")
+    content = {
+        **new.content, "set": {"parts.hub.mass": 20.0, "simulate.until": "5 s"},
+        "over": {"parts.boom.length": "5%", "parts.hub.mass, parts.tip mass.mass": "3%", "simulate.until": "1%"},
+        "correlation": [["parts.boom.length", "simulate.until", 0.5]],
+    }  # fmt: skip
+    case = cases.content_of("boom-slew")
+    kept = studydraft.with_case(folder, StudyDraft("", "", content), case)
+    assert kept == {**content, "case": case}
+    del case["parts"]["boom"]
+    found = studydraft.with_case(folder, StudyDraft("", "", content), case)
+    assert list(found["over"]) == ["parts.hub.mass, parts.tip mass.mass", "simulate.until"]
+    assert found["keep"] == ["hub.rate.z.last"]
+    assert "correlation" not in found
+    other = studydraft.with_case(folder, StudyDraft("", "", content), "short.yaml")
+    assert other["over"] == {"": []}
+    assert not {"set", "keep", "correlation", "stages"} & set(other)
+    with pytest.raises(InputError, match=r"none\.yaml"):
+        studydraft.with_case(folder, StudyDraft("", "", content), "none.yaml")
+
+
 # ------------------------------------------------------------------------------------------------ drawing
 
 

@@ -49,6 +49,24 @@ def test_the_parameters_of_a_made_log_are_found_again(tmp_path: pathlib.Path) ->
     assert found.model == "closed form"
 
 
+def test_a_fit_stays_within_bounds(tmp_path: pathlib.Path) -> None:
+    source = made_log(tmp_path / "log.csv", tip_mass=0.12, density=0.003, hidden=11.0)
+    key = "wire.tip_mass"
+    asked: dict[str, Any] = {"fit": FIT, "observe": ["spin_rate"], "references": False}
+    found = calibration.calibrate("wire-booms", source, bounds={key: ["80 g", "100 g"]}, **asked)
+    assert 0.09 < found.values[0] <= 0.1
+    wide = calibration.calibrate("wire-booms", source, bounds={key: (0.05, 0.2)}, **asked)
+    assert wide.values[0] == pytest.approx(0.12, rel=1e-4)
+    for bounds, sentence in (
+        ({"wire.tip_mas": (0, 1)}, "names 'wire.tip_mas', which is not fitted; did you mean 'wire.tip_mass'?"),
+        ({key: ["1 m", "2 m"]}, "must be two numbers in kg"),
+        ({key: (0.1, 0.2)}, "they must hold the value 0.091 at which the fit starts"),
+    ):
+        with pytest.raises(InputError) as refused:
+            calibration.calibrate("wire-booms", source, bounds=bounds, **asked)
+        assert sentence in str(refused.value)
+
+
 def test_standard_errors_cover_the_noise(tmp_path: pathlib.Path) -> None:
     source = made_log(tmp_path / "log.csv", tip_mass=0.12, density=0.003, hidden=11.0, noise=0.005)
     found = calibration.calibrate("wire-booms", source, fit=FIT, observe=["spin_rate"])

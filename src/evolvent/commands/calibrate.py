@@ -19,6 +19,7 @@ from evolvent.commands import options as shared
     metavar="KEY[,KEY]",
     help="Keys that are fitted; for a list, all its entries.",
 )
+@click.option("--bounds", multiple=True, metavar="KEY=LOW,HIGH", help="Within which a fitted key stays.")
 @click.option("--observe", multiple=True, required=True, metavar="VARIABLE[=COLUMN]", help="What was measured.")
 @shared.single("--std", metavar="X[,X]", text="Standard deviation of each observed variable, in its unit.")
 @shared.single(
@@ -28,8 +29,8 @@ from evolvent.commands import options as shared
 @shared.output("DIR", "Folder.  [default: CASE-calibration]")
 @shared.quiet("Print no progress.")
 def calibrate(
-    case: str, data: str, fit: tuple[str, ...], observe: tuple[str, ...], std: str | None, model: str | None,
-    output: str | None, quiet: bool,
+    case: str, data: str, fit: tuple[str, ...], bounds: tuple[str, ...], observe: tuple[str, ...],
+    std: str | None, model: str | None, output: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Fit parameters of a case to measured DATA by least squares.
 
@@ -51,6 +52,13 @@ def calibrate(
     except ValueError:
         raise InputError(f"--std is {std!r}; it must be numbers with commas between them, such as 0.01,0.2") from None
 
+    limits = {}
+    for text in bounds:
+        key, equals, ends = (part.strip() for part in text.partition("="))
+        if not equals or ends.count(",") != 1:
+            raise InputError(f"--bounds {text!r} is not of the form KEY=LOW,HIGH, such as 'body.inertia=1,3 kg m^2'")
+        limits[key] = [end.strip() for end in ends.split(",")]
+
     def show(count: int, rms: float) -> None:
         progress.report(f"fitting: root mean square {rms:.4g}", count, unit="evaluations")
 
@@ -58,7 +66,7 @@ def calibrate(
         try:
             found = fitting.calibrate(
                 case, data, fit=fit, observe=observe, model="auto" if model is None else model,
-                deviations=deviations, folder=folder, progress=show, report=say,
+                deviations=deviations, folder=folder, progress=show, report=say, bounds=limits,
             )  # fmt: skip
         except KeyboardInterrupt:
             say(f"stopped; every evaluation is kept in {folder}, and the same command continues")

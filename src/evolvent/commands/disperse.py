@@ -52,8 +52,8 @@ def disperse(case: str, **options: Any) -> None:
         --keep "hinge 1.latch_time.last"
 
     Distributions: 10% (tolerance about the case's value), tolerance(-5%, 10%), uniform(LOW, HIGH), triangular(LOW,
-    MODE, HIGH), normal(MEAN, STD), truncated-normal(MEAN, STD, LOW, HIGH), table(VALUE, VALUE, ...). Run the same
-    command again to continue after Ctrl-C or any other end.
+    MODE, HIGH), normal(MEAN, STD), truncated-normal(MEAN, STD, LOW, HIGH), table(VALUE, VALUE, ...), table(FILE.csv),
+    table(FILE.csv, COLUMN). Run the same command again to continue after Ctrl-C or any other end.
     """  # noqa: D301
     from evolvent.design.dispersions import dispersed
     from evolvent.design.studies import runner, store

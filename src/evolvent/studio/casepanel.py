@@ -26,6 +26,7 @@ from evolvent.studio.state import Draft, view_of
 #: What the analyses beside a run find.
 _TIPS = {
     "equilibrium": "static equilibrium under the loads, as set by the key equilibrium",
+    "margin": "torque and force margins of every hinge and slide over its travel, as set by the key margin",
     "modes": "frequencies and shapes about the equilibrium, as set by the keys equilibrium and modes",
 }
 
@@ -56,9 +57,10 @@ class CasePanel:
                 'unelevated color=primary data-testid="run"'
             )
             with ui.element("div").classes("ev-part") as self._analyses:
-                for kind in ("equilibrium", "modes"):
+                for kind in ("equilibrium", "modes", "margin"):
                     button = ui.button(COMPUTED[kind], on_click=lambda k=kind: self._submit(k))
-                    button.props(f'outline color=primary data-testid="{kind}"').tooltip(_TIPS[kind])
+                    button.props(f'outline color=primary data-testid="{kind}"')
+                    button.props["title"] = _TIPS[kind]
             ui.button("Save as", on_click=self._save).props('flat color=primary data-testid="save-case"')
             ui.button("YAML", on_click=self._text).props('flat color=primary data-testid="yaml"')
             self._state = ui.label("").classes("ev-status").style("margin-left:auto")

@@ -71,6 +71,13 @@ class MotionElement(Element, component=_STATIC / "motion.js"):
         self.update()
 
 
+def report_frame(ref: str, title: str) -> ui.element:
+    """The page with the results of a job, in a frame that runs no script."""
+    frame = ui.element("iframe").classes("ev-frame")
+    address = f"/studio/report?ref={urllib.parse.quote(ref)}"
+    return frame.props(f'src="{address}" sandbox="allow-popups" title="{title}" data-testid="{title.lower()}"')
+
+
 def table(rows: Sequence[Sequence[object]], *, head: Sequence[str] = ()) -> None:
     """A table of texts, with a line of heads where there are any."""
     with ui.element("table").classes("ev-table"):

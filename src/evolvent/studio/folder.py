@@ -429,7 +429,7 @@ class Folder:
         return self.placed(content)
 
     def placed(self, content: Any) -> Any:
-        """A case or study whose saved runs are named by absolute paths.
+        """A case or study whose saved runs and tables of factors are named by absolute paths.
 
         Raises
         ------
@@ -444,5 +444,6 @@ class Folder:
             word = content.strip()
             if _FILES.search(word) or _PATH.fullmatch(word):
                 path = self.inside(word)
-                return str(path) if word.endswith(".nc") else content
+                is_read = word.endswith(".nc") or (word.endswith((".yaml", ".yml")) and path.is_file())
+                return str(path) if is_read else content
         return content

@@ -28,7 +28,18 @@ from pydantic import BaseModel, Field, ValidationError
 from evolvent.base.errors import InputError
 from evolvent.studio import child, signing
 from evolvent.studio.folder import LARGEST_RECORDING, OWN, Folder
-from evolvent.studio.worker import CASE, CERTIFICATE, MODES, RUN, STUDY, parsed
+from evolvent.studio.worker import (
+    CALIBRATION,
+    CASE,
+    CERTIFICATE,
+    DISPERSION,
+    MARGINS,
+    MODES,
+    REPORT,
+    RUN,
+    STUDY,
+    parsed,
+)
 
 #: Seconds that a cancelled job has to keep what it computed.
 GRACE = 8.0
@@ -43,9 +54,19 @@ _LONGEST_TITLE = 80
 #: States of a job that is still to end.
 OPEN = ("waiting", "running")
 #: Kinds of jobs that compute a case, and what they are called.
-COMPUTED = {"run": "Run", "equilibrium": "Equilibrium", "modes": "Modes"}
+COMPUTED = {"run": "Run", "equilibrium": "Equilibrium", "modes": "Modes", "margin": "Margins"}
 #: File or folder of the results, by kind of job.
-RESULTS = {"run": RUN, "equilibrium": RUN, "modes": MODES, "sweep": STUDY, "identify": CERTIFICATE}
+RESULTS = {
+    "run": RUN, "equilibrium": RUN, "modes": MODES, "margin": MARGINS, "sweep": STUDY, "disperse": STUDY,
+    "calibrate": CALIBRATION, "identify": CERTIFICATE,
+}  # fmt: skip
+#: File of a folder of results that is written last.
+_LAST = {STUDY: "results.zarr", CALIBRATION: REPORT}
+#: Page with the results, by kind of job, and kinds of jobs that go on where they were cancelled.
+REPORTS = {
+    "margin": (MARGINS,), "disperse": (DISPERSION,), "calibrate": (CALIBRATION, REPORT), "identify": (CERTIFICATE,),
+}  # fmt: skip
+RESUMED = ("sweep", "disperse", "calibrate")
 #: How a job may have ended.
 _ENDED = ("success", "stopped by event", "interrupted", "failed")
 _KEY = re.compile(r"\d{4}-[\w-]{1,60}", re.ASCII)
@@ -88,7 +109,7 @@ class Job:
     Attributes
     ----------
     key : str, name of its folder
-    kind : "run", "equilibrium", "modes", "sweep" or "identify"
+    kind : a key of `RESULTS`
     title : str
     status : "waiting", "running", "cancelling", or how it ended: "success", "stopped by event", "interrupted", "failed"
     message : str
@@ -119,6 +140,11 @@ class Job:
     def open(self) -> bool:
         """Whether it is still to end."""
         return self.status in (*OPEN, "cancelling")
+
+    @property
+    def is_warning(self) -> bool:
+        """Whether its message warns, of a job that did not fail."""
+        return self.kind == "disperse" or "below 0" in self.message
 
     @property
     def share(self) -> float:
@@ -269,13 +295,13 @@ class Jobs:
             self._changed()
 
     def resume(self, key: str) -> None:
-        """Put a study that was cancelled back into the queue; cases that are done are not computed again."""
+        """Put a job that was cancelled back into the queue, which goes on where it was, such as a study."""
         with self._lock:
             job = self.get(key)
-            if job.kind != "sweep" or job.open or job.status == "success":
-                raise InputError(f"{key} is no study that was cancelled")
+            if job.kind not in RESUMED or job.open or job.status == "success":
+                raise InputError(f"{key} is nothing that was cancelled and can go on, such as a study")
             if not job.own:
-                raise InputError(f"{key} was {FOREIGN}, and is not started; run the study itself")
+                raise InputError(f"{key} was {FOREIGN}, and is not started; run it yourself")
             job.status, job.message = "waiting", ""
             job.marks.clear()
             self._changed()
@@ -308,9 +334,13 @@ class Jobs:
     def result(self, key: str) -> pathlib.Path | None:
         """File or folder of a job's results, None while there are none."""
         name = RESULTS[self.get(key).kind]
-        path = self.folder.existing(OWN, key, name)
-        whole = self.folder.existing(OWN, key, name, "results.zarr") if name == STUDY else path
-        return path if whole is not None else None
+        whole = self.folder.existing(OWN, key, name, *([_LAST[name]] if name in _LAST else []))
+        return self.folder.existing(OWN, key, name) if whole is not None else None
+
+    def report(self, key: str) -> pathlib.Path | None:
+        """The page with a job's results, None where there is none."""
+        place = REPORTS.get(self.get(key).kind)
+        return None if place is None else self.folder.existing(OWN, key, *place)
 
     def stop(self) -> None:
         """End the work for now; what is open goes on when the studio is started again."""

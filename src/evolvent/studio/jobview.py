@@ -8,13 +8,15 @@ from nicegui import ui
 
 from evolvent.studio.changes import ADDED, REMOVED
 from evolvent.studio.context import Context
-from evolvent.studio.jobs import COMPUTED, Job
+from evolvent.studio.jobs import COMPUTED, RESUMED, Job
 from evolvent.studio.worker import AT_ONCE
 
 #: How a job ended, in a word.
 STATUS = {"stopped by event": "stopped", "success": "done", "interrupted": "cancelled"}
 #: What jobs are called.
-_NAMES = {**COMPUTED, "sweep": "Study", "identify": "Identification"}
+NAMES = {
+    **COMPUTED, "sweep": "Study", "disperse": "Dispersion", "calibrate": "Calibration", "identify": "Identification",
+}  # fmt: skip
 #: Letters of one change that are shown.
 _LONGEST = 70
 #: Seconds between two looks at a job.
@@ -65,13 +67,17 @@ def progress_text(job: Job) -> str:
     if job.status == "cancelling":
         return "stopping" if job.kind in AT_ONCE else "stopping; what was computed is kept"
     if job.status == "running":
-        if job.kind == "identify":
+        if job.kind in ("identify", "calibrate"):
             return job.note or "starting"
         if not job.reached:
             return job.note or "starting; where functions must be compiled first, this takes up to a minute"
-        unit = {"sweep": " cases", "run": " s", "equilibrium": " of the load factor", "modes": " modes"}.get(
-            job.kind, ""
-        )
+        unit = {
+            "sweep": " cases",
+            "disperse": " runs",
+            "run": " s",
+            "equilibrium": " of the load factor",
+            "modes": " modes",
+        }.get(job.kind, "")
         reached = f"{job.reached:.4g} of {job.end:.4g}{unit}"
         left = job.left
         return reached + (f", about {duration(left)} left" if left is not None else "")
@@ -81,7 +87,7 @@ def progress_text(job: Job) -> str:
 
 
 def _title(job: Job) -> str:
-    return f"{_NAMES.get(job.kind, 'Run')} {int(job.key[:4])} {job.title}"
+    return f"{NAMES.get(job.kind, 'Run')} {int(job.key[:4])} {job.title}"
 
 
 def draw_progress(page: Context, job: Job) -> None:
@@ -113,17 +119,20 @@ def draw_without(page: Context, job: Job) -> None:
         ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
     kind = "bad" if job.status == "failed" else "warn"
     message = job.message or "nothing was computed"
-    if job.kind == "sweep" and job.end > 0.0:
-        message += f"; {job.reached:.0f} of {job.end:.0f} cases are done"
+    if job.kind in ("sweep", "disperse") and job.end > 0.0:
+        message += f"; {job.reached:.0f} of {job.end:.0f} {'cases' if job.kind == 'sweep' else 'runs'} are done"
     ui.label(message).classes(f"ev-banner {kind}").props('data-testid="message"')
-    if job.kind == "sweep":
+    if job.kind in RESUMED:
         button = ui.button(
-            "Continue the study", on_click=lambda: page.attempt(lambda: page.studio.jobs.resume(job.key))
+            f"Continue the {NAMES[job.kind].lower()}",
+            on_click=lambda: page.attempt(lambda: page.studio.jobs.resume(job.key)),
         )
         button.props('unelevated color=primary data-testid="continue"').style("align-self:flex-start")
-        ui.label("Cases that are done are not computed again.").classes("ev-what")
+        ui.label("What is done is not computed again.").classes("ev-what")
     if job.kind in COMPUTED:
-        ui.button("Open its case", on_click=lambda: page.open_job_case(job.key)).props("outline color=primary")
+        ui.button("Open its case", on_click=lambda: page.open_job_case(job.key)).props(
+            'outline color=primary data-testid="open-job-case"'
+        ).style("align-self:flex-start")
 
 
 def draw_job(page: Context, key: str) -> bool:

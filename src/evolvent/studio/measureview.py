@@ -20,7 +20,7 @@ from evolvent.massprops import description, signals
 from evolvent.results.figures import Figure, Line, Panel
 from evolvent.studio import charts, form
 from evolvent.studio.context import Context
-from evolvent.studio.elements import ChartElement, table, upload
+from evolvent.studio.elements import ChartElement, report_frame, table, upload
 from evolvent.studio.folder import LARGEST, LARGEST_RECORDING, LARGEST_SIGNALS, SIGNALS
 from evolvent.studio.formview import FormView, errors_text, first_error
 from evolvent.studio.jobs import Job
@@ -373,7 +373,7 @@ class MeasurePanel:
                 "flat dense color=primary"
             )
             if self.studio.jobs.result(job.key) is not None:
-                address = f"/studio/certificate?ref={urllib.parse.quote(ref)}"
+                address = f"/studio/report?ref={urllib.parse.quote(ref)}"
                 ui.button(
                     "Download the certificate", on_click=lambda: ui.download(address, filename="certificate.html")
                 ).props("outline dense color=primary").style("padding:0 10px")
@@ -386,9 +386,7 @@ class MeasurePanel:
             ui.label(job.message).classes("ev-banner bad").props('data-testid="message"')
         self._results(job)
         if self.studio.jobs.result(job.key) is not None:
-            address = f"/studio/certificate?ref={urllib.parse.quote(ref)}"
-            frame = ui.element("iframe").classes("ev-frame")
-            frame.props(f'src="{address}" sandbox="allow-popups" title="certificate" data-testid="certificate"')
+            report_frame(ref, "certificate")
 
     def _results(self, job: Job) -> None:
         rows = job.extra.get("rows")

@@ -6,18 +6,27 @@ import pathlib
 
 from nicegui import app, ui
 
+from evolvent.studio.calibratepanel import CalibratePanel
 from evolvent.studio.casepanel import CasePanel
 from evolvent.studio.context import Context
 from evolvent.studio.measureview import MeasurePanel
 from evolvent.studio.modesview import ModesView
+from evolvent.studio.reportview import ReportView
 from evolvent.studio.resultview import ResultView
 from evolvent.studio.runspanel import RunsPanel
 from evolvent.studio.state import FIRST, Studio, View, view_of
-from evolvent.studio.studypanel import StudyPanel
+from evolvent.studio.studypanel import DISPERSIONS, StudyPanel
 
 #: Seconds between looks at the queue.
 _LOOK = 0.3
-_TABS = {"case": "Case", "runs": "Runs", "measure": "Identify", "studies": "Studies"}
+_TABS = {
+    "case": "Case",
+    "runs": "Runs",
+    "studies": "Studies",
+    "disperse": "Dispersion",
+    "calibrate": "Calibration",
+    "measure": "Identify",
+}
 
 
 class Page(Context):
@@ -42,6 +51,7 @@ class Page(Context):
         self.dialogs = ui.element("div")  # they stay while what is shown changes
         self.result = ResultView(self)
         self.modes = ModesView(self)
+        self.report = ReportView(self, {"disperse": self.dispersions.edit, "calibrate": self.calibrations.edit})
         ui.timer(_LOOK, self.update)
         ui.timer(0.01, self._first, once=True)
 
@@ -81,6 +91,10 @@ class Page(Context):
                 self.measure = MeasurePanel(self)
             with ui.tab_panel("studies"):
                 self.studies = StudyPanel(self)
+            with ui.tab_panel("disperse"):
+                self.dispersions = StudyPanel(self, DISPERSIONS)
+            with ui.tab_panel("calibrate"):
+                self.calibrations = CalibratePanel(self)
         tabs.on_value_change(lambda e: self._turn(str(e.value)))
 
     def _turn_to(self, place: str) -> None:
@@ -96,7 +110,10 @@ class Page(Context):
             self.case_drawn()
         elif self.view.kind == "start" and self._before_start.kind:
             self._show(self._before_start)
-        lists = {"case": self.case.list, "runs": self.runs.list, "measure": self.measure.draw}
+        lists = {
+            "case": self.case.list, "runs": self.runs.list, "measure": self.measure.draw,
+            "disperse": self.dispersions.list, "calibrate": self.calibrations.list,
+        }  # fmt: skip
         lists.get(tab, self.studies.list)()
 
     # -------------------------------------------------------------------------------------------- of the context
@@ -136,12 +153,19 @@ class Page(Context):
                     self.result.draw(self.view.refs)
                 case "modes":
                     self.modes.draw(self.view.refs[0])
+                case "report":
+                    self.report.draw(self.view.refs[0])
                 case "measure":
                     self.measure.draw_main()
                 case "study":
-                    self.studies.view.draw(self.view.refs[0])
+                    self._panel_of(self.view.refs[0]).view.draw(self.view.refs[0])
                 case _:
                     self._welcome()
+
+    def _panel_of(self, ref: str) -> StudyPanel:
+        """The panel that writes a study: of a dispersion another than of the others."""
+        job = self.studio.jobs.jobs.get(ref.partition(":")[2])
+        return self.dispersions if job is not None and job.kind == "disperse" else self.studies
 
     def _welcome(self) -> None:
         with ui.element("div").classes("ev-empty"):
@@ -154,7 +178,8 @@ class Page(Context):
                 "Case: the values of a case, and of a structure its parts. "
                 "Runs: the queue, and runs saved in the folder; tick two or more to compare them. "
                 "Identify: modes and mass properties of a body from recorded signals. "
-                "Studies: many cases over keys that vary."
+                "Studies: many cases over keys that vary. Dispersion: keys drawn from distributions. "
+                "Calibration: keys fitted to measured data."
             ).classes("ev-what")
 
     def _example(self) -> None:

@@ -9,7 +9,7 @@ from fastapi.responses import FileResponse, Response
 
 from evolvent.base.errors import EvolventError
 from evolvent.studio.state import Studio, plain
-from evolvent.studio.worker import CERTIFICATE, MODES
+from evolvent.studio.worker import DISPERSED, MODES
 from evolvent.view.animation import VIEWER
 
 if TYPE_CHECKING:
@@ -57,15 +57,17 @@ def install(app: FastAPI, studio: Studio) -> None:
             return _missing("download not found")
         return FileResponse(found.path, filename=found.name, media_type="application/octet-stream")
 
-    def certificate(ref: str) -> Response:
-        path = studio.path(ref)
-        if not ref.startswith("job:") or path.name != CERTIFICATE:
-            return _missing("certificate not found")
+    def dispersed(ref: str) -> Response:
+        path = studio.beside(ref, DISPERSED)
+        return FileResponse(path, filename=f"{plain(studio.name(ref))}.csv", media_type="text/csv")
+
+    def report(ref: str) -> Response:
+        path = studio.report(ref)
         # a page without its own script; nothing in it may run one
         headers = {"Content-Security-Policy": "sandbox; script-src 'none'"}
         return FileResponse(path, media_type="text/html", headers=headers)
 
-    for answer in (motion, mode, start, modes, run, case, export, certificate):
+    for answer in (motion, mode, start, modes, run, case, export, dispersed, report):
         app.get(f"/studio/{answer.__name__}", include_in_schema=False)(guarded(answer))
 
     @app.get("/studio/viewer/{name}", include_in_schema=False)

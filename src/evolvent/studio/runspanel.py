@@ -8,11 +8,12 @@ from nicegui import ui
 
 from evolvent.base.errors import EvolventError
 from evolvent.studio.context import Context
-from evolvent.studio.jobs import COMPUTED, Job
+from evolvent.studio.jobs import COMPUTED, RESUMED, Job
 from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text
 from evolvent.studio.state import View, view_of
 
-_KINDS = {"run": "", "equilibrium": "equilibrium", "modes": "modes", "sweep": "study", "identify": "identification"}
+_KINDS = {"run": "", "equilibrium": "equilibrium", "modes": "modes", "margin": "margins", "sweep": "study",
+          "disperse": "dispersion", "calibrate": "calibration", "identify": "identification"}  # fmt: skip
 #: Changed keys of a run that its row shows.
 _CHANGES = 4
 
@@ -139,9 +140,9 @@ class RunsPanel:
         with ui.button(icon="more_vert").props(f'flat dense round size=sm data-testid="menu-{job.key}"'), ui.menu():
             if job.kind in COMPUTED:
                 ui.menu_item("Open its case", lambda: self.open_case(job.key))
-                if job.kind != "modes" and self.studio.jobs.result(job.key) is not None:
+                if job.kind in ("run", "equilibrium") and self.studio.jobs.result(job.key) is not None:
                     ui.menu_item("Save it in the folder", lambda: self.save_run(f"job:{job.key}"))
-            if job.kind == "sweep" and job.status != "success":
+            if job.kind in RESUMED and job.status != "success":
                 ui.menu_item("Continue", lambda: self.page.attempt(lambda: self.studio.jobs.resume(job.key)))
             ui.menu_item("Rename", lambda: ask_title(self.page, job.key))
             ui.menu_item("Remove", lambda: self._remove(job.key))

@@ -37,6 +37,8 @@ FIRST = "case:boom-slew"
 MEASURED: dict[str, Any] = {
     "files": [], "kind": "springs", "stand": "", "content": {"stand": {"kind": "springs"}}, "columns": {},
 }  # fmt: skip
+#: What is kept of a calibration, as it is at first: its file, observed variables and fitted keys.
+CALIBRATED: dict[str, Any] = {"file": "", "observe": [], "fit": []}
 #: Starts of cases that are kept for the pages that show them.
 _STARTS = 16
 #: Cases to begin with, name -> (what it is, YAML).
@@ -75,7 +77,7 @@ class Draft:
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """What the page shows beside the panels: nothing, the case's start, runs ("run"), modes, a measurement, a study."""
+    """What the page shows beside the panels: nothing, the case's start, runs ("run"), modes, a report of a job, ..."""
 
     kind: str = ""
     refs: tuple[str, ...] = ()
@@ -83,7 +85,10 @@ class View:
 
 def view_of(job: Job) -> View:
     """What shows a job."""
-    kind = {"equilibrium": "run", "sweep": "study", "identify": "measure"}.get(job.kind, job.kind)
+    kind = {
+        "equilibrium": "run", "sweep": "study", "identify": "measure", "margin": "report", "disperse": "report",
+        "calibrate": "report",
+    }.get(job.kind, job.kind)  # fmt: skip
     return View(kind, (f"job:{job.key}",))
 
 
@@ -127,7 +132,10 @@ class Studio:
         self.draft, self.view, self.tab = Draft(), View(), "case"
         self.dark: bool | None = None  # as the browser has it
         self.measure: dict[str, Any] = {}
-        self.study = studydraft.opened(self.folder, "new:study")
+        self.calibration: dict[str, Any] = copy.deepcopy(CALIBRATED)
+        self.studies = {
+            kind: studydraft.opened(self.folder, f"new:{word}") for kind, word in studydraft.NEW_ONES.items()
+        }
         self._name, self._saved = name, ""
         self.open_case(FIRST)
 
@@ -148,27 +156,35 @@ class Studio:
 
     def _restore(self, content: Mapping[str, Any]) -> None:
         """Take what was kept of a tab, all of it or nothing."""
-        draft, view, study = Draft(**content["draft"]), content["view"], StudyDraft(**content["study"])
+        draft, view = Draft(**content["draft"]), content["view"]
+        studies = {kind: StudyDraft(**content["studies"][kind]) for kind in studydraft.NEW_ONES}
         texts = (
-            draft.source, draft.about, draft.origin, content["tab"], view["kind"], *view["refs"], study.source,
-            study.about,
+            draft.source, draft.about, draft.origin, content["tab"], view["kind"], *view["refs"],
+            *(text for one in studies.values() for text in (one.source, one.about)),
         )  # fmt: skip
-        contents = (draft.content, draft.base, content["measure"], study.content)
+        contents = (draft.content, draft.base, content["measure"], *(one.content for one in studies.values()))
         if not all(isinstance(text, str) for text in texts) or not all(isinstance(one, dict) for one in contents):
             return
         measure = {key: content["measure"][key] for key in MEASURED if key in content["measure"]}
         if any(not isinstance(value, type(MEASURED[key])) for key, value in measure.items()):
             return
+        calibration = {key: content["calibration"][key] for key in CALIBRATED}
+        rows = [row for key in ("observe", "fit") for row in calibration[key]]
+        if not isinstance(calibration["file"], str) or not all(
+            isinstance(text, str) for row in rows for text in row.values()
+        ):
+            return
         self.draft = self._checked(draft)
         self.view, self.tab = View(view["kind"], tuple(view["refs"])), content["tab"]
         self.dark = content["dark"] if content["dark"] in (True, False) else None
-        self.measure, self.study = measure, study
+        self.measure, self.studies, self.calibration = measure, studies, calibration
 
     def save(self) -> None:
         """Keep what the tab shows, where it has changed."""
         content = {
             "draft": dataclasses.asdict(self.draft), "view": dataclasses.asdict(self.view), "tab": self.tab,
-            "dark": self.dark, "measure": self.measure, "study": dataclasses.asdict(self.study),
+            "studies": {kind: dataclasses.asdict(one) for kind, one in self.studies.items()}, "dark": self.dark,
+            "measure": self.measure, "calibration": self.calibration,
         }  # fmt: skip
         text = repr(content)
         if self._name and text != self._saved:
@@ -186,11 +202,14 @@ class Studio:
         found |= {f"file:{name}": name for name, one in written if one.keys & {"system", "parts"}}
         return found | {f"file:{name}": f"{name} ({why})" for name, why in self.folder.unreadable().items()}
 
-    def study_sources(self) -> dict[str, str]:
-        """Studies that can be run."""
+    def study_sources(self, kind: str = "sweep") -> dict[str, str]:
+        """Studies that a job of a kind can run, source -> how it is shown."""
         from evolvent.design import studies
 
-        found = {"new:study": "new study"} | {f"case:{name}": name for name in studies.built_in()}
+        word = studydraft.NEW_ONES[kind]
+        found = {f"new:{word}": f"new {word}"}
+        if kind == "sweep":  # none of those built in draws
+            found |= {f"case:{name}": name for name in studies.built_in()}
         every = self.folder.yaml().items()
         return found | {f"file:{name}": name for name, one in every if {"case", "over"} <= one.keys}
 
@@ -255,7 +274,7 @@ class Studio:
 
         Parameters
         ----------
-        kind : "run", "equilibrium" or "modes", what is computed of it
+        kind : "run", "equilibrium", "modes" or "margin", what is computed of it
 
         Raises
         ------
@@ -269,6 +288,8 @@ class Studio:
         assembled = reading.elements(content) <= reading.MOST_ELEMENTS  # of a larger one by its job alone
         if assembled and kind == "run":
             definition.plan(case)
+        elif assembled and kind == "margin":
+            definition.build(case).assemble()  # what it lacks is found with the margins, which takes longer
         elif assembled:
             families.check(definition.build(case).assemble(), families.MODES if kind == "modes" else families.STATIC)
         name = pathlib.PurePosixPath((draft.origin or draft.source).partition(":")[2]).stem or case.system
@@ -298,6 +319,37 @@ class Studio:
         """A start by its name; None where it is kept no longer."""
         return self._starts.get(name)
 
+    def open_case_named(self) -> str | dict[str, Any]:
+        """The case that is open: its name where it is as it was saved or built in, else its content."""
+        kind, _, name = self.draft.source.partition(":")
+        saved = kind in ("case", "file") and self.draft.content == self.draft.base
+        return name if saved else copy.deepcopy(self.draft.content)
+
+    def open_case_title(self) -> str:
+        """What the case that is open is called, and whether it has changed."""
+        name = (self.draft.origin or self.draft.source).partition(":")[2] or self.draft.about
+        return name if self.draft.content == self.draft.base else f"{name}, changed"
+
+    def follow_case(self, kind: str) -> bool:
+        """Take the case that is open into the study of a kind of job, where it follows it; returns whether it changed.
+
+        Keys and results that only the case before has are forgotten.
+
+        Raises
+        ------
+        InputError
+            If the case cannot be read.
+        """
+        study, case = self.studies[kind], self.open_case_named()
+        if not study.follows or study.content.get("case") == case:
+            return False
+        content = studydraft.with_case(self.folder, study, case)
+        if study.source.startswith("new:") and "" in (content.get("over") or {}):  # nothing of the case before is left
+            origin = (self.draft.origin or self.draft.source).partition(":")[2]
+            content["study"] = plain(pathlib.PurePosixPath(origin).stem)
+        self.studies[kind] = dataclasses.replace(study, content=content)
+        return True
+
     # -------------------------------------------------------------------------------------------- runs
 
     def path(self, ref: str) -> pathlib.Path:
@@ -320,6 +372,34 @@ class Studio:
         if path.is_dir():  # of a study
             self.folder.check_plain(path)
             return path
+        return self.folder.file(self.folder.name(path))
+
+    def report(self, ref: str) -> pathlib.Path:
+        """The page with the results of a job, "job:KEY".
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        kind, _, key = ref.partition(":")
+        path = self.jobs.report(key) if kind == "job" else None
+        if path is None:
+            raise InputError(f"{ref!r:.200} has no page with results")
+        return self.folder.file(self.folder.name(path))
+
+    def beside(self, ref: str, name: str) -> pathlib.Path:
+        """A file beside the results of a job, "job:KEY".
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        kind, _, key = ref.partition(":")
+        path = self.folder.existing(OWN, self.jobs.get(key).key, name) if kind == "job" else None
+        if path is None:
+            raise InputError(f"{ref!r:.200} has no file {name!r}")
         return self.folder.file(self.folder.name(path))
 
     def name(self, ref: str) -> str:

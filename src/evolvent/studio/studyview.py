@@ -19,6 +19,7 @@ from evolvent.studio.charts import Chart
 from evolvent.studio.context import Context
 from evolvent.studio.elements import ChartElement
 from evolvent.studio.jobview import draw_job
+from evolvent.studio.state import View
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,7 +62,7 @@ class StudyView:
                 return
             wait.delete()
             with self.page.main:
-                _Results(self.page, found, study, self._edit)
+                _Results(self.page, found, study, self._edit, ref)
 
         ui.timer(0.01, load, once=True)
 
@@ -95,7 +96,9 @@ def _pictures(study: xr.Dataset) -> dict[str, bytes]:
 class _Results:
     """What came of a study: one result at a time."""
 
-    def __init__(self, page: Context, study: xr.Dataset, asked: Study, edit: Callable[[Any, str], None]) -> None:
+    def __init__(
+        self, page: Context, study: xr.Dataset, asked: Study, edit: Callable[[Any, str], None], ref: str
+    ) -> None:
         self.page, self.study, self.asked = page, study, asked
         self.grid = study.attrs["sample"] == "grid"
         keys = [key for key in json.loads(study.attrs["keys"]) if key in study.coords]
@@ -110,6 +113,10 @@ class _Results:
             ui.element("div").style("flex:1")
             change = ui.button("Edit the study", on_click=lambda: edit(asked.text, f"study {asked.name}"))
             change.props('flat dense color=primary data-testid="edit-study"')
+            if ref.startswith("job:") and page.studio.jobs.report(ref.partition(":")[2]) is not None:
+                ui.button("Show the report", on_click=lambda: page.show(View("report", (ref,)))).props(
+                    'flat dense color=primary data-testid="show-report"'
+                )
         count = int((study.status == "failed").sum())
         if count:
             failed = f"{count} of {study.status.size} cases failed; they are marked with a cross and listed below"

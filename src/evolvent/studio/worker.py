@@ -21,8 +21,11 @@ from evolvent.studio import child
 
 #: Files of a job.
 CASE, RUN, STUDY, CERTIFICATE = "case.yaml", "run.nc", "study", "certificate.html"
+MARGINS, DISPERSION, DISPERSED = "margins.html", "dispersion.html", "dispersion.csv"
+#: Folder of a calibration, its page and the case with the fitted values.
+CALIBRATION, REPORT, FITTED = "calibration", "report.html", "case.yaml"
 #: Kinds of jobs that keep nothing when they are cancelled.
-AT_ONCE = ("equilibrium", "modes", "identify")
+AT_ONCE = ("equilibrium", "modes", "margin", "identify")
 #: Modes, and the packed motion of one of them.
 MODES, MODE = "modes.nc", "mode-{}.motion"
 
@@ -37,9 +40,14 @@ def main(folder: str) -> int:
     place = pathlib.Path(folder)
     try:
         compute = {
-            "run": _run, "equilibrium": _equilibrium, "modes": _modes, "sweep": _sweep, "identify": _identify,
+            "run": _run, "equilibrium": _equilibrium, "modes": _modes, "margin": _margin, "sweep": _sweep,
+            "disperse": _disperse, "calibrate": _calibrate, "identify": _identify,
         }[job["kind"]]  # fmt: skip
-        with contextlib.nullcontext() if job["kind"] == "sweep" else startup.hidden(*startup.ARRAY_LIBRARIES):
+        with (
+            contextlib.nullcontext()
+            if job["kind"] in ("sweep", "disperse")
+            else startup.hidden(*startup.ARRAY_LIBRARIES)
+        ):
             compute(place, job, report)
     except EvolventError as error:
         report.send(status="failed", message=str(error))
@@ -105,6 +113,10 @@ class _Report:
     def reached(self, reached: float, end: float) -> None:
         """Report how far the work is; raises KeyboardInterrupt where it is to stop."""
         self.send(reached=float(reached), end=float(end))
+        self.check()
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt where the work is to stop."""
         if self._stop.is_set():
             raise KeyboardInterrupt
 
@@ -165,6 +177,24 @@ def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     report.send(status="success", message="")
 
 
+def _margin(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    from evolvent import cases
+    from evolvent.base import progress
+    from evolvent.exports import margins_page
+
+    case = _case(job)[0]
+    report.reached(0.0, 1.0)
+    with progress.compilation_shown_by(report.compiling), progress.shown_by(report.stage):
+        found = cases.system(case.system).margin(
+            case, progress=lambda reached: report.send(note=f"margins along the run: {reached:.4g} s")
+        )
+        margins_page.write(found, os.fspath(place / MARGINS))
+    below = f"the margin of {', '.join(map(repr, found.negative))} is below 0"
+    report.send(
+        status="success", message=below if found.negative else f"every margin holds, the least is {found.least:.4g}"
+    )
+
+
 def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent.design import studies
 
@@ -178,6 +208,46 @@ def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     failed = int((found.status == "failed").sum())
     message = f"{failed} of {found.status.size} cases failed" if failed else ""
     report.send(status="failed" if failed == found.status.size else "success", message=message)
+
+
+def _disperse(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    from evolvent.design.dispersions import dispersed, report as pages
+
+    found = dispersed.disperse(
+        parsed(job["case"], CASE),
+        output=place / STUDY,
+        workers=1,
+        progress=lambda done, count: report.reached(done, count),
+        report=lambda sentence: report.send(note=sentence),
+    )
+    report.send(note="drawing the report")
+    pages.write_table(found, place / DISPERSED)
+    pages.write(found, place / DISPERSION)
+    failed = len(found.failures)
+    message = f"{failed} of {found.count} runs failed" if failed else ""
+    report.send(status="failed" if failed == found.count else "success", message=message)
+
+
+def _calibrate(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    from evolvent.base import progress
+    from evolvent.design.calibration import fit, report as pages
+
+    asked = parsed(job["case"], CASE)
+
+    def show(count: int, rms: float) -> None:
+        report.send(note=f"{count} evaluations, root mean square {rms:.4g}")
+        report.check()
+
+    with progress.compilation_shown_by(report.compiling):
+        found = fit.calibrate(
+            asked["case"], job["signals"][0], folder=place / CALIBRATION, progress=show,
+            report=lambda sentence: report.send(note=sentence),
+            **{name: asked[name] for name in ("fit", "observe", "deviations", "bounds") if name in asked},
+        )  # fmt: skip
+    pages.write(found, place / CALIBRATION)
+    count = len(found.parameters)
+    message = f"{count} parameter{'s' * (count > 1)} fitted, root mean square {found.rms:.3g} {found.series[0].unit}"
+    report.send(status="success", message=message.strip())
 
 
 def _identify(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:

@@ -105,6 +105,7 @@ def calibrate(
     deviations: Sequence[float] | None = None, folder: str | os.PathLike[str] | None = None,
     progress: Callable[[int, float], None] | None = None, references: bool = True,
     fixed: Mapping[str, Any] | None = None, report: Callable[[str], None] | None = None,
+    bounds: Mapping[str, Sequence[Any]] | None = None,
 ) -> Calibration:  # fmt: skip
     """Fit parameters of a case to measured data.
 
@@ -121,6 +122,8 @@ def calibrate(
     references : bool, whether the formulas that the system has beside its model are fitted as well
     fixed : mapping, keys of the case that are set after those that the data set
     report : called with a sentence about evaluations in the folder that are damaged
+    bounds : mapping, fitted key -> (low, high), numbers (SI) or texts with units, within which the fit stays; without
+        them within what the key allows
 
     Raises
     ------
@@ -133,7 +136,7 @@ def calibrate(
 
     measured = data.read(source, case, observe)
     content = cases.content_of(case, {**measured.overrides, **(fixed or {})})
-    parameters = _parameters(content, fit)
+    parameters = _bounded(_parameters(content, fit), bounds or {})
     content = cases.content_of(content, _plain_lists(content, parameters))
     weights = _weights(measured.series, deviations)
     closed_form = _is_closed_form(model, content)
@@ -193,6 +196,30 @@ def _parameters(content: Mapping[str, Any], fit: Sequence[str]) -> tuple[Paramet
     if twice is not None:
         raise InputError(f"--fit names {twice!r} twice")
     return tuple(found)
+
+
+def _bounded(parameters: tuple[Parameter, ...], bounds: Mapping[str, Sequence[Any]]) -> tuple[Parameter, ...]:
+    """Parameters that stay within bounds as well."""
+    known = {p.key: p for p in parameters}
+    for key, given in bounds.items():
+        if key not in known:
+            raise InputError(f"--bounds names {key!r}, which is not fitted; {nearest(key, known)}")
+        one = known[key]
+        try:
+            low, high = (units.parse(end, one.unit) if isinstance(end, str) else float(end) for end in given)
+        except (units.UnitError, TypeError, ValueError):
+            unit = one.unit or "plain numbers"
+            raise InputError(
+                f"--bounds of {key!r} are {', '.join(map(str, given))}; they must be two numbers in {unit}"
+            ) from None
+        low, high = max(low, one.least), min(high, one.most)
+        if not low < high or not low <= one.start <= high:
+            raise InputError(
+                f"--bounds of {key!r} are {low:.6g} to {high:.6g} {one.unit}; they must hold the value "
+                f"{one.start:.6g} at which the fit starts"
+            )
+        known[key] = dataclasses.replace(one, least=low, most=high)
+    return tuple(known.values())
 
 
 def _plain_lists(content: Mapping[str, Any], parameters: Sequence[Parameter]) -> dict[str, Any]:

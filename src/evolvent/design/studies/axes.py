@@ -11,10 +11,12 @@ import numpy as np
 
 from evolvent.base import schema, units
 from evolvent.base.errors import InputError
-from evolvent.design.studies import distributions, draws
+from evolvent.design.studies import distributions, draws, measured
 
 #: Most cases that a study may have; every one is checked before the first is run.
 MOST_CASES = 1_000_000
+#: Letters of a distribution, above which a table is stated by its first and last value.
+_LONG = 160
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -122,6 +124,7 @@ def axes(
     content: Any = None,
     correlation: Any = None,
     nominal: Callable[[str], Any] = lambda path: None,
+    tables: measured.Tables | None = None,
 ) -> tuple[Axis, ...]:
     """The keys that vary, with their values.
 
@@ -135,6 +138,7 @@ def axes(
     content : mapping, the case as it is written
     correlation : of the study, list of [key, key, value]
     nominal : function of a key of the case that returns its value in the case
+    tables : the files that distributions may name
 
     Raises
     ------
@@ -156,7 +160,7 @@ def axes(
                 raise InputError(f"over names {key!r} twice; a key varies in one way")
             values: Sequence[Any] = ()
             if drawn:
-                spread.append(distributions.read(where, given, reader, functools.partial(nominal, path)))
+                spread.append(distributions.read(where, given, reader, functools.partial(nominal, path), tables))
             else:
                 values = _given(where, given, reader, sample)
             found.append(
@@ -207,7 +211,10 @@ def _shown(given: Any) -> str:
     if isinstance(given, Mapping):
         kind = "normal" if "mean" in given else "uniform"
         return f"{kind}({', '.join(str(given[key]) for key in given)})"
-    return str(given)
+    text, values = str(given), str(given).count(",") + 1
+    if len(text) > _LONG:  # a table of many values
+        text = f"{text[: text.find(',')]}, ... {text[text.rfind(',') + 2 : -1]}), {values} values"
+    return text
 
 
 def _given(where: str, given: Any, reader: Any, sample: str) -> Sequence[Any]:

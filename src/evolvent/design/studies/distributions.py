@@ -10,6 +10,7 @@ text                                           what it is
 ``normal(MEAN, STD)``                          a normal distribution
 ``truncated-normal(MEAN, STD, LOW, HIGH)``     a normal distribution without what lies beyond two limits
 ``table(VALUE, VALUE, ...)``                   measured values, each with the same probability
+``table(FILE.csv)``, ``table(FILE, COLUMN)``   the same from a column of a file, with the unit of its head
 =============================================  ====================================================================
 
 ``nominal`` stands for the case's own value. A percentage in the place of a value is a share of the case's value
@@ -28,6 +29,7 @@ import numpy as np
 
 from evolvent.base import schema, units
 from evolvent.base.errors import InputError, nearest
+from evolvent.design.studies import measured
 
 Array = np.ndarray
 #: Names of the distributions, with the names of their arguments; `...` for any number of values.
@@ -41,8 +43,6 @@ KINDS: Mapping[str, tuple[str, ...]] = {
 }
 #: Standard deviations from the mean to the ends that the worst case takes of a normal distribution.
 NORMAL_ENDS = 3.0
-#: Most values of a table.
-_MOST = 10_000
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -90,7 +90,7 @@ class Distribution:
                 found = truncnorm.ppf(u, (low - mean) / std, (high - mean) / std, loc=mean, scale=std)
                 return np.clip(found, low, high)
             case _:
-                listed = np.array(self.values)
+                listed = np.sort(self.values)  # so that a larger probability gives no smaller value
                 return listed[np.minimum((u * listed.size).astype(int), listed.size - 1)]
 
     def ends(self) -> tuple[Any, Any]:
@@ -105,7 +105,9 @@ class Distribution:
         return (round(low), round(high)) if self.whole else (low, high)
 
 
-def read(where: str, given: Any, reader: Any, nominal: Callable[[], Any]) -> Distribution:
+def read(
+    where: str, given: Any, reader: Any, nominal: Callable[[], Any], tables: measured.Tables | None = None
+) -> Distribution:
     """The distribution that a study gives for a key.
 
     Parameters
@@ -114,6 +116,7 @@ def read(where: str, given: Any, reader: Any, nominal: Callable[[], Any]) -> Dis
     given : text of this module's table, or a mapping {from, to} (uniform) or {mean, std} (normal)
     reader : what reads the key's value (`units.Quantity`, `units.Whole`)
     nominal : function that returns the case's own value of the key
+    tables : the files that the text may name; none where it may not
 
     Raises
     ------
@@ -123,6 +126,10 @@ def read(where: str, given: Any, reader: Any, nominal: Callable[[], Any]) -> Dis
     if reader is None:
         raise InputError(f"{where} takes words or lists, so it has no range; give a list of values")
     whole = isinstance(reader, units.Whole)
+    if tables is not None and measured.file_of(given) is not None:
+        entries = _Reading(where, given, reader, nominal)
+        listed = [entries.quantity(one) for one in tables.values(where, given)]
+        return Distribution(kind="table", values=tuple(listed), whole=whole)
     if isinstance(given, str):
         kind, values = _of_text(where, given, _Reading(where, given, reader, nominal))
         return _checked(where, given, Distribution(kind=kind, values=tuple(values), whole=whole))
@@ -209,7 +216,7 @@ def _of_text(where: str, text: str, read_: _Reading) -> tuple[str, list[float]]:
     kind, arguments = match[1], [one.strip() for one in match[2].split(",")]
     if kind not in KINDS:
         raise InputError(f"{where} is {schema.shown(text)}; no distribution is called {kind!r}; {nearest(kind, KINDS)}")
-    counts = {"table": range(1, _MOST + 1), "tolerance": range(1, 3)}.get(
+    counts = {"table": range(1, measured.MOST + 1), "tolerance": range(1, 3)}.get(
         kind, range(len(KINDS[kind]), 1 + len(KINDS[kind]))
     )
     if len(arguments) not in counts or not all(arguments):

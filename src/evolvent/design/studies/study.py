@@ -20,7 +20,7 @@ from evolvent.analysis.margins.kept import others_of
 from evolvent.analysis.system import System
 from evolvent.base import progress, safe_open, schema
 from evolvent.base.errors import InputError, nearest
-from evolvent.design.studies import catalogue, draws, stages as st
+from evolvent.design.studies import catalogue, draws, measured, stages as st
 from evolvent.design.studies.axes import MOST_CASES, Axis, annotation, axes, whole_number
 from evolvent.results.kept import REDUCTIONS, check_names, stored_name
 
@@ -123,7 +123,10 @@ def _digest(content: Any) -> str:
 # ------------------------------------------------------------------------------------------------ reading
 
 
-def read(study: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str, Any] | None = None) -> Study:
+def read(
+    study: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str, Any] | None = None, *,
+    folder: str | os.PathLike[str] | None = None,
+) -> Study:  # fmt: skip
     """A checked study.
 
     Parameters
@@ -131,7 +134,10 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str
     study : str, path or mapping
         Name of a built-in study, a YAML file, or content. The case in a mapping may be a `System`.
     changes : mapping, optional
-        Keys of the study that replace its own; those of ``set`` and ``over`` are added.
+        Keys of the study that replace its own; those of ``set`` and ``over`` are added. Files of their distributions
+        are named from the current folder on.
+    folder : str, optional
+        Folder that files which the study names must be in, or below; that of the study, of a mapping the current one.
 
     Raises
     ------
@@ -140,8 +146,11 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str
         of a grid of more than 10 000 cases every value, of more than 100 samples the smallest and largest value of
         every key, while others of its cases are checked when they are run.
     """
-    content, folder = _content(study)
-    for key, value in (changes or {}).items():
+    content, own_folder = _content(study)
+    folder = own_folder if folder is None else pathlib.Path(folder)
+    changes = changes or {}
+    tables = measured.Tables(folder, trusted=list(_section(changes, "over").values()))
+    for key, value in changes.items():
         content[key] = {**_section(content, key), **value} if key in ("set", "over") else value
     for key in content:
         if key not in _KEYS:
@@ -182,7 +191,10 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str
         content=cases.content_of(case, fixed),
         correlation=content.get("correlation"),
         nominal=lambda path: value_at(own(), path),
+        tables=tables,
     )
+    if sample in draws.DRAWN:
+        content["over"] = tables.in_place(_section(content, "over"))
     varied = {axis.path for axis in varying}
     for axis in varying:
         if start_key and axis.path == start_key:

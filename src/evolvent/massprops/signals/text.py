@@ -36,7 +36,7 @@ def read_text(raw: bytes, name: str) -> tuple[dict[str, np.ndarray], dict[str, s
         titles = [row for row in others if len(row) == width > 1]
     heads, marks = (titles[-2], titles[-1]) if _units_row(titles) else (titles[-1] if titles else [], [])
     columns = _numbers(lines[first:], separator, width, name, first)
-    named = [_title_and_unit(head.lstrip("#% ")) for head in heads] if heads else [("", "")] * width
+    named = [title_and_unit(head.lstrip("#% ")) for head in heads] if heads else [("", "")] * width
     names = distinct(title for title, _ in named)
     units = {
         n: unit or (marks[c].strip("[]() ") if marks else "")
@@ -49,7 +49,7 @@ def read_text(raw: bytes, name: str) -> tuple[dict[str, np.ndarray], dict[str, s
     return kept, units, None, {n: column for n, column in found.items() if isinstance(column, Words)}
 
 
-def _title_and_unit(title: str) -> tuple[str, str]:
+def title_and_unit(title: str) -> tuple[str, str]:
     """'left (mm)' and 'left [mm]' -> 'left', 'mm'; a title without a unit as it is, and ''."""
     start = max(title.rfind("["), title.rfind("("))
     before, unit = title[:start].rstrip(), title[start + 1 : -1]
