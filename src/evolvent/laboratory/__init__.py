@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 SETS = {
     "double-pendulum": "pendulum",
     "triple-pendulum": "pendulum",
+    "driven-arm": "arm",
+    "rbsp": "rbsp",
+    "trifilar": "trifilar",
 }
 
 
