@@ -339,8 +339,11 @@ def _motion_band(fit: Fit, piece: Piece) -> Band:
 
 def _together(bands: Sequence[Band]) -> Band:
     """Band of the root mean square over all pieces."""
-    keys = ("measurement", "parameters", "numerics")
-    return dataclasses.replace(bands[0], **{key: rms([np.array([getattr(one, key) for one in bands])]) for key in keys})
+    return Band(
+        measurement=rms([np.array([one.measurement for one in bands])]),
+        parameters=rms([np.array([one.parameters for one in bands])]),
+        numerics=rms([np.array([one.numerics for one in bands])]), how=bands[0].how,
+    )  # fmt: skip
 
 
 def run(settings: NoSettings, data: str | None) -> Verdict:

@@ -248,7 +248,8 @@ def _with(model: Pendulum, values: Array) -> Pendulum:
     # beside a fit, where a band is found, what has no meaning counts as its bound
     own[1] = tuple(max(one, LEAST * of) for one, of in zip(own[1], model.inertias, strict=True))
     own[2:] = [tuple(max(one, 0.0) for one in part) for part in own[2:]]
-    return dataclasses.replace(model, **dict(zip(("centres", "inertias", "frictions", "dry"), own, strict=False)))
+    dry = own[3] if len(own) > 3 else ()
+    return dataclasses.replace(model, centres=own[0], inertias=own[1], frictions=own[2], dry=dry)
 
 
 def fitted(model: Pendulum, pieces: Sequence[Piece], *, dry: bool = True) -> Fit:
