@@ -21,6 +21,9 @@ SETS = {
     "wing-spar": "wing_spar",
     "rotating-beam": "rotating_beam",
     "composite-strips": "composite_strips",
+    "driven-arm": "arm",
+    "rbsp": "rbsp",
+    "trifilar": "trifilar",
 }
 
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+import os
+import zipfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from evolvent.base import safe_open
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
 from evolvent.results.figures import Figure
@@ -17,6 +21,8 @@ from evolvent.results.figures import Figure
 Array = np.ndarray
 #: Half width of a band of 95 %, in standard deviations.
 COVER = 1.96
+#: Smallest eigenvalue of a fit's normal matrix over the largest, below which the data say nothing of a direction.
+LEAST = 1e-10
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -78,7 +84,7 @@ class Comparison:
     @property
     def covered(self) -> bool:
         """Whether the difference lies within the band."""
-        return abs(self.difference) <= self.band.half_width
+        return bool(abs(self.difference) <= self.band.half_width)
 
     @property
     def meets(self) -> bool:
@@ -107,6 +113,12 @@ class Verdict:
         return [one for one in self.comparisons if not one.meets]
 
     @property
+    def goals(self) -> tuple[int, int]:
+        """Goals that are met, and all of them."""
+        count = sum(one.compared and math.isfinite(one.allowed) for one in self.comparisons)
+        return count - len(self.missed), count
+
+    @property
     def coverage(self) -> tuple[int, int]:
         """Comparisons within their bands, and all of them; not those without a measurement."""
         return sum(one.covered for one in self.comparisons), sum(one.compared for one in self.comparisons)
@@ -114,12 +126,7 @@ class Verdict:
     @property
     def text(self) -> str:
         """The verdict in one sentence."""
-        goals = sum(one.compared and math.isfinite(one.allowed) for one in self.comparisons)
-        within, all_ = self.coverage
-        if all_ == 0:
-            return "nothing is measured: the predictions stand with their bands"
-        met = f"{goals - len(self.missed)} of {goals} goals are met; " if goals else ""
-        return f"{met}{within} of {all_} differences are within their bands of 95 %"
+        return sentence(self.goals, self.coverage)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -133,6 +140,7 @@ class Set:
     Settings : class of the keys that `--set` changes
     run : function of the settings, and of a folder or file with measurements of the same form (None for those of the
         package), to the verdict
+    needs : str, where measurements that the package does not hold are published; empty where it holds them
     """
 
     name: str
@@ -140,6 +148,7 @@ class Set:
     source: str
     Settings: type[Section]
     run: Callable[[Any, str | None], Verdict]
+    needs: str = ""
 
     def validate(self, overrides: Mapping[str, Any] | None = None, data: str | None = None) -> Verdict:
         """Predict and compare.
@@ -152,13 +161,154 @@ class Set:
         Raises
         ------
         InputError
-            For keys and files that cannot be used.
+            For keys and files that cannot be used, and where the measurements are missing.
         """
         try:
             settings = self.Settings(**dict(overrides or {}))
         except InputError as error:
             raise InputError(str(error).replace(f"{self.Settings.__name__}.", "")) from None
+        if self.needs and data is None:
+            raise InputError(f"{self.name} needs --data FOLDER: {self.needs}")
         return self.run(settings, data)
+
+
+class NoSettings(Section):
+    """Of a set without keys."""
+
+
+# ------------------------------------------------------------------------------------------------ measurements
+
+
+def texts(folder: str | None, stored: str | os.PathLike[str], kind: str = "") -> list[tuple[str, str]]:
+    """Names and contents of CSV files: those of a folder, or, where none is given, those of a ZIP file of the package.
+
+    Parameters
+    ----------
+    kind : str, with which names of files of the package begin
+
+    Raises
+    ------
+    InputError
+        If the folder is none.
+    """
+    if folder is None:
+        with zipfile.ZipFile(stored) as files:
+            return [(one, files.read(one).decode()) for one in sorted(files.namelist()) if one.startswith(kind)]
+    if not os.path.isdir(folder):
+        raise InputError(f"{folder!r} is not a folder with CSV files")
+    names = sorted(one for one in os.listdir(folder) if one.endswith(".csv"))
+    return [(one, safe_open.text(os.path.join(folder, one))) for one in names]
+
+
+def head_of(text: str) -> list[str]:
+    """Words of the first line of a CSV file."""
+    return [word.strip() for word in text.partition("\n")[0].split(",")]
+
+
+def table(file: str, text: str, head: Sequence[str]) -> Array:
+    """Rows of a CSV file: (n, columns) float.
+
+    Raises
+    ------
+    InputError
+        If its first line is another one, or a row is none of finite numbers.
+    """
+    if head_of(text) != list(head):
+        raise InputError(f"{file}: the first line must be {','.join(head)}")
+    try:
+        values = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
+    except ValueError as error:
+        raise InputError(f"{file}: it is no table of numbers ({error})") from None
+    if len(values) < 2 or not np.all(np.isfinite(values)):
+        raise InputError(f"{file}: it needs two rows of finite numbers or more")
+    return values
+
+
+# ------------------------------------------------------------------------------------------------ uncertainty
+
+
+def samples_per_independent(pieces: Sequence[Array]) -> float:
+    """Number of residuals of pieces of a record that count as one independent one, 1 or more.
+
+    Parameters
+    ----------
+    pieces : (n,) or (n, m) float each, residuals in the order of time, of m quantities
+
+    Notes
+    -----
+    1 + 2 sum of the autocorrelation up to its first zero, over all pieces and quantities.
+    """
+    longest = max(len(piece) for piece in pieces)
+    sums = np.zeros(longest)
+    for piece in pieces:
+        for column in np.reshape(piece, (len(piece), -1)).T:
+            sums[: column.size] += np.correlate(column, column, "full")[column.size - 1 :]
+    if sums[0] <= 0.0:
+        return 1.0
+    rho = sums / sums[0]
+    below = np.flatnonzero(rho < 0.0)
+    return float(max(1.0, 1.0 + 2.0 * rho[1 : below[0] if below.size else longest].sum()))
+
+
+def covariance_of(jacobian: Array, residuals: Array, per_independent: float) -> Array:
+    """Covariance of fitted parameters by the residuals of a fit, whose samples are correlated: (p, p).
+
+    Parameters
+    ----------
+    jacobian : (n, p) float
+    residuals : (n,) float
+    per_independent : float, residuals that count as one independent one
+
+    Notes
+    -----
+    Inverse of J^T J times the variance of the residuals, their squares over independent ones less parameters, times the
+    number of residuals of each. A direction of which the residuals say
+    nothing gets no variance: predictions of the same kind do not depend on it.
+    """
+    count, p = jacobian.shape
+    scale = np.linalg.norm(jacobian, axis=0)
+    scale[scale == 0.0] = 1.0
+    values, vectors = np.linalg.eigh((jacobian / scale).T @ (jacobian / scale))
+    known = values > LEAST * values[-1]
+    inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T / np.outer(scale, scale)
+    return np.asarray(inverse * float(residuals @ residuals) / max(count / per_independent - p, 1.0))
+
+
+def by_parameters(predict: Callable[[Array], Array], values: Array, covariance: Array) -> Array:
+    """Standard deviation of what is predicted by the covariance of parameters, along its principal axes, linearly.
+
+    Parameters
+    ----------
+    predict : function of the parameters (p,) to an array
+    values : (p,) float
+    covariance : (p, p) float
+    """
+    scale = np.sqrt(np.diag(covariance))
+    scale[scale == 0.0] = 1.0
+    variances, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
+    base = predict(values)
+    squares = np.zeros_like(base)
+    for variance, axis in zip(variances, axes.T, strict=True):
+        if variance > 1e-12 * variances[-1] > 0.0:
+            squares = squares + (predict(values + math.sqrt(variance) * scale * axis) - base) ** 2
+    return np.asarray(np.sqrt(squares))
+
+
+def rms(differences: Sequence[Array] | Array) -> float:
+    """Root mean square of all entries."""
+    joined = np.concatenate([np.ravel(one) for one in differences])
+    return float(np.sqrt(np.mean(joined**2)))
+
+
+# ------------------------------------------------------------------------------------------------ words
+
+
+def sentence(goals: tuple[int, int], coverage: tuple[int, int]) -> str:
+    """A verdict in words: goals that are met of all, differences within their bands of all."""
+    if coverage[1] == 0:
+        return "nothing is measured: the predictions stand with their bands"
+    met = f"{goals[0]} of {goals[1]} goals are met; " if goals[1] else ""
+    return f"{met}{coverage[0]} of {coverage[1]} differences are within their bands of 95 %"
 
 
 def rows(found: Verdict) -> list[list[str]]:
@@ -179,9 +329,30 @@ def rows(found: Verdict) -> list[list[str]]:
     return table
 
 
-def as_json(of: Set, found: Verdict) -> str:
-    """A set with its comparisons as JSON."""
-    content = {
+def totals(found: Iterable[Verdict]) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Goals that are met of all, and differences within their bands of all, over several sets."""
+    both = [(one.goals, one.coverage) for one in found]
+    goals, coverage = ((sum(p[k][0] for p in both), sum(p[k][1] for p in both)) for k in (0, 1))
+    return goals, coverage
+
+
+def overview(found: Mapping[Set, Verdict | None]) -> list[list[str]]:
+    """A table of sets: its head, then a row each; None stands for a set whose measurements are missing."""
+    table = [["set", "goals met", "within their bands", "missed"]]
+    for of, one in found.items():
+        if one is None:
+            table.append([of.name, "-", "-", "no measurements: needs --data FOLDER"])
+            continue
+        missed = "; ".join(each.what for each in one.missed) or "-"
+        table.append([of.name, *(f"{a} of {b}" for a, b in (one.goals, one.coverage)), missed])
+    goals, coverage = totals(one for one in found.values() if one is not None)
+    table.append(["all", *(f"{a} of {b}" for a, b in (goals, coverage)), ""])
+    return table
+
+
+def content(of: Set, found: Verdict) -> dict[str, Any]:
+    """A set with its comparisons, for JSON."""
+    return {
         "set": of.name, "title": of.title, "source": of.source, "verdict": found.text, "notes": list(found.notes),
         "comparisons": [
             {
@@ -198,10 +369,16 @@ def as_json(of: Set, found: Verdict) -> str:
             for one in found.comparisons
         ],
     }  # fmt: skip
-    return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 
-def rms(differences: Sequence[Array] | Array) -> float:
-    """Root mean square of all entries."""
-    joined = np.concatenate([np.ravel(one) for one in differences])
-    return float(np.sqrt(np.mean(joined**2)))
+def as_json(found: Mapping[Set, Verdict | None]) -> str:
+    """Sets with their comparisons as JSON: of one set its content, of several a list and the counts over all."""
+    contents = [content(of, one) for of, one in found.items() if one is not None]
+    if len(found) == 1:
+        return json.dumps(contents[0], indent=1, allow_nan=False) + "\n"
+    goals, coverage = totals(one for one in found.values() if one is not None)
+    whole = {
+        "verdict": sentence(goals, coverage), "goals_met": list(goals), "covered": list(coverage), "sets": contents,
+        "without_measurements": [of.name for of, one in found.items() if one is None],
+    }  # fmt: skip
+    return json.dumps(whole, indent=1, allow_nan=False) + "\n"

@@ -1,6 +1,7 @@
-"""Swings of a double and a triple pendulum: angles from the first row of every piece, predicted and measured.
+"""Swings of a double and a triple pendulum: angles from the first rows of every piece, predicted and measured.
 
-Each piece starts from its own first row. The parameters are those that the authors of the measurements identified, and
+Each piece starts from the angles of its own first row, with the slopes of its first angles as rates: recorded rates
+deviate from them by 0.04 rad/s. The parameters are those that the authors of the measurements identified, and
 those of a fit to ten pieces, spread over the set, with which the others are predicted.
 
 Source: dynamicslab/MultiArm-Pendulum (MIT licence); arXiv 2205.06231.
@@ -9,21 +10,21 @@ Source: dynamicslab/MultiArm-Pendulum (MIT licence); arXiv 2205.06231.
 from __future__ import annotations
 
 import dataclasses
-import io
+import functools
 import math
-import os
 import pathlib
-import zipfile
 from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
+from evolvent import analysis
 from evolvent.analysis.system import System
-from evolvent.base import progress, safe_open, units
-from evolvent.base.errors import InputError
+from evolvent.base import progress, units
+from evolvent.base.errors import InputError, RunFailed
 from evolvent.base.schema import Section
+from evolvent.laboratory import book
 from evolvent.laboratory.book import Array, Band, Comparison, Set, Verdict, rms
 from evolvent.parts import Joint, RigidBody, RotationalSpring
 from evolvent.results.figures import Figure, Line, Panel, stacked
@@ -34,6 +35,8 @@ SOURCE = (
 )
 #: Tolerance of the runs, and of those that say how far they are off.
 TOLERANCE, FINE = 1e-6, 1e-8
+#: Rows of a piece whose angles give the rates at its start: 40 ms.
+FIRST = 9
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -48,6 +51,7 @@ class Pendulum:
     inertias : (n,) float, kg m2, about the centre of mass
     frictions : (n,) float, N m s/rad, viscous friction of the joints
     gravity : float, m/s2
+    dry : (n,) float, N m, Coulomb friction of the joints; none if left out
     """
 
     masses: tuple[float, ...]
@@ -56,6 +60,7 @@ class Pendulum:
     inertias: tuple[float, ...]
     frictions: tuple[float, ...]
     gravity: float
+    dry: tuple[float, ...] = ()
 
     @property
     def arms(self) -> int:
@@ -87,31 +92,35 @@ class Pendulum:
             found.add(arm, f"arm {k + 1}")
             above_it: Any = (0.0, 0.0, 0.0) if k == 0 else f"arm {k}.bottom"
             found.add(Joint(a=above_it, b=f"arm {k + 1}.top", type="revolute", axis=(0.0, 0.0, 1.0)), f"pivot {k + 1}")
-            bearing = RotationalSpring(joint=f"pivot {k + 1}", stiffness=0.0, damping=self.frictions[k])
+            bearing = RotationalSpring(
+                joint=f"pivot {k + 1}", damping=self.frictions[k], friction_torque=self.dry[k] if self.dry else 0.0
+            )
             found.add(bearing, f"bearing {k + 1}")
             if k + 1 < self.arms:
                 at, moving = at + self.lengths[k] * along, moving + self.lengths[k] * across
         return found
 
     def predicted(self, piece: Piece, *, tolerance: float = TOLERANCE, start: Array | None = None) -> Array:
-        """Angles at the times of a piece from its first row: (nt, n) float, rad, absolute.
+        """Angles at the times of a piece from its start: (nt, n) float, rad, absolute.
 
         Parameters
         ----------
-        start : (2 n,) float, angles and rates in place of the first row
+        start : (2 n,) float, angles and rates in place of the piece's
         """
         n = self.arms
-        row = np.concatenate([piece.angles[0], piece.rates[0]]) if start is None else start
-        keep = [f"bearing {k + 1}.angle" for k in range(n)]
-        run = self.system(row[:n], row[n:]).simulate(
-            until=float(piece.time[-1]), every=piece.every, fine=False, method="generalized-alpha", tolerance=tolerance,
-            keep=keep,
+        row = piece.start if start is None else start
+        solution, _, _ = analysis.solve(
+            self.system(row[:n], row[n:]).assemble(), until=float(piece.time[-1]), every=piece.every, fine=False,
+            method="dopri5", tolerance=tolerance,
         )  # fmt: skip
-        turned = np.stack([run[name] - run[name][0] for name in keep], axis=1)
-        return np.asarray(row[:n] + np.cumsum(turned, axis=1))
+        if not solution.success:
+            raise RunFailed(solution.message, None)
+        at = solution.model.bodies["iq"][-n:]
+        turned = np.unwrap(2.0 * np.arctan2(solution.y[:, at + 6], solution.y[:, at + 3]), axis=0)
+        return np.asarray(row[:n] + turned - turned[0])
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
 class Piece:
     """A recorded swing.
 
@@ -131,6 +140,17 @@ class Piece:
     def every(self) -> float:
         """Time between samples, s."""
         return float(self.time[-1]) / (self.time.size - 1)
+
+    @functools.cached_property
+    def start(self) -> Array:
+        """Angles of the first row, and slopes of cubics through the first angles: (2 n,) float."""
+        return np.concatenate([self.angles[0], self.slopes(3)])
+
+    def slopes(self, degree: int) -> Array:
+        """Slopes of polynomials through the first angles, at the first row: (n,) float, rad/s."""
+        m = min(FIRST, self.time.size)
+        through = np.polynomial.polynomial.polyfit(self.time[:m], self.angles[:m], min(degree, m - 1))
+        return np.asarray(through[1])
 
 
 #: Parameters that the authors identified.
@@ -152,8 +172,9 @@ class Settings(Section):
 
     fitted: Annotated[int, units.Whole(least=0, most=1000)] = Field(
         10,
-        description="pieces that the parameters are fitted to, the first ones; the others are predicted; 0 for no fit",
+        description="pieces that the parameters are fitted to, spread over all; the others are predicted; 0 for no fit",
     )
+    dry: bool = Field(True, description="whether the fitted joints have Coulomb friction beside viscous friction")
     pieces: Annotated[int, units.Whole(least=1, most=1000)] = Field(1000, description="pieces that are used at most")
 
 
@@ -171,18 +192,11 @@ def pieces_of(name: str, folder: str | None, most: int) -> list[Piece]:
     arms = AUTHORS[name].arms
     head = ["time_s", *(f"angle{k + 1}_rad" for k in range(arms)), *(f"rate{k + 1}_rad_s" for k in range(arms))]
     found = []
-    for file, text in _texts(name, folder):
-        lines = text.splitlines()
-        if not lines or [word.strip() for word in lines[0].split(",")] != head:
-            if folder is None or not lines or lines[0].count(",") == 2 * arms:
-                raise InputError(f"{file}: the first line must be {','.join(head)}")
+    stored = pathlib.Path(__file__).with_name("data") / "pendulum.zip"
+    for file, text in book.texts(folder, stored, name.partition("-")[0]):
+        if folder is not None and len(book.head_of(text)) != len(head):
             continue  # of the other pendulum
-        try:
-            values = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
-        except ValueError as error:
-            raise InputError(f"{file}: it is no table of numbers ({error})") from None
-        if len(values) < 2 or not np.all(np.isfinite(values)):
-            raise InputError(f"{file}: it needs two rows of finite numbers or more")
+        values = book.table(file, text, head)
         time = values[:, 0] - values[0, 0]
         found.append(Piece(name=file, time=time, angles=values[:, 1 : 1 + arms], rates=values[:, 1 + arms :]))
         if len(found) == most:
@@ -192,125 +206,204 @@ def pieces_of(name: str, folder: str | None, most: int) -> list[Piece]:
     return found
 
 
-def _texts(name: str, folder: str | None) -> list[tuple[str, str]]:
-    """Names and contents of the files."""
-    if folder is None:
-        kind = name.partition("-")[0]
-        with zipfile.ZipFile(pathlib.Path(__file__).with_name("data") / "pendulum.zip") as stored:
-            return [(one, stored.read(one).decode()) for one in sorted(stored.namelist()) if one.startswith(kind)]
-    if not os.path.isdir(folder):
-        raise InputError(f"{folder!r} is not a folder with CSV files")
-    names = sorted(one for one in os.listdir(folder) if one.endswith(".csv"))
-    return [(one, safe_open.text(os.path.join(folder, one))) for one in names]
-
-
 # ------------------------------------------------------------------------------------------------ fit
 
 
-def fitted(model: Pendulum, pieces: Sequence[Piece]) -> Pendulum:
+#: Coulomb friction from which a fit starts, N m.
+DRY = 1e-4
+#: Centres and inertias of a fit over those of its start.
+LEAST, MOST = 0.2, 5.0
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Fit:
+    """A pendulum fitted to pieces.
+
+    Attributes
+    ----------
+    start : Pendulum, which keeps masses, lengths and gravity
+    values : (p,) float, fitted centres, inertias, frictions and dry frictions, over their scales
+    scale : (p,) float
+    covariance : (p, p) float, of the values
+    """
+
+    start: Pendulum
+    values: Array
+    scale: Array
+    covariance: Array
+
+    def at(self, values: Array) -> Pendulum:
+        """The pendulum with other values."""
+        return _with(self.start, values * self.scale)
+
+    @property
+    def model(self) -> Pendulum:
+        """The fitted pendulum."""
+        return self.at(self.values)
+
+
+def _with(model: Pendulum, values: Array) -> Pendulum:
+    """A pendulum with other centres, inertias, frictions and, where there are as many values, dry frictions."""
+    own = [tuple(float(one) for one in part) for part in np.split(values, len(values) // model.arms)]
+    # beside a fit, where a band is found, what has no meaning counts as its bound
+    own[1] = tuple(max(one, LEAST * of) for one, of in zip(own[1], model.inertias, strict=True))
+    own[2:] = [tuple(max(one, 0.0) for one in part) for part in own[2:]]
+    dry = own[3] if len(own) > 3 else ()
+    return dataclasses.replace(model, centres=own[0], inertias=own[1], frictions=own[2], dry=dry)
+
+
+def fitted(model: Pendulum, pieces: Sequence[Piece], *, dry: bool = True) -> Fit:
     """Centres, inertias and frictions by least squares over the angles of pieces; masses and lengths stay.
+
+    Parameters
+    ----------
+    dry : bool, whether the joints have Coulomb friction beside viscous friction
 
     Notes
     -----
-    Motion alone determines ratios of masses: those of the start are kept. Each piece starts from its first row, as the
-    predictions do, and counts beside the root mean square that the model has at the start: first rows have errors, and
-    a piece with a large one would govern all others.
+    Motion alone determines ratios of masses: those of the start are kept. Each piece starts from its first rows, as the
+    predictions do, and counts beside the root mean square that the model has at the start: starts have errors, and
+    a piece with a large one would govern all others. The covariance counts residuals of a piece as correlated.
     """
     from scipy.optimize import least_squares
 
     n = model.arms
-    scale = np.array([*model.centres, *model.inertias, *(max(one, 1e-5) for one in model.frictions)])
+    viscous = [max(one, 1e-5) for one in model.frictions]
+    scale = np.array([*model.centres, *model.inertias, *viscous, *[DRY] * (n * dry)])
     weights = [1.0 / rms([model.predicted(piece) - piece.angles]) for piece in pieces]
 
-    def at(x: Array) -> Pendulum:
-        own = [float(one) for one in x * scale]
-        return dataclasses.replace(
-            model, centres=tuple(own[:n]), inertias=tuple(own[n : 2 * n]), frictions=tuple(own[2 * n :])
-        )
-
-    def residuals(x: Array) -> Array:
+    def weighted(x: Array) -> list[Array]:
         progress.report("fitting", unit="evaluations")
-        found = [weight * (at(x).predicted(one) - one.angles) for weight, one in zip(weights, pieces, strict=True)]
-        return np.concatenate([np.ravel(one) for one in found])
+        at = _with(model, x * scale)
+        return [weight * (at.predicted(one) - one.angles) for weight, one in zip(weights, pieces, strict=True)]
 
-    start = np.array([*model.centres, *model.inertias, *model.frictions]) / scale
-    low = np.concatenate([np.full(2 * n, 0.2), np.zeros(n)])
-    high = np.concatenate([np.full(2 * n, 5.0), np.full(n, 100.0)])
-    found = least_squares(residuals, start, bounds=(low, high), diff_step=1e-4, x_scale=1.0, ftol=1e-6, xtol=1e-6)
-    return at(found.x)
+    start = np.array([*model.centres, *model.inertias, *model.frictions, *[DRY] * (n * dry)]) / scale
+    steps = np.concatenate([np.full(2 * n, 3e-3), np.full(scale.size - 2 * n, 0.1)])
+    low = np.concatenate([np.full(2 * n, LEAST), np.zeros(scale.size - 2 * n)])
+    high = np.concatenate([np.full(2 * n, MOST), np.full(scale.size - 2 * n, 100.0)])
+    found = least_squares(
+        lambda x: np.concatenate([np.ravel(one) for one in weighted(x)]), start, bounds=(low, high), diff_step=steps,
+        x_scale=1.0, ftol=1e-5, xtol=1e-5, max_nfev=20,
+    )  # fmt: skip
+    each = book.samples_per_independent(weighted(found.x))
+    covariance = book.covariance_of(found.jac, found.fun, each)
+    return Fit(start=model, values=found.x, scale=scale, covariance=covariance)
+
+
+def spread_over(count: int, chosen: int) -> list[int]:
+    """Numbers of pieces that are spread evenly over all."""
+    return sorted({round((k + 0.5) * count / chosen - 0.5) for k in range(chosen)}) if chosen > 0 else []
+
+
+def left_out(name: str, *, dry: bool, folds: int = 5) -> list[float]:
+    """Root mean square of each of the ten fitted pieces of a set, predicted by a fit to those of the other folds, rad.
+
+    What a fit is free to change was chosen by these numbers, without the pieces that are predicted.
+    """
+    pieces = pieces_of(name, None, 1000)
+    pieces = [pieces[k] for k in spread_over(len(pieces), 10)]
+    found = np.zeros(len(pieces))
+    for fold in range(folds):
+        own = fitted(AUTHORS[name], [one for k, one in enumerate(pieces) if k % folds != fold], dry=dry).model
+        for k in range(fold, len(pieces), folds):
+            found[k] = rms([own.predicted(pieces[k]) - pieces[k].angles])
+    return [float(one) for one in found]
 
 
 # ------------------------------------------------------------------------------------------------ verdict
 
 
 def start_rate_deviation(pieces: Sequence[Piece]) -> float:
-    """Standard deviation of the rates of the first rows, rad/s: by the slopes of parabolas through the first angles."""
-    off = []
-    for piece in pieces:
-        m = min(9, piece.time.size)
-        for k in range(piece.angles.shape[1]):
-            slope = np.polynomial.Polynomial.fit(piece.time[:m], piece.angles[:m, k], 3).deriv()(0.0)
-            off.append(float(piece.rates[0, k] - slope))
-    return float(np.sqrt(np.mean(np.square(off))))
+    """Standard deviation of the rates at the starts, rad/s: by slopes of quartics in place of cubics."""
+    return rms([piece.slopes(4) - piece.start[piece.angles.shape[1] :] for piece in pieces])
 
 
-def band_of(model: Pendulum, piece: Piece, deviation: float) -> Array:
-    """Standard deviation of the predicted angles by the rates of the first row and by the numerics: (nt, n) float."""
-    row = np.concatenate([piece.angles[0], piece.rates[0]])
-    base = model.predicted(piece)
-    squares = (model.predicted(piece, tolerance=FINE) - base) ** 2
+def by_start(model: Pendulum, piece: Piece, deviation: float) -> float:
+    """Standard deviation of the predicted angles over a piece by the rates at its start, rad."""
+    base, squares = model.predicted(piece), 0.0
     for k in range(model.arms):
-        moved = row.copy()
+        moved = piece.start.copy()
         moved[model.arms + k] += 0.1 * deviation
-        squares = squares + ((model.predicted(piece, start=moved) - base) / 0.1) ** 2
-    return np.asarray(np.sqrt(squares))
+        squares += rms([(model.predicted(piece, start=moved) - base) / 0.1]) ** 2
+    return math.sqrt(squares)
+
+
+def excess(model: Pendulum, pieces: Sequence[Piece], deviation: float) -> float:
+    """By how much pieces differ from a model beside what their starts explain, 1 or more (Birge ratio)."""
+    off = [rms([model.predicted(one) - one.angles]) / by_start(model, one, deviation) for one in pieces]
+    return max(1.0, rms([np.array(off)])) if off else 1.0
+
+
+def band_of(model: Pendulum, piece: Piece, deviation: float, ratio: float, fit: Fit | None = None) -> Band:
+    """Standard deviations of the predicted angles, over a piece.
+
+    Parameters
+    ----------
+    deviation : float, rad/s, of the rates at the start
+    ratio : float, by which fitted pieces differ more than by their starts
+    fit : Fit, by which the model was found; None for parameters whose uncertainty is not known
+    """
+    base, by_fit = model.predicted(piece), 0.0
+    if fit is not None:
+        by_fit = rms(book.by_parameters(lambda x: fit.at(x).predicted(piece), fit.values, fit.covariance))
+    return Band(
+        measurement=ratio * by_start(model, piece, deviation), parameters=by_fit,
+        numerics=rms(model.predicted(piece, tolerance=FINE) - base),
+        how=f"measurement: rates at the start, times {ratio:.2f}, by which fitted pieces differ more; parameters: "
+        f"{'covariance of the fit' if fit is not None else 'not known'}; numerics: a hundredth of the tolerance",
+    )  # fmt: skip
 
 
 def run(name: str, settings: Settings, data: str | None) -> Verdict:
     """Predict all pieces with the authors' parameters, and those that were not fitted with fitted ones."""
     pieces = pieces_of(name, data, settings.pieces)
-    models = {"authors' parameters": AUTHORS[name]}
+    models: dict[str, tuple[Pendulum, Fit | None]] = {"authors' parameters": (AUTHORS[name], None)}
     count = min(settings.fitted, len(pieces) - 1)
-    chosen = {round((k + 0.5) * len(pieces) / count - 0.5) for k in range(count)} if count > 0 else set()
-    if count > 0:
-        models["fitted parameters"] = fitted(AUTHORS[name], [pieces[k] for k in chosen])
+    chosen = spread_over(len(pieces), count)
+    own: Fit | None = None
+    if chosen:
+        own = fitted(AUTHORS[name], [pieces[k] for k in chosen], dry=settings.dry)
+        models["fitted parameters"] = (own.model, own)
     others = [piece for k, piece in enumerate(pieces) if k not in chosen]
     deviation = start_rate_deviation(pieces)
     comparisons: list[Comparison] = []
+    notes: list[str] = []
     first: dict[str, Array] = {}
-    for label, model in models.items():
-        off, bands = [], []
-        for piece in progress.track(others, "predicting"):
-            found = model.predicted(piece)
-            off.append(rms([found - piece.angles]))
-            bands.append(rms([band_of(model, piece, deviation)]))
-            first.setdefault(label, found)
-        for what, reduce in (("median", np.median), ("largest", np.max)):
-            allowed, goal = math.nan, ""
+    for label, (model, fit) in models.items():
+        ratio = excess(model, [pieces[k] for k in chosen], deviation)
+        bands = [band_of(model, piece, deviation, ratio, fit) for piece in progress.track(others, "bands")]
+        found = [model.predicted(piece) for piece in others]
+        off = [rms([one - piece.angles]) for one, piece in zip(found, others, strict=True)]
+        first[label] = found[0]
+        inside = sum(one <= band.half_width for one, band in zip(off, bands, strict=True))
+        notes.append(
+            f"{label}: {inside} of {len(others)} pieces are within their own bands; starts are "
+            f"scaled by {ratio:.2f}, the ratio of the fitted pieces"
+        )
+        order = np.argsort(off)
+        for what, k in (("median", order[(len(off) - 1) // 2]), ("largest", order[-1])):
+            value, allowed, goal = float(np.median(off)) if what == "median" else off[k], math.nan, ""
             if label == "fitted parameters" and what == "median":
                 allowed, goal = comparisons[0].predicted, "below that of the authors' parameters"
+            what = f"{what} rms of the angles of {len(others)} pieces, {label}"
             comparisons.append(
                 Comparison(
-                    what=f"{what} rms of the angles of {len(others)} pieces, {label}", unit="rad",
-                    predicted=float(reduce(off)), measured=0.0, allowed=allowed, goal=goal,
-                    band=Band(
-                        measurement=float(reduce(bands)), parameters=0.0, numerics=0.0,
-                        how="rates of the first rows, and ten times their tolerance",
-                    ),
+                    what=what, unit="rad", predicted=value, measured=0.0, allowed=allowed, goal=goal, band=bands[k]
                 )
-            )  # fmt: skip
+            )
     panels = _panels(others[0], first)
-    own = models.get("fitted parameters")
-    notes = [
-        f"{len(pieces)} pieces; the rates of the first rows deviate by {deviation:.2g} rad/s from slopes of the "
-        f"angles, which is the largest part of the bands",
-    ]
+    notes.append(
+        f"{len(pieces)} pieces; each starts with the slopes of its first {FIRST} angles, which are uncertain by "
+        f"{deviation:.2g} rad/s"
+    )
     if own is not None:
+        at = own.model
+        dry = f", dry frictions {_listed(at.dry)} N m" if at.dry else ""
         notes.append(
-            f"fitted to {count} pieces: centres {_listed(own.centres)} m, inertias {_listed(own.inertias)} "
-            f"kg m2, frictions {_listed(own.frictions)} N m s/rad"
+            f"fitted to {count} pieces: centres {_listed(at.centres)} m, inertias {_listed(at.inertias)} kg m2, "
+            f"frictions {_listed(at.frictions)} N m s/rad{dry}"
         )
-    title = f"{others[0].name}: predicted from its first row, and measured"
+    title = f"{others[0].name}: predicted from its first rows, and measured"
     return Verdict(
         comparisons=tuple(comparisons),
         figures=(Figure(name=name, title=title, panels=panels, height=stacked(len(panels))),),
@@ -356,6 +449,6 @@ def _set(name: str, title: str) -> Set:
 
 
 SETS = {
-    "double-pendulum": _set("double-pendulum", "Swings of a double pendulum, from the first row of every piece"),
-    "triple-pendulum": _set("triple-pendulum", "Swings of a triple pendulum, from the first row of every piece"),
+    "double-pendulum": _set("double-pendulum", "Swings of a double pendulum, from the first rows of every piece"),
+    "triple-pendulum": _set("triple-pendulum", "Swings of a triple pendulum, from the first rows of every piece"),
 }
