@@ -210,7 +210,7 @@ def written(folder: Any, *lines: str) -> str:
     """A file of a loop with other lines behind its third."""
     rows = [f"{x}, {1e3 * torque}" for x, torque in LOOP]
     path = folder / "loop.csv"
-    path.write_text("\n".join(["angle [deg], torque [mN m]", "# test report 12", *rows[:1], *lines, *rows[1:], ""]))
+    path.write_text("\n".join(["angle (deg), torque (mN m)", "# test report 12", *rows[:1], *lines, *rows[1:], ""]))
     return str(path)
 
 

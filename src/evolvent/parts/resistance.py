@@ -123,7 +123,7 @@ class Harness(Part):
         bristles, in place of `torque`, `stiffness` and `bristles`.
 
         This and every other table of a resistance may be the name of a CSV file, whose first line has the units, such
-        as ``angle [deg],torque [N m]``.
+        as ``angle (deg),torque (N m)``.
     misfit : float
         Largest difference of the identified loop from the measured one that is accepted (root mean square, part of the
         range of its torques).

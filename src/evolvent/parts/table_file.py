@@ -13,7 +13,7 @@ from evolvent.base.errors import InputError
 
 #: Ending of such a file.
 ENDING = ".csv"
-_COLUMN = re.compile(r".*\[([^\[\]]*)\]\s*")
+_COLUMN = re.compile(r".*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 
 
 def rows_of(path: str) -> list[list[str]]:
@@ -21,7 +21,7 @@ def rows_of(path: str) -> list[list[str]]:
 
     Parameters
     ----------
-    path : str, of a file such as ``angle [deg],torque [N m]``, then a line for each row; empty lines and those that
+    path : str, of a file such as ``angle (deg),torque (N m)``, then a line for each row; empty lines and those that
         begin with # are passed over
 
     Raises
@@ -40,10 +40,11 @@ def rows_of(path: str) -> list[list[str]]:
         for k, row in enumerate(csv.reader(text.removeprefix("\ufeff").splitlines()), start=1)
         if any(value.strip() for value in row) and not row[0].lstrip().startswith("#")
     ]
-    units = [found[1].strip() if (found := _COLUMN.fullmatch(name)) else "" for name in (lines or [(0, [])])[0][1]]
+    heads = map(_COLUMN.fullmatch, (lines or [(0, [])])[0][1])
+    units = [(head[1] or head[2] or "").strip() if head else "" for head in heads]
     if len(units) != 2 or not all(units):
         raise _error(
-            f"the first line of {path!r} must name two columns with their units, such as angle [deg],torque [N m]"
+            f"the first line of {path!r} must name two columns with their units, such as angle (deg),torque (N m)"
         )
     return [_row(path, k, values, units) for k, values in lines[1:]]
 
