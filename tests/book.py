@@ -6,8 +6,9 @@ each, so that several processes may write; and
 
     python tests/book.py FOLDER
 
-enters them into the table that is shipped, `SHIPPED`. `start.py test` does both, and the documentation shows the
-table. With `--whole` the folder holds all entries of its tests; rows that they no longer enter are dropped.
+enters them into the table that is shipped, `SHIPPED`, and renews the `STATEMENT` of credibility. `start.py test` does
+both, and the documentation shows the table. With `--whole` the folder holds all entries of its tests; rows that they no
+longer enter are dropped.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ from typing import Any
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 #: The table that is shipped: a row a line, in the order of `_in_order`.
 SHIPPED = ROOT / "src" / "evolvent" / "laboratory" / "data" / "checks.json"
+#: What saved results carry of it, a sentence.
+STATEMENT = ROOT / "src" / "evolvent" / "results" / "credibility.txt"
 #: Errors below it are round-off, which is each processor's own.
 ROUND_OFF = 1e-9
 #: How a row of the table is found again, and what of it a test states.
@@ -236,6 +239,18 @@ def renew(folder: pathlib.Path, *, whole: bool = False) -> list[str]:
     return changes
 
 
+def state() -> list[str]:
+    """Write the statement that saved results carry; a sentence where it has changed."""
+    from evolvent.laboratory import credibility
+
+    credibility.checks.cache_clear()
+    text = f"{credibility.statement()}\n"
+    if STATEMENT.exists() and STATEMENT.read_text(encoding="utf-8") == text:
+        return []
+    STATEMENT.write_text(text, encoding="utf-8")
+    return ["new: the statement of credibility"]
+
+
 def main(words: list[str]) -> int:
     """Renew the table that is shipped; 1 where rows are new, gone or restated, and not only measured again."""
     folders = [word for word in words if word != "--whole"]
@@ -243,6 +258,7 @@ def main(words: list[str]) -> int:
         print("usage: python tests/book.py FOLDER [--whole]", file=sys.stderr)
         return 2
     changes = renew(pathlib.Path(folders[0]), whole="--whole" in words)
+    changes += state()
     print("\n".join([*changes, f"{len(shipped())} rows in {SHIPPED.relative_to(ROOT)}, {len(changes)} changes"]))
     if all(text.startswith("measured") for text in changes):
         return 0

@@ -34,6 +34,7 @@ def test_fresh_entries_agree_with_the_table_or_the_run_says_so(tmp_path: pathlib
     monkeypatch.setattr(book, "tests_with_rows", lambda: ["a.py::test_a", "b.py::test_b"])
     monkeypatch.setattr(book, "ROOT", tmp_path)
     monkeypatch.setattr(book, "SHIPPED", tmp_path / "table.json")
+    monkeypatch.setattr(book, "state", list)
     about = {"reference": "r", "source": "closed form"}
     for test in ("a.py::test_a", "b.py::test_b"):
         for case in ("one", "two"):
