@@ -43,7 +43,7 @@ USAGE = (
 QUICK = ("tests/unit", "tests/elements", "tests/loads", "tests/massprops/signals")
 #: Pages; a warning is an error.
 PAGES = ROOT / "docs" / "_build" / "html"
-#: Where tests write the rows of the validation book, which the documentation shows.
+#: Where tests write the rows of the validation book, from which `tests/book.py` renews the table that is shipped.
 BOOK = ROOT / "docs" / "_build" / "book"
 #: Where tests write the names of those that failed, and how long each took (JUnit's format).
 FAILED, DURATIONS = ROOT / "build" / "failed-tests", ROOT / "build" / "tests.xml"
@@ -168,6 +168,9 @@ def test(arguments: list[str]) -> int:
     digits = {} if arguments else {"digits": ["pytest", "-q", "-m", "digits", *in_parallel()]}
     failed: dict[str, list[str]] = {}
     for shown, beside in ((tests, checks), (digits, {"docs": SPHINX})):  # the pages show what the tests have found
+        if shown is digits and not arguments:
+            whole = [] if "tests" in failed else ["--whole"]  # a test that failed has not entered all of its rows
+            run_steps({"book": ["python", "tests/book.py", str(BOOK), *whole]}, failed, shown=True)
         other = threading.Thread(target=run_steps, args=(beside, failed), kwargs={"shown": False})
         other.start()
         run_steps(shown, failed, shown=True)

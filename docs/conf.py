@@ -27,14 +27,14 @@ os.environ["EVOLVENT_PLUGINS"] = "none"
 # of no use to a reader of an example
 warnings.filterwarnings("ignore", message="First-class function type")
 
-# the validation book, of what the last tests wrote
+# the validation book, and the statement of credibility that builds on it
 _here = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(_here.parent / "tests"))
 import book  # noqa: E402  (tests/book.py)
+from evolvent.laboratory import credibility  # noqa: E402
 
-_entries = book.read(_here / "_build" / "book")
-_none = f"{book.HEAD}\nNo entries: run the tests first, `python3 start.py test`.\n"
-(_here / "validation.md").write_text(book.table(_entries) if _entries else _none)
+(_here / "validation.md").write_text(book.table(book.shipped()))
+(_here / "credibility.md").write_text(credibility.page())
 
 # ------------------------------------------------------------------------------------------------ project
 
@@ -109,6 +109,7 @@ html_sidebars = {
         "glossary",
         "changelog",
         "validation",
+        "credibility",
         "comparison",
     )
 }

@@ -24,7 +24,9 @@ WRITTEN = [
     ROOT / "README.md",
     *sorted(path for path in DOCS.rglob("*.md") if not {"_build", "examples"} & set(path.relative_to(DOCS).parts)),
 ]
-TUTORIALS = sorted(path for path in (DOCS / "tutorials").glob("*.md") if path.stem != "index")
+TUTORIALS = sorted(
+    path for folder in ("tutorials", "how-to") for path in (DOCS / folder).glob("*.md") if path.stem != "index"
+)
 
 
 def name_of(path: pathlib.Path) -> str:
@@ -84,7 +86,7 @@ def test_a_command_of_the_pages_exists_with_its_options(line, page):
 
 @pytest.mark.parametrize("path", WRITTEN, ids=name_of)
 def test_links_to_files_lead_somewhere(path):
-    made = {DOCS / "validation.md", DOCS / "examples"}
+    made = {DOCS / "validation.md", DOCS / "credibility.md", DOCS / "examples"}
     for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", path.read_text(encoding="utf-8")):
         found = (path.parent / target).resolve()
         if found in made or made & set(found.parents):
@@ -143,6 +145,25 @@ def check(tutorial: str, names: dict) -> None:
         assert labels.index("noise: frequencies") > 5
     elif tutorial == "sail":
         assert float(names["largest"].sel(formula="body_rate_corrected")) < 0.5
+    elif tutorial == "ratchet":
+        assert names["found"] == pytest.approx(
+            [names["rate"], names["peak"], names["LOAD"] / names["RADIUS"]], rel=0.02
+        )
+        assert max(names["hard"].attrs["status"], names["soft"].attrs["status"]) == "success"
+        assert float(names["soft"]["wheel"].angle[-1]) == pytest.approx(names["math"].radians(80), abs=0.01)
+    elif tutorial == "winch":
+        segment = names["DENSITY"] * names["LENGTH"] / names["NODES"] * names["G"] * names["RADIUS"]
+        assert names["largest"] < 0.6 * segment
+        assert names["found"] == pytest.approx(names["work"], rel=5e-3)
+        assert float(abs(names["run"].energy_defect).max()) < 1e-6 * names["work"]
+    elif tutorial == "stiff-rod":
+        assert names["axial"] == pytest.approx(0.7e-3, rel=0.05)
+        assert names["bending"] == pytest.approx(7.82, abs=0.005)
+        assert max(names["rows"]) > 5.0 * names["axial"]
+        for found, expected, iterations, defect in names["rows"].values():
+            assert found == pytest.approx(expected, rel=5e-4)
+            assert iterations < 15.0
+            assert defect < 1e-7
     else:
         pytest.fail(f"no check of the tutorial {tutorial}")
 

@@ -73,7 +73,9 @@ def test_all_steps_run_and_a_failure_names_its_tests_at_the_end(start: Any, monk
     monkeypatch.setattr(start, "find_browser", lambda: None)
     assert start.test([]) == 1
     names = [name for name, *_ in calls]
-    assert sorted(names) == sorted(["ruff", "ruff", "mypy", "lint-imports", "pytest", "pytest", "sphinx-build"])
+    steps = ["ruff", "ruff", "mypy", "lint-imports", "pytest", "python", "pytest", "sphinx-build"]
+    assert sorted(names) == sorted(steps)
+    assert ["python", "tests/book.py", str(start.BOOK)] in calls, "without --whole, since tests have failed"
     assert {"digits", "sphinx-build"} <= {word for words in calls[-2:] for word in words}, "after all other steps"
     assert said[-1].splitlines() == ["failed: tests", "  tests/a.py::test_x[1]", "  tests/b.py::test_y"]
     assert [text for text in said if text.startswith("no error\n--- types: ok in ")]

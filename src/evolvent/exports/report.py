@@ -198,6 +198,7 @@ def _provenance(run: Any, date: datetime.datetime) -> list[tuple[str, str]]:
         ("run with", attrs.get("made_with", f"evolvent {attrs['version']}; the rest is not recorded in the file")),
         ("solver", f"{attrs['solver']}: {account}" if account else attrs["solver"]),
         ("time of the solve", f"{attrs['wall_time_s']:.3g} s, and {attrs['compile_time_s']:.3g} s to compile or load"),
+        ("credibility", attrs.get("credibility", "not recorded in the file")),
         ("report written on", _day(date.isoformat())),
         ("report written with", made_with()),
     ]

@@ -9,6 +9,7 @@ import importlib.metadata
 import json
 import numbers
 import os
+import pathlib
 import platform
 import re
 from collections.abc import Mapping
@@ -118,6 +119,7 @@ def attributes(
         "laws": json.dumps(dict(laws)),
         "date": date.isoformat(timespec="seconds"),
         "made_with": made_with(),
+        "credibility": credibility(),
     }
 
 
@@ -151,6 +153,12 @@ def made_with() -> str:
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in ("numpy", "numba"))
     machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
     return f"evolvent {__version__}, Python {platform.python_version()}, {versions}; {machine}"
+
+
+@functools.cache
+def credibility() -> str:
+    """What is verified and validated, one sentence: that of `evolvent.laboratory.credibility`, from its file."""
+    return pathlib.Path(__file__).with_name("credibility.txt").read_text(encoding="utf-8").strip()
 
 
 def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is the public name)
