@@ -86,10 +86,10 @@ def clearances(run: xr.DataTree, pairs: Iterable[Sequence[str]] | None = None) -
     Notes
     -----
     From one sample to the next, dt apart, a distance changes by no more than u dt, where u is the largest velocity of
-    a point of one body in the axes of the other: |v_b - v_a - w_a x (x_b - x_a)| + |w_b - w_a| r_b, the smaller of
-    both ways, at both samples. So it stays above (d_0 + d_1 - u dt)/2, unless rates between samples are larger than at
-    both of them. Times at which an interference starts and ends are linear between samples. Depths below 1e-6 of the
-    radius about the smaller body are contact.
+    a point of one body in the axes of the other: ``|v_b - v_a - w_a x (x_b - x_a)| + |w_b - w_a| r_b``, the smaller
+    one of both ways and the larger one of both samples. So it stays above ``(d_0 + d_1 - u dt)/2``, unless bodies move
+    faster between samples than at both of them. Times at which an interference starts and ends are linear between
+    samples. Depths below 1e-6 of the radius about the smaller body are contact.
     """
     parts = _parts(run)
     bodies = {name: part for name, part in parts.items() if isinstance(part, RigidBody) and part.shape is not None}
