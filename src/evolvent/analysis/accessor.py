@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
@@ -101,10 +101,28 @@ class RunAccessor:
         found: Motion | None = self._system.motion(self._run)
         return found
 
-    def animate(self, path: str | os.PathLike[str]) -> str:
+    def clearance(self, pairs: Iterable[Sequence[str]] | None = None) -> xr.Dataset:
+        """Signed distances over time between the rigid bodies that have a shape, and where they interfere.
+
+        Parameters, results and errors are those of `evolvent.analysis.clearance.clearances`. Needs the package coal.
+        """
+        from evolvent.analysis.clearance import clearances
+
+        return clearances(self._run, pairs)
+
+    def animate(self, path: str | os.PathLike[str], *, clearance: xr.Dataset | None = None) -> str:
         """Write the animation, or of a single sample, such as an equilibrium, the picture as one HTML page.
 
-        Returns its path.
+        Parameters
+        ----------
+        path : str
+        clearance : xarray.Dataset, optional
+            Of `clearance`; bodies that interfere are red at these samples.
+
+        Returns
+        -------
+        str
+            The path.
 
         Raises
         ------
@@ -117,6 +135,10 @@ class RunAccessor:
         found = self.motion()
         if found is None:
             raise InputError("the run has nothing to draw, so there is no animation")
+        if clearance is not None:
+            from evolvent.analysis.clearance_results import marked
+
+            found = marked(found, clearance)
         return animation.write(found.labelled(unfinished(self._run)), path)
 
     def regular(self) -> xr.DataTree:

@@ -22,6 +22,7 @@ from evolvent.base.errors import EvolventError, InputError, RunFailed, abbreviat
 from evolvent.commands.analysis import equilibrium, modes
 from evolvent.commands.calibrate import calibrate
 from evolvent.commands.claims import claims
+from evolvent.commands.clearance import clearance
 from evolvent.commands.design import design
 from evolvent.commands.design_drive import design_drive
 from evolvent.commands.disperse import disperse
@@ -294,6 +295,7 @@ commands.add_command(run)
 commands.add_command(modes)
 commands.add_command(equilibrium)
 commands.add_command(margin)
+commands.add_command(clearance)
 commands.add_command(sensitivity)
 commands.add_command(sweep)
 commands.add_command(validate)

@@ -79,7 +79,8 @@ def export(
 @click.command()
 @click.argument("path", metavar="RUN.NC")
 @click.option("-o", "--output", multiple=True, callback=once, metavar="REPORT.HTML", help="[default: RUN-report.html]")
-def report(path: str, output: str | None) -> None:
+@click.option("--clearance", is_flag=True, help="Add clearances between bodies; needs the package coal.")
+def report(path: str, output: str | None, clearance: bool) -> None:
     """Write a report of a results file as one self-contained HTML page."""
     from evolvent import results
 
@@ -91,7 +92,7 @@ def report(path: str, output: str | None) -> None:
 
     with showing_progress():
         progress.report("writing the report")
-        size = page.write(found, target)
+        size = page.write(found, target, clearance=clearance)
     echo(f"report: {target} ({shown_size(size)})")
     _print_label(found)
 

@@ -16,7 +16,7 @@ from evolvent.view.views import OBLIQUE
 Array = np.ndarray
 
 _BODIES = np.array([[188, 198, 209], [214, 197, 166], [178, 203, 176], [204, 181, 198], [170, 194, 219]]) / 255.0
-_SYMBOL, _PLUME = np.array([[104, 116, 150], [245, 150, 50]]) / 255.0
+_SYMBOL, _PLUME, _MARKED = np.array([[104, 116, 150], [245, 150, 50], [226, 96, 84]]) / 255.0
 _INK, _FORCE, _NONE = np.array([[48, 54, 61], [197, 40, 28], [165, 172, 180]]) / 255.0
 _LIGHT = np.array([-0.35, 0.6, -0.72])  # right, up, away from the eye
 #: Camera's distance from the middle, of the radius of what is seen.
@@ -201,6 +201,7 @@ class Drawer:
     def _body(self, camera: Camera, frame: Frame, meshes: list[Mesh], k: int, color: Array) -> list[Faces]:
         """Solids of a frame, seen from outside, and its outline."""
         q, origin, parts = frame.attitude[k : k + 1], frame.origin[k], []
+        color = _MARKED if frame.marked is not None and frame.marked[k] > 0.5 else color
         for solid, mesh in zip(frame.solids, meshes, strict=True):
             view = camera.view(origin + turned(q, solid.placed(mesh.vertices, k)[None])[0])
             at = camera.screen(view)[0][mesh.faces]

@@ -9,8 +9,11 @@ import json
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from evolvent import cases
+from evolvent.analysis import clearance_results
+from evolvent.analysis.clearance import clearances
 from evolvent.base.errors import counted
 from evolvent.base.files import write_file
 from evolvent.exports import margins_page
@@ -25,7 +28,7 @@ _STILLS = 3
 _ACCOUNTS = {"J": "Energy", "kg m2 s-1": "Angular momentum", "kg m s-1": "Linear momentum"}
 
 
-def write(run: Any, path: str, *, date: datetime.datetime | None = None) -> int:
+def write(run: Any, path: str, *, date: datetime.datetime | None = None, clearance: bool = False) -> int:
     """Write the report of a run; returns its size, bytes.
 
     Parameters
@@ -33,25 +36,28 @@ def write(run: Any, path: str, *, date: datetime.datetime | None = None) -> int:
     run : xarray.Dataset
     path : str
     date : the moment that it states; now unless given
+    clearance : bool, whether it has clearances between bodies, which need the package coal
 
     Raises
     ------
     InputError
-        If the file cannot be written.
+        If the file cannot be written, or clearances cannot be found.
     """
-    page = _page(run, date or datetime.datetime.now(datetime.UTC)).encode()
+    found = clearances(run) if clearance else None
+    page = _page(run, date or datetime.datetime.now(datetime.UTC), found).encode()
     write_file(path, page)
     return len(page)
 
 
-def _page(run: Any, date: datetime.datetime) -> str:
+def _page(run: Any, date: datetime.datetime, found: xr.Dataset | None) -> str:
     module = cases.presenter(run)
     status = run.attrs["status"]
     parts = {
         "results": ("Results", [(n.label, n.value) for n in module.numbers(run) if n.label != "warning"]),
-        "animation": ("Animation", _animation(run)),
+        "animation": ("Animation", _animation(run, found)),
         "figures": ("Figures", [figure_picture(figure) for figure in module.figures(run)]),
         "margins": ("Margins", margins_page.section(run)),
+        "clearances": ("Clearances", {} if found is None else _clearances(found)),
         "balances": ("Balances", _balances(run)),
         "case": ("Case", run.attrs["case"]),
         "provenance": ("Provenance", _provenance(run, date)),
@@ -123,11 +129,18 @@ def _notes(run: Any) -> list[dict[str, Any]]:
     return notes
 
 
-def _animation(run: Any) -> dict[str, Any]:
+def _clearances(found: xr.Dataset) -> dict[str, Any]:
+    """Table, figure and sentences."""
+    drawn = figure_picture(clearance_results.figure(found))
+    return {"rows": clearance_results.rows(found), "drawn": drawn, "notes": clearance_results.notes(found)}
+
+
+def _animation(run: Any, found: xr.Dataset | None) -> dict[str, Any]:
     """The page of the animation, and stills for paper; empty if the run holds no motion."""
     motion = animation.of_run(run)
     if motion is None:
         return {}
+    motion = motion if found is None else clearance_results.marked(motion, found)
     from PIL import Image
 
     stills = []

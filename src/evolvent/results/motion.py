@@ -38,6 +38,7 @@ class Frame:
     outline : sequence of (k, 3) float, m, polylines in the axes of the frame
     solids : sequence of Solid, in the axes of the frame
     lift : float, m, by which it is drawn nearer than it is, so that it is seen inside a body
+    marked : (nt,) bool, samples at which its solids have the colour of a warning; None for none
     """
 
     name: str
@@ -46,6 +47,7 @@ class Frame:
     outline: Sequence[Array] = ()
     solids: Sequence[Solid] = ()
     lift: float = 0.0
+    marked: Array | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -333,7 +335,8 @@ class Motion:
             for s in x.solids:
                 turned, scale = (None if v is None else values(v) for v in (s.turned, s.scale))
                 solids.append(dataclasses.replace(s, turned=turned, scale=scale))
-            return dataclasses.replace(x, origin=origin, attitude=attitude, solids=solids)
+            marked = None if x.marked is None else values(x.marked)
+            return dataclasses.replace(x, origin=origin, attitude=attitude, solids=solids, marked=marked)
 
         return dataclasses.replace(
             self,

@@ -279,6 +279,8 @@ def _describe_frames(seen: Motion, kept: np.ndarray, header: dict[str, Any], blo
                 blocks[f"{what} {k} turned {j}"] = solid.turned[kept]
             if solid.scale is not None:
                 blocks[f"{what} {k} scaled {j}"] = solid.scale[kept]
+        if frame.marked is not None:
+            blocks[f"{what} {k} marked"] = frame.marked[kept]
         still = _is_still(frame)
         header[f"{what}s"].append(
             {

@@ -6,6 +6,7 @@ const BODIES = [[188,198,209],[214,197,166],[178,203,176],[204,181,198],[170,194
 const RUNS = [[28,31,36],[0,114,178],[213,94,0],[0,158,115],[204,121,167]];
 const RUNS_DARK = [[232,235,237],[77,166,224],[240,128,59],[46,196,150],[227,153,196]];
 const SYMBOL = [[104,116,150],[245,150,50]];  // of symbols, of plumes
+const MARKED = [226,96,84];  // of bodies that interfere
 const TRAILS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#7a4fd0", "#a33b3b"];
 const LIGHT = [-0.35, 0.6, -0.72];  // right, up, away from the eye
 
@@ -192,7 +193,7 @@ export class Picture {
   }
   body(run, frame, k, A, b, what = "frame") {
     const [Q, p] = run.frame(k, what), first = this.parts.length, M = times(A, Q), c = apply(A, ...p).map((x, i) => x + b[i]);
-    const main = run.header.main === frame.name, color = this.alone ? (what === "symbol" ? SYMBOL[0] : BODIES[main ? 0 : k % BODIES.length]) : this.runColor(run.index).map((x) => 0.45 * x + 130);
+    const main = run.header.main === frame.name, marked = run.blocks[`${what} ${k} marked`], color = marked && marked[run.k] > 0.5 ? MARKED : this.alone ? (what === "symbol" ? SYMBOL[0] : BODIES[main ? 0 : k % BODIES.length]) : this.runColor(run.index).map((x) => 0.45 * x + 130);
     frame.solids.forEach((solid, j) => {
       let B = solid.basis;
       const size = solid.scaled ? run.mix(run.blocks[`${what} ${k} scaled ${j}`], 0, 1) : 1;

@@ -1,0 +1,108 @@
+"""The command `evolvent clearance`."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from evolvent.base import files, progress
+from evolvent.base.console import echo, showing_progress
+from evolvent.base.errors import InputError, RunFailed
+from evolvent.commands import options as shared
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@click.command()
+@click.argument("run", metavar="RUN.NC|CASE|FILE")
+@click.option("--pair", "pairs", multiple=True, metavar="BODY,BODY",
+              help="A pair that is checked.  [default: all that no joint holds together]")  # fmt: skip
+@shared.assignments
+@click.option("--check", is_flag=True, help="Exit with code 1 where bodies interfere.")
+@shared.output("CLEARANCE.NC|JSON", "Keep all distances as a file.")
+@shared.single("--figure", metavar="CLEARANCE.PNG", text="Draw clearances over time.")
+@shared.single("--animation", metavar="RUN.HTML", text="Write the animation, in which bodies that interfere are red.")
+@shared.quiet()
+def clearance(
+    run: str, pairs: tuple[str, ...], assignments: tuple[str, ...], check: bool, output: str | None,
+    figure: str | None, animation: str | None, quiet: bool,
+) -> None:  # fmt: skip
+    """Find clearances between the bodies of a results file, or of the run of a CASE: smallest ones and interference.
+
+    Rigid bodies with a shape are checked, at all samples; beams, rods and threads are not. Needs the package coal
+    (evolvent[clearance]).
+
+    \b
+    evolvent clearance solar-array --figure clearance.png
+    evolvent clearance run.nc --pair "panel 1,satellite" --check
+    """  # noqa: D301
+    from evolvent.analysis import clearance as distances, clearance_results as shown
+    from evolvent.view import plots
+
+    if output is not None:
+        shown.check_ending(output)
+    if figure is not None:
+        plots.format_of(figure)
+    for path in filter(None, (output, figure, animation)):
+        files.check_writable(path)
+    asked = [_pair(text) for text in pairs] or None
+    distances.check_package()
+    made = _run(run, assignments, quiet)
+    found = distances.clearances(made, asked)
+    if not quiet:
+        _print(found)
+    if output is not None:
+        echo(f"clearances: {shown.save(found, output)}")
+    if figure is not None:
+        echo(f"figure: {plots.save(shown.figure(found), figure)}")
+    if animation is not None:
+        echo(f"animation: {made.ev.animate(animation, clearance=found)}")
+    if check and found.sizes["interference"]:
+        struck = dict.fromkeys(str(found.pair.values[k]) for k in found.between.values)
+        raise RunFailed(f"bodies interfere: {', '.join(struck)}", found)
+
+
+def _pair(text: str) -> list[str]:
+    """The names of --pair."""
+    names = [name.strip() for name in text.split(",")]
+    if len(names) != 2 or not all(names):
+        raise InputError(f"--pair is {text!r}; it must be two names of bodies, such as 'panel 1,satellite'")
+    return names
+
+
+def _run(source: str, assignments: tuple[str, ...], quiet: bool) -> Any:
+    """The run of a results file, or of a case."""
+    from evolvent import cases, results
+    from evolvent.analysis import accessor as accessor
+
+    if os.path.splitext(source)[1] == ".nc":
+        if assignments:
+            raise InputError("--set is for cases; a results file has run already")
+        return results.open(source)
+    loaded = cases.load(source, cases.parse_assignments(assignments))
+    plan = cases.system(loaded.system).plan(loaded)
+    with showing_progress(quiet=quiet or not plan.solver):
+        found = plan.run(lambda reached: progress.report("running", reached, plan.duration, "s"))
+    if found.attrs["status"] == "failed":
+        raise RunFailed(found.attrs["message"], found)
+    return found
+
+
+def _print(found: xr.Dataset) -> None:
+    """Print the table, and sentences on interference and on what was not checked."""
+    from rich.console import Console
+
+    from evolvent.analysis import clearance_results as shown
+    from evolvent.commands.massprops import made_table
+
+    rows = shown.rows(found)
+    table = made_table("clearances", *rows[0])
+    for row in rows[1:]:
+        table.add_row(*row)
+    console = Console(highlight=False)
+    console.print(table)
+    for text in shown.notes(found):
+        console.print(text, soft_wrap=True)

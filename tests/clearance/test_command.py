@@ -1,0 +1,77 @@
+"""The command `evolvent clearance`, and the report with clearances."""
+
+import json
+import pathlib
+import sys
+
+import pytest
+
+import evolvent
+
+WORDS = ("clearance", "solar-array", "--set", "simulate.until=2 s")
+
+
+@pytest.fixture
+def coal():
+    return pytest.importorskip("coal")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("coal")
+def test_prints_and_writes(call):
+    code, out, err = call(
+        *WORDS, "-o", "c.json", "--figure", "c.png", "--animation", "c.html", "--check"
+    )  # fmt: skip
+    assert (code, err) == (1, "evolvent: bodies interfere: panel 1 - panel 3\n")
+    lines = out.splitlines()
+    assert lines[0].startswith("clearances")
+    assert next(line for line in lines if line.startswith("panel 1 - panel 3")).split()[5:8] == ["-20", "mm", "0"]
+    assert "'panel 1' is up to 20 mm inside 'panel 3' from t = 0 s to 1.1658 s." in lines
+    found = json.loads(pathlib.Path("c.json").read_text())
+    assert found["pairs"][2]["bodies"] == ["panel 1", "panel 3"]
+    assert found["pairs"][2]["interference"][0]["depth"] == pytest.approx(0.02)
+    assert pathlib.Path("c.png").read_bytes().startswith(b"\x89PNG")
+    assert "marked" in pathlib.Path("c.html").read_text()
+    clear = ("--pair", "panel 3, satellite", "--check", "--quiet", "-o", "c.nc")
+    assert call(*WORDS, *clear) == (0, "clearances: c.nc\n", "")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("coal")
+def test_a_results_file_and_its_report(call):
+    run = evolvent.load("solar-array").simulate(until=2.0)
+    evolvent.save(run, "run.nc")
+    code, out, _ = call("clearance", "run.nc")
+    assert code == 0
+    assert "Left out: 'satellite' and 'panel 1', held by 'pivot 1';" in out
+    assert call("clearance", "run.nc", "--set", "a=1")[2] == (
+        "evolvent: --set is for cases; a results file has run already\n"
+    )
+    assert call("report", "run.nc", "--clearance")[0] == 0
+    page = pathlib.Path("run-report.html").read_text()
+    assert '<a href="#clearances">Clearances</a>' in page
+    assert "panel 1 - panel 3" in page
+    assert call("report", "run.nc")[0] == 0
+    assert "Clearances" not in pathlib.Path("run-report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--pair", "panel 1"], "--pair is 'panel 1'; it must be two names of bodies"),
+        (["-o", "c.txt"], "'c.txt' ends with '.txt'; clearances are written as .nc, .json"),
+        (["--figure", "c.txt"], "'c.txt'"),
+    ],
+)
+def test_refusals(call, words, sentence):
+    code, out, err = call(*WORDS, *words)
+    assert (code, out) == (2, "")
+    assert sentence in err
+    assert err.count("\n") == 1
+
+
+def test_without_the_package(call, monkeypatch):
+    monkeypatch.setitem(sys.modules, "coal", None)
+    code, out, err = call(*WORDS)
+    assert (code, out) == (2, "")
+    assert err == "evolvent: clearances need the package coal; pip install 'evolvent[clearance]' brings it\n"
