@@ -318,3 +318,26 @@ def test_a_value_with_a_kink_is_refused() -> None:
     found.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=8.0, length=1.0), "spring")
     with pytest.raises(InputError, match=r"has no derivative by .spring.length.: it is"):
         found.sensitivity("mass.position.x.max", "spring.length", until=2.0, step=0.01, method=ENERGY)
+
+
+@pytest.mark.slow
+def test_a_release_after_a_very_short_step_is_refused() -> None:
+    """A panel that is driven on comes to rest short of its latch at the end of a step."""
+    driven = thrown(latch=True, released_by="spring").with_values({"spring.stiffness": 30.0, "spring.rest": 1.5})
+    with pytest.raises(InputError, match=r"the step to the release of a joint at t = .* is .* s, too short"):
+        driven.sensitivity("stone.position.y.last", "stone.mass", until=0.4, step=1e-3, method=ENERGY)
+
+
+@pytest.mark.slow
+def test_events_that_shift_no_step_are_refused() -> None:
+    """Two events in one step, and one that lies at the end of a step by chance."""
+    twice = dropped()
+    twice.add(parts.Event(law="-0.1 - y", variables={"y": "mass.position.y"}), "again")
+    settings: dict[str, Any] = {"step": 0.01, "method": ENERGY, "spectral_radius": 0.9}
+    with pytest.raises(InputError, match=r"'down' and 'again' happen at t = .* in one step"):
+        twice.sensitivity("mass.velocity.y.last", "gravity.1", until=1.0, **settings)
+    at = value_of(dropped(), "mass.position.y.last", 0.2, **settings)
+    chance = dropped()
+    chance.add(parts.Event(law=f"{at + 1e-9!r} - y", variables={"y": "mass.position.y"}), "chance")
+    with pytest.raises(InputError, match="ends on an event by chance; take another step"):
+        chance.sensitivity("mass.velocity.y.last", "gravity.1", until=1.0, **settings)
