@@ -11,7 +11,9 @@ import evolvent as ev
 from evolvent import cases, parts
 from evolvent.base.errors import InputError, RunFailed
 from evolvent.design.optimization import report
-from evolvent.design.optimization.runs import quantile
+from evolvent.design.optimization.problem import read
+from evolvent.design.optimization.runs import Runs, quantile
+from evolvent.design.optimization.slopes import Slopes
 from evolvent.design.studies import draws
 
 MASS, REST, LATCH = 2.0, 0.6, 0.5
@@ -63,6 +65,59 @@ def test_the_softest_spring_that_latches_in_time() -> None:
     assert "active" in text
     again = slide().with_values(found.values).simulate(keep=["slide.latch_time.last"])
     assert again["slide.latch_time.last"] <= end
+
+
+@pytest.mark.slow
+def test_derivatives_of_the_discrete_solution_lead_to_the_same_design() -> None:
+    best = MASS * (PHASE / 4.0) ** 2
+    for way, words in (("discrete", "those of the discrete solution"), ("differences", "central differences")):
+        found = slide().design(
+            vary={STIFFNESS: "0.1 to 5 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 4 s",
+            derivatives=way,
+        )  # fmt: skip
+        assert found.values[STIFFNESS] == pytest.approx(best, rel=3e-5)
+        assert found.objective == pytest.approx(rate_at(best), rel=2e-5)
+        assert found.trade is not None
+        assert found.trade.multipliers[0] == pytest.approx(rate_at(best) / 4.0, rel=1e-3)
+        assert found.derivatives == words
+        assert f"derivatives: {words}" in report.sentences(found)
+
+
+@pytest.mark.slow
+def test_derivatives_of_keys_that_vary_together_are_summed() -> None:
+    """By the share of both ways: of T = acos(1 - latch/rest) sqrt(m/k)."""
+    problem = read(
+        cases.parse_yaml(slide(0.9).to_yaml(), "slide"), vary={"slide.stiffness, slide.rest": "50% to 200%"},
+        minimize=["slide.latch_time"], subject_to=["slide.latch_rate >= 0.1 m/s"],
+    )  # fmt: skip
+    place = np.array([0.4])
+    with Runs(problem, 1, 100, None) as runs:
+        objective, values = Slopes(runs, "discrete").at(place, ())
+        assert runs.count == 1 + 2 * 2
+        _, differences = Slopes(runs, "differences").at(place, ())
+    k, rest = 0.9 * 1.1, REST * 1.1
+    u = 1.0 - LATCH / rest
+    by_rest = -LATCH / rest**2 / math.sqrt(1.0 - u * u) * math.sqrt(MASS / k)
+    by_stiffness = -0.5 * math.acos(u) * math.sqrt(MASS / k) / k
+    assert objective[0] == pytest.approx(by_rest * 1.5 * REST + by_stiffness * 1.5 * 0.9, rel=1e-5)
+    assert values[0, 0] == pytest.approx(differences[0, 0], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_where_there_are_none_differences_are_taken_and_the_report_says_why() -> None:
+    system = slide()
+    system.settings = {"until": 8.0, "method": "dopri5"}
+    found = system.design(
+        vary={STIFFNESS: "0.1 to 5 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 4 s",
+        derivatives="discrete",
+    )  # fmt: skip
+    assert found.values[STIFFNESS] == pytest.approx(MASS * (PHASE / 4.0) ** 2, rel=3e-5)
+    assert found.derivatives.startswith("central differences (sensitivities are of the steps of ")
+    dispersed = slide(0.5).design(
+        vary={STIFFNESS: "0.4 to 0.6 N/m"}, minimize="slide.latch_rate", disperse={"mass.mass": "10%"}, samples=2,
+        derivatives="discrete",
+    )  # fmt: skip
+    assert dispersed.derivatives == "central differences (results are quantiles)"
 
 
 @pytest.mark.slow
@@ -183,6 +238,7 @@ def test_quantiles_are_order_statistics() -> None:
         ({"disperse": {STIFFNESS: "5%"}, "quantile": 0.2}, "quantile is 0.2; it must be from 0.5"),
         ({"disperse": {STIFFNESS: "5"}}, "disperse.parts.slide.stiffness is '5'"),
         ({"optimizer": "newton"}, "optimizer is 'newton'; it must be one of slsqp, cobyqa"),
+        ({"derivatives": "exact"}, "derivatives is 'exact'; it must be one of discrete, differences"),
         ({"starts": 0}, "starts is 0; it must be a whole number from 1"),
     ],
 )  # fmt: skip

@@ -159,7 +159,7 @@ def test_a_spool_at_rest_and_an_offset_of_either_sign() -> None:
     for rates in ([3.5, 0.0], [0.0, 3.5]):
         found = evolvent.run(NAME, short | {"spool.rate": rates})
         assert float(found.rate_difference) == 1.0
-        offsets.append(REDUCTIONS["abs_max"](found.mass_centre.values)[0])
+        offsets.append(REDUCTIONS["abs_max"](found.mass_centre.values, found.time.values)[0])
     assert offsets[0] == pytest.approx(offsets[1], rel=1e-9)
     assert offsets[0] > 1e-6
 

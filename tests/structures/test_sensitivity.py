@@ -25,7 +25,7 @@ def value_of(system: System, name: str, until: float, **settings: Any) -> float:
     """A value of a run with fixed steps, whose equations are solved to round-off."""
     samples = evolvent.analysis.sample_times(until)
     found = implicit.plan(system.assemble(), samples=samples, newton=NEWTON, **settings).run()
-    assert found.status == "success", found.message
+    assert found.status in ("success", "stopped by event"), found.message
     kept = kept_of(found, [name], lambda: None, fine=np.zeros(found.t.size, dtype=bool), why="")  # type: ignore[arg-type, return-value]
     return float(np.ravel(kept[name])[-1])
 
@@ -70,6 +70,26 @@ def test_those_of_an_oscillator_are_its_closed_form(method: str) -> None:
     np.testing.assert_allclose(
         found.relative.values, found.derivative * found["at"] / found.result.values[:, None], rtol=1e-12
     )
+
+
+@pytest.mark.slow
+@BOTH
+def test_those_of_a_value_at_a_time_and_an_integral_are_closed_forms(method: str) -> None:
+    """Of the same oscillator: x at 1 s, and the integral of x, L t + (x0 - L) sin(w t)/w."""
+    k, x0, length, t = 8.0, 1.0, 0.8, 2.0
+    w, a = 2.0, x0 - length
+    by_rate = np.array([-a * math.sin(w), a * (t * math.cos(w * t) / w - math.sin(w * t) / w**2)])
+    found = oscillator().sensitivity(
+        ["mass.position.x.at(1 s)", "mass.position.x.integral"], ["spring.stiffness", "spring.length"], until=t,
+        every=0.005, step=2e-3, method=method, spectral_radius=1.0,
+    )  # fmt: skip
+    expected = [length + a * math.cos(w), length * t + a * math.sin(w * t) / w]
+    np.testing.assert_allclose(found.result, expected, rtol=1e-4)
+    np.testing.assert_allclose(found.derivative.sel(key="spring.stiffness"), by_rate * w / (2.0 * k), rtol=1e-4)
+    np.testing.assert_allclose(
+        found.derivative.sel(key="spring.length"), [1.0 - math.cos(w), t - math.sin(w * t) / w], rtol=1e-4
+    )
+    assert found.value_unit.values.tolist() == ["m", "m s"]
 
 
 def hinge(**keys: Any) -> System:
@@ -144,6 +164,29 @@ def sliding() -> System:
     return found
 
 
+def thrown(latch: bool = False, **release: Any) -> System:
+    """A panel turns about its hinge, against a spring, with a stone at its tip, which is released on the way."""
+    found = System(gravity=(0.0, -1.0, 0.0))
+    panel = {"velocity": (0.0, 1.5, 0.0), "angular_velocity": (0.0, 0.0, 3.0), "position": (0.5, 0.0, 0.0)}
+    found.add(parts.RigidBody(mass=2.0, inertia=(0.3, 0.2, 0.4), **panel), "panel")
+    found.add(parts.Joint(a="ground", b=("panel", (-0.5, 0.0, 0.0)), type="revolute", axis=(0.0, 0.0, 1.0)), "hinge")
+    own = {"latch": 0.5, "latch_stiffness": 80.0, "latch_damping": 2.0} if latch else {}
+    found.add(parts.RotationalSpring(joint="hinge", stiffness=5.0, rest=-0.4, damping=0.2, **own), "spring")
+    found.add(parts.Point(mass=0.5, position=(1.0, 0.0, 0.0), velocity=(0.0, 3.0, 0.0)), "stone")
+    found.add(parts.Event(law="y - 0.2", variables={"y": "panel.position.y"}), "high")
+    found.add(parts.Joint(a=("panel", (0.5, 0.0, 0.0)), b="stone", type="spherical", **release), "hold")
+    return found
+
+
+def dropped() -> System:
+    """A mass on a spring falls until an event stops the run."""
+    found = System(gravity=(0.0, -2.0, 0.0))
+    found.add(parts.Point(mass=2.0, position=(1.0, 0.0, 0.0)), "mass")
+    found.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=8.0, length=0.8), "spring")
+    found.add(parts.Event(law="-0.1 - y", variables={"y": "mass.position.y"}, stops=True), "down")
+    return found
+
+
 CASES: dict[str, tuple[Callable[[], System], str, dict[str, float], dict[str, Any], float]] = {
     "spinning": (
         spinning, "body.position.y.last", {"spring.stiffness": 30.0, "body.mass": 2.0, "spring.damping": 0.4},
@@ -177,17 +220,37 @@ CASES["latch"] = (
 )  # fmt: skip
 
 
+CASES |= {
+    "event that stops": (
+        dropped, "mass.velocity.y.last", {"spring.stiffness": 8.0, "gravity.1": -2.0},
+        {"until": 1.0, "step": 0.01}, 1e-6,
+    ),
+    "release by an event": (
+        lambda: thrown(released_by="high"), "stone.position.y.last", {"spring.stiffness": 5.0, "stone.mass": 0.5},
+        {"until": 0.4, "step": 2e-3}, 1e-5,
+    ),
+    "release by a latch": (
+        lambda: thrown(latch=True, released_by="spring"), "stone.position.y.last",
+        {"spring.stiffness": 5.0, "stone.mass": 0.5}, {"until": 0.4, "step": 2e-3}, 1e-5,
+    ),
+    "release at a time": (
+        lambda: thrown(until=0.1031), "stone.position.y.last", {"spring.stiffness": 5.0, "hold.until": 0.1031},
+        {"until": 0.4, "step": 2e-3}, 1e-6,
+    ),
+}  # fmt: skip
+
+
 @pytest.mark.slow
 @BOTH
 @pytest.mark.parametrize("case", CASES)
 def test_those_of_runs_with_fixed_steps_are_central_differences(case: str, method: str) -> None:
-    """Free rotation, beams and exact rods with penalties and constraints, a contact, friction, and a latch."""
+    """Free rotation, beams and exact rods with joints, a contact, friction, latches, events and releases."""
     system, name, keys, settings, within = CASES[case]
     settings = {**settings, "method": method, "spectral_radius": 0.9}
     built = system()
     found = built.sensitivity(name, list(keys), **settings)
     for key, at in keys.items():
-        change = 2e-4 if case == "latch" else 1e-3  # by which the number of steps to the latch stays what it is
+        change = {"latch": 2e-4, "release at a time": 1e-3}.get(case, 1e-4 if "release" in case else 1e-3)
         compared = differences(built, name, key, at, change=change, **settings)
         assert float(found.derivative.sel(value=name, key=key)) == pytest.approx(compared, rel=within), (case, key)
 
@@ -255,3 +318,26 @@ def test_a_value_with_a_kink_is_refused() -> None:
     found.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=8.0, length=1.0), "spring")
     with pytest.raises(InputError, match=r"has no derivative by .spring.length.: it is"):
         found.sensitivity("mass.position.x.max", "spring.length", until=2.0, step=0.01, method=ENERGY)
+
+
+@pytest.mark.slow
+def test_a_release_after_a_very_short_step_is_refused() -> None:
+    """A panel that is driven on comes to rest short of its latch at the end of a step."""
+    driven = thrown(latch=True, released_by="spring").with_values({"spring.stiffness": 30.0, "spring.rest": 1.5})
+    with pytest.raises(InputError, match=r"the step to the release of a joint at t = .* is .* s, too short"):
+        driven.sensitivity("stone.position.y.last", "stone.mass", until=0.4, step=1e-3, method=ENERGY)
+
+
+@pytest.mark.slow
+def test_events_that_shift_no_step_are_refused() -> None:
+    """Two events in one step, and one that lies at the end of a step by chance."""
+    twice = dropped()
+    twice.add(parts.Event(law="-0.1 - y", variables={"y": "mass.position.y"}), "again")
+    settings: dict[str, Any] = {"step": 0.01, "method": ENERGY, "spectral_radius": 0.9}
+    with pytest.raises(InputError, match=r"'down' and 'again' happen at t = .* in one step"):
+        twice.sensitivity("mass.velocity.y.last", "gravity.1", until=1.0, **settings)
+    at = value_of(dropped(), "mass.position.y.last", 0.2, **settings)
+    chance = dropped()
+    chance.add(parts.Event(law=f"{at + 1e-9!r} - y", variables={"y": "mass.position.y"}), "chance")
+    with pytest.raises(InputError, match="ends on an event by chance; take another step"):
+        chance.sensitivity("mass.velocity.y.last", "gravity.1", until=1.0, **settings)

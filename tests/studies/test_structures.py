@@ -10,7 +10,7 @@ import pytest
 
 from evolvent import InputError, cases
 from evolvent.design import studies
-from evolvent.design.studies import draw
+from evolvent.design.studies import draw, record
 from evolvent.design.studies.axes import annotation
 from evolvent.results import kept
 from evolvent.systems.structure import StructureCase
@@ -198,3 +198,25 @@ def test_names_that_are_kept():
     assert kept.split("boom[5].position.max") == ("boom[5].position", "max")
     assert kept.split("steps") == ("steps", "")
     assert kept.stored_name("tip mass[5].position.x.max") == "tip_mass_5_position_x_max"
+
+
+@pytest.mark.slow
+def test_values_at_a_time_and_integrals_are_kept(study):
+    """The stone moves at 1 m/s; a run that ends before the time has failed, and says why."""
+    study["over"] = {"simulate.until": ["0.2 s", "0.5 s"]}
+    study["keep"] = ["stone.position.x.at(0.255 s)", "stone.velocity.x.integral"]
+    found = studies.sweep(study)
+    assert found.stone_position_x_at_0_255_s.values[1] == pytest.approx(0.255, rel=1e-9)
+    assert found.stone_velocity_x_integral.values[1] == pytest.approx(0.5, rel=1e-9)
+    assert found.stone_velocity_x_integral.attrs["units"] == "m"
+    assert found.status.values.tolist() == ["failed", "success"]
+    assert "at(0.255 s) is outside the run, which is from 0 s to 0.2 s" in str(found.reason.values[0])
+
+
+def test_a_tree_gives_the_same_values_as_what_is_kept():
+    keep = ["stone.position.y.at(0.255 s)", "stone.velocity.y.integral", "energy_defect.at(0.3 s)"]
+    plan = cases.system("structure").plan
+    whole = record.outcome(0, plan(cases.load(CASE)).run(None), keep).variables
+    alone = plan(cases.load(CASE), keep=keep).keep()
+    for name in keep:
+        np.testing.assert_array_equal(whole[kept.stored_name(name)].values, alone[name])

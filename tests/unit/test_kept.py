@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, System, parts, results
-from evolvent.results.kept import REDUCTIONS, is_local
+from evolvent.results.kept import REDUCTIONS, is_local, split, stored_name, unit_of
 from evolvent.results.variables import get
 
 
@@ -39,10 +39,51 @@ def test_values_are_those_of_the_tree(system: System, regular: Any, name: str, r
     wanted = f"{name}.{reduction}" if reduction else name
     found, whole = system.simulate(keep=[wanted]), get(regular, name)
     values = whole.transpose("time", ...).values
-    expected = REDUCTIONS[reduction](values) if reduction else whole.values
+    expected = REDUCTIONS[reduction](values, whole.time.values) if reduction else whole.values
     np.testing.assert_array_equal(found[wanted], expected)
-    assert found.units(wanted) == whole.attrs["units"]
+    assert found.units(wanted) == unit_of(whole.attrs["units"], reduction)
     assert found.attrs["status"] == "success"
+
+
+def test_values_at_a_time_and_integrals_are_their_closed_forms(system: System) -> None:
+    """A wheel turns by 3 rad/s; a stone that a force of 2 t pushes from rest goes by t^3/3 across."""
+    names = ["wheel.angle.at(0.255 s)", "wheel.rate.z.integral", "stone.position.y.at(250 ms)",
+             "stone.velocity.y.integral", "stone.position.at(0.5)", "push.force.y.integral"]  # fmt: skip
+    found = system.simulate(keep=names)
+    assert found[names[0]] == pytest.approx(0.765, rel=1e-9)
+    assert found[names[1]] == pytest.approx(1.5, rel=1e-9)
+    assert found[names[2]] == pytest.approx(0.25**3 / 3.0, rel=1e-6)
+    assert found[names[3]] == pytest.approx(0.5**3 / 3.0, rel=1e-3)  # trapezoids of 0.01 s
+    np.testing.assert_allclose(found[names[4]][:2], [0.5, 0.5**3 / 3.0], rtol=1e-6)
+    assert found[names[5]] == pytest.approx(0.25, rel=1e-9)
+    assert [found.units(name) for name in names] == ["rad", "rad", "m", "m", "m", "N s"]
+    assert found.variables[names[0]].attrs["long_name"].endswith(", at(0.255 s)")
+
+
+def test_trapezoids_converge_with_the_second_order(system: System) -> None:
+    exact, errors = 0.5**3 / 3.0, []
+    for every in (0.05, 0.025):
+        found = system.simulate(keep=["stone.velocity.y.integral", "stone.velocity.y.at(0.0875 s)"], every=every)
+        errors.append((found["stone.velocity.y.integral"] - exact, found["stone.velocity.y.at(0.0875 s)"] - 0.0875**2))
+    np.testing.assert_allclose(errors[0][0] / errors[1][0], 4.0, rtol=1e-3)
+    np.testing.assert_allclose(errors[1][1], 0.0125**2, rtol=1e-3)  # of a straight line, in the middle
+
+
+@pytest.mark.parametrize(
+    ("unit", "integral"),
+    [("1", "s"), ("rad s-1", "rad"), ("m s-2", "m s-1"), ("N m", "N m s"), ("s", "s2"), ("kg m2 s-1", "kg m2"),
+     ("s-1", "1")],
+)  # fmt: skip
+def test_units_of_integrals(unit: str, integral: str) -> None:
+    assert unit_of(unit, "integral") == integral
+    assert unit_of(unit, "max") == unit
+
+
+def test_names_with_a_time_are_split_and_stored() -> None:
+    assert split("tip mass.position.x.at(2.5 s)") == ("tip mass.position.x", "at(2.5 s)")
+    assert stored_name("tip mass.position.x.at(2.5 s)") == "tip_mass_position_x_at_2_5_s"
+    assert split("hub.rate.z.integral") == ("hub.rate.z", "integral")
+    assert split("hub.rate.z.at") == ("hub.rate.z.at", "")
 
 
 def test_numbers_of_the_run_and_several_names(system: System) -> None:
@@ -60,6 +101,13 @@ def test_numbers_of_the_run_and_several_names(system: System) -> None:
     [
         ("spring.forc.max", "keep holds 'spring.forc.max'; no variable is called 'spring.forc'; did you mean"),
         ("spring.force.mx", "keep holds 'spring.force.mx'; after the variable, did you mean 'max'?"),
+        ("spring.force.integra", "keep holds 'spring.force.integra'; after the variable, did you mean 'integral'?"),
+        ("spring.force.at(3 kg)", "keep holds 'spring.force.at(3 kg)'; at(3 kg) must hold a time, such as at(2.5 s)"),
+        (
+            "spring.force.at(9 s)",
+            "keep holds 'spring.force.at(9 s)'; at(9 s) is outside the run",
+        ),
+        ("spring.force.at(-1 s)", "keep holds 'spring.force.at(-1 s)'; at(-1 s) is outside the run"),
         ("spring", "keep holds 'spring'; 'spring' is a part; give one of its variables: "),
         ("bob.position.q.last", "keep holds 'bob.position.q.last'; 'bob.position.q': the variable has no"),
         ("step_s", "keep holds 'step_s', which no run has; did you mean 'steps'?"),

@@ -43,6 +43,7 @@ MOST = 200
 SUPPORTED = (
     "bodies", "points", "springs", "links", "guides", "beams", "joints", "coordinates", "contact_surfaces",
     "body_contacts", "loads", "beam_loads", "motors", "synchronizations", "rods", "thermal_loads", "custom_forces",
+    "events",
 )  # fmt: skip
 
 

@@ -33,6 +33,8 @@ from evolvent.commands import options as shared
               "every combination of choices.")  # fmt: skip
 @click.option("--optimizer", type=str, default="slsqp", show_default=True, metavar="NAME", help="slsqp, or cobyqa "
               "(without derivatives).")  # fmt: skip
+@click.option("--derivatives", type=str, default="differences", show_default=True, metavar="NAME", help="differences, "
+              "or discrete: those of the discrete solution where a run has them.")  # fmt: skip
 @click.option("--runs", type=click.IntRange(min=1), default=5000, show_default=True, metavar="N", help="Runs at most.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, metavar="N", help="Of the starts and "
               "the dispersion.")  # fmt: skip
@@ -74,8 +76,9 @@ def design(case: str, **options: Any) -> None:
             disperse=_pairs("--disperse", options["disperse"], "KEY=DISTRIBUTION"), samples=options["samples"],
             quantile=options["quantile"] / 100.0,
             tolerances=_pairs("--tolerance", options["tolerance"], "KEY=TOLERANCE") or None, starts=options["starts"],
-            optimizer=options["optimizer"], most_runs=options["runs"], seed=options["seed"],
-            workers=options["workers"], overrides=cases.parse_assignments(options["assignments"]), progress=show,
+            optimizer=options["optimizer"], derivatives=options["derivatives"], most_runs=options["runs"],
+            seed=options["seed"], workers=options["workers"], overrides=cases.parse_assignments(options["assignments"]),
+            progress=show,
         )  # fmt: skip
     if not options["quiet"]:
         say(report.text(found))

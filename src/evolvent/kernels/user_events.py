@@ -61,6 +61,58 @@ def until_event(t, h, least, event_step, extended, y, model):
 
 
 @inlined
+def _landing(crossing, ahead):
+    """Part of a step at whose end the next one is to lie, behind an event at `crossing`, which may lie ahead."""
+    return (1.0 + 1.5 * (crossing - 1.0) if ahead else crossing) + 0.5 * SURE
+
+
+@inlined
+def until_event_beside(part, events, model):
+    """Part of the step of a neighbour, whose end is noted, at whose end the next one is to lie, as `until_event`; or 1.
+
+    Parameters
+    ----------
+    part : float, what was taken for the run; `events` : those of the run
+    """
+    which, first = -1, math.inf
+    for k in range(events.size):
+        before, now = events[k].value, events[k].now
+        if events[k].armed == ARMED and now > before and before / (before - now) < first:
+            which, first = k, before / (before - now)
+    ahead = first > 1.0
+    if which < 0 or abs(_landing(first, ahead) - part) > 1e-9:  # by something else, or by a part that is fixed
+        return 1.0
+    before, now = model.events[which].value, model.events[which].now
+    return _landing(before / (before - now), ahead)
+
+
+@inlined
+def note_values(t, y, model):
+    """Values of events at the end of a step of a neighbour."""
+    for k in range(model.events.size):
+        model.events[k].now = _value(t, y, model, k)
+
+
+@inlined
+def differs(k, events, model):
+    """Whether an event that lies at the end of a step of the run, by chance, lies elsewhere in a neighbour."""
+    scale = abs(events[k].now) + abs(model.events[k].value)
+    return abs(model.events[k].now - events[k].now) > 1e-12 * scale
+
+
+@inlined
+def fire_beside(t, fired, events, model, work):
+    """Fire event `fired`, if not below 0, in a neighbour, after the run; returns whether it releases anything."""
+    for k in range(events.size):
+        model.events[k].value, model.events[k].armed = model.events[k].now, events[k].armed
+    if fired < 0:
+        return False
+    work.log_t[work.loop.latches], work.log_k[work.loop.latches] = t, -1 - fired
+    work.loop.latches += 1
+    return release(t, fired, model)
+
+
+@inlined
 def _release_rows(t, trigger, rows, s):
     """`release` of the rows of one family."""
     found = False
@@ -82,6 +134,15 @@ def release(t, trigger, model):
     """
     found = _release_rows(t, trigger, model.joints, model.switches)
     return _release_rows(t, trigger, model.motors, model.switches) or found
+
+
+@inlined
+def has_released(t, h, model):
+    """Whether a joint is released at t, the end of a step of length h."""
+    joints, found = model.joints, False
+    for k in range(joints.size):
+        found = found or abs(joints[k].until - t) < 0.5 * h
+    return found
 
 
 @inlined

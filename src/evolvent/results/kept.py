@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from evolvent.base import units
 from evolvent.base.errors import InputError, nearest
 from evolvent.parts.base import Part
 from evolvent.results import variables
@@ -27,20 +28,26 @@ if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
     from evolvent.solvers.solution import Solution
 
-#: What may be kept of a variable over time, ``NAME.last`` and so on.
-REDUCTIONS: dict[str, Callable[[np.ndarray], Any]] = {
-    "first": lambda values: values[0],
-    "last": lambda values: values[-1],
-    "min": lambda values: np.fmin.reduce(values, axis=0),
-    "max": lambda values: np.fmax.reduce(values, axis=0),
-    "abs_max": lambda values: np.fmax.reduce(np.abs(values), axis=0),
-    "mean": lambda values: values.mean(axis=0, dtype=float),
+#: What may be kept of a variable over time, ``NAME.last`` and so on: functions of the values and of the times.
+REDUCTIONS: dict[str, Callable[[np.ndarray, np.ndarray], Any]] = {
+    "first": lambda values, t: values[0],
+    "last": lambda values, t: values[-1],
+    "min": lambda values, t: np.fmin.reduce(values, axis=0),
+    "max": lambda values, t: np.fmax.reduce(values, axis=0),
+    "abs_max": lambda values, t: np.fmax.reduce(np.abs(values), axis=0),
+    "mean": lambda values, t: values.mean(axis=0, dtype=float),
+    "integral": lambda values, t: np.trapezoid(values, t, axis=0),
 }
 #: Words of each of them.
 _HOW = {
     "first": "at the start", "last": "at the end", "min": "least", "max": "largest", "abs_max": "largest magnitude",
-    "mean": "mean",
+    "mean": "mean", "integral": "integral over time",
 }  # fmt: skip
+#: The value at a time, ``NAME.at(2.5 s)``; and what names may end with.
+_AT = re.compile(r"at\((?P<time>[^()]*)\)")
+ENDINGS = (*REDUCTIONS, "at(2.5 s)")
+#: Part of a run by which a time may lie outside of it, by round-off.
+_ROUND_OFF = 1e-9
 #: Families whose variables at a sample follow from the states at it and at the first one, without reactions.
 _LOCAL = {
     "bodies", "points", "springs", "coordinates", "motors", "synchronizations", "resistances", "drivetrains", "wheels",
@@ -89,28 +96,96 @@ class Kept(Mapping[str, Any]):
 
 def stored_name(wanted: str) -> str:
     """A name without dots and blanks: "tip mass.position.x.max" -> "tip_mass_position_x_max"."""
-    return re.sub(r"\W+", "_", wanted)
+    name = re.sub(r"\W+", "_", wanted)
+    return name.rstrip("_") if wanted.endswith(")") else name
 
 
 def split(wanted: str) -> tuple[str, str]:
-    """Name of a variable, and what is kept of it over time; '' for all of it."""
-    name, _, last = wanted.rpartition(".")
-    return (name, last) if last in REDUCTIONS and name else (wanted, "")
+    """Name of a variable, and what is kept of it over time, one of `REDUCTIONS` or ``at(TIME)``; '' for all of it."""
+    at = re.search(rf"\.({_AT.pattern})$", wanted)
+    name, last = (wanted[: at.start()], at[1]) if at else wanted.rpartition(".")[::2]
+    return (name, last) if is_reduction(last) and name else (wanted, "")
 
 
-def reduced(values: xr.Variable, reduction: str, name: str) -> xr.Variable:
+def is_reduction(text: str) -> bool:
+    """Whether a text says what is kept of a variable over time."""
+    return text in REDUCTIONS or _AT.fullmatch(text) is not None
+
+
+def reduce(values: np.ndarray, t: np.ndarray, reduction: str) -> Any:
+    """Values over time in one.
+
+    Parameters
+    ----------
+    values : (nt, ...) float; t : (nt,) float, s
+    reduction : one of `REDUCTIONS`, or ``at(TIME)``: straight lines between the samples
+
+    Raises
+    ------
+    InputError
+        For a time that is none, or outside the run.
+    """
+    if reduction in REDUCTIONS:
+        return REDUCTIONS[reduction](values, t)
+    at, near = _time_of(reduction), _ROUND_OFF * abs(float(t[-1]))
+    if not t[0] - near <= at <= t[-1] + near:
+        raise InputError(f"{reduction} is outside the run, which is from {t[0]:.6g} s to {t[-1]:.6g} s")
+    k = int(np.clip(np.searchsorted(t, at), 1, max(t.size - 1, 1)))
+    if t.size == 1 or at <= t[0]:
+        return values[0]
+    share = min((at - float(t[k - 1])) / float(t[k] - t[k - 1]), 1.0)
+    return values[k] if share > 1.0 - _ROUND_OFF else values[k - 1] + share * (values[k] - values[k - 1])
+
+
+def _time_of(reduction: str) -> float:
+    """The time of ``at(TIME)``, s."""
+    match = _AT.fullmatch(reduction)
+    assert match is not None
+    try:
+        found = units.parse(match["time"], "s")
+    except units.UnitError as error:
+        raise InputError(f"{reduction} must hold a time, such as at(2.5 s); {error}") from None
+    if not np.isfinite(found):
+        raise InputError(f"{reduction} must hold a finite time, such as at(2.5 s)")
+    return float(found)
+
+
+def unit_of(unit: str, reduction: str) -> str:
+    """Unit of what is kept of a variable: of an integral over time another one, "rad s-1" -> "rad"."""
+    if reduction != "integral":
+        return unit
+    words = unit.split()
+    power = next((int(word[1:] or 1) for word in words if re.fullmatch(r"s(-?\d)?", word)), 0)
+    others = [word for word in words if word != "1" and not re.fullmatch(r"s(-?\d)?", word)]
+    seconds = {0: [], 1: ["s"]}.get(power + 1, [f"s{power + 1}"])
+    return " ".join([*others, *seconds]) or "1"
+
+
+def reduced(values: xr.Variable, reduction: str, name: str, t: np.ndarray) -> xr.Variable:
     """Values over time in one value.
 
     Parameters
     ----------
     values : with the dimension time
-    reduction : one of `REDUCTIONS`
+    reduction : as of `reduce`
     name : str, that stands for words that are missing
+    t : (nt,) float, s, times of the values
+
+    Raises
+    ------
+    InputError
+        As of `reduce`.
     """
     ordered = values.transpose("time", ...)
-    text = f"{values.attrs.get('long_name', name)}, {_HOW[reduction]}"
-    found = REDUCTIONS[reduction](ordered.values)
-    return xr.Variable(ordered.dims[1:], found, {**values.attrs, "long_name": text})
+    text = f"{values.attrs.get('long_name', name)}, {_HOW.get(reduction, reduction)}"
+    try:
+        found = reduce(ordered.values, t, reduction)
+    except InputError as error:
+        raise InputError(f"keep holds '{name}.{reduction}'; {error}") from None
+    attrs = {**values.attrs, "long_name": text}
+    if "units" in attrs:
+        attrs["units"] = unit_of(attrs["units"], reduction)
+    return xr.Variable(ordered.dims[1:], found, attrs)
 
 
 def check_names(keep: Sequence[str], run: xr.Dataset | xr.DataTree) -> None:
@@ -132,11 +207,16 @@ def check_names(keep: Sequence[str], run: xr.Dataset | xr.DataTree) -> None:
             continue
         head, _, last = name.rpartition(".")
         if not reduction and head and not _has(run, name) and _has(run, head):
-            raise InputError(f"keep holds {wanted!r}; after the variable, {nearest(last, REDUCTIONS)}")
+            raise InputError(f"keep holds {wanted!r}; after the variable, {nearest(last, ENDINGS)}")
         try:
             found = variables.get(run, name)
         except InputError as error:
             raise InputError(f"keep holds {wanted!r}; {error}") from None
+        if reduction not in (*REDUCTIONS, ""):
+            try:
+                _time_of(reduction)
+            except InputError as error:
+                raise InputError(f"keep holds {wanted!r}; {error}") from None
         if reduction and "time" not in found.dims:
             raise InputError(f"keep holds {wanted!r}, but {name!r} has no time to reduce; write {name!r}")
 
@@ -214,7 +294,8 @@ def kept_of(
         if own is None or (reduction and "time" not in own[0].dims):
             continue
         values, along = (_at(own[0], samples), {dim: _at(one, samples) for dim, one in own[1].items()})
-        found[wanted] = reduced(values, reduction, name) if reduction else values
+        t = along["time"].values if "time" in along else view.t[samples]
+        found[wanted] = reduced(values, reduction, name, t) if reduction else values
         coordinates |= {dim: one for dim, one in along.items() if dim in found[wanted].dims}
     missing = tuple(name for name in keep if name not in found)
     return Kept(attrs=attrs, variables=found, coordinates=coordinates, missing=missing)

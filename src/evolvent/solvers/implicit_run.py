@@ -188,12 +188,16 @@ class Run(run.Run):
         if goes_on and not failure:
             return None
         if self.is_stopped and not failure:
-            return "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"
+            return self.stopped()
         if self.releases is not None and not failure:  # what is due at the very end still happens
             if self.releases.resume(self.work) < 0:
                 failure = outrun(self.reached)
             implicit_samples.keep_sample(self.work.samples.size - 1, 1.0, self.reached, 0.0, self.model, self.work)
         return ("failed", failure) if failure else run.FINISHED
+
+    def stopped(self) -> run.Ending:
+        """How a run ends that an event has stopped."""
+        return "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"
 
     def stall_message(self, stall: Stall) -> str:
         """Why a run of ever smaller steps is ended."""

@@ -15,10 +15,12 @@ from evolvent.base.errors import InputError
 from evolvent.solvers import run as runs
 from evolvent.solvers.implicit_method import METHODS
 from evolvent.solvers.implicit_run import Run
-from evolvent.solvers.implicit_state import AT_RESTART, BUDGET, DONE
+from evolvent.solvers.implicit_state import AT_RESTART, BUDGET, DONE, STOPPED
 from evolvent.solvers.messages import reason
 from evolvent.solvers.steps_beside import (
+    ELSEWHERE,
     FAILED,
+    HASTY,
     LEFT,
     N_FACTORED,
     N_PACE,
@@ -91,7 +93,7 @@ class Neighbours:
         TooFar
         """
         failure, code, lead, middle = self.start(), BUDGET, self.lead, self.middle
-        while not failure and code != DONE:
+        while not failure and code not in (DONE, STOPPED):
             code = advance_beside(
                 BUDGET_OF_SLICE, lead.model, lead.matrix, lead.work, middle.model, middle.matrix, middle.work,
                 *self.addresses, self.pace, self.factored,
@@ -100,14 +102,21 @@ class Neighbours:
                 raise self._left()
             if code == TOGETHER:
                 raise self._together()
+            if code == HASTY:
+                raise InputError(
+                    f"the step to the release of a joint at t = {lead.reached:.6g} s is {lead.work.loop.tried:.2g} s, "
+                    f"too short for a derivative; take another step"
+                )
             if code == AT_RESTART:
                 failure = next((why for one in (lead, *self.all) if (why := one.restart())), "")
-            elif code not in (BUDGET, DONE):
+            elif code not in (BUDGET, DONE, STOPPED):
                 failure = reason(code, lead)
             if not failure:
                 self._check_likeness()
             if progress is not None:
                 progress(lead.reached)
+        if code == STOPPED and not failure:
+            return lead.stopped()
         return ("failed", failure) if failure else runs.FINISHED
 
     def _check_likeness(self) -> None:
@@ -126,16 +135,20 @@ class Neighbours:
     def _left(self) -> TooFar:
         """Which neighbour has not taken the last step of the run, and why."""
         failed = int(self.factored[FAILED])
-        short = int(self.pace[failed, STATUS]) == TOO_SHORT
-        why = "ends before it starts, as events shift the steps" if short else "is not solved"
+        why = {
+            TOO_SHORT: "ends before it starts, as events shift the steps",
+            ELSEWHERE: "ends on an event by chance; take another step",
+        }.get(int(self.pace[failed, STATUS]), "is not solved")
         return TooFar(failed - 1, f"the step of the run to t = {self.lead.reached:.6g} s {why}")
 
     def _together(self) -> InputError:
-        """Why a run with several latches at the end of a step, or one at its given end, has no derivative."""
+        """Why a run with several latches or events at the end of a step, or one at its given end, has no derivative."""
         work = self.lead.work
         last = work.log_k[: int(work.loop.latches)][work.log_t[: int(work.loop.latches)] == self.lead.reached]
-        names = " and ".join(repr(owner(self.lead.assembly, "coordinates", int(k))) for k in last)
+        kinds = [("coordinates", int(k)) if k >= 0 else ("events", -1 - int(k)) for k in last]
+        names = " and ".join(repr(owner(self.lead.assembly, *one)) for one in kinds)
+        happen = "latch" if np.all(last >= 0) else "happen"
         return InputError(
-            f"{names} latch at t = {self.lead.reached:.6g} s in one step, together or with the end or a change of "
+            f"{names} {happen} at t = {self.lead.reached:.6g} s in one step, together or with the end or a change of "
             f"loads; the motion has no derivative there"
         )

@@ -12,9 +12,9 @@ from it, so that one correction leaves an error of d^2 where the tangent is exac
 (`evolvent.flow.energy_momentum.tangent`) takes a few more.
 
 Steps have the lengths that they have in the run, but where something fixes their end: a time, for the last step and
-those that land on a change of loads; the angle of a latch, g(x1, p) = 0, from which the neighbour's own length follows.
-So dt_e = -(g_p dp + g_x dx)/(dg/dt), and the steps behind it are shifted by dt_e. What a latch and a start of
-generalized-alpha change is evaluated by the same functions as in the run.
+those that land on a change of loads; the angle of a latch or a user's event, g(x1, p) = 0, from which the neighbour's
+own length follows. So dt_e = -(g_p dp + g_x dx)/(dg/dt), and the steps behind it are shifted by dt_e. What a latch, a
+release and a start of generalized-alpha change is evaluated by the same functions as in the run.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from numba import types
 
 from evolvent.compiled.jit import INTEGERS, MATRIX, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import at_address
-from evolvent.kernels import coordinate
+from evolvent.kernels import coordinate, user_events
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers import implicit_loop, implicit_method as method
 from evolvent.solvers.balance import energy_of
 from evolvent.solvers.implicit_balance import has_gained, note_drives
-from evolvent.solvers.implicit_samples import keep_samples, start_next
+from evolvent.solvers.implicit_samples import keep_sample, keep_samples, start_next
 from evolvent.solvers.implicit_state import BUDGET, NO_CONVERGENCE, NOT_FINITE, REDUNDANT, SINGULAR, WORKSPACE
 from evolvent.solvers.newton import correction, count_touching
 
@@ -53,11 +53,15 @@ NEAR = 1e-3
 LEAST_PART = 0.05
 #: Steps: as long as the loop would take them, as long as in the run, to an event, to a stop, to the end.
 OWN, FROZEN, EVENT, STOP, END = 0, 1, 2, 3, 4
-#: In place of a coordinate whose latch locks.
-NONE, TRIED = -1, -2
-#: Status of a neighbour whose step is too short; of all where several latches lock at the end of a step, or one at
-#: its given end, and where a neighbour does not take a step.
-TOO_SHORT, TOGETHER, LEFT = -10, -11, -12
+#: In place of a coordinate whose latch locks; the first event that fires, before which the others stand.
+NONE, TRIED, FIRST_EVENT = -1, -2, -3
+#: Part of the mean step that a step to the release of a joint has at least: the positions' round-off over its length is
+#: in the rates with which the parts go on.
+LEAST_TO_RELEASE = 1e-3
+#: Status of a neighbour whose step is too short, and of one of which an event is not at the end of a step, as in the
+#: run; of all where several latches and events are at the end of a step, or one at its given end, where a neighbour
+#: does not take a step, and where the step to a release is too short.
+TOO_SHORT, TOGETHER, LEFT, ELSEWHERE, HASTY = -10, -11, -12, -13, -14
 _model_at, _work_at = at_address(MODEL), at_address(WORKSPACE)
 
 
@@ -152,17 +156,17 @@ def _end_of(kind, tried, work):
     return t1, t + h, h
 
 
-@indirect(_I(_I, _I, _B, WORKSPACE, WORKSPACE, MODEL, SPARSE, WORKSPACE, VECTOR, VECTOR))
-def step_beside(kind, latch, leads, run, leader, model, matrix, work, pace, factored):
+@indirect(_I(_I, _I, _B, MODEL, WORKSPACE, WORKSPACE, MODEL, SPARSE, WORKSPACE, VECTOR, VECTOR))
+def step_beside(kind, latch, leads, run_model, run, leader, model, matrix, work, pace, factored):
     """Take the step that the run has taken last; returns the number of corrections, or a status below zero.
 
     Parameters
     ----------
     kind : int, what the step ends on
-    latch : int, joint coordinate whose latch locks at its end, `NONE`, or `TRIED` of a step that the run has taken back
-        to end it on a latch
+    latch : int, joint coordinate whose latch locks at its end, `FIRST_EVENT` - k of event k that fires there, `NONE`,
+        or `TRIED` of a step that the run has taken back to end it on a latch or event
     leads, pace, factored : as of `solve_beside`
-    run : Workspace of the run; leader : that of the middle, of the middle that of the run
+    run_model, run : Model and Workspace of the run; leader : that of the middle, of the middle that of the run
     """
     loop, t, midpoint, s = work.loop, work.loop.time, work.options.midpoint != 0, model.switches
     t1, t_end, h = _end_of(kind, run.loop.tried, work)
@@ -171,11 +175,18 @@ def step_beside(kind, latch, leads, run, leader, model, matrix, work, pace, fact
     found = solve_beside(t_end, h, leads, leader, model, matrix, work, pace, factored)
     if found <= 0:
         return found
+    user_events.note_values(t_end, work.y, model)
+    fired = FIRST_EVENT - latch if latch <= FIRST_EVENT else NONE
     if latch == TRIED:
         part = coordinate.until_latch(s, model)
+        if model.events.size > 0:
+            due = user_events.until_event_beside(run.loop.event_step / run.loop.tried, run_model.events, model)
+            part = due if part == 1.0 else min(part, due)
         implicit_loop.restore_start(model, work)
         loop.event_step = h * part if part != 1.0 else run.loop.event_step
         return found
+    if fired >= 0 and kind != EVENT and user_events.differs(fired, run_model.events, model):
+        return ELSEWHERE
     if work.options.tolerance > 0.0:
         loop.step = run.loop.step
     elif work.options.divides != 0 and kind < STOP:
@@ -183,21 +194,26 @@ def step_beside(kind, latch, leads, run, leader, model, matrix, work, pace, fact
     implicit_loop.accept_step(t1, t_end, h, model, work)
     has_gained(False, model, work)
     keep_samples(t, h if midpoint else t1 - t, model, work)
+    if fired >= 0 and model.events[fired].stops != 0 and loop.sample < run.loop.sample:
+        keep_sample(loop.sample, 1.0, t, h if midpoint else t1 - t, model, work)
+        work.samples[loop.sample] = t1
+        loop.sample += 1
     start_next(work)
     if latch >= 0:
         if midpoint:
             coordinate.note_turns(t1, work.y, s, model)
         implicit_loop.lock(t1, latch, model, work)
     coordinate.count_quarter_turns(s, model.coordinates)
+    released = user_events.fire_beside(t1, fired, run_model.events, model, work)
     if kind == STOP:
         loop.stop += 1
-    if (latch >= 0 or kind == STOP) and method.restart(model, work):
+    if (latch >= 0 or released or kind == STOP) and method.restart(model, work):
         implicit_loop.book_release(energy_of(work.balance), loop.time + 20.0 * work.options.smallest, model, work)
     return found
 
 
-@indirect(_I(_I, _I, WORKSPACE, MODEL, SPARSE, WORKSPACE, INTEGERS, INTEGERS, MATRIX, VECTOR))
-def steps_beside(kind, latch, run, model, matrix, work, models, works, pace, factored):
+@indirect(_I(_I, _I, MODEL, WORKSPACE, MODEL, SPARSE, WORKSPACE, INTEGERS, INTEGERS, MATRIX, VECTOR))
+def steps_beside(kind, latch, run_model, run, model, matrix, work, models, works, pace, factored):
     """Have the middle, `model` and `work`, and the neighbours take a step: see `step_beside`.
 
     Parameters
@@ -209,13 +225,13 @@ def steps_beside(kind, latch, run, model, matrix, work, models, works, pace, fac
     -------
     int, number of the one that does not, the middle being 0, with its status in `pace`; -1 where all do
     """
-    found = step_beside(kind, latch, True, run, run, model, matrix, work, pace[0], factored)
+    found = step_beside(kind, latch, True, run_model, run, run, model, matrix, work, pace[0], factored)
     if found <= 0:
         pace[0, STATUS] = found
         return 0
     for k in range(len(models)):
         own, at = _model_at(models[k]), _work_at(works[k])
-        found = step_beside(kind, latch, False, run, work, own, matrix, at, pace[1 + k], factored)
+        found = step_beside(kind, latch, False, run_model, run, work, own, matrix, at, pace[1 + k], factored)
         if found <= 0:
             pace[1 + k, STATUS] = found
             return 1 + k
@@ -226,7 +242,8 @@ def steps_beside(kind, latch, run, model, matrix, work, models, works, pace, fac
 def advance_beside(budget, run_model, run_matrix, run, model, matrix, work, models, works, pace, factored):
     """Go on for `budget` steps, tried ones among them, of the run, its middle and its neighbours.
 
-    Returns a status: one of `implicit_loop.advance`, `TOGETHER`, or `LEFT` where a neighbour does not take a step.
+    Returns a status: one of `implicit_loop.advance`, `TOGETHER`, `HASTY`, or `LEFT` where a neighbour does not
+    take a step.
     """
     loop, near, end = run.loop, 10.0 * run.options.smallest, run.samples[run.samples.size - 1]
     share = 2e-9 if run.options.midpoint != 0 else 1e-12
@@ -243,10 +260,17 @@ def advance_beside(budget, run_model, run_matrix, run, model, matrix, work, mode
         latch = TRIED
         if loop.steps > steps:
             latch = run.log_k[latches] if loop.latches > latches else NONE
-            if loop.latches > latches + 1 or (latch >= 0 and kind >= STOP):
+            if loop.latches > latches + 1 or (loop.latches > latches and kind >= STOP):
                 return TOGETHER
+            if loop.latches > latches and latch < 0:
+                latch += 1 + FIRST_EVENT
+            short = loop.tried * loop.steps < LEAST_TO_RELEASE * (loop.time - run.samples[0])
+            if (latch != NONE or kind == STOP) and short and user_events.has_released(loop.time, loop.tried, run_model):
+                return HASTY
         if latch != TRIED or math.isfinite(loop.event_step):
-            factored[FAILED] = steps_beside(kind, latch, run, model, matrix, work, models, works, pace, factored)
+            factored[FAILED] = steps_beside(
+                kind, latch, run_model, run, model, matrix, work, models, works, pace, factored
+            )
             if factored[FAILED] >= 0.0:
                 return LEFT
         elif loop.step != step:  # that is divided

@@ -20,7 +20,7 @@ from evolvent.base.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.design.calibration import data
 from evolvent.design.calibration.kept import Kept
 from evolvent.results import variables
-from evolvent.results.kept import REDUCTIONS, split
+from evolvent.results.kept import reduce, split, unit_of
 from evolvent.results.measurements import Measurements, Series
 
 Array = np.ndarray
@@ -485,10 +485,10 @@ def _values(run: Any, one: Series, content: Any) -> Array:
         name, reduction = split(one.name)
         found = variables.get(run, name)
         values = found.transpose("time", ...).values if "time" in found.dims else found.values[None]
-        number = np.asarray(REDUCTIONS[reduction or "last"](values), dtype=float)
+        number = np.asarray(reduce(values, run.time.values, reduction or "last"), dtype=float)
         if number.ndim:
             raise InputError(f"--observe is {one.name!r}, which has {number.size} values a run; name a component of it")
-        return np.atleast_1d(number) * _factor(str(found.attrs.get("units", "1")), one)
+        return np.atleast_1d(number) * _factor(unit_of(str(found.attrs.get("units", "1")), reduction), one)
     found = variables.get(run, one.name)
     if found.dims != ("time",):
         raise InputError(f"--observe is {one.name!r}, which has the dimensions {found.dims}; name one value over time")

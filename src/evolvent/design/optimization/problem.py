@@ -19,7 +19,7 @@ from evolvent.design.studies import distributions, draws
 from evolvent.design.studies.axes import annotation, written
 from evolvent.design.studies.study import value_at
 from evolvent.results import variables
-from evolvent.results.kept import check_names, split
+from evolvent.results.kept import check_names, split, unit_of
 
 Array = np.ndarray
 #: Bounds of a key that is given without any, as multiples of the case's value.
@@ -350,8 +350,9 @@ class _Names:
         """Unit of a name of what is kept; '' where it has none, or is a statistic."""
         if self.start is None or not others_of([kept]):
             return ""
+        name, reduction = split(kept)
         try:
-            unit = str(variables.get(self.start, split(kept)[0]).attrs.get("units", "1"))
+            unit = unit_of(str(variables.get(self.start, name).attrs.get("units", "1")), reduction)
         except InputError:
             return ""
         return "" if unit == "1" else units.unit_text(unit)

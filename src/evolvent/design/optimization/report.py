@@ -46,6 +46,8 @@ def sentences(found: Design) -> list[str]:
         f"{problem.aim}: {best}, {start} of the case as it is",
         f"{found.runs} runs, {searches}; the best ended with: {found.best.message}",
     ]
+    if found.derivatives:
+        lines.append(f"derivatives: {found.derivatives}")
     if problem.dispersed is not None:
         spread = problem.dispersed
         lines.append(

@@ -123,6 +123,31 @@ class Runs:
         self.count += sum(map(len, cases))
         return [self._result([next(outcomes) for _ in own]) for own in cases]
 
+    def take(self, runs: int) -> None:
+        """Count runs that are made elsewhere.
+
+        Raises
+        ------
+        OutOfRuns
+        """
+        if self.count + runs > self.most:
+            raise OutOfRuns
+        self.count += runs
+
+    def margins(self, place: Array, chosen: tuple[int, ...], names: Sequence[str]) -> dict[str, float]:
+        """Margins at rest of a design by name, without a run.
+
+        Raises
+        ------
+        InputError
+            Where the design has none.
+        """
+        overrides = self.problem.overrides(place, chosen)
+        found = tasks.outcome_of(self.problem.content, overrides, names, self._variants)
+        if found.status == "failed":
+            raise InputError(found.reason)
+        return {name: float(found.variables[stored_name(name)].values) for name in names}
+
     @property
     def sizes(self) -> tuple[float, Array]:
         """What counts as 1 of the objective, and of every requirement: its bound, or its value in the first design."""

@@ -15,7 +15,7 @@ from evolvent.analysis.system import System
 from evolvent.base.errors import InputError, RunFailed
 from evolvent.design.optimization.problem import Problem, Progress, read
 from evolvent.design.optimization.runs import OutOfRuns, Result, Runs, short
-from evolvent.design.optimization.slopes import Slopes
+from evolvent.design.optimization.slopes import DIFFERENCES, WAYS, Slopes
 from evolvent.design.optimization.trade import Trade, trade
 
 Array = np.ndarray
@@ -63,6 +63,7 @@ class Design:
     history : list of (runs, objective, whether all requirements are met)
     runs : int
     exhausted : bool, whether the search ended since it had no runs left
+    derivatives : str, how they were found, those of the discrete solution or differences; '' where none were
     """
 
     problem: Problem
@@ -74,6 +75,7 @@ class Design:
     history: Sequence[tuple[int, float, bool]]
     runs: int
     exhausted: bool
+    derivatives: str
 
     @property
     def values(self) -> dict[str, Any]:
@@ -109,6 +111,7 @@ def optimize(
     tolerances: Mapping[str, Any] | None = None,
     starts: int = 1,
     optimizer: str = "slsqp",
+    derivatives: str = DIFFERENCES,
     most_runs: int = 5000,
     seed: int = 0,
     workers: int | None = 1,
@@ -133,7 +136,9 @@ def optimize(
     starts : int, searches for every combination of choices: from the case, then from points of a Sobol sequence
     optimizer : "slsqp" (sequential quadratic programming, by derivatives) or "cobyqa" (trust region without
         derivatives, for results that jump or have kinks)
-    most_runs : int, runs at most
+    derivatives : "differences" (central ones) or "discrete" (those of the discrete solution, as of
+        `evolvent.System.sensitivity`, where a run has them, else differences)
+    most_runs : int, runs at most; those beside a run, of its derivatives, count as well
     seed : int, of the starts and the dispersion
     workers : int or None, processes; None takes all cores where the work is worth their start
     overrides : mapping, keys of the case that change before
@@ -167,6 +172,8 @@ def optimize(
     """
     if optimizer not in OPTIMIZERS:
         raise InputError(f"optimizer is {optimizer!r}; it must be one of {', '.join(OPTIMIZERS)}")
+    if derivatives not in WAYS:
+        raise InputError(f"derivatives is {derivatives!r}; it must be one of {', '.join(WAYS)}")
     for name, value in (("starts", starts), ("most_runs", most_runs), ("workers", workers or 1)):
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
             raise InputError(f"{name} is {value!r}; it must be a whole number from 1")
@@ -177,7 +184,7 @@ def optimize(
         samples=samples, quantile=quantile, seed=seed,
     )  # fmt: skip
     with Runs(problem, workers, most_runs, progress) as runs:
-        return _Search(runs, optimizer, starts, seed).design(tolerances)
+        return _Search(runs, optimizer, derivatives, starts, seed).design(tolerances)
 
 
 def _content(case: Any) -> Any:
@@ -192,9 +199,9 @@ def _names(given: Any) -> list[str]:
 class _Search:
     """The searches of one problem."""
 
-    def __init__(self, runs: Runs, optimizer: str, starts: int, seed: int) -> None:
+    def __init__(self, runs: Runs, optimizer: str, derivatives: str, starts: int, seed: int) -> None:
         self.runs, self.problem, self.optimizer = runs, runs.problem, optimizer
-        self.slopes = Slopes(runs)
+        self.slopes = Slopes(runs, derivatives)
         self._starts, self._seed = starts, seed
 
     def design(self, tolerances: Mapping[str, Any] | None) -> Design:
@@ -224,6 +231,7 @@ class _Search:
         return Design(
             problem=self.problem, start=first, best=best, met=met, ends=tuple(ends), trade=found,
             history=self.runs.history, runs=self.runs.count, exhausted=exhausted,
+            derivatives=self.slopes.found_by,
         )  # fmt: skip
 
     def _own(self) -> tuple[int, ...]:

@@ -22,7 +22,7 @@ from evolvent.base import progress, safe_open, schema
 from evolvent.base.errors import InputError, nearest
 from evolvent.design.studies import catalogue, draws, measured, stages as st
 from evolvent.design.studies.axes import MOST_CASES, Axis, annotation, axes, whole_number
-from evolvent.results.kept import REDUCTIONS, check_names, stored_name
+from evolvent.results.kept import ENDINGS, check_names, is_reduction, stored_name
 
 SAMPLES = ("grid", "list", *draws.DRAWN)
 _KEYS = ("study", "case", "set", "stages", "sample", "over", "samples", "correlation", "seed", "keep", "batch")
@@ -328,8 +328,8 @@ def _check_reductions(keep: Sequence[str], stages: Sequence[str]) -> None:
         first, dot, reduction = name.partition(".")
         if first in stages:
             _, dot, reduction = reduction.partition(".")
-        if dot and reduction not in REDUCTIONS:
-            raise InputError(f"keep holds {schema.shown(name)}; after the dot, {nearest(reduction, REDUCTIONS)}")
+        if dot and not is_reduction(reduction):
+            raise InputError(f"keep holds {schema.shown(name)}; after the dot, {nearest(reduction, ENDINGS)}")
 
 
 def _seed_key(module: Any, given: set[str]) -> tuple[str, int]:
