@@ -164,3 +164,14 @@ def test_replacing_after_values_are_varied():
     assert system.assemble().model.coordinates["stiffness"][0] == 3.0
     found, expected = system.simulate(until=0.5), fresh.simulate(until=0.5)
     assert np.array_equal(found["spring"].angle, expected["spring"].angle)
+
+
+def test_files_of_older_versions_are_read(run, tmp_path):
+    """The method was called `solver` there; the digest of such a file holds."""
+    path, older = tmp_path / "older.nc", run.copy()
+    older.attrs = {("solver" if key == "method" else key): value for key, value in run.attrs.items()}
+    evolvent.save(older, path)
+    read = evolvent.open(path)
+    assert read.attrs["method"] == run.attrs["method"]
+    assert "solver" not in read.attrs
+    assert "warning" not in read.attrs
