@@ -96,6 +96,10 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module 'evolvent' has no attribute {name!r}")
 
 
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])
+
+
 def load(case: Any, overrides: Mapping[str, Any] | None = None) -> System:
     """The system of a case, to be changed, simulated or analysed part by part.
 

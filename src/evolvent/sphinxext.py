@@ -239,6 +239,8 @@ def _kind(annotation: Any, metadata: Any = ()) -> str:
             return f"{_unit(item.quantity)}, or a list"
         if isinstance(item, units.Whole):
             return "whole number"
+        if isinstance(item, units.Orientation):
+            return "quaternion, `{axis, angle}` or `{euler, order}`"
         if isinstance(item, units.Vector):
             return f"3 of: {_unit(item.quantity)}"
         if isinstance(item, Reference):

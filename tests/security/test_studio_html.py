@@ -93,7 +93,7 @@ def run(tmp_path_factory):
 @pytest.mark.parametrize("attack", ATTACKS[:5], ids=range(5))
 def test_a_report_holds_texts_as_texts(run, attack, monkeypatch, tmp_path):
     hostile = run.copy()
-    names = ("message", "warning", "latches", "solver", "date", "made_with")
+    names = ("message", "warning", "latches", "method", "date", "made_with")
     hostile.attrs = dict(run.attrs) | dict.fromkeys(names, attack) | {"laws": json.dumps({attack: attack})}
     hostile.attrs |= {"status": "failed", "case": f"{run.attrs['case']}# {attack}"}
     for variable in hostile.data_vars.values():

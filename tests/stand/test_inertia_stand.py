@@ -350,7 +350,7 @@ def test_a_batch_keeps_what_can_be_run():
     found = SYSTEM.run_batch([falls, good, adaptive, other])
     assert isinstance(found[0], evolvent.InputError)
     assert [run.attrs["status"] for run in found[1:]] == ["success"] * 3
-    assert [run.attrs["solver"] for run in found[1:]] == ["dop853", "dopri5", "dop853"]
+    assert [run.attrs["method"] for run in found[1:]] == ["dop853", "dopri5", "dop853"]
     assert found[2].sensor_true.values == pytest.approx(found[1].sensor_true.values, abs=5e-9)
     assert found[3].sizes["spring"] == 5
 

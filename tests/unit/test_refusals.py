@@ -109,7 +109,7 @@ def test_a_case_is_refused(name: str) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("a: &a {b: 1}\nc:\n  <<: *a\n", "line 3, column 3: the merge key '<<' is not supported; write the keys"),
+        ("a: &a 1\nc:\n  <<: *a\n", "line 1, column 4: the merge key '<<' takes a mapping, as in <<: *name"),
         ("a:\n\tb: 1\n", "line 2, column 1: a tab is not allowed here; indent with spaces"),
         ("a: *x\n", "*x refers to &x, which is not defined above"),
         ("a: [1, 2}\n", "a comma or the closing ] is missing before this character"),

@@ -80,7 +80,7 @@ def test_has_all_variables_with_units(quick):
 
 def test_says_where_it_comes_from(quick):
     attrs = quick.attrs
-    assert (attrs["status"], attrs["system"], attrs["solver"]) == ("success", "heliogyro", "dopri5")
+    assert (attrs["status"], attrs["system"], attrs["method"]) == ("success", "heliogyro", "dopri5")
     assert attrs["version"] == evolvent.__version__
     assert json.loads(attrs["statistics"])["steps"] > 100
     assert attrs["wall_time_s"] > 0.0
@@ -546,8 +546,8 @@ def _root(run, change):
     [
         (lambda run: _root(run, lambda d: d.assign_attrs(system=3)), "'system' is 3; it must be a text"),
         (
-            lambda run: _root(run, lambda d: d.drop_attrs(deep=False).assign_attrs(_without(run, "solver"))),
-            "'solver' is missing",
+            lambda run: _root(run, lambda d: d.drop_attrs(deep=False).assign_attrs(_without(run, "method"))),
+            "'method' is missing",
         ),
         (
             lambda run: _root(run, lambda d: d.assign_attrs(system="heliogiro")),

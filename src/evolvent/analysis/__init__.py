@@ -312,6 +312,7 @@ def tree(
     warning : str, what the table and the pages warn of, '' for nothing; None: that of `warning_of`
     """
     from evolvent.analysis import accessor  # noqa: F401  (it registers run.ev)
+    from evolvent.results.happened import EVENTS, written_events
     from evolvent.results.tree import keep_solution, tree_of
 
     solution, now = check_energy_gain(solution), datetime.datetime.now(datetime.UTC)
@@ -322,6 +323,7 @@ def tree(
             "title": title,
             "warning": warning_of(solution) if warning is None else warning,
             "latches": latches_of(solution),
+            EVENTS: written_events(solution),
         }
         return found | {name: text for name, text in optional.items() if text}
 

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import xarray as xr
 
 from evolvent import cases
-from evolvent.base.errors import InputError
+from evolvent.base.errors import InputError, counted
 from evolvent.base.units import unit_text
-from evolvent.results import variables
+from evolvent.results import WELL, happened, statistics_of, variables
 from evolvent.results.figures import Figure, Line, Number
-from evolvent.view import show
+from evolvent.view import notebook, show
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion
+
+#: Names of parts that a notebook shows, at most.
+_SHOWN = 12
 
 
 @xr.register_datatree_accessor("ev")
@@ -49,6 +54,48 @@ class RunAccessor:
         found: list[Number] = self._system.numbers(self._run)
         return found
 
+    @property
+    def statistics(self) -> Mapping[str, float | None]:
+        """The method's account of the run by name, such as "steps"; None for what is not finite."""
+        return MappingProxyType(statistics_of(self._run))
+
+    @property
+    def events(self) -> xr.Dataset:
+        """What happened, in order of time: see `evolvent.results.happened.events_of`; ``.to_pandas()`` is a table."""
+        return happened.events_of(self._run)
+
+    @property
+    def latches(self) -> xr.Dataset:
+        """The latches that have locked: see `evolvent.results.happened.latches_of`."""
+        return happened.latches_of(self._run)
+
+    def _repr_html_(self) -> str:
+        """Status, warning, latches and sizes, for notebooks."""
+        run, attrs, names = self._run, self._run.attrs, variables.parts(self._run)
+        facts = [("status", str(attrs["status"])), ("method", str(attrs["method"]))]
+        if attrs["status"] not in WELL:
+            facts.append(("message", str(attrs["message"])))
+        if "time" in run.coords:
+            times = np.asarray(run["time"])
+            facts.append(("time", f"{times[0]:.6g} s to {times[-1]:.6g} s, {counted(times.size, 'sample')}"))
+        facts.append(("steps", f"{int(self.statistics.get('steps') or 0):,} in {float(attrs['wall_time_s']):.3g} s"))
+        if names:
+            facts.append(
+                ("parts", f"{len(names)}: {', '.join(names[:_SHOWN])}{', ...' if len(names) > _SHOWN else ''}")
+            )
+        if self.events.sizes["event"]:
+            facts.append(("events", str(self.events.sizes["event"])))
+        held = self.latches
+        rows = [["latch", "time", "rate", "peak"]] if held.sizes["latch"] else []
+        rows += [
+            [str(one.latch.values), f"{float(one.time):.6g} s", f"{float(one.rate):.4g} {one.rate_unit.values}",
+             f"{float(one.peak):.4g} {one.peak_unit.values}"]
+            for one in (held.isel(latch=k) for k in range(held.sizes["latch"]))
+        ]  # fmt: skip
+        warnings = [str(attrs["warning"])] if attrs.get("warning") else []
+        title = str(attrs.get("title") or f"evolvent run of {attrs['system']}")
+        return notebook.summary(title, facts, rows=rows, warnings=warnings)
+
     def plot(self, *names: str, path: str | os.PathLike[str] | None = None) -> Any:
         """Plot variables over time; without names, the default figures.
 
@@ -59,14 +106,14 @@ class RunAccessor:
 
         Returns
         -------
-        matplotlib.figure.Figure (a list of them without names), or the paths that were written
+        matplotlib.figure.Figure (a list of them without names), which a notebook shows, or the paths that were written
         """
         from evolvent.view import plots
 
         drawn: list[Figure] = [show.figure(self._run, names)] if names else self._system.figures(self._run)
         if path is None:
             sheets = [plots.sheet(figure) for figure in drawn]
-            return sheets[0] if names else sheets
+            return sheets[0] if names else notebook.Sheets(sheets)
         if names:
             return plots.save(drawn[0], path)
         return plots.draw(drawn, path)
@@ -110,19 +157,20 @@ class RunAccessor:
 
         return clearances(self._run, pairs)
 
-    def animate(self, path: str | os.PathLike[str], *, clearance: xr.Dataset | None = None) -> str:
+    def animate(
+        self, path: str | os.PathLike[str] | None = None, *, clearance: xr.Dataset | None = None
+    ) -> Any:  # fmt: skip
         """Write the animation, or of a single sample, such as an equilibrium, the picture as one HTML page.
 
         Parameters
         ----------
-        path : str
+        path : str, optional, file that ends with .html; left out, nothing is written
         clearance : xarray.Dataset, optional
             Of `clearance`; bodies that interfere are red at these samples.
 
         Returns
         -------
-        str
-            The path.
+        The path, or without one the page, which a notebook shows
 
         Raises
         ------
@@ -139,7 +187,8 @@ class RunAccessor:
             from evolvent.analysis.clearance_results import marked
 
             found = marked(found, clearance)
-        return animation.write(found.labelled(unfinished(self._run)), path)
+        motion = found.labelled(unfinished(self._run))
+        return notebook.Page(animation.page(motion)[0]) if path is None else animation.write(motion, path)
 
     def regular(self) -> xr.DataTree:
         """The run at its regular samples alone: without those that were kept where the motion is fast."""

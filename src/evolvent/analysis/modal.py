@@ -41,6 +41,12 @@ class ModalResults(Modes):
             found.append(row)
         return found
 
+    def _repr_html_(self) -> str:
+        """The slowest modes, for notebooks."""
+        from evolvent.view import notebook
+
+        return notebook.summary(f"{len(self.pole)} modes", rows=self.rows())
+
     def motion(self, k: int, *, amplitude: float | None = None, frames: int = 60) -> Motion:
         """The motion of one mode over one period.
 

@@ -299,7 +299,7 @@ def _dataset(
             "key_unit": (("key",), by), "unit": (both, [[_ratio(a, b) for b in by] for a in unit]),
         },
         attrs={
-            "solver": plan.method, "steps": "fixed" if plan.step is not None else "as in the run",
+            "method": plan.method, "steps": "fixed" if plan.step is not None else "as in the run",
             "change": float(changes[0] / keys[0].size),
             **({"warning": warning} if warning else {}),
         },

@@ -14,7 +14,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.order import in_order
 from evolvent.assembly.variants import Variants
 from evolvent.base import units
-from evolvent.base.errors import InputError, RunFailed
+from evolvent.base.errors import InputError, RunFailed, nearest
 from evolvent.base.progress import on_stderr
 from evolvent.base.schema import check_visible
 from evolvent.parts.base import Part, check_name
@@ -23,6 +23,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from evolvent.results.kept import Kept
+
+
+def _check_part(part: Any) -> None:
+    if not isinstance(part, Part):
+        raise InputError(f"{part!r} is not a part; add one of evolvent.parts, such as parts.Point(mass=1.0)")
+
 
 _GRAVITY = units.Vector(quantity=units.Quantity(what="an acceleration", unit="m/s^2", example="9.81 m/s^2"))
 
@@ -79,8 +85,7 @@ class System:
         InputError
             If `part` is none, or the name is taken.
         """
-        if not isinstance(part, Part):
-            raise InputError(f"{part!r} is not a part; add one of evolvent.parts, such as parts.Point(mass=1.0)")
+        _check_part(part)
         if name is None:
             kind = type(part).__name__.lower()
             number = 1 + sum(type(other) is type(part) for other in self._parts.values())
@@ -91,10 +96,73 @@ class System:
         self._found = set()
         return name
 
+    def remove(self, name: str) -> Part:
+        """Take a part out; returns it.
+
+        Parameters
+        ----------
+        name : str
+
+        Raises
+        ------
+        InputError
+            If no part has the name, or other parts refer to it; the sentence names them.
+        """
+        self._check_known(name)
+        refer = [other for other, part in self._parts.items() if other != name and name in part.references()]
+        if refer:
+            verb, them = ("refers", "it") if len(refer) == 1 else ("refer", "them")
+            names = ", ".join(map(repr, refer))
+            raise InputError(f"{name!r} cannot be removed: {names} {verb} to it; remove {them} first")
+        self._found = set()
+        return self._parts.pop(name)
+
+    def replace(self, name: str, part: Part) -> Part:
+        """Put another part in the place of one, under its name; returns the one before.
+
+        Parts that refer to the name refer to the new part. Whether it has the points that they name is checked when the
+        system is assembled. `with_values` changes single keys of a part.
+
+        Parameters
+        ----------
+        name : str
+        part : a part of `evolvent.parts`
+
+        Raises
+        ------
+        InputError
+            If no part has the name, or `part` is none.
+        """
+        self._check_known(name)
+        _check_part(part)
+        before, self._parts[name] = self._parts[name], part
+        self._found = set()
+        return before
+
+    def _check_known(self, name: Any) -> None:
+        if name not in self._parts:
+            raise InputError(f"no part is called {name!r}; {nearest(str(name), self._parts)}")
+
     @property
     def parts(self) -> Mapping[str, Part]:
         """All parts by name, in the order in which they were added."""
         return MappingProxyType(self._parts)
+
+    def _repr_html_(self) -> str:
+        """Kinds and number of the parts, for notebooks."""
+        from evolvent.view import notebook
+
+        kinds: dict[str, list[str]] = {}
+        for name, part in self._parts.items():
+            kinds.setdefault(str(type(part).model_fields["kind"].default), []).append(name)
+        rows = [["kind", "number", "names"]] if kinds else []
+        for kind, names in kinds.items():
+            rows.append([kind, str(len(names)), ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")])
+        facts = [("parts", str(len(self._parts)))]
+        if np.any(self._gravity):
+            facts.append(("gravity", f"{self._gravity.tolist()} m/s²"))
+        facts += [(name, str(self.settings[name])) for name in ("until", "method") if name in self.settings]
+        return notebook.summary(self.title or "System", facts, rows=rows)
 
     def copy(self) -> System:
         """The same parts in its own system."""
@@ -196,7 +264,7 @@ class System:
         fine : bool, whether finer samples are kept where the motion is fast, at most as many as the others; True if
             left out. A variable ``fine_sample`` marks them.
         method : {"auto", "generalized-alpha", "hht", "energy-momentum", "dopri5", "rk4", "heun"}
-            "auto" chooses from the parts; the result's attributes ``solver`` and ``method_reason`` say which and why.
+            "auto" chooses from the parts; the result's attributes ``method`` and ``method_reason`` say which and why.
         step : float, s, or a text, of a method with fixed steps; chosen if left out
         tolerance : float, of an adaptive method
         spectral_radius : float, at infinite frequency: 0 to 1 of generalized-alpha, 1/2 to 1 of hht, 1/3 to 1 of

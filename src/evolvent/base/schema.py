@@ -47,6 +47,10 @@ class Annotation:
         """`value` as a file holds it."""
         return value
 
+    def inner_keys(self) -> Mapping[str, tuple[Any, Any]]:
+        """Keys of a mapping that may stand for the value: the type of each and its annotation, None for none."""
+        return {}
+
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         """A validator, and a serializer."""
         return core_schema.no_info_plain_validator_function(
@@ -307,6 +311,9 @@ def _inner(place: Located, name: str, content: Any) -> Located | None:
             if isinstance(mark, SectionsByName):
                 section = mark.section_of(content.get(name) if isinstance(content, Mapping) else None)
                 return None if section is None else Located([(section, ())], "", entry=False)
+            if isinstance(mark, Annotation) and name in mark.inner_keys():
+                inner_kind, inner_mark = mark.inner_keys()[name]
+                return Located([(inner_kind, () if inner_mark is None else (inner_mark,))], place.text, entry=False)
             if isinstance(mark, OneOf) and name in mark.kinds:
                 section = mark.kinds[name]
                 only = _field(section, next(iter(section.model_fields))) if len(section.model_fields) == 1 else None

@@ -92,9 +92,12 @@ def _mapping(loader: Any, node: yaml.MappingNode) -> dict[Any, Any]:
     """A mapping whose keys are words, none of them twice."""
     keys: set[str] = set()
     for name, _ in node.value:
-        if name.tag == "tag:yaml.org,2002:merge":
-            problem = "the merge key '<<' is not supported; write the keys of the other mapping out"
-            raise yaml.constructor.ConstructorError(None, None, problem, name.start_mark)
+        if name.tag == "tag:yaml.org,2002:merge":  # whose keys stand where the mapping has none of its own
+            if "<<" in keys:
+                problem = "the merge key '<<' is given twice; give it a list, <<: [*one, *other]"
+                raise yaml.constructor.ConstructorError(None, None, problem, name.start_mark)
+            keys.add("<<")
+            continue
         key = loader.construct_object(name, deep=True)
         problem = key_problem(key) or (f"the key {key!r} is given twice" if key in keys else "")
         if problem:
@@ -125,6 +128,7 @@ _YAML_PROBLEMS = (
      "list, equally"),
     (r"unexpected end of stream", "a quotation mark is opened but not closed"),
     (r"found another document", "a second document begins with '---'; a file holds one"),
+    (r"for merging", "the merge key '<<' takes a mapping, as in <<: *name, or a list of mappings"),
     (r"second occurrence", "this anchor, &..., is defined twice; give it another name"),
     (r"unknown escape character '(.)'", "\\{0} is no escape sequence; write \\\\{0}, or use single quotation marks"),
     (r"constructor for the tag '(?:tag:yaml.org,2002:)?!?(.*)'", "the tag !{0} is not supported; write a plain value"),

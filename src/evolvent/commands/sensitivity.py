@@ -67,7 +67,7 @@ def _print(rows: list[list[str]], attrs: Any) -> None:
 
     from evolvent.commands.massprops import made_table
 
-    table = made_table(f"sensitivities, by {attrs['solver']}", *rows[0])
+    table = made_table(f"sensitivities, by {attrs['method']}", *rows[0])
     for row in rows[1:]:
         table.add_row(*row)
     console = Console(highlight=False)

@@ -91,7 +91,7 @@ def _facts(run: Any) -> list[str]:
     attrs = run.attrs
     return [
         f"{counted(run.sizes['time'], 'sample')} to {float(run.time.values[-1]):.6g} s",
-        attrs["solver"],
+        attrs["method"],
         _day(attrs["date"]) if "date" in attrs else "date not recorded",
     ]
 
@@ -209,7 +209,7 @@ def _provenance(run: Any, date: datetime.datetime) -> list[tuple[str, str]]:
     return [
         ("run on", _day(attrs["date"]) if "date" in attrs else "not recorded in the file"),
         ("run with", attrs.get("made_with", f"evolvent {attrs['version']}; the rest is not recorded in the file")),
-        ("solver", f"{attrs['solver']}: {account}" if account else attrs["solver"]),
+        ("method", f"{attrs['method']}: {account}" if account else attrs["method"]),
         ("time of the solve", f"{attrs['wall_time_s']:.3g} s, and {attrs['compile_time_s']:.3g} s to compile or load"),
         ("credibility", attrs.get("credibility", "not recorded in the file")),
         ("report written on", _day(date.isoformat())),

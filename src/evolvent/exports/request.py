@@ -126,5 +126,5 @@ def about(run: Any) -> list[tuple[str, str]]:
     rows = [("title", attrs["title"]), ("status", attrs["status"]), ("message", attrs["message"])]
     rows += [("warning", attrs["warning"])] if attrs.get("warning") else []
     rows += [("date", attrs.get("date", "not recorded"))]
-    rows += [("made with", attrs.get("made_with", f"evolvent {attrs['version']}")), ("solver", attrs["solver"])]
+    rows += [("made with", attrs.get("made_with", f"evolvent {attrs['version']}")), ("method", attrs["method"])]
     return rows

@@ -191,8 +191,9 @@ class AttitudeController(Part):
         Gains P of the attitude error, about the body's axes.
     derivative : float or (3,) float, N m s/rad
         Gains D of the angular velocity error.
-    target : (4,) float, optional
-        Target attitude: quaternion from body to inertial axes, scalar first; the attitude at the start if left out.
+    target : (4,) float, or mapping, optional
+        Target attitude, in one of the forms of the ``orientation`` of a body: from body to inertial axes; the attitude
+        at the start if left out.
     axis : (3,) float
         Axis of the slew `path`, in the axes of `target`.
     path : a drive of `evolvent.parts`, optional

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,6 +14,7 @@ from evolvent.assembly.references import check_name
 from evolvent.base import plugins
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import Annotation, error_priority, sentence, shown
+from evolvent.parts import repetition
 from evolvent.parts.base import Part
 
 if TYPE_CHECKING:
@@ -121,18 +122,10 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
     if not isinstance(values, Mapping):
         wrong(f"{key} is {shown(values)}; it must be a mapping of names to parts", values)
         return found, errors
-    for name, given in values.items():
-        try:
-            check_name(name)
-        except InputError as error:
-            wrong(f"{key}: {error}", name, str(name))
-            continue
+
+    def read(name: str, given: Mapping[str, Any]) -> Part | None:
         here = f"{key}.{name}"
-        if isinstance(given, Part):
-            found[name] = given
-        elif not isinstance(given, Mapping):
-            wrong(f"{here} is {shown(given)}; it must be a mapping of keys to values", given, name)
-        elif "kind" not in given:
+        if "kind" not in given:
             wrong(f"{here}.kind is missing; known: {', '.join(sorted(kinds()))}", given, name, "kind")
         elif not isinstance(given["kind"], str) or given["kind"] not in kinds():
             word = given["kind"]
@@ -140,11 +133,71 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
         else:
             part = kinds()[given["kind"]]
             try:
-                found[name] = part.__pydantic_validator__.validate_python(dict(given))
+                read_part: Part = part.__pydantic_validator__.validate_python(dict(given))
             except ValidationError as error:
                 for one in sorted(error.errors(include_url=False), key=error_priority):
                     wrong(sentence([one], part, before=f"{here}."), one["input"], name, *one["loc"])
-    return found, errors
+            else:
+                return read_part
+        return None
+
+    several = []
+    for name, given in values.items():
+        try:
+            check_name(name)
+        except InputError as error:
+            wrong(f"{key}: {error}", name, str(name))
+            continue
+        if isinstance(given, Part):
+            found[name] = given
+        elif not isinstance(given, Mapping):
+            wrong(f"{key}.{name} is {shown(given)}; it must be a mapping of keys to values", given, name)
+        elif repetition.KEY in given:
+            several.append(name)
+        else:
+            part = read(name, given)
+            if part is not None:
+                found[name] = part
+    if not several:
+        return found, errors
+    fixed, members = dict(found), dict[str, list[str]]()
+    for name in several:
+        members[name] = []
+        how, given = _how(values[name], f"{key}.{name}", name, wrong)
+        first = None if how is None else read(name, how.numbered(given, 0))
+        if how is None or first is None:
+            continue
+        try:
+            if len(found) + how.count > repetition.MOST:
+                raise InputError(
+                    f"{key}.{name}.{repetition.KEY}: the case would have more than {repetition.MOST} parts"
+                )
+            for number, content in repetition.repeated(name, given, how, first, f"{key}.{name}", fixed):
+                if number in values or number in found:
+                    raise InputError(f"{key}.{name}.repeat: the name {number!r} is taken by another part")
+                one = read(number, content)
+                if one is None:
+                    break
+                found[number] = one
+                members[name].append(number)
+        except InputError as error:
+            wrong(str(error), values[name][repetition.KEY], name, repetition.KEY)
+    order = [one for name in values for one in members.get(name, [name]) if one in found]
+    return {name: found[name] for name in order}, errors
+
+
+def _how(
+    content: Mapping[str, Any], here: str, name: str, wrong: Callable[..., None]
+) -> tuple[repetition.Repeat | None, dict[str, Any]]:
+    """How a part is repeated, None where it does not say so correctly, and its other keys."""
+    given = {key: value for key, value in content.items() if key != repetition.KEY}
+    try:
+        return repetition.Repeat.__pydantic_validator__.validate_python(content[repetition.KEY]), given
+    except ValidationError as error:
+        for one in sorted(error.errors(include_url=False), key=error_priority):
+            before = f"{here}.{repetition.KEY}."
+            wrong(sentence([one], repetition.Repeat, before=before), one["input"], name, repetition.KEY, *one["loc"])
+    return None, given
 
 
 class _ByName(Annotation):
@@ -170,7 +223,12 @@ class _ByName(Annotation):
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """An object, each of whose values is one of the kinds."""
-        parts = [{**handler(part.__pydantic_core_schema__), "required": ["kind"]} for part in kinds().values()]
+        how = handler(repetition.Repeat.__pydantic_core_schema__)
+        parts = []
+        for part in kinds().values():
+            found = handler(part.__pydantic_core_schema__)
+            handler.resolve_ref_schema(found).setdefault("properties", {})[repetition.KEY] = how
+            parts.append({**found, "required": ["kind"]})
         return {"type": "object", "additionalProperties": {"oneOf": parts}}
 
 

@@ -59,8 +59,10 @@ class RigidBody(Part):
         Of the centre of mass at the start, inertial axes; for a body with `at` the position of the node if left out.
     velocity : (3,) float, m/s
         Of the centre of mass at the start, inertial axes (free bodies).
-    orientation : (4,) float
-        Quaternion from body to inertial axes at the start, scalar part first.
+    orientation : (4,) float, or mapping
+        Quaternion from body to inertial axes at the start, scalar part first; or ``{axis: [0, 0, 1], angle: 90 deg}``;
+        or Euler angles, ``{euler: [10 deg, 0, 5 deg], order: xyz}``, turns about the inertial axes one after another
+        (extrinsic), with capital letters (``XYZ``) about the body's axes (intrinsic).
     angular_velocity : (3,) float, rad/s
         At the start, body axes (free bodies).
     axis : (3,) float

@@ -35,7 +35,7 @@ _TEXTS = (
     "system",
     "case",
     "version",
-    "solver",
+    "method",
     "status",
     "message",
     "statistics",
@@ -110,7 +110,7 @@ def attributes(
         "system": system,
         "case": case,
         "version": __version__,
-        "solver": method,
+        "method": method,
         "status": solution.status,
         "message": solution.message,
         "statistics": json.dumps({k: v if np.isfinite(v) else None for k, v in solution.statistics.items()}),
@@ -135,7 +135,7 @@ def closing_numbers(run: Any) -> list[Number]:
     if run.attrs.get("warning"):
         found.append(Number(label="warning", value=run.attrs["warning"]))
     statistics = statistics_of(run)
-    steps = f"{int(statistics.get('steps') or 0):,} of {run.attrs['solver']}"
+    steps = f"{int(statistics.get('steps') or 0):,} of {run.attrs['method']}"
     for key, what in (("rejected_steps", "rejected"), ("iterations", "iterations")):
         if statistics.get(key):
             steps += f", {int(statistics[key]):,} {what}"
@@ -208,6 +208,8 @@ def _opened(path: str | os.PathLike[str]) -> tuple[Any, str]:
                 safe_open.check_hdf5(file, name)
                 dataset = netcdf.read(file)
                 found = digest(dataset)
+                if "solver" in dataset.attrs:  # the name of this attribute before version 0.3
+                    dataset.attrs.setdefault("method", dataset.attrs.pop("solver"))
             except InputError as error:
                 raise InputError(f"{error}{hint}") from None
             except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged file)
@@ -255,6 +257,7 @@ def _check(run: Any) -> None:
         for value in _json(attrs, key, dict).values():
             if not isinstance(value, of):
                 raise InputError(f"its attribute {key!r} holds {value!s:.60}; it must hold {what}")
+    _check_events(attrs)
     if attrs["case"]:  # there is none of a system composed in Python with laws in Python
         content = cases.parse_yaml(attrs["case"], "its case")
         lacking = getattr(run, "children", None) and cases.lacks_package(content)
@@ -269,6 +272,19 @@ def _check(run: Any) -> None:
     times = run["time"].values if "time" in run.coords else np.zeros(1)
     if not np.all(np.diff(times) > 0.0):
         raise InputError("the variable 'time' does not rise from sample to sample")
+
+
+def _check_events(attrs: Mapping[str, Any]) -> None:
+    """Refuse events that are no columns of one length: times, names of parts, and what happened."""
+    columns = _json(attrs, "events", dict, missing="{}")
+    kinds = {"time": numbers.Real, "part": str, "what": str} if columns else {}
+    if set(columns) != set(kinds) or not all(
+        isinstance(columns[name], list)
+        and len(columns[name]) == len(columns["time"])
+        and all(isinstance(one, kind) for one in columns[name])
+        for name, kind in kinds.items()
+    ):
+        raise InputError("its attribute 'events' must hold columns of one length: time, part and what")
 
 
 def _json(attrs: Mapping[str, Any], key: str, kind: type, part: str = "", missing: str = "") -> Any:

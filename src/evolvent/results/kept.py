@@ -61,7 +61,7 @@ class Kept(Mapping[str, Any]):
 
     Attributes
     ----------
-    attrs : mapping, how the run ended: status, message, warning, solver, method_reason, wall_time_s, compile_time_s,
+    attrs : mapping, how the run ended: status, message, warning, method, method_reason, wall_time_s, compile_time_s,
         and statistics, a mapping of numbers
     variables : mapping, the same values with their dimensions, units and words
     coordinates : mapping, dimension -> its coordinate
@@ -269,7 +269,7 @@ def kept_of(
     warning : str, what the run warns of
     """
     attrs = {
-        "status": solution.status, "message": solution.message, "warning": warning, "solver": solution.method,
+        "status": solution.status, "message": solution.message, "warning": warning, "method": solution.method,
         "method_reason": why, "wall_time_s": solution.wall_time, "compile_time_s": solution.compile_time,
         "statistics": dict(solution.statistics),
     }  # fmt: skip

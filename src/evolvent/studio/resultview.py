@@ -76,7 +76,7 @@ class ResultView:
     def _one(self, loaded: Loaded) -> None:
         attrs = loaded.run.attrs
         with ui.element("div").classes("ev-titlebar").props('data-testid="result"'):
-            ui.label(f"Equilibrium {loaded.name}" if attrs["solver"] == "static" else loaded.name).classes("ev-h1")
+            ui.label(f"Equilibrium {loaded.name}" if attrs["method"] == "static" else loaded.name).classes("ev-h1")
             if loaded.ref.startswith("job:"):
                 key = loaded.ref.partition(":")[2]
                 pencil = ui.button(icon="edit", on_click=lambda: ask_title(self.page, key))

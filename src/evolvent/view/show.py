@@ -410,7 +410,7 @@ def numbers(run: xr.DataTree) -> list[Number]:
         found += balance_numbers(run)
     reason = run.attrs.get("method_reason", "")
     if reason and reason != "as asked for":
-        found.append(Number(label="method", value=f"{run.attrs['solver']}: {reason}"))
+        found.append(Number(label="method", value=f"{run.attrs['method']}: {reason}"))
     return found + results.closing_numbers(root)
 
 

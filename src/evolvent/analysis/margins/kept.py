@@ -119,7 +119,7 @@ class KeptMargins:
     def without_run(self) -> Kept:
         """What is kept where margins at rest alone are asked for."""
         attrs = {
-            "status": "success", "message": "margins at rest need no run", "solver": "", "method_reason": "",
+            "status": "success", "message": "margins at rest need no run", "method": "", "method_reason": "",
             "wall_time_s": 0.0, "compile_time_s": 0.0, "statistics": {},
         }  # fmt: skip
         return Kept(attrs=attrs, variables=self.values(None))

@@ -56,6 +56,14 @@ class MarginResults:
         """Name of the standard and the least margin."""
         return f"<MarginResults: {len(self.names)} coordinates by {self.label}, least margin {self.least:.4g}>"
 
+    def _repr_html_(self) -> str:
+        """Least margin and the table of all coordinates, for notebooks."""
+        from evolvent.view import notebook
+
+        low = [f"the margin of {', '.join(map(repr, self.negative))} is below 0"] if self.negative else []
+        facts = [("least margin", shown_margin(self.least)), ("factors", f"{self.label}, {self.standard.revision}")]
+        return notebook.summary(self.title or "Margins", facts, rows=self.rows(), warnings=low)
+
     def __getitem__(self, name: str) -> Table:
         """The table at rest of a coordinate; of a reel that along the run."""
         table = self.still[self._index(name)] or self.moving[self._index(name)]

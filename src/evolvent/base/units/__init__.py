@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+from evolvent.base.units.orientation import Orientation as Orientation, Turned as Turned
 from evolvent.base.units.parsing import (
     COMMON as COMMON,
     LARGEST as LARGEST,
@@ -95,7 +96,7 @@ MagneticField = Annotated[Triple, Vector(quantity=Quantity(what="a magnetic fiel
 Times = Annotated[tuple[float, ...], Vector(quantity=Quantity(**_TIME), size=0)]
 Direction = Annotated[Triple, Vector(quantity=_PLAIN, direction=True)]
 Quaternion = Annotated[
-    tuple[float, float, float, float], Vector(quantity=_PLAIN, size=4, direction=True, normalised=True)
+    tuple[float, float, float, float], Orientation(quantity=_PLAIN, size=4, direction=True, normalised=True)
 ]
 Numbers = Annotated[tuple[float, ...], Vector(quantity=_PLAIN, size=0)]
 StiffnessOrZero = Annotated[float, Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", least=0.0)]

@@ -99,6 +99,14 @@ class Calibration:
         """Root mean square of the residuals."""
         return float(np.sqrt(np.mean(self.residuals**2)))
 
+    def _repr_html_(self) -> str:
+        """Fitted values and residuals, for notebooks."""
+        from evolvent.design.calibration import report
+        from evolvent.view import notebook
+
+        rows = [report.HEADS, *report.rows(self)]
+        return notebook.summary(f"Calibration by {self.source}", rows=rows, notes=report.summary(self))
+
 
 def calibrate(
     case: Any, source: str, *, fit: Sequence[str], observe: Sequence[str], model: str = "auto",

@@ -16,6 +16,8 @@ from evolvent.view import pages
 
 #: Correlations that are named in the text.
 STRONG = 0.95
+#: Heads of the columns of `rows`.
+HEADS = ("parameter", "fitted", "standard error", "start")
 #: Number of residuals from which their correlation is looked at.
 MANY = 10
 
@@ -32,7 +34,7 @@ def rows(found: Calibration) -> list[tuple[str, str, str, str]]:
 
 def text(found: Calibration) -> str:
     """The result as lines for the screen."""
-    table = [("parameter", "fitted", "standard error", "start"), *rows(found)]
+    table = [HEADS, *rows(found)]
     widths = [max(len(row[k]) for row in table) for k in range(4)]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
     lines += ["", *summary(found)]

@@ -148,6 +148,14 @@ class Dispersion:
         """Coverage and confidence in short: "95/95"."""
         return f"{100 * self.coverage:.6g}/{100 * self.confidence:.6g}"
 
+    def _repr_html_(self) -> str:
+        """Bounds of the results, and what the runs are, for notebooks."""
+        from evolvent.design.dispersions import report
+        from evolvent.view import notebook
+
+        rows = [report.heads(self), *report.summary(self)]
+        return notebook.summary(f"Dispersion {self.name}", rows=rows, notes=report.sentences(self))
+
 
 def disperse(
     study: str | os.PathLike[str] | Mapping[str, Any] | Study,

@@ -92,6 +92,13 @@ class Design:
         """The case with the best design, as a file holds it."""
         return cases.written(cases.load(self.problem.content, self.values))
 
+    def _repr_html_(self) -> str:
+        """The design and its keys, for notebooks."""
+        from evolvent.design.optimization import report
+        from evolvent.view import notebook
+
+        return notebook.summary("Design", rows=[report.KEY_HEADS, *report.key_rows(self)], notes=report.sentences(self))
+
     def missed(self) -> list[str]:
         """Requirements that the best design does not meet, with its values."""
         both = zip(self.problem.requirements, self.best.result.values, strict=True)

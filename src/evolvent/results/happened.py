@@ -1,0 +1,98 @@
+"""What happened in a run, as tables: its events in order of time, and its latches."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from evolvent.base.units import unit_text
+from evolvent.results import variables
+from evolvent.solvers.solution import Solution, first_latch
+
+#: Attribute of a run with its events: columns of a table in JSON.
+EVENTS = "events"
+#: Its columns.
+COLUMNS = ("time", "part", "what")
+#: Events that are kept, at most: the first ones.
+MOST = 1000
+
+
+def written_events(solution: Solution) -> str:
+    """The events of a run as its attribute `EVENTS` holds them; '' where there was none."""
+    model = solution.assembly.model
+    names = {place: name for name, place in reversed(solution.assembly.names.items())}
+    threads, latches = 2 * int(model.threads.size), first_latch(model)
+    rows = []
+    for time, kind in sorted(zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True))[:MOST]:
+        if kind < threads:
+            place, what = ("threads", kind // 2), "taken up" if kind % 2 else "released"
+        elif kind < latches:
+            place, what = ("events", kind - threads), "event"
+        else:
+            place, what = ("coordinates", kind - latches), "latched"
+        rows.append((time, names.get(place, ""), what))
+    return json.dumps(dict(zip(COLUMNS, zip(*rows, strict=True), strict=True))) if rows else ""
+
+
+def events_of(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
+    """The events of a run, in order of time.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the dimension ``event``: ``time``, s; ``part``, its name; ``what`` happened: "latched", "released" or
+        "taken up" (a node of a thread, or the whole of it), or "event" (of `evolvent.parts.Event`).
+    """
+    held: dict[str, list[Any]] = json.loads(run.attrs.get(EVENTS) or json.dumps({name: [] for name in COLUMNS}))
+    found = xr.Dataset(
+        {
+            "time": ("event", np.array(held["time"], dtype=float), {"units": "s", "long_name": "time of the event"}),
+            "part": ("event", np.array(held["part"], dtype=str), {"long_name": "part"}),
+            "what": ("event", np.array(held["what"], dtype=str), {"long_name": "what happened"}),
+        }
+    )
+    return found.assign_coords(event=np.arange(found.sizes["event"]))
+
+
+def latches_of(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
+    """The latches that have locked, in order of time.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the dimension ``latch``, names of joints or springs: ``time``, s; ``rate``, with which the coordinate
+        arrived, ``peak``, the largest torque or force of the latch, and their units ``rate_unit`` and ``peak_unit``;
+        ``work``, J, which the latch has dissipated.
+    """
+    rows: list[tuple[Any, ...]] = []
+    for part in variables.parts(run):
+        group = variables.group_of(run, part)
+        if "latch_rate" not in group:
+            continue
+        time, rate = group["latch_time"], group["latch_rate"]
+        if not np.isfinite(time.values.flat[-1]):
+            continue
+        peak = next(group[name] for name in ("latch_torque_peak", "latch_force_peak") if name in group)
+        numbers = [float(one.values.flat[-1]) for one in (time, rate, peak, group["latch_work"])]
+        rows.append((*numbers, part, *(unit_text(str(one.attrs["units"])) for one in (rate, peak))))
+    rows.sort()
+    times, rates, peaks, works, names, rate_units, peak_units = zip(*rows, strict=True) if rows else [()] * 7
+
+    def numbers_of(values: Any, text: str, unit: str = "") -> xr.Variable:
+        attrs = {"units": unit, "long_name": text} if unit else {"long_name": text}
+        return xr.Variable("latch", np.array(values, dtype=float), attrs)
+
+    return xr.Dataset(
+        {
+            "time": numbers_of(times, "time at which the latch has locked", "s"),
+            "rate": numbers_of(rates, "rate at the time of latching"),
+            "rate_unit": ("latch", np.array(rate_units, dtype=str)),
+            "peak": numbers_of(peaks, "largest torque or force in the latch"),
+            "peak_unit": ("latch", np.array(peak_units, dtype=str)),
+            "work": numbers_of(works, "energy that the latch has dissipated", "J"),
+        },
+        {"latch": np.array(names, dtype=str)},
+    )
