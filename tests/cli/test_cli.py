@@ -224,7 +224,7 @@ BAD = {
     "unknown command": (["rn", "heliogyro"], "no command is called 'rn'; did you mean 'run'?"),
     "no command": (
         [],
-        "no command is given; known: calibrate, claims, clearance, design, design-drive, disperse, equilibrium, export, figure",
+        "no command is given; known: calibrate, claims, clearance, design, design-drive, disperse, equilibrium, export",
     ),
     "no case": (["run"], "missing argument 'CASE|FILE'; usage: "),
     "one word too many": (["show", "heliogyro", "more"], "got unexpected extra argument (more); usage: "),
