@@ -204,6 +204,21 @@ def test_overrides_reach_all_parts():
     assert system.parts["panel 4"].position[0] == 6.5
 
 
+def test_sweeps_of_all_parts():
+    """A key of the part that is written, and one inside an orientation, vary in a sweep: E = 3 m v^2 / 2."""
+    text = """
+parts:
+  mass: {repeat: {count: 3, step: [1 m, 0, 0]}, kind: point, mass: 1 kg, velocity: [1, 0, 0 m/s]}
+  body: {kind: rigid-body, mass: 1 kg, inertia: 1 kg m^2, orientation: {axis: [0, 0, 1], angle: 10 deg}}
+simulate: {until: 1 s}
+"""
+    over = {"parts.mass.mass": ["1 kg", "2 kg"], "parts.body.orientation.angle": ["0 deg", "90 deg"]}
+    found = evolvent.sweep({"case": cases.parse_yaml(text, "text"), "over": over, "keep": ["energy.last"]})
+    assert np.allclose(found["parts.mass.mass"], [1.0, 2.0])
+    assert np.allclose(found["parts.body.orientation.angle"], [0.0, np.pi / 2.0])
+    assert np.allclose(found.energy_last, [[1.5, 1.5], [3.0, 3.0]], rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -18,7 +18,7 @@ import numpy as np
 from evolvent import cases
 from evolvent.analysis.margins.kept import others_of
 from evolvent.analysis.system import System
-from evolvent.base import progress, safe_open, schema
+from evolvent.base import progress, safe_open, schema, units
 from evolvent.base.errors import InputError, nearest
 from evolvent.design.studies import catalogue, draws, measured, stages as st
 from evolvent.design.studies.axes import MOST_CASES, Axis, annotation, axes, whole_number
@@ -451,7 +451,11 @@ def value_at(case: Any, key: str) -> Any:
             only = list(choice.kinds[name].model_fields)
             place, choice = (getattr(place, only[0]) if key.endswith(f".{name}") and len(only) == 1 else place), None
         elif isinstance(place, Mapping):
-            place, choice = place[name], None
+            # of a part that is repeated, the first of those that it stands for
+            first = next((one for one in place if one.rpartition(" ")[0] == name), name)
+            place, choice = place[name if name in place else first], None
+        elif isinstance(place, units.Turned) and name in place.given:
+            place, choice = place.given[name], None
         elif isinstance(place, schema.Section):
             field = type(place).model_fields[name]
             place, choice = (
