@@ -15,7 +15,7 @@ import evolvent as ev
 from evolvent import cases
 
 PAGE = (pathlib.Path(__file__).parents[2] / "docs" / "guide" / "model-your-own.md").read_text(encoding="utf-8")
-(FILE,) = re.findall(r"^```yaml\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
+FILE = re.findall(r"^```yaml\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)[0]  # later ones are sections
 (QUOTED,) = re.findall(r"^```text\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
 CHANGES = [
     ("kind: rigid-body", "kind: rigid-bdy"),
