@@ -161,5 +161,5 @@ def test_the_command_writes_a_verdict(call, tmp_path) -> None:
     words = ["triple-pendulum", "--set", "pieces=2", "--set", "fitted=0", "-o", "v.json", "--figure", "v.png"]
     code, out, err = call("validate", *words)
     assert (code, err) == (0, "")
-    assert "of 2 differences are within their bands of 95 %" in out
+    assert "of 4 differences are within their bands of 95 %" in out
     assert {one.name for one in tmp_path.iterdir()} == {"v.json", "v.png"}
