@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+import pathlib
 
 import numpy as np
 import pytest
 
 from evolvent import laboratory
 from evolvent.base.errors import InputError
-from evolvent.laboratory import book
+from evolvent.laboratory import book, tables
 from evolvent.laboratory.book import Band, Comparison, NoSettings, Set, Verdict
 
 
@@ -58,7 +59,7 @@ def test_a_direction_without_a_trace_gets_no_variance() -> None:
 
 
 def test_tables_are_read_or_refused(tmp_path) -> None:
-    assert book.table("a", "t,x\n0,1\n1,2\n", ("t", "x")).shape == (2, 2)
+    assert tables.table("a", "t,x\n0,1\n1,2\n", ("t", "x")).shape == (2, 2)
     for text, sentence in (
         ("t,y\n0,1\n", r"a: the first line must be t,x"),
         ("t,x\n0,b\n", r"a: it is no table of numbers"),
@@ -66,9 +67,9 @@ def test_tables_are_read_or_refused(tmp_path) -> None:
         ("t,x\n0,1\n0,nan\n", r"a: it needs two rows of finite numbers"),
     ):
         with pytest.raises(InputError, match=sentence):
-            book.table("a", text, ("t", "x"))
+            tables.table("a", text, ("t", "x"))
     with pytest.raises(InputError, match="is not a folder"):
-        book.texts(str(tmp_path / "none"), "stored.zip")
+        tables.texts(str(tmp_path / "none"), pathlib.Path("stored.zip"))
 
 
 def made_set(name: str, difference: float, needs: str = "") -> Set:

@@ -26,7 +26,7 @@ from evolvent import analysis, cases
 from evolvent.analysis.system import System
 from evolvent.base import progress
 from evolvent.base.errors import InputError, RunFailed
-from evolvent.laboratory import book
+from evolvent.laboratory import book, tables
 from evolvent.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict, rms
 from evolvent.results.figures import Figure, Line, Panel, stacked
 
@@ -297,12 +297,12 @@ def records_of(folder: str | None) -> tuple[Record, Record]:
     InputError
         If one of them is missing or cannot be read.
     """
-    stored = dict(book.texts(folder, pathlib.Path(__file__).with_name("data") / "driven-arm.zip"))
+    stored = dict(tables.texts(folder, pathlib.Path(__file__).with_name("data") / "driven-arm.zip"))
     found = []
     for name in (FITTED, PREDICTED):
         if name not in stored:
             raise InputError(f"{folder} has no file {name}; it needs {FITTED} and {PREDICTED}")
-        values = book.table(name, stored[name], HEAD)
+        values = tables.table(name, stored[name], HEAD)
         record = Record(name=name, time=values[:, 0] - values[0, 0], angle=values[:, 1], torque=values[:, 3])
         if np.any(np.diff(record.time) <= 0.0) or record.time[-1] < 2.0 * PIECE:
             raise InputError(f"{name}: times must rise, over {2.0 * PIECE:g} s or more")

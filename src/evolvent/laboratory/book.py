@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 import json
 import math
-import os
-import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from evolvent.base import safe_open
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
 from evolvent.results.figures import Figure
@@ -174,54 +170,6 @@ class Set:
 
 class NoSettings(Section):
     """Of a set without keys."""
-
-
-# ------------------------------------------------------------------------------------------------ measurements
-
-
-def texts(folder: str | None, stored: str | os.PathLike[str], kind: str = "") -> list[tuple[str, str]]:
-    """Names and contents of CSV files: those of a folder, or, where none is given, those of a ZIP file of the package.
-
-    Parameters
-    ----------
-    kind : str, with which names of files of the package begin
-
-    Raises
-    ------
-    InputError
-        If the folder is none.
-    """
-    if folder is None:
-        with zipfile.ZipFile(stored) as files:
-            return [(one, files.read(one).decode()) for one in sorted(files.namelist()) if one.startswith(kind)]
-    if not os.path.isdir(folder):
-        raise InputError(f"{folder!r} is not a folder with CSV files")
-    names = sorted(one for one in os.listdir(folder) if one.endswith(".csv"))
-    return [(one, safe_open.text(os.path.join(folder, one))) for one in names]
-
-
-def head_of(text: str) -> list[str]:
-    """Words of the first line of a CSV file."""
-    return [word.strip() for word in text.partition("\n")[0].split(",")]
-
-
-def table(file: str, text: str, head: Sequence[str]) -> Array:
-    """Rows of a CSV file: (n, columns) float.
-
-    Raises
-    ------
-    InputError
-        If its first line is another one, or a row is none of finite numbers.
-    """
-    if head_of(text) != list(head):
-        raise InputError(f"{file}: the first line must be {','.join(head)}")
-    try:
-        values = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
-    except ValueError as error:
-        raise InputError(f"{file}: it is no table of numbers ({error})") from None
-    if len(values) < 2 or not np.all(np.isfinite(values)):
-        raise InputError(f"{file}: it needs two rows of finite numbers or more")
-    return values
 
 
 # ------------------------------------------------------------------------------------------------ uncertainty

@@ -25,7 +25,7 @@ from evolvent.analysis.system import System
 from evolvent.base import progress, units
 from evolvent.base.errors import InputError, RunFailed
 from evolvent.base.schema import Section
-from evolvent.laboratory import book
+from evolvent.laboratory import book, tables
 from evolvent.laboratory.book import Array, Band, Comparison, Set, Verdict, rms
 from evolvent.parts import Joint, RigidBody, RotationalSpring
 from evolvent.results.figures import Figure, Line, Panel, stacked
@@ -198,10 +198,10 @@ def pieces_of(name: str, folder: str | None, most: int) -> list[Piece]:
     head = ["time_s", *(f"angle{k + 1}_rad" for k in range(arms)), *(f"rate{k + 1}_rad_s" for k in range(arms))]
     found = []
     stored = pathlib.Path(__file__).with_name("data") / "pendulum.zip"
-    for file, text in book.texts(folder, stored, name.partition("-")[0]):
-        if folder is not None and len(book.head_of(text)) != len(head):
+    for file, text in tables.texts(folder, stored, name.partition("-")[0]):
+        if folder is not None and len(tables.head_of(text)) != len(head):
             continue  # of the other pendulum
-        values = book.table(file, text, head)
+        values = tables.table(file, text, head)
         time = values[:, 0] - values[0, 0]
         found.append(Piece(name=file, time=time, angles=values[:, 1 : 1 + arms], rates=values[:, 1 + arms :]))
         if len(found) == most:

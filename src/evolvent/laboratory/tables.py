@@ -2,19 +2,74 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import pathlib
-from collections.abc import Collection
+import zipfile
+from collections.abc import Collection, Sequence
 from typing import Any
+
+import numpy as np
 
 from evolvent.base import safe_open
 from evolvent.base.errors import InputError, counted
+
+Array = np.ndarray
 
 
 def stored(name: str) -> str:
     """Content of a file of the package."""
     return (pathlib.Path(__file__).with_name("data") / name).read_text(encoding="utf-8")
+
+
+def texts(folder: str | None, archive: pathlib.Path, kind: str = "") -> list[tuple[str, str]]:
+    """Names and contents of CSV files: those of a folder, or, where none is given, those of a ZIP file of the package.
+
+    Parameters
+    ----------
+    kind : str, with which names of files of the package begin
+
+    Raises
+    ------
+    InputError
+        If the folder is none.
+    """
+    if folder is None:
+        with zipfile.ZipFile(archive) as files:
+            return [(one, files.read(one).decode()) for one in sorted(files.namelist()) if one.startswith(kind)]
+    if not os.path.isdir(folder):
+        raise InputError(f"{folder!r} is not a folder with CSV files")
+    return _texts_of(folder)
+
+
+def _texts_of(folder: str) -> list[tuple[str, str]]:
+    """Names and contents of the CSV files of a folder."""
+    names = sorted(one for one in os.listdir(folder) if one.endswith(".csv"))
+    return [(one, safe_open.text(os.path.join(folder, one))) for one in names]
+
+
+def head_of(text: str) -> list[str]:
+    """Words of the first line of a CSV file."""
+    return _cells(text.partition("\n")[0])
+
+
+def table(file: str, text: str, head: Sequence[str]) -> Array:
+    """Rows of a CSV file: (n, columns) float.
+
+    Raises
+    ------
+    InputError
+        If its first line is another one, or a row is none of finite numbers.
+    """
+    check_head(file, text, head)
+    try:
+        values = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
+    except ValueError as error:
+        raise InputError(f"{file}: it is no table of numbers ({error})") from None
+    if len(values) < 2 or not np.all(np.isfinite(values)):
+        raise InputError(f"{file}: it needs two rows of finite numbers or more")
+    return values
 
 
 def rows_of(
@@ -39,18 +94,22 @@ def rows_of(
     InputError
         If there is no such file, or one cannot be read; the sentence names the line.
     """
-    head = _cells(own.splitlines()[0])
+    head = head_of(own)
     if data is None:
         return _read("the package's table", own, head, measured, words)
     if not os.path.isdir(data):
         return _read(data, safe_open.text(data), head, measured, words)
-    paths = [os.path.join(data, one) for one in sorted(os.listdir(data)) if one.endswith(".csv")]
-    texts = {path: safe_open.text(path) for path in paths}
-    fitting = {path: text for path, text in texts.items() if _cells(text.partition("\n")[0]) == head}
-    found = [row for path, text in fitting.items() for row in _read(path, text, head, measured, words)]
+    fitting = [(os.path.join(data, name), text) for name, text in _texts_of(data) if head_of(text) == head]
+    found = [row for path, text in fitting for row in _read(path, text, head, measured, words)]
     if not found:
         raise InputError(f"{data} has no CSV file whose first line is {','.join(head)}")
     return found
+
+
+def check_head(name: str, text: str, head: Sequence[str]) -> None:
+    """Refuse a CSV file whose first line is another one."""
+    if head_of(text) != list(head):
+        raise InputError(f"{name}: the first line must be {','.join(head)}")
 
 
 def _cells(line: str) -> list[str]:
@@ -61,10 +120,8 @@ def _read(
     name: str, text: str, head: list[str], measured: Collection[str], words: Collection[str]
 ) -> list[dict[str, Any]]:
     """Rows of one table."""
-    lines = text.splitlines()
-    if not lines or _cells(lines[0]) != head:
-        raise InputError(f"{name}: the first line must be {','.join(head)}")
-    found = []
+    check_head(name, text, head)
+    lines, found = text.splitlines(), []
     for number, line in enumerate(lines[1:], 2):
         if not line.strip():
             continue
