@@ -155,7 +155,7 @@ def test_remove_and_replace():
 
 
 def test_replacing_after_values_are_varied():
-    """A system that has shared its assembly with variants is assembled anew with the other part."""
+    """A system that has shared its assembly with variants is assembled again with the other part."""
     system = door()
     system.with_values({"spring.stiffness": 2.0}).assemble()
     system.replace("spring", system.parts["spring"].replaced(stiffness=3.0, rest=1.0))

@@ -18,7 +18,6 @@ from evolvent.kernels import axial, joint, rigid, sides, thread
 from evolvent.results.fine_samples import Times
 from evolvent.solvers import energy_momentum, explicit_plan, implicit, payout
 from evolvent.solvers.laws import refusing_laws
-from evolvent.solvers.solution import first_latch
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -335,14 +334,15 @@ def tree(
 
 def latches_of(solution: Solution) -> str:
     """Sentences on the latches that have locked in a run, in order of time; '' where none has."""
-    first, coordinates = first_latch(solution.assembly.model), solution.assembly.model.coordinates
-    names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "coordinates"}
-    found = []
-    for time, kind in sorted(zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True)):
-        if kind - first in names:
-            row = coordinates[kind - first]
+    from evolvent.results.happened import LATCHED, in_order
+
+    coordinates, found = solution.assembly.model.coordinates, []
+    names = {place: name for name, place in solution.assembly.names.items()}
+    for time, place, what in in_order(solution):
+        if what == LATCHED and place in names:
+            row = coordinates[place[1]]
             unit = "rad/s" if row["kind"] == axial.ANGLE else "m/s"
-            found.append(f"{names[kind - first]!r} at t = {time:.6g} s, at {abs(row['caught']):.4g} {unit}")
+            found.append(f"{names[place]!r} at t = {time:.6g} s, at {abs(row['caught']):.4g} {unit}")
     return "; ".join(found)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,24 +18,29 @@ from evolvent.solvers.solution import Solution, first_latch
 EVENTS = "events"
 #: Its columns.
 COLUMNS = ("time", "part", "what")
+#: What happens where a latch locks.
+LATCHED = "latched"
 #: Events that are kept, at most: the first ones.
 MOST = 1000
 
 
+def in_order(solution: Solution) -> Iterator[tuple[float, tuple[str, int], str]]:
+    """Time (s), family and row, and what happened, of every event of a solution in order of time."""
+    model = solution.assembly.model
+    threads, latches = 2 * int(model.threads.size), first_latch(model)
+    for time, kind in sorted(zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True)):
+        if kind < threads:
+            yield time, ("threads", kind // 2), "taken up" if kind % 2 else "released"
+        elif kind < latches:
+            yield time, ("events", kind - threads), "event"
+        else:
+            yield time, ("coordinates", kind - latches), LATCHED
+
+
 def written_events(solution: Solution) -> str:
     """The events of a run as its attribute `EVENTS` holds them; '' where there was none."""
-    model = solution.assembly.model
     names = {place: name for name, place in reversed(solution.assembly.names.items())}
-    threads, latches = 2 * int(model.threads.size), first_latch(model)
-    rows = []
-    for time, kind in sorted(zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True))[:MOST]:
-        if kind < threads:
-            place, what = ("threads", kind // 2), "taken up" if kind % 2 else "released"
-        elif kind < latches:
-            place, what = ("events", kind - threads), "event"
-        else:
-            place, what = ("coordinates", kind - latches), "latched"
-        rows.append((time, names.get(place, ""), what))
+    rows = [(time, names.get(place, ""), what) for time, place, what in itertools.islice(in_order(solution), MOST)]
     return json.dumps(dict(zip(COLUMNS, zip(*rows, strict=True), strict=True))) if rows else ""
 
 
