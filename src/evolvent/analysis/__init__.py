@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,8 +22,6 @@ from evolvent.solvers.laws import refusing_laws
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.analysis.margins.kept import KeptMargins
-    from evolvent.results.kept import Kept
     from evolvent.solvers.solution import Solution
 
 #: Methods that `simulate` takes by name.
@@ -102,6 +100,17 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
     InputError
         If no such method is known, or it does not support a part: the sentence names one that does.
     """
+    if assembly.shared is None:
+        return _method_of(assembly, method)
+    known = assembly.shared.setdefault("methods", {})
+    if method not in known:
+        known[method] = _method_of(assembly, method)
+    found: tuple[str, str] = known[method]
+    return found
+
+
+def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
+    """See `choose_method`."""
     if method != "auto":
         if method not in METHODS:
             raise InputError(f"method is {method!r}; {nearest(str(method), [*METHODS, 'auto'])}")
@@ -298,6 +307,7 @@ def tree(
     title: str = "",
     root: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]] | None = None,
     warning: str | None = None,
+    keep_states: bool = False,
 ) -> xr.DataTree:
     """A solution as a labelled tree.
 
@@ -309,6 +319,7 @@ def tree(
     title : str, what it is; after the system's name if left out
     root : more variables of the root: name -> (dimensions, values, units, long name)
     warning : str, what the table and the pages warn of, '' for nothing; None: that of `warning_of`
+    keep_states : bool, whether the states stay in memory with the tree, for margins along the run in a report
     """
     from evolvent.analysis import accessor  # noqa: F401  (it registers run.ev)
     from evolvent.results.happened import EVENTS, written_events
@@ -327,7 +338,7 @@ def tree(
         return found | {name: text for name, text in optional.items() if text}
 
     found = tree_of(solution, attributes, root)
-    if "\nmargin:" in case:  # whose report has the margins along the run
+    if keep_states:
         keep_solution(found, solution)
     return found
 
@@ -433,64 +444,15 @@ def solve(
     return check_energy_gain(solution), why, times
 
 
-def check_kept(assembly: Assembly, keep: Sequence[str], *, method: str = "auto") -> None:
-    """Refuse names of `keep` that a simulation will not have; statistics are known after it.
-
-    Raises
-    ------
-    InputError
-    """
-    from evolvent.results.kept import check_names
-
-    check_names(keep, tree(at_start(assembly, choose_method(assembly, method)[0]), case="", why=""))
-
-
-def simulate_kept(
-    assembly: Assembly, margins: KeptMargins, *, case: Callable[[], str], title: str = "", fine: bool = True,
-    **settings: Any,
-) -> Kept:  # fmt: skip
-    """What is kept of a simulation of an assembled system.
-
-    Parameters
-    ----------
-    margins : names of what is kept, and the margins among them
-    case : returns the case as YAML, for the results of a run that has failed
-    title, fine, settings : as of `simulate`
-
-    Raises
-    ------
-    InputError
-        For a name that the run does not have.
-    RunFailed
-        As of `simulate`.
-    """
-    from evolvent.results.kept import is_local, kept_of, refusal
-    from evolvent.results.tree import root_of
-    from evolvent.results.variables import names
-
-    keep = margins.others
-    fine = fine and (margins.of_run or not is_local(assembly, keep))
-    solution, why, times = solve(assembly, fine=fine, **settings)
-    if solution.status == "failed":
-        root = times.mark(solution.t)
-        raise RunFailed(solution.message, tree(solution, case=case(), why=why, title=title, root=root))
-    found = kept_of(
-        solution, keep, lambda: root_of(solution, {}), fine=times.is_fine(solution.t), why=why,
-        warning=warning_of(solution),
-    )  # fmt: skip
-    if found.missing:
-        known = names(tree(solution, case="", why=why), over_time=False)
-        raise refusal(found.missing[0], [*known, *solution.statistics])
-    return margins.added(found, solution)
-
-
-def simulate(assembly: Assembly, *, case: str, title: str = "", **settings: Any) -> xr.DataTree:
+def simulate(
+    assembly: Assembly, *, case: str, title: str = "", keep_states: bool = False, **settings: Any
+) -> xr.DataTree:
     """Run an assembled system.
 
     Parameters
     ----------
     case : str, as YAML
-    title : str, as of `tree`
+    title, keep_states : as of `tree`
     settings : as of `solve`
 
     Raises
@@ -499,7 +461,7 @@ def simulate(assembly: Assembly, *, case: str, title: str = "", **settings: Any)
         If the run did not reach its end; ``.run`` holds what was computed.
     """
     solution, why, times = solve(assembly, **settings)
-    found = tree(solution, case=case, why=why, title=title, root=times.mark(solution.t))
+    found = tree(solution, case=case, why=why, title=title, root=times.mark(solution.t), keep_states=keep_states)
     if solution.status == "failed":
         raise RunFailed(solution.message, found)
     return found

@@ -93,6 +93,10 @@ class SystemDefinition:
         """Sections of a case that `System.sections` holds, as a case file has them."""
         return {}
 
+    def keeps_states(self, case: Any) -> bool:
+        """Whether states of a run stay in memory with its tree: where its report has the margins along the run."""
+        return "margin" in self.sections(case)
+
     # ---------------------------------------------------------------------------------- what follows from it
 
     def system(self, case: Any) -> System:
@@ -254,7 +258,7 @@ class SystemDefinition:
         root, warning = self.findings(case, solution) if findings is None else findings
         found = analysis.tree(
             solution, case=cases.to_yaml(case), why=why, system=case.system, root=root,
-            title=getattr(case, "title", ""), warning=in_keys(warning, self.keys),
+            title=getattr(case, "title", ""), warning=in_keys(warning, self.keys), keep_states=self.keeps_states(case),
         )  # fmt: skip
         if laws:
             found.attrs["laws"] = json.dumps({name: _law_name(law) for name, law in laws.items()})

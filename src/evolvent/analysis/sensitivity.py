@@ -121,10 +121,11 @@ def sensitivity(
 ) -> xr.Dataset:  # fmt: skip
     """Derivatives of values of a run by keys: see `evolvent.System.sensitivity`."""
     from evolvent import analysis
+    from evolvent.analysis import simulation
 
     values, of = _names("values", values), [key_of(system, name) for name in _names("keys", keys)]
     assembly, settings = _checked(system, of, settings)
-    analysis.check_kept(assembly, values, method=settings["method"])
+    simulation.check_kept(assembly, values, method=settings["method"])
     samples = analysis.sample_times(until, every, values=assembly.y.size)
     analysis.check_run(assembly, samples, settings.get("step"))
     times = Times.of(samples, fine=fine and not is_local(assembly, values), values=assembly.y.size)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from evolvent.base.errors import InputError
+from evolvent.base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
+    from evolvent.analysis.margins.kept import KeptMargins
     from evolvent.analysis.system import System
+    from evolvent.assembly.assembled import Assembly
     from evolvent.results.kept import Kept
 
 
@@ -34,22 +36,63 @@ def settings_of(own: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, A
     return settings
 
 
+def check_kept(assembly: Assembly, keep: Sequence[str], *, method: str = "auto") -> None:
+    """Refuse names of `keep` that a simulation will not have; statistics are known after it.
+
+    Raises
+    ------
+    InputError
+    """
+    from evolvent import analysis
+    from evolvent.results.kept import check_names
+
+    chosen, _ = analysis.choose_method(assembly, method)
+    check_names(keep, analysis.tree(analysis.at_start(assembly, chosen), case="", why=""))
+
+
+def margins_of(system: System, assembly: Assembly, keep: Sequence[str]) -> KeptMargins:
+    """The names of `keep`, checked for a system, with the margins among them.
+
+    Raises
+    ------
+    InputError
+        For names that its runs will not have.
+    """
+    from evolvent.analysis.margins.kept import KeptMargins
+
+    if isinstance(keep, str) or not all(isinstance(name, str) for name in keep):
+        raise InputError(f"keep is {keep!r}; it must be a list of variables, such as ['hub.rate.z.last']")
+    found = KeptMargins.of(assembly, system.sections.get("margin", {}), keep)
+    if not system._found.issuperset(found.others):
+        check_kept(assembly, found.others)
+        system._found.update(found.others)
+    return found
+
+
 def kept(
     system: System, keep: Sequence[str], progress: Callable[[float], None] | None, settings: Mapping[str, Any]
 ) -> Kept:
     """What is kept of a simulation: see `evolvent.System.simulate`."""
     from evolvent import analysis
-    from evolvent.analysis.margins.kept import KeptMargins
+    from evolvent.results.kept import is_local, kept_of, refusal
+    from evolvent.results.tree import root_of
+    from evolvent.results.variables import names
 
-    assembly = system.assemble()
-    if isinstance(keep, str) or not all(isinstance(name, str) for name in keep):
-        raise InputError(f"keep is {keep!r}; it must be a list of variables, such as ['hub.rate.z.last']")
-    margins = KeptMargins.of(assembly, system.sections.get("margin", {}), keep)
-    if not system._found.issuperset(margins.others):
-        analysis.check_kept(assembly, margins.others)
-        system._found.update(margins.others)
+    assembly = system._assembled()
+    margins = margins_of(system, assembly, keep)
     if not margins.need_run:
         return margins.without_run()
-    return analysis.simulate_kept(
-        assembly, margins, case=lambda: system._case(settings), title=system.title, progress=progress, **settings
-    )
+    fine = settings.get("fine", True) and (margins.of_run or not is_local(assembly, margins.others))
+    solution, why, times = analysis.solve(assembly, progress=progress, **{**settings, "fine": fine})
+    if solution.status == "failed":
+        root = times.mark(solution.t)
+        run = analysis.tree(solution, case=system._case(settings), why=why, title=system.title, root=root)
+        raise RunFailed(solution.message, run)
+    found = kept_of(
+        solution, margins.others, lambda: root_of(solution, {}), fine=times.is_fine(solution.t), why=why,
+        warning=analysis.warning_of(solution),
+    )  # fmt: skip
+    if found.missing:
+        known = names(analysis.tree(solution, case="", why=why), over_time=False)
+        raise refusal(found.missing[0], [*known, *solution.statistics])
+    return margins.added(found, solution)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, overload
@@ -93,7 +94,7 @@ class System:
         if check_name(name) in self._parts:
             raise InputError(f"the name {name!r} is already taken by another part")
         self._parts[name] = part
-        self._found = set()
+        self._found, self._variants = set(), None
         return name
 
     def remove(self, name: str) -> Part:
@@ -114,7 +115,7 @@ class System:
             verb, them = ("refers", "it") if len(refer) == 1 else ("refer", "them")
             names = ", ".join(map(repr, refer))
             raise InputError(f"{name!r} cannot be removed: {names} {verb} to it; remove {them} first")
-        self._found = set()
+        self._found, self._variants = set(), None
         return self._parts.pop(name)
 
     def replace(self, name: str, part: Part) -> Part:
@@ -136,7 +137,7 @@ class System:
         self._check_known(name)
         _check_part(part)
         before, self._parts[name] = self._parts[name], part
-        self._found = set()
+        self._found, self._variants = set(), None
         return before
 
     def _check_known(self, name: Any) -> None:
@@ -219,14 +220,19 @@ class System:
         """
         if not self._parts:
             raise InputError("the system has no parts; add one of evolvent.parts, or name one under `parts` in a case")
-        ordered = {name: self._parts[name] for name in in_order(self._parts)}
         shared = variants or self._variants
         if shared is not None:
-            return shared.assembled(self._gravity, ordered) or shared.assemble(self._gravity, ordered)
+            found = shared.assembled(self._gravity, self._parts) or shared.assemble(self._gravity, self._parts)
+            return found if variants else dataclasses.replace(found, shared=None)
         builder = Builder(self._gravity)
-        for name, part in ordered.items():
-            builder.write(name, part)
+        for name in in_order(self._parts):
+            builder.write(name, self._parts[name])
         return builder.build()
+
+    def _assembled(self) -> Assembly:
+        """The assembly, which shares what follows from the structure with those of the runs before and of variants."""
+        self._variants = self._variants or Variants()
+        return self.assemble(self._variants)
 
     @overload
     def simulate(
@@ -300,8 +306,9 @@ class System:
         if keep is not None:
             return simulation.kept(self, keep, progress, settings)
         return analysis.simulate(
-            self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
-        )
+            self.assemble(), case=self._case(settings), title=self.title, progress=progress,
+            keep_states="margin" in self.sections, **settings,
+        )  # fmt: skip
 
     def sensitivity(
         self, values: str | Sequence[str], keys: str | Sequence[str], *, until: Any = None, every: Any = None,

@@ -38,6 +38,8 @@ class Assembly:
     expressions : dict, first index of its parameters -> the compiled function that runs it, and the text
     directions : Model, optional, that of explicit methods, where the model has positions as coordinates of threads with
         segments of fixed length (`evolvent.solvers.fixed_lengths`)
+    shared : dict, what follows from the structure and was found for a variant of it, by name; None of a system that has
+        no variants (`evolvent.assembly.variants`)
     """
 
     model: mdl.Model
@@ -49,6 +51,7 @@ class Assembly:
     parts: dict[str, Any] = dataclasses.field(default_factory=dict)
     expressions: dict[int, tuple[Any, str]] = dataclasses.field(default_factory=dict)
     directions: mdl.Model | None = None
+    shared: dict[str, Any] | None = None
 
     def index(self, name: str, family: str | None = None) -> int:
         """Index of the part called `name` in its family."""

@@ -400,8 +400,12 @@ def check(assembly: Any, solver: str, called: str = "") -> None:
     InputError
         Naming the parts that are not supported, what to use instead, and a solver that supports them all.
     """
+    supported = set() if assembly.shared is None else assembly.shared.setdefault("supported", set())
+    if solver in supported:
+        return
     found = list(_unsupported(assembly, solver))
     if not found:
+        supported.add(solver)
         return
     called = called or SOLVERS[solver]
     what = "does" if solver in (IMPLICIT, ENERGY, STATIC) else "do"

@@ -128,6 +128,12 @@ def load(model: Model, *roots: Any, without: frozenset[str] = frozenset()) -> No
         loaded.add((roots, without))
 
 
+def note_alike(model: Model, other: Model) -> None:
+    """Note that another model needs the functions that a model does, as its copy or a variant."""
+    if model in _LOADED:
+        _LOADED[other] = _LOADED[model]
+
+
 def unload() -> None:
     """Unload all functions, as at the start of a process."""
     jit.unload()

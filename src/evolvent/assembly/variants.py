@@ -8,6 +8,7 @@ alone, which nothing else of a model follows from, a copy of the first model tak
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -17,6 +18,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly
 from evolvent.assembly.blocks import blocks_of
 from evolvent.assembly.builder import Builder
+from evolvent.assembly.order import in_order
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import add_weight
 
@@ -83,14 +85,36 @@ class Change(NamedTuple):
     value: Any
 
 
+class _Mutated(Exception):
+    """A part changes a row that another part has written."""
+
+
+class _Sealed(dict[str, Any]):
+    """A row that may be read alone."""
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        raise _Mutated
+
+    def update(self, *others: Any, **fields: Any) -> None:
+        raise _Mutated
+
+    __delitem__ = pop = setdefault = update  # type: ignore[assignment]
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class _Base:
-    """The system that was assembled whole."""
+    """The system that was assembled whole; `listed` are its parts as they were added."""
 
     gravity: Array
+    listed: list[str]
     builder: Builder
     written: Mapping[str, _Written]
     assembly: Assembly
+
+    @functools.cached_property
+    def sealed(self) -> dict[str, list[_Sealed]]:
+        """All rows that were written, by family."""
+        return {family: [_Sealed(row) for row in rows] for family, rows in self.builder.rows.items()}
 
 
 class Variants:
@@ -112,20 +136,22 @@ class Variants:
     def assembled(self, gravity: Array, parts: Mapping[str, Any]) -> Assembly | None:
         """The assembly of parts by name, from that of the first system; None where they must be assembled whole."""
         base = self._base
-        if base is None or list(parts) != list(base.builder.specs) or not np.array_equal(gravity, base.gravity):
+        if base is None or list(parts) != base.listed or not np.array_equal(gravity, base.gravity):
             return None
         changes: list[Change] = []
         values: dict[int, float] = {}
         for name, part in parts.items():
             old = base.assembly.parts[name]
-            if part is not old and part != old and not _add_changes(base, name, part, changes, values):
+            if part is old or part == old:
+                continue
+            if list(part.references()) != list(old.references()) or not _add_changes(base, name, part, changes, values):
                 return None
         found = _changed(base, changes, values, {**base.assembly.parts, **parts})
         self.fast += found is not None
         return found
 
     def assemble(self, gravity: Array, parts: Mapping[str, Any]) -> Assembly:
-        """Assemble parts, by name in the order in which they refer to one another, whole.
+        """Assemble parts by name whole.
 
         Raises
         ------
@@ -133,16 +159,17 @@ class Variants:
             As of `evolvent.System.assemble`.
         """
         builder, written = Builder(gravity), {}
-        for name, part in parts.items():
+        for name in in_order(parts):
             before = _State.of(builder)
-            builder.write(name, part)
+            builder.write(name, parts[name])
             written[name] = _written(builder, before)
         self.whole += 1
         found = builder.build()
         if self._base is None:
             model = found.model.copy()
-            kept = dataclasses.replace(found, model=model, y=found.y.copy(), s=found.s.copy())
-            self._base = _Base(gravity.copy(), builder, written, kept)
+            kept = dataclasses.replace(found, model=model, y=found.y.copy(), s=found.s.copy(), shared={})
+            self._base = _Base(gravity.copy(), list(parts), builder, written, kept)
+            found.shared = kept.shared
         return found
 
 
@@ -164,17 +191,16 @@ def _written_again(base: _Base, name: str, part: Any) -> _Written:
     """What another part of that name would have written in its place."""
     before, old = base.written[name].before, base.builder
     builder = Builder(base.gravity)
-    builder.rows = {family: [dict(row) for row in old.rows[family][:size]] for family, size in before.rows.items()}
+    builder.rows = {family: list[Any](base.sealed[family][:size]) for family, size in before.rows.items()}
     for one, size in before.lists.items():
-        setattr(builder, one, list(getattr(old, one)[:size]))
+        setattr(builder, one, getattr(old, one)[:size])
     for one, table in before.tables.items():
         setattr(builder, one, table.copy())
-    builder.write(name, part)
-    mutated = any(
-        row is not kept and (row.keys() != kept.keys() or any(row[key] is not kept[key] for key in row))
-        for family, size in before.rows.items()
-        for row, kept in zip(builder.rows[family][:size], old.rows[family][:size], strict=True)
-    )
+    mutated = False
+    try:
+        builder.write(name, part)
+    except _Mutated:
+        mutated = True
     sizes = {one: before.lists[one] for one in ("q", "v")}
     moved = any(getattr(builder, one)[:size] != getattr(old, one)[:size] for one, size in sizes.items())
     return _written(builder, before, mutated or moved)
@@ -252,6 +278,7 @@ def _changed(base: _Base, changes: list[Change], values: Mapping[int, float], pa
     if any(index in base.builder.velocity_parameters for index in values):
         return None
     model = old.model.copy()
+    needs.note_alike(old.model, model)
     for change in changes:
         getattr(model, change.family)[change.field][change.row] = change.value
     for index, value in values.items():

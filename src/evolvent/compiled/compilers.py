@@ -29,13 +29,14 @@ def dispatcher(function: Callable, *, disjoint: bool = False) -> Any:
     """Dispatcher of a function with code of its own, with nothing compiled yet.
 
     A function of another package is compiled with the values that its globals have now, and kept by a digest of these;
-    it is not kept where that cannot be decided.
+    it is not kept where that cannot be decided. Called from Python it lets other threads run: it works on arrays of its
+    arguments alone.
     """
     digest, compiled, cached = "", function, True
     if not is_followed(function.__module__):
         compiled, digest, _ = snapshot(function)
         cached = bool(digest)
-    found = without_counts(without_path(compiled), no_cfunc_wrapper=True)
+    found = without_counts(without_path(compiled), no_cfunc_wrapper=True, nogil=True)
     _set_compiler(found, _Disjoint if disjoint else _Compiler)
     if cached:
         found._cache = Cache(function, digest)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
+from evolvent.compiled.pointer import number_at
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import (
@@ -29,11 +30,12 @@ from evolvent.kernels.work import note_power
 from evolvent.model import KEPT, MODEL
 
 _3D, _4D = types.Array(REAL, 3, "C"), types.Array(REAL, 4, "C")
+_INTEGERS_2D = types.Array(types.int64, 2, "C")
 
 
 @indirect(
     void(
-        VECTOR, MATRIX, types.Array(types.int64, 2, "C"), MATRIX, MODEL, _3D, _3D, MATRIX, _3D, _4D, _3D, _3D, _3D,
+        VECTOR, MATRIX, _INTEGERS_2D, MATRIX, MODEL, _3D, _3D, MATRIX, _3D, _4D, _3D, _3D, _3D,
         MATRIX, _3D,
     )
 )  # fmt: skip
@@ -163,3 +165,24 @@ def evaluate(n, times, y, s, la, factor, model):
     for k in range(model.joints.size):
         joint.joint_geometry(t, y, k, model)
         joint.note_reaction(k, la[k], model)
+
+
+@indirect(void(VECTOR, MATRIX, _INTEGERS_2D, MATRIX, VECTOR, MODEL, _INTEGERS_2D, MATRIX))
+def evaluate_samples(times, Y, S, LA, factors, model, fields, out):
+    """Evaluate all samples as `evaluate` does one, and keep fields of records of each in a row of `out`.
+
+    Parameters
+    ----------
+    fields : (m, 4) int, of each field: address in its family's first record, bytes from record to record, number of
+        records, and numbers of the field
+    out : (nt, n) float, field by field, record by record
+    """
+    for n in range(times.size):
+        evaluate(n, times, Y[n], S[n], LA[n], factors[n], model)
+        at = 0
+        for i in range(fields.shape[0]):
+            for k in range(fields[i, 2]):
+                first = fields[i, 0] + k * fields[i, 1]
+                for c in range(fields[i, 3]):
+                    out[n, at + c] = number_at(first + 8 * c)
+                at += fields[i, 3]

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import csv
 import math
-import re
 
 from pydantic_core import PydanticCustomError
 
 from evolvent.base import safe_open
 from evolvent.base.errors import InputError
+from evolvent.base.units import head_and_unit
 
 #: Ending of such a file.
 ENDING = ".csv"
-_COLUMN = re.compile(r".*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 
 
 def rows_of(path: str) -> list[list[str]]:
@@ -40,8 +39,7 @@ def rows_of(path: str) -> list[list[str]]:
         for k, row in enumerate(csv.reader(text.removeprefix("\ufeff").splitlines()), start=1)
         if any(value.strip() for value in row) and not row[0].lstrip().startswith("#")
     ]
-    heads = map(_COLUMN.fullmatch, (lines or [(0, [])])[0][1])
-    units = [(head[1] or head[2] or "").strip() if head else "" for head in heads]
+    units = [head_and_unit(head)[1] for head in (lines or [(0, [])])[0][1]]
     if len(units) != 2 or not all(units):
         raise _error(
             f"the first line of {path!r} must name two columns with their units, such as angle (deg),torque (N m)"

@@ -51,8 +51,10 @@ _ROUND_OFF = 1e-9
 #: Families whose variables at a sample follow from the states at it and at the first one, without reactions.
 _LOCAL = {
     "bodies", "points", "springs", "coordinates", "motors", "synchronizations", "resistances", "drivetrains", "wheels",
-    "thrusters", "controllers",
+    "thrusters", "controllers", "beams",
 }  # fmt: skip
+#: Variables of joints that follow from the reactions at a sample.
+_REACTIONS = {"force", "moment", "torque", "tension"}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
@@ -247,10 +249,21 @@ def is_local(assembly: Assembly, keep: Sequence[str]) -> bool:
 
 
 def _is_local(assembly: Assembly, part: str) -> bool:
+    return _is_of_family(assembly, part) and part not in assembly.joint_parts and assembly.names[part][0] in _LOCAL
+
+
+def _is_of_family(assembly: Assembly, part: str) -> bool:
+    """Whether the results of a part are those of its family alone."""
     own = assembly.parts.get(part)
-    if own is None or type(own).observe is not Part.observe or part in assembly.joint_parts:
+    return own is not None and type(own).observe is Part.observe
+
+
+def _follows_from_reactions(assembly: Assembly, name: str) -> bool:
+    """Whether a variable at a sample depends on the reactions and the state there alone."""
+    part, match = variables.owner(name), variables.matched(name)
+    if match is None or not _is_of_family(assembly, part) or part not in assembly.joint_parts:
         return False
-    return assembly.names[part][0] in _LOCAL
+    return match["variable"] in _REACTIONS
 
 
 def kept_of(
@@ -275,11 +288,14 @@ def kept_of(
     }  # fmt: skip
     if solution.status == "failed":
         return Kept(attrs=attrs, variables={}, missing=tuple(keep))
-    samples, statistics = np.flatnonzero(~fine), solution.statistics
-    if is_local(solution.assembly, keep):
+    samples, statistics, assembly = np.flatnonzero(~fine), solution.statistics, solution.assembly
+    of_reactions = [name for name in keep if _follows_from_reactions(assembly, split(name)[0])]
+    if is_local(assembly, [name for name in keep if name not in of_reactions]):
         if all(split(name)[1] in ("first", "last") for name in keep):
             samples = np.unique(samples[[0, -1]])
-        solution = dataclasses.replace(solution.chosen(samples), reactions=None)
+        solution = solution.chosen(samples)
+        if not of_reactions:
+            solution = dataclasses.replace(solution, reactions=None)
         samples = np.arange(samples.size)
     view, roots = View.of(solution), functools.cache(root)
     seen: dict[str, Observed] = {}

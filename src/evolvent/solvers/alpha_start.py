@@ -66,6 +66,22 @@ def accelerations_at(t, state, model, matrix, work, A, la):
             la[k] += scale * work.x[first + k]
 
 
+@indirect(_I(REAL, VECTOR, MODEL, SPARSE, WORKSPACE, VECTOR, VECTOR))
+def forces_at(t, state, model, matrix, work, A, la):
+    """Write accelerations, from a guess A, and multipliers that fit a state, and its forces; returns a status."""
+    c_mass = short_c_mass(work.options)
+    for k in range(la.size):
+        la[k] = 0.0
+    residual(t, state, A, la, 0.0, 1.0, model, work.r, work.powers[0])
+    if factor_at(t, state, la, c_mass, 0.0, c_mass * work.options.mass, model, matrix, work) != 0:
+        return SINGULAR
+    accelerations_at(t, state, model, matrix, work, A, la)
+    if not (is_finite(A) and is_finite(la)):
+        return NOT_FINITE
+    residual(t, state, A, la, 0.0, 1.0, model, work.r, work.powers[0])
+    return DONE
+
+
 @indirect(_I(MODEL, SPARSE, WORKSPACE))
 def begin(model, matrix, work):
     """Start from the state work.y at the loop's time; returns a status."""

@@ -15,6 +15,7 @@ It never falls over a run. What is gained is the largest rise of the defect, los
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -130,13 +131,20 @@ begin_extremes, extend_extremes = inlined(begin), inlined(extend)
 def moved_over(balance: Any) -> np.ndarray:
     """Energy moved from the first sample to each: (nt,) float, J; see `moved`. Samples of NaN move nothing."""
     high, low = np.fmax.accumulate, np.fmin.accumulate
-    since = balance.copy()
-    for name in (*WORK, *LOSSES):
-        since[name] = balance[name] - balance[name][:1]
-    kinetic, stored = np.asarray(balance.kinetic), np.asarray(potential(balance))
+    of = columns(balance)
+    since = SimpleNamespace(**{name: getattr(of, name) - getattr(of, name)[:1] for name in (*WORK, *LOSSES)})
+    kinetic, stored = of.kinetic, potential(of)
     swings = [high(values) - low(values) for values in (kinetic, stored)]
     found = np.maximum.reduce([*swings, high(worked(since)), high(lost(since)), SPIN * high(kinetic)])
     return np.asarray(np.nan_to_num(found, nan=0.0, posinf=math.inf))
+
+
+def columns(balance: Any) -> SimpleNamespace:
+    """Columns of (nt,) records by name, whose attributes are found without the detours of record arrays."""
+    if isinstance(balance, SimpleNamespace):
+        return balance
+    plain = np.asarray(balance)
+    return SimpleNamespace(**{name: plain[name] for name in plain.dtype.names or ()})
 
 
 def records(size: int) -> Any:
@@ -206,7 +214,8 @@ def closure(balance: Any, *, moved: float = 0.0, unresolved: float = 0.0, damps:
     moved : float, J, energy that was moved as a loop saw it, between samples too
     unresolved, damps : as of `Closure`
     """
-    found = np.asarray(defect(balance, 0.0))
+    balance = columns(balance)
+    found = defect(balance, 0.0)
     if not damps and not np.all(np.isfinite(found)):  # samples of other methods may have no balance
         return Closure(moved, math.inf, math.inf, math.inf, unresolved, damps)
     rise = float(np.nanmax(found - np.fmin.accumulate(found), initial=0.0))

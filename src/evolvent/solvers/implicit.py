@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.assembly import families
+from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
@@ -20,7 +20,15 @@ from evolvent.solvers.explicit_plan import STEP_ALLOWED, sample_times
 from evolvent.solvers.fixed_lengths import with_positions
 from evolvent.solvers.implicit_method import ENERGY_MOMENTUM, METHODS, NAME
 from evolvent.solvers.implicit_run import Run, rows_of_part
-from evolvent.solvers.implicit_setup import acts_from_outside, check_start, energy_floor, matrix_of, sizes, workspace
+from evolvent.solvers.implicit_setup import (
+    acts_from_outside,
+    check_start,
+    energy_floor,
+    matrix_for,
+    matrix_of,
+    sizes,
+    workspace,
+)
 from evolvent.solvers.implicit_state import OPTIONS, Workspace
 from evolvent.solvers.laws import refusing_laws, try_laws
 from evolvent.solvers.solution import Solution
@@ -122,7 +130,9 @@ def plan(
     newton = None if newton is None else positive("newton", newton)
     longest = span if longest_step is None else positive("longest_step", longest_step)
     families.check(assembly, of.solver, method)
-    own = with_positions(dataclasses.replace(assembly, model=assembly.model.copy()), float(times[0]))
+    copied = dataclasses.replace(assembly, model=assembly.model.copy())
+    needs.note_alike(assembly.model, copied.model)
+    own = with_positions(copied, float(times[0]))
     try_laws(own, times[0], times[-1])
     with refusing_laws(own):
         check_start(own, float(times[0]))
@@ -154,7 +164,7 @@ def plan(
         **of.flags,
         **of.constants(rho),
     )
-    return Plan(own, method, times, step, matrix_of(own.model), weight, options)
+    return Plan(own, method, times, step, matrix_for(own), weight, options)
 
 
 def _newton(assembly: Assembly, conserves: bool, step: float | None, tolerance: float) -> float:

@@ -51,6 +51,17 @@ def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = Fals
     return ordering.matrix_of(graph.pattern_of(model, layers=layers), spare=spare, inner=inner)
 
 
+def matrix_for(assembly: Assembly) -> SparseBlocks:
+    """`matrix_of` the model of an assembly; variants of a system share the order of its blocks."""
+    shared = assembly.shared
+    if shared is None or assembly.model.threads.size:
+        return matrix_of(assembly.model)
+    if "matrix" not in shared:
+        shared["matrix"] = matrix_of(assembly.model)
+    found: SparseBlocks = shared["matrix"].copy()
+    return found
+
+
 def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     """What counts as 1 of each velocity's coordinate (m, or 1 for slopes and turns), and a typical mass (kg).
 

@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.flow.implicit import residual
 from evolvent.kernels.sparse import SparseBlocks
-from evolvent.solvers.alpha_start import accelerations_at
-from evolvent.solvers.alpha_state import SHORT, factor_at
+from evolvent.solvers.alpha_start import forces_at
+from evolvent.solvers.implicit_state import DONE
 
 
 def applies(model: mdl.Model, options: Any) -> bool:
@@ -96,26 +95,25 @@ def _evaluate(run: Pending, wanted: np.ndarray) -> None:
     """
     model, matrix, work = run.model, run.matrix, run.work
     counted = int(work.loop.factorizations), float(work.loop.quality)
-    at, stiff, first_of_step, is_known = np.full(2, np.nan), has_stiffness(model), 0, False
-    carried = np.zeros(0)
-    found: list[tuple[np.ndarray, np.ndarray, np.ndarray] | None] = []
-    for n in range(wanted.size):
-        t, times = float(work.samples[n]), work.end_times[n]
-        if not stiff or not np.array_equal(at, times):  # of the next step
-            at, first_of_step, is_known = times, n, False
-            carried = work.out_a[n].copy()
-        if not wanted[n]:
-            continue
-        h = float(times[1] - times[0])
-        theta = 1.0 if h <= 0.0 or not stiff else min(max((t - float(times[0])) / h, 0.0), 1.0)
-        if not is_known:
-            is_known = True
-            run.use_rank(t if not stiff else float(at[1]) - 1e-9 * h)
-            model.switches[:] = work.out_s[first_of_step]
+    stiff, ends = has_stiffness(model), work.end_times[: wanted.size]
+    begins = np.ones(wanted.size, dtype=bool)  # samples that are the first one of their step
+    if stiff and wanted.size:
+        begins[1:] = np.any(ends[1:] != ends[:-1], axis=1)
+    first_of_step = np.maximum.accumulate(np.where(begins, np.arange(wanted.size), 0))
+    step, found = -1, list[tuple[np.ndarray, np.ndarray, np.ndarray] | None]()
+    for n in np.flatnonzero(wanted).tolist():
+        t, first_sample = float(work.samples[n]), int(first_of_step[n])
+        start, end = ends[first_sample].tolist()
+        h = end - start
+        theta = 1.0 if h <= 0.0 or not stiff else min(max((t - start) / h, 0.0), 1.0)
+        if step != first_sample:
+            step = first_sample
+            run.use_rank(t if not stiff else end - 1e-9 * h)
+            model.switches[:] = work.out_s[step]
             states = [(t, work.out_y[n])]
             if stiff:  # loads that begin or end with the step are those within it
-                ends = work.ends[first_of_step]
-                states = [(at[0] + 1e-9 * h, ends[0]), (at[1] - 1e-9 * h, ends[1])]
+                states = [(start + 1e-9 * h, work.ends[step, 0]), (end - 1e-9 * h, work.ends[step, 1])]
+            carried = work.out_a[step].copy()
             found = [_evaluated(time, y, carried, model, matrix, work) for time, y in states]
         first, last = found[0], found[-1]
         if first is None or last is None:
@@ -129,15 +127,10 @@ def _evaluated(
     t: float, y: np.ndarray, a: np.ndarray, model: mdl.Model, matrix: SparseBlocks, work: Any
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Accelerations, multipliers and wrenches of a state; None where they cannot be found."""
-    A, la, c_mass = a.copy(), np.zeros(work.la.size), SHORT / float(work.options.span) ** 2
-    residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
-    if factor_at(t, y, la, c_mass, 0.0, c_mass * work.options.mass, model, matrix, work) != 0:
-        return None  # singular there
+    A, la = a.copy(), np.zeros(work.la.size)
     try:
-        accelerations_at(t, y, model, matrix, work, A, la)
-    except Exception:  # noqa: BLE001  (of a user's law, which it evaluates beside the state as well)
+        if forces_at(t, y, model, matrix, work, A, la) != DONE:
+            return None
+    except Exception:  # noqa: BLE001  (of a user's law, which is evaluated beside the state as well)
         return None
-    if not (np.all(np.isfinite(A)) and np.all(np.isfinite(la))):
-        return None
-    residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
-    return A, la, model.bodies["F"].ravel()  # the first ones of `work.out_forces`
+    return A, la, np.asarray(model.bodies["F"]).flatten()  # the first ones of `work.out_forces`

@@ -195,37 +195,35 @@ def _margin(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     )
 
 
+def _cases(job: dict[str, Any], place: pathlib.Path, report: _Report) -> dict[str, Any]:
+    """Arguments with which the many cases of a job are run."""
+    return {
+        "study": parsed(job["case"], CASE), "output": place / STUDY, "workers": 1, "progress": report.reached,
+        "report": lambda sentence: report.send(note=sentence),
+    }  # fmt: skip
+
+
+def _end_cases(report: _Report, failed: int, count: int, what: str) -> None:
+    """Report how many cases of a job have failed; the job itself has where all have."""
+    message = f"{failed} of {count} {what} failed" if failed else ""
+    report.send(status="failed" if failed == count else "success", message=message)
+
+
 def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent.design import studies
 
-    found = studies.sweep(
-        parsed(job["case"], CASE),
-        output=place / STUDY,
-        workers=1,
-        progress=lambda done, count: report.reached(done, count),
-        report=lambda sentence: report.send(note=sentence),
-    )
-    failed = int((found.status == "failed").sum())
-    message = f"{failed} of {found.status.size} cases failed" if failed else ""
-    report.send(status="failed" if failed == found.status.size else "success", message=message)
+    found = studies.sweep(**_cases(job, place, report))
+    _end_cases(report, int((found.status == "failed").sum()), found.status.size, "cases")
 
 
 def _disperse(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent.design.dispersions import dispersed, report as pages
 
-    found = dispersed.disperse(
-        parsed(job["case"], CASE),
-        output=place / STUDY,
-        workers=1,
-        progress=lambda done, count: report.reached(done, count),
-        report=lambda sentence: report.send(note=sentence),
-    )
+    found = dispersed.disperse(**_cases(job, place, report))
     report.send(note="drawing the report")
     pages.write_table(found, place / DISPERSED)
     pages.write(found, place / DISPERSION)
-    failed = len(found.failures)
-    message = f"{failed} of {found.count} runs failed" if failed else ""
-    report.send(status="failed" if failed == found.count else "success", message=message)
+    _end_cases(report, len(found.failures), found.count, "runs")
 
 
 def _calibrate(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:

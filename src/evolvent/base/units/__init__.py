@@ -12,6 +12,7 @@ from evolvent.base.units.parsing import (
     UNIT_LENGTH as UNIT_LENGTH,
     UnitError as UnitError,
     base_exponents as base_exponents,
+    head_and_unit as head_and_unit,
     is_list as is_list,
     known as known,
     parse as parse,

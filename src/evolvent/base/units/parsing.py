@@ -57,6 +57,19 @@ COMMON: dict[str, dict[str, float]] = {
 }
 
 
+def head_and_unit(head: str) -> tuple[str, str]:
+    """Name and unit of the head of a column: "angle [deg]" and "angle (deg)" -> "angle", "deg".
+
+    A head without a unit, or of a unit alone, is a name.
+    """
+    text = head.strip()
+    start = max(text.rfind("["), text.rfind("("))
+    name, unit = text[:start].rstrip(), text[start + 1 : -1].strip()
+    if start < 0 or text[-1] not in ")]" or not name or any(sign in unit for sign in ")]"):
+        return text, ""
+    return name, unit
+
+
 #: Units of contact laws, whose dimension other keys decide (exponent n, law): what may stand for them.
 OF_CONTACT = {"N/m^n": r"N/m(\^\d+(\.\d+)?)?", "s/m": "s/m|N s/m"}
 

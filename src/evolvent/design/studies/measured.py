@@ -13,6 +13,7 @@ from typing import Any
 
 from evolvent.base import safe_open, schema
 from evolvent.base.errors import InputError, nearest
+from evolvent.base.units import head_and_unit
 
 #: Endings of files of values, and how the distribution begins.
 ENDINGS, _BEGIN = (".csv", ".tsv", ".txt"), "table("
@@ -94,13 +95,11 @@ class Tables:
         return self._read[given]
 
     def _values(self, given: str) -> list[str]:
-        from evolvent.massprops.signals.text import title_and_unit
-
         found = file_of(given)
         assert found is not None
         name, column = found
         rows = _rows(safe_open.text(self._path(name, given)))
-        head = [title_and_unit(cell) for cell in rows[0][1]] if rows and not any(map(_is_number, rows[0][1])) else []
+        head = [head_and_unit(cell) for cell in rows[0][1]] if rows and not any(map(_is_number, rows[0][1])) else []
         names, rows = [title for title, _ in head], rows[bool(head) :]
         width = len(head) or (len(rows[0][1]) if rows else 1)
         if not rows:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolvent.base import units as texts
 from evolvent.base.errors import InputError
 from evolvent.massprops.signals.recording import Words, distinct
 
@@ -36,7 +37,7 @@ def read_text(raw: bytes, name: str) -> tuple[dict[str, np.ndarray], dict[str, s
         titles = [row for row in others if len(row) == width > 1]
     heads, marks = (titles[-2], titles[-1]) if _units_row(titles) else (titles[-1] if titles else [], [])
     columns = _numbers(lines[first:], separator, width, name, first)
-    named = [title_and_unit(head.lstrip("#% ")) for head in heads] if heads else [("", "")] * width
+    named = [texts.head_and_unit(head.lstrip("#% ")) for head in heads] if heads else [("", "")] * width
     names = distinct(title for title, _ in named)
     units = {
         n: unit or (marks[c].strip("[]() ") if marks else "")
@@ -47,15 +48,6 @@ def read_text(raw: bytes, name: str) -> tuple[dict[str, np.ndarray], dict[str, s
     if not kept:
         raise InputError(f"cannot read {name!r}: no column of it holds numbers")
     return kept, units, None, {n: column for n, column in found.items() if isinstance(column, Words)}
-
-
-def title_and_unit(title: str) -> tuple[str, str]:
-    """'left (mm)' and 'left [mm]' -> 'left', 'mm'; a title without a unit as it is, and ''."""
-    start = max(title.rfind("["), title.rfind("("))
-    before, unit = title[:start].rstrip(), title[start + 1 : -1]
-    if start < 0 or title[-1] not in ")]" or not before or any(sign in unit for sign in ")]"):
-        return title, ""
-    return before, unit
 
 
 def _decoded(raw: bytes, name: str) -> str:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent.assembly import families, needs
 from evolvent.assembly.needs import has_explicit_forces
-from evolvent.flow.sampling import evaluate
+from evolvent.flow.sampling import evaluate_samples
 from evolvent.kernels import rigid, sides, springs
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.drive import drive
-from evolvent.model import RESULTS
+from evolvent.model import RECORDS, RESULTS
 from evolvent.results.motion import rotation_matrices
 from evolvent.results.observe.variables import cross, turned
 from evolvent.solvers.explicit_plan import METHODS
@@ -45,6 +46,40 @@ class Side(NamedTuple):
     u: Array
     rate: Array
     body: int
+
+
+#: Fields that are results, by family: name, bytes from the start of a record, and shape.
+_FIELDS = {
+    family: [(field, int(RECORDS[family].fields[field][1]), RECORDS[family][field].shape) for field in fields]
+    for family, fields in RESULTS.items()
+}
+
+
+class Fields(dict[str, dict[str, Array]]):
+    """Fields of records at samples, by family; those of a family that the model does not have are empty."""
+
+    def __init__(self, samples: int) -> None:
+        super().__init__()
+        self._samples = samples
+
+    def __missing__(self, family: str) -> dict[str, Array]:
+        return {name: np.empty((self._samples, 0, *shape)) for name, _, shape in _FIELDS.get(family, ())}
+
+
+def _places_of(model: Any) -> tuple[Array, list[tuple[str, str, int, tuple[int, ...]]]]:
+    """Fields that are results as `evaluate_samples` takes them; family, name, first number of each, and its shape."""
+    table, places, at = [], [], 0
+    for family, fields in _FIELDS.items():
+        rows = families.records(model, family)
+        if not rows.size:
+            continue
+        first, stride = rows.ctypes.data, rows.strides[0]
+        for field, offset, shape in fields:
+            numbers = math.prod(shape)
+            table.append((first + offset, stride, rows.size, numbers))
+            places.append((family, field, at, (rows.size, *shape)))
+            at += rows.size * numbers
+    return np.array(table, dtype=np.int64).reshape(-1, 4), places
 
 
 class View:
@@ -102,26 +137,23 @@ class View:
         joints = self.model.joints.size  # reactions are evaluated before the model is copied
         la = np.ascontiguousarray(self.solution.la) if joints else np.zeros((self.t.size, 0))
         model = self.solution.model.copy()
+        needs.note_alike(self.solution.model, model)
         if self.solution.path is not None:
             end_ramps(model)
-        records = {name: families.records(model, name) for name in RESULTS}
-        found = {
-            name: {field: np.empty((self.t.size, *np.shape(rows[field]))) for field in RESULTS[name]}
-            for name, rows in records.items()
-        }
-        needs.load(self.solution.model, evaluate)  # the copy needs no others
-        factor = np.resize(self.load_factor, self.t.size)
-        filled = [(values, records[name][field]) for name, kept in found.items() for field, values in kept.items()]
-        filled = [(values, of_record) for values, of_record in filled if of_record.size]
-        for k in range(self.t.size):
-            evaluate(k, self.t, self.y[k], self.s[k], la[k], factor[k], model)
-            for values, of_record in filled:  # views of the records
-                values[k] = of_record
+        needs.load(model, evaluate_samples)
+        found = Fields(self.t.size)
+        table, places = _places_of(model)
+        factors, s = np.resize(self.load_factor, self.t.size), np.ascontiguousarray(self.s)
+        values = np.empty((self.t.size, int(table[:, 2] @ table[:, 3])))
+        evaluate_samples(self.t, self.y, s, la, factors, model, table, values)
+        for name, field, at, shape in places:
+            size = math.prod(shape)
+            found.setdefault(name, {})[field] = values[:, at : at + size].reshape(self.t.size, *shape)
         if self.solution.kept is not None and self.solution.kept.points is not None:
             found["contact_points"]["force"] = self.solution.kept.points
         if self.solution.kept is not None or has_explicit_forces(model):  # else there is nothing to evaluate again
             for name, own in self.solution.forces.items():
-                found[name] = found.get(name, {}) | own
+                found[name] = found[name] | own
         return found
 
     @property
