@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from evolvent.compiled.laws import drive_law, element_law, event_law, force_law, motor_law, spring_law, torque_law
     from evolvent.design.dispersions import disperse
     from evolvent.design.optimization import optimize
-    from evolvent.design.studies import sweep
+    from evolvent.design.studies import simulate_many, sweep
     from evolvent.elements.inertia import SectionInertia
     from evolvent.elements.materials import ALUMINIUM, CFRP, KAPTON, STEEL, Material
     from evolvent.elements.sections import Angle, Arc, Circle, General, IBeam, Rectangle, SectionStiffness, Taper, Tube
@@ -56,6 +56,7 @@ __all__ = [
     "parts",
     "run",
     "save",
+    "simulate_many",
     "spring_law",
     "sweep",
     "torque_law",
@@ -82,6 +83,7 @@ _LAZY = {
     "torque_law": "evolvent.compiled.laws",
     "disperse": "evolvent.design.dispersions",
     "optimize": "evolvent.design.optimization",
+    "simulate_many": "evolvent.design.studies",
     "sweep": "evolvent.design.studies",
 }
 

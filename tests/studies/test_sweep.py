@@ -427,5 +427,5 @@ def test_a_long_sweep_is_forecast(study, monkeypatch):
     told = []
     studies.sweep(study, report=told.append)
     assert len(told) == 1
-    assert re.fullmatch(r"\d cases of about [\d.e-]+ s each: about [\d.e-]+ s on one process", told[0])
+    assert re.fullmatch(r"\d cases of about [\d.e-]+ s each: about [\d.e-]+ s on one core", told[0])
     assert [runner._duration(s) for s in (12.3, 89.0, 114.0, 7300.0)] == ["12 s", "89 s", "1.9 min", "2 h"]

@@ -11,7 +11,9 @@ if TYPE_CHECKING:
     from evolvent.analysis.margins.kept import KeptMargins
     from evolvent.analysis.system import System
     from evolvent.assembly.assembled import Assembly
+    from evolvent.results.fine_samples import Times
     from evolvent.results.kept import Kept
+    from evolvent.solvers.solution import Solution
 
 
 def settings_of(own: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
@@ -74,25 +76,64 @@ def kept(
 ) -> Kept:
     """What is kept of a simulation: see `evolvent.System.simulate`."""
     from evolvent import analysis
-    from evolvent.results.kept import is_local, kept_of, refusal
-    from evolvent.results.tree import root_of
+    from evolvent.results.kept import refusal
     from evolvent.results.variables import names
 
     assembly = system._assembled()
     margins = margins_of(system, assembly, keep)
     if not margins.need_run:
         return margins.without_run()
-    fine = settings.get("fine", True) and (margins.of_run or not is_local(assembly, margins.others))
-    solution, why, times = analysis.solve(assembly, progress=progress, **{**settings, "fine": fine})
+    found, solution, why, times = evaluated(assembly, margins, progress, settings)
     if solution.status == "failed":
         root = times.mark(solution.t)
         run = analysis.tree(solution, case=system._case(settings), why=why, title=system.title, root=root)
         raise RunFailed(solution.message, run)
-    found = kept_of(
-        solution, margins.others, lambda: root_of(solution, {}), fine=times.is_fine(solution.t), why=why,
-        warning=analysis.warning_of(solution),
-    )  # fmt: skip
     if found.missing:
         known = names(analysis.tree(solution, case="", why=why), over_time=False)
         raise refusal(found.missing[0], [*known, *solution.statistics])
-    return margins.added(found, solution)
+    return found
+
+
+def kept_of_variant(
+    system: System, values: Mapping[str, Any], keep: Sequence[str], progress: Callable[[float], None] | None,
+    given: Mapping[str, Any],
+) -> Kept:  # fmt: skip
+    """What is kept of a simulation with other values of some keys; nothing of a run that has failed.
+
+    Parameters
+    ----------
+    values : as of `evolvent.System.with_values`
+    keep : names that runs of the system have
+    given : arguments of `evolvent.System.simulate`, None where they are left out
+
+    Raises
+    ------
+    InputError
+        For values that a case would refuse.
+    """
+    from evolvent.analysis.margins.kept import KeptMargins
+
+    own = system.with_values(values)
+    settings = own._run_settings(given)
+    assembly = own._assembled()
+    margins = KeptMargins.of(assembly, own.sections.get("margin", {}), keep)
+    if not margins.need_run:
+        return margins.without_run()
+    return evaluated(assembly, margins, progress, settings)[0]
+
+
+def evaluated(
+    assembly: Assembly, margins: KeptMargins, progress: Callable[[float], None] | None, settings: Mapping[str, Any]
+) -> tuple[Kept, Solution, str, Times]:
+    """What is kept of a run of an assembled system, its solution, why its method is taken, and times of its samples."""
+    from evolvent import analysis
+    from evolvent.results.kept import is_local, kept_of
+    from evolvent.results.tree import root_of
+
+    fine = settings.get("fine", True) and (margins.of_run or not is_local(assembly, margins.others))
+    solution, why, times = analysis.solve(assembly, progress=progress, **{**settings, "fine": fine})
+    found = kept_of(
+        solution, margins.others, lambda: root_of(solution, {}), fine=times.is_fine(solution.t), why=why,
+        warning="" if solution.status == "failed" else analysis.warning_of(solution),
+    )  # fmt: skip
+    return margins.added(found, solution), solution, why, times

@@ -310,6 +310,44 @@ class System:
             keep_states="margin" in self.sections, **settings,
         )  # fmt: skip
 
+    def simulate_many(
+        self, values: Sequence[Mapping[str, Any]] | Mapping[str, Sequence[Any]], keep: Sequence[str], *,
+        workers: int | None = None, progress: Callable[[int, int], None] | None = None, **settings: Any,
+    ) -> xr.Dataset:  # fmt: skip
+        """Simulate many variants, on all cores, and keep values of each.
+
+        Parameters
+        ----------
+        values : of every variant, as of `with_values`: a list of mappings, or a mapping of lists of one length
+        keep : names of what is kept, as of `simulate`
+        workers : int, threads; left out, one a core, at most four
+        progress : called with the number of variants that have ended and of all
+        settings : until, every, fine, method, step, tolerance and spectral_radius, as of `simulate`
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``variant``: what is kept, named as in sweeps (``hinge_1_latch_time_last``), ``status`` and ``reason``
+            of every run, NaN where a run has failed; the keys are coordinates. The bits do not depend on `workers`.
+
+        Raises
+        ------
+        InputError
+            For names that no run has, and settings that concern all variants. What one variant is refused for is its
+            ``reason``.
+
+        Examples
+        --------
+        >>> import evolvent
+        >>> array = evolvent.load("solar-array")
+        >>> found = array.simulate_many(
+        ...     {"hinge 1.stiffness": [0.19, 0.2, 0.21]}, ["hinge 1.latch_time.last"]
+        ... )  # doctest: +SKIP
+        """
+        import evolvent
+
+        return evolvent.simulate_many(self, values, keep, workers=workers, progress=progress, **settings)
+
     def sensitivity(
         self, values: str | Sequence[str], keys: str | Sequence[str], *, until: Any = None, every: Any = None,
         fine: bool | None = None, method: str | None = None, step: Any = None, tolerance: float | None = None,

@@ -144,7 +144,7 @@ class Variants:
             old = base.assembly.parts[name]
             if part is old or part == old:
                 continue
-            if list(part.references()) != list(old.references()) or not _add_changes(base, name, part, changes, values):
+            if not _refer_alike(part, old) or not _add_changes(base, name, part, changes, values):
                 return None
         found = _changed(base, changes, values, {**base.assembly.parts, **parts})
         self.fast += found is not None
@@ -171,6 +171,15 @@ class Variants:
             self._base = _Base(gravity.copy(), list(parts), builder, written, kept)
             found.shared = kept.shared
         return found
+
+
+def _refer_alike(part: Any, old: Any) -> bool:
+    """Whether a part refers to what another one does; a number holds no name."""
+    pairs = [(value, old.__dict__.get(key)) for key, value in part.__dict__.items()]
+    others = [a for a, b in pairs if a is not b and not (isinstance(a, int | float) and isinstance(b, int | float))]
+    if type(part) is type(old) and not others:
+        return True
+    return list(part.references()) == list(old.references())
 
 
 def _written(builder: Builder, before: _State, others: bool = False) -> _Written:
@@ -245,8 +254,15 @@ def _add_changes(base: _Base, name: str, part: Any, changes: list[Change], value
 def _different(row: Mapping[str, Any], before: Mapping[str, Any]) -> Iterator[str]:
     """Fields of a row that are not those of another."""
     for field in row.keys() | before.keys():
-        if field not in row or field not in before or not np.array_equal(row[field], before[field]):
+        if field not in row or field not in before or not _equal(row[field], before[field]):
             yield field
+
+
+def _equal(a: Any, b: Any) -> bool:
+    """Whether two values of a field are equal."""
+    if isinstance(a, int | float) and isinstance(b, int | float):
+        return a == b
+    return bool(np.array_equal(a, b))
 
 
 def _alike(new: Any, old: Any) -> bool:

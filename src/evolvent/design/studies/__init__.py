@@ -49,10 +49,14 @@ if TYPE_CHECKING:
     from evolvent.design.studies.catalogue import built_in, text
     from evolvent.design.studies.runner import sweep
     from evolvent.design.studies.study import Study, read
+    from evolvent.design.studies.variants import simulate_many
 
-__all__ = ["Study", "built_in", "open", "read", "sweep", "text"]
+__all__ = ["Study", "built_in", "open", "read", "simulate_many", "sweep", "text"]
 
-_LAZY = {"Study": "study", "built_in": "catalogue", "read": "study", "sweep": "runner", "text": "catalogue"}
+_LAZY = {
+    "Study": "study", "built_in": "catalogue", "read": "study", "simulate_many": "variants", "sweep": "runner",
+    "text": "catalogue",
+}  # fmt: skip
 
 
 def open(folder: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (named as evolvent.open is)

@@ -19,7 +19,7 @@ import xarray as xr
 from evolvent import cases
 from evolvent.base.console import compiling
 from evolvent.base.errors import EvolventError, InputError
-from evolvent.design.studies import label, record, tasks
+from evolvent.design.studies import label, record, tasks, variants
 from evolvent.design.studies.store import Store, opened, read
 from evolvent.design.studies.study import Study, read as read_study
 
@@ -60,7 +60,8 @@ def sweep(
         the process; a study that is finished is only read. Without it nothing is left behind.
     workers : int or None
         Processes: 1 computes here, None takes all cores where the work is worth their start. A script that asks for
-        several keeps its own work under ``if __name__ == "__main__":``, since they import it.
+        several keeps its own work under ``if __name__ == "__main__":``, since they import it. Up to four are threads of
+        this process where the cases are variants of one structure, which differ in keys of its parts.
     scheduler : str, optional
         Address of a Dask scheduler (``tcp://host:8786``) whose workers have the same evolvent.
     progress : called with the number of cases done and of all
@@ -146,19 +147,20 @@ class _Sweep:
             workers = cores() if each * len(self.pending) > _SMALL else 1
         workers = min(workers, len(self.pending))
         self._forecast(each, workers)
-        if workers > 1:
+        threads = workers if workers <= variants.MOST_THREADS and tasks.are_variants(self.study) else 1
+        if workers > threads:
             with _cluster(workers) as client:
                 self._spread(client)
         while self.pending:
-            self._here(self.take(1))
+            self._here(self.take(1), threads)
 
     def _spread(self, client: Any) -> None:
         spread = _Spread(self, client)
         with _ctrl_c_noted(spread.pressed):
             spread.run()
 
-    def _here(self, indices: Sequence[int]) -> None:
-        self.keep(tasks.compute(tasks.task(self.study, indices, self.store.folder)), len(indices))
+    def _here(self, indices: Sequence[int], threads: int = 1) -> None:
+        self.keep(tasks.compute(tasks.task(self.study, indices, self.store.folder), threads), len(indices))
 
     def take(self, workers: int) -> list[int]:
         """The next cases for a task: as the study says, or for about a second of work, and less near the end."""
@@ -212,7 +214,7 @@ class _Sweep:
         expected = each * left / max(workers, 1)
         if expected < _LONG:
             return
-        on = "one process" if workers == 1 else f"{workers} processes"
+        on = "one core" if workers == 1 else f"{workers} cores"
         self.report(f"{left} cases of about {each:.2g} s each: about {_duration(expected)} on {on}")
 
 

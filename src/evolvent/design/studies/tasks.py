@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import xarray as xr
@@ -13,7 +14,7 @@ import xarray as xr
 from evolvent import cases
 from evolvent.assembly.variants import Variants
 from evolvent.base.errors import EvolventError, InputError
-from evolvent.design.studies import record, stages, store
+from evolvent.design.studies import record, stages, store, variants
 from evolvent.design.studies.study import Study
 from evolvent.results.kept import Kept
 from evolvent.results.variables import names
@@ -32,6 +33,7 @@ class Task:
     folder : str, of the study
     keep : tuple of str
     sources : str, hash that the sources must have where the task runs
+    base : mapping, what the first case of the study changes, as of `overrides`
     """
 
     content: Mapping[str, Any]
@@ -41,6 +43,7 @@ class Task:
     folder: str
     keep: tuple[str, ...]
     sources: str
+    base: Mapping[str, Any]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -72,11 +75,16 @@ def task(study: Study, indices: Sequence[int], folder: str | os.PathLike[str] = 
         folder=os.path.abspath(folder),
         keep=study.keep,
         sources=store.sources(),
+        base=study.overrides(0),
     )
 
 
-def compute(task: Task) -> Result:
+def compute(task: Task, workers: int = 1) -> Result:
     """Run the cases of a task; a case that fails is kept with its reason.
+
+    Parameters
+    ----------
+    workers : int, threads of cases that are variants of one structure (`are_variants`); others run one by one
 
     Raises
     ------
@@ -96,7 +104,7 @@ def compute(task: Task) -> Result:
         if task.start_key:
             outcomes, refused = _chains(task, notes)
         else:
-            outcomes = _outcomes(task)
+            outcomes = _outcomes(task, workers)
             try:
                 record.check_kept(outcomes)
             except InputError as error:
@@ -122,8 +130,65 @@ def _chains(task: Task, notes: list[str]) -> tuple[list[record.Outcome], str]:
     return outcomes, ""
 
 
-def _outcomes(task: Task) -> list[record.Outcome]:
+def are_variants(study: Study) -> bool:
+    """Whether the cases of a study are variants of one structure: they differ in keys of its parts alone."""
+    return _differ_in_parts(study.content, study.keep, [axis.path for axis in study.axes]) and not study.stages
+
+
+def _differ_in_parts(content: Mapping[str, Any], keep: Sequence[str], keys: Iterable[str]) -> bool:
+    """Whether cases of a structure of which `keep` alone is asked differ in keys of its parts, by their names."""
+    names = content.get("parts")
+    if content.get("system") != "structure" or not keep or not isinstance(names, Mapping):
+        return False
+    words = [key.split(".") for key in keys]
+    return all(len(one) > 2 and one[0] == "parts" and one[1] in names for one in words)
+
+
+#: The structure whose variants were run last, by what it was made from.
+_BUILT: dict[str, Any] = {}
+
+
+def _built(task: Task) -> Any:
+    """The structure of the first case of a study, built once in a process; None where that is refused."""
+    key = json.dumps([task.content, task.base], sort_keys=True)
+    if key not in _BUILT:
+        case = _loaded(task.content, task.base)
+        _BUILT.clear()
+        _BUILT[key] = None if isinstance(case, Exception) else cases.system(case.system).system(case)
+    return _BUILT[key]
+
+
+def _variants(task: Task, workers: int) -> list[Kept | Exception] | None:
+    """What is kept of cases that are variants of one structure; None of others.
+
+    What a case is refused for is found again as that of any other case, whose sentence names its key.
+    """
+    changes = [
+        {key: value for key, value in own[""].items() if key not in task.base or value != task.base[key]}
+        for own in task.overrides
+    ]
+    keys = dict.fromkeys(key for one in changes for key in one)
+    if not _differ_in_parts(task.content, task.keep, keys):
+        return None
+    system = _built(task)
+    if system is None or any(
+        name not in system.parts for one in changes for name in (key.split(".")[1] for key in one)
+    ):
+        return None
+    found = variants.runs(system, changes, task.keep, workers=workers)
+    shared = Variants()
+    for k, one in enumerate(found):
+        if isinstance(one, Exception) or one.missing:
+            case = _loaded(task.content, task.overrides[k][""])
+            found[k] = case if isinstance(case, Exception) else _run(case, task.keep, shared)
+    return found
+
+
+def _outcomes(task: Task, workers: int) -> list[record.Outcome]:
     """What is kept of every case, in order."""
+    alike = _variants(task, workers)
+    if alike is not None:
+        return [record.outcome(k, one, task.keep) for k, one in zip(task.indices, alike, strict=True)]
     loaded = [_loaded(task.content, overrides[""]) for overrides in task.overrides]
     sound = [case for case in loaded if not isinstance(case, Exception)]
     if not sound:
@@ -136,9 +201,9 @@ def _outcomes(task: Task) -> list[record.Outcome]:
             runs = run_batch(loaded)
         except Exception:  # noqa: BLE001  (the cases one by one then show which of them is to blame)
             runs = None
-    found, variants = [], Variants()
+    found, shared = [], Variants()
     for k, (index, case) in enumerate(zip(task.indices, loaded, strict=True)):
-        run = case if isinstance(case, Exception) else runs[k] if runs is not None else _run(case, task.keep, variants)
+        run = case if isinstance(case, Exception) else runs[k] if runs is not None else _run(case, task.keep, shared)
         if not isinstance(run, Exception) and run.attrs["status"] == "interrupted":
             raise KeyboardInterrupt
         found.append(record.outcome(index, run, task.keep))
