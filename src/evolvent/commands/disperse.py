@@ -119,7 +119,7 @@ def _study(case: str, options: Mapping[str, Any], coverage: float, confidence: f
             changes.setdefault("samples", order.least_runs(coverage, confidence))
         name = re.sub(r"[^\w.-]", "-", os.path.splitext(os.path.basename(case))[0])
         found = st.read({"study": name, "case": cases.content_of(case)}, changes)
-    dispersed.check_drawn(found)
+    dispersed.check(found)
     if not found.keep:
         raise InputError(f"the study {found.name!r} keeps no results; give --keep NAME")
     return found

@@ -509,7 +509,7 @@ class StudyPanel:
         with self.studio.computing:
             asked = studydraft.read(self.studio.folder, self.draft)
         if self.kind is DISPERSIONS:
-            dispersed.check_drawn(asked)
+            dispersed.check(asked)
             if not asked.keep:
                 raise InputError("keep is empty; choose one or more results, such as a margin or a time of latching")
         return asked

@@ -17,8 +17,9 @@ from evolvent.base.errors import InputError
 from evolvent.base.units import unit_text
 from evolvent.design.dispersions import order, sensitivity
 from evolvent.design.studies import draws, runner
-from evolvent.design.studies.study import Study
-from evolvent.results.kept import stored_name
+from evolvent.design.studies.study import Study, corners, read as read_study
+from evolvent.results import variables
+from evolvent.results.kept import ENDINGS, split, stored_name
 
 Array = np.ndarray
 #: Probabilities of the quantiles that are stated.
@@ -189,7 +190,7 @@ def disperse(
     Raises
     ------
     InputError
-        As of `evolvent.sweep`, or if the study draws nothing.
+        As of `evolvent.sweep`, or if the study draws nothing or keeps a variable with a value at every sample.
 
     Examples
     --------
@@ -202,7 +203,9 @@ def disperse(
     """
     for name, value in (("coverage", coverage), ("confidence", confidence)):
         check_share(name, value)
-    found = runner.sweep(study, output=output, workers=workers, scheduler=scheduler, progress=progress, report=report)
+    asked = study if isinstance(study, Study) else read_study(study)
+    check(asked)
+    found = runner.sweep(asked, output=output, workers=workers, scheduler=scheduler, progress=progress, report=report)
     return evaluate(found, coverage=coverage, confidence=confidence)
 
 
@@ -217,8 +220,8 @@ def check_share(name: str, value: Any) -> None:
         raise InputError(f"{name} is {value!r}; it must be above 0 and below 1, such as 0.95")
 
 
-def check_drawn(study: Study) -> None:
-    """Refuse a study that draws nothing.
+def check(study: Study) -> None:
+    """Refuse, before any run, a study that draws nothing or keeps what has a value at every sample.
 
     Raises
     ------
@@ -229,6 +232,30 @@ def check_drawn(study: Study) -> None:
             f"the study {study.name!r} has sample: {study.sample}, which draws nothing; a dispersion needs one of "
             f"{', '.join(draws.DRAWN)}"
         )
+    whole = [name for name in study.keep if not split(name)[1]]
+    run = _start_of(study) if whole and not study.stages else None
+    for name in whole if run is not None else ():
+        try:
+            values = variables.get(run, name)
+        except InputError:  # of a margin or a statistic
+            continue
+        if "time" in values.dims:
+            raise InputError(
+                f"keep holds {name!r}, which has a value at every sample, but a dispersion needs one of each run; "
+                f"write '{name}.last', or another of .{', .'.join(ENDINGS)} in the place of .last"
+            )
+
+
+def _start_of(study: Study) -> Any:
+    """Results at the start of the first case that can be planned; None where there is none."""
+    for index in corners(study):
+        try:
+            case = cases.load(study.content, study.overrides(index))
+            plan = cases.system(case.system).plan(case)
+        except InputError:
+            continue
+        return None if plan.start is None else plan.start()
+    return None
 
 
 def evaluate(dataset: xr.Dataset, *, coverage: float = 0.95, confidence: float = 0.95) -> Dispersion:
