@@ -226,3 +226,14 @@ def test_a_sample_that_the_case_refuses_is_a_failed_run(read):
     found = record.decode(tasks.compute(tasks.task(study, [0])).content)
     assert found.status == ("failed",)
     assert found.reason[0].startswith("blade.tip_mass is -1.0; it must be")
+
+
+@pytest.mark.parametrize(("case", "key", "name"), [
+    ("solar-array", "parts.hinge 1.stiffness", "hinge 1.angle"), ("heliogyro", "spool.rate", "body_rate"),
+])  # fmt: skip
+def test_a_value_at_every_sample_is_refused_before_any_run(case, key, name):
+    study = {"case": case, "sample": "monte-carlo", "samples": 3, "over": {key: "1%"}, "keep": [f"{name}.last", name]}
+    with pytest.raises(InputError) as refused:
+        evolvent.disperse(study, progress=lambda done, count: pytest.fail("a run was made"))
+    assert f"keep holds '{name}', which has a value at every sample" in str(refused.value)
+    assert f"write '{name}.last', or another of .first" in str(refused.value)

@@ -112,3 +112,21 @@ def test_writes_what_it_reads_exactly():
 def test_one_or_more_keeps_one_as_one():
     assert Thing(rates="2 rad/s").rates == 2.0
     assert Thing(rates=["2 rad/s", 3]).rates == (2.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("head", "parted"),
+    [
+        ("angle [deg]", ("angle", "deg")),
+        (" torque (N m) ", ("torque", "N m")),
+        ("left(mm)", ("left", "mm")),
+        ("ratio (left) [1/s]", ("ratio (left)", "1/s")),
+        ("spread [ mm ]", ("spread", "mm")),
+        ("time", ("time", "")),
+        ("(mm)", ("(mm)", "")),
+        ("x (a) b", ("x (a) b", "")),
+        ("", ("", "")),
+    ],
+)
+def test_heads_of_columns_hold_a_name_and_a_unit(head, parted):
+    assert units.head_and_unit(head) == parted
