@@ -283,7 +283,7 @@ if config.DISABLE_JIT:
 
     def number_at(address: int) -> float:
         """The number (float64) at an address."""
-        return float(ctypes.c_double.from_address(address).value)
+        return float(ctypes.c_double.from_address(int(address)).value)
 
 else:
 

@@ -32,7 +32,23 @@ def simulate_many(
     system: System, values: Sequence[Mapping[str, Any]] | Mapping[str, Sequence[Any]], keep: Sequence[str], *,
     workers: int | None = None, progress: Callable[[int, int], None] | None = None, **settings: Any,
 ) -> xr.Dataset:  # fmt: skip
-    """Simulate many variants of a structure: see `evolvent.System.simulate_many`."""
+    """Simulate many variants of a structure, as `evolvent.System.simulate_many` does.
+
+    Parameters
+    ----------
+    system : System
+    values, keep, workers, progress, settings : as of `evolvent.System.simulate_many`
+
+    Returns
+    -------
+    xarray.Dataset
+        As of `evolvent.System.simulate_many`.
+
+    Raises
+    ------
+    InputError
+        As of `evolvent.System.simulate_many`.
+    """
     from evolvent.design.studies.runner import cores
 
     listed, names = _listed(values), tuple(_SETTINGS)

@@ -1,0 +1,143 @@
+"""Benchmark of variants: what named values cost beside the solve, and variants of `solar-array` per second.
+
+    python benchmarks/variants.py [-o benchmarks/variants.json] [--variants 200] [--workers 2] [--repeat 15]
+
+`beyond` is the processor time of ``simulate(keep=[...])`` less that of the run itself (the time loop, its start and
+what it returns), the least of the repetitions, after a first call. Variants differ in two stiffnesses and a mass; each
+way computes the same bits. "cases one by one" reads, checks, assembles and runs every case as studies of other systems
+do; "with_values" varies the built structure; "simulate_many" does so on threads. `cpu` is processor time of this
+process.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import pathlib
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+import evolvent
+from evolvent import cases
+from evolvent.assembly.variants import Variants
+from evolvent.design.studies import tasks
+from evolvent.solvers import run
+
+#: Cases and what is kept of each.
+KEPT = (
+    ("solar-array", ["hinge 1.latch_time.last"]),
+    ("solar-array", ["hinge 1.torque.max"]),
+    ("solar-array", ["pivot 1.force.max"]),
+    ("solar-array", ["energy.last"]),
+    ("boom-slew", ["hub.rate.z.last"]),
+    ("boom-slew", ["boom.tip.position.x.last"]),
+    ("heliogyro", ["body.rate.z.last"]),
+)
+KEEP = ["hinge 1.latch_time.last", "hinge 2.latch_time.last", "hinge 2.latch_torque_peak.last"]
+
+
+class _Solves:
+    """Processor time that runs take from their start to their solution."""
+
+    def __init__(self) -> None:
+        self.spent, self._solution = 0.0, run.Run.solution
+        run.Run.solution = self._timed(self._solution)  # type: ignore[method-assign]
+
+    def _timed(self, solution: Any) -> Any:
+        def timed(of: Any, progress: Any) -> Any:
+            began = time.process_time()
+            try:
+                return solution(of, progress)
+            finally:
+                self.spent += time.process_time() - began
+
+        return timed
+
+    def end(self) -> None:
+        run.Run.solution = self._solution  # type: ignore[method-assign]
+
+
+def beyond(case: str, keep: list[str], repeat: int) -> dict[str, Any]:
+    """Least processor times of a run and of what is kept of it beside the run, s."""
+    system, solves = evolvent.load(case), _Solves()
+    try:
+        system.simulate(keep=keep)
+        rows = []
+        for _ in range(repeat):
+            solves.spent, began = 0.0, time.process_time()
+            system.simulate(keep=keep)
+            rows.append((solves.spent, time.process_time() - began - solves.spent))
+    finally:
+        solves.end()
+    solve, others = np.array(rows).min(axis=0).tolist()
+    return {"case": case, "keep": keep, "solve_s": solve, "beyond_s": others}
+
+
+def values(count: int) -> list[dict[str, float]]:
+    """Values of each variant."""
+    rng = np.random.default_rng(1)
+    keys, nominal = ("hinge 1.stiffness", "hinge 2.stiffness", "panel 1.mass"), np.array([0.2, 0.1, 4.0])
+    drawn = nominal * (1.0 + 0.03 * rng.standard_normal((count, 3)))
+    return [dict(zip(keys, row, strict=True)) for row in drawn.tolist()]
+
+
+def per_second(count: int, workers: int) -> list[dict[str, Any]]:
+    """Times of each way, whose results must have the same bits."""
+    system, listed, content = evolvent.load("solar-array"), values(count), cases.content_of("solar-array")
+    shared = Variants()
+    ways = {
+        "cases one by one": lambda: [
+            tasks.outcome_of(content, {f"parts.{key}": v for key, v in one.items()}, KEEP, shared) for one in listed
+        ],
+        "with_values": lambda: [system.with_values(one).simulate(keep=KEEP) for one in listed],
+        "simulate_many, 1": lambda: system.simulate_many(listed, KEEP, workers=1),
+        f"simulate_many, {workers}": lambda: system.simulate_many(listed, KEEP, workers=workers),
+    }
+    system.simulate(keep=KEEP)
+    rows, bits = [], {}
+    for name, way in ways.items():
+        began, spent = time.perf_counter(), time.process_time()
+        found = way()
+        wall, cpu = time.perf_counter() - began, time.process_time() - spent
+        if name == "cases one by one":
+            last = [float(one.variables["hinge_1_latch_time_last"].values) for one in found]
+        elif name == "with_values":
+            last = [one[KEEP[0]] for one in found]
+        else:
+            last = found["hinge_1_latch_time_last"].values.tolist()
+        bits[name] = np.array(last).tobytes()
+        rows.append({"way": name, "wall_s": wall, "cpu_s": cpu, "per_s": count / wall, "cpu_each_s": cpu / count})
+    if len(set(bits.values())) > 1:
+        raise RuntimeError("the ways differ in their bits")
+    return rows
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Benchmark of variants.")
+    parser.add_argument("-o", "--output", default=str(pathlib.Path(__file__).with_name("variants.json")))
+    parser.add_argument("--variants", type=int, default=200)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--repeat", type=int, default=15)
+    options = parser.parse_args()
+    before = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
+    kept = [beyond(case, keep, 3 if case == "heliogyro" else options.repeat) for case, keep in KEPT]
+    rows = per_second(options.variants, options.workers)
+    result = {"cores": os.cpu_count(), "load_before": before, "variants": options.variants, "kept": kept, "ways": rows}
+    pathlib.Path(options.output).write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    print(f"{'case':<13}{'keep':<32}{'solve, ms':>12}{'beyond, ms':>12}")
+    for one in kept:
+        times = f"{1e3 * one['solve_s']:>12.2f}{1e3 * one['beyond_s']:>12.2f}"
+        print(f"{one['case']:<13}{', '.join(one['keep']):<32}{times}")
+    print(f"\n{'way':<20}{'wall, s':>10}{'cpu, s':>10}{'per s':>10}{'cpu each, ms':>14}")
+    for one in rows:
+        times = f"{one['wall_s']:>10.2f}{one['cpu_s']:>10.2f}{one['per_s']:>10.1f}{1e3 * one['cpu_each_s']:>14.2f}"
+        print(f"{one['way']:<20}{times}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
