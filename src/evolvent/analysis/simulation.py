@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from evolvent.analysis.closure import warning_of
 from evolvent.base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
@@ -134,6 +135,6 @@ def evaluated(
     solution, why, times = analysis.solve(assembly, progress=progress, **{**settings, "fine": fine})
     found = kept_of(
         solution, margins.others, lambda: root_of(solution, {}), fine=times.is_fine(solution.t), why=why,
-        warning="" if solution.status == "failed" else analysis.warning_of(solution),
+        warning="" if solution.status == "failed" else warning_of(solution),
     )  # fmt: skip
     return margins.added(found, solution), solution, why, times

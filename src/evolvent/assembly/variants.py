@@ -98,7 +98,7 @@ class _Sealed(dict[str, Any]):
     def update(self, *others: Any, **fields: Any) -> None:
         raise _Mutated
 
-    __delitem__ = pop = setdefault = update  # type: ignore[assignment]
+    __delitem__ = pop = setdefault = update
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

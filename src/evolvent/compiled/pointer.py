@@ -170,12 +170,14 @@ class Struct:
 
     def take(self, other: Struct) -> None:
         """Take the values of another struct, whose arrays are as large."""
+        own: Any
+        others: Any
+        places: Any = self._places
         if config.DISABLE_JIT:
             own, others = ({name: _address(value) for name, value in one.__dict__.items()} for one in (self, other))
             places = {name: name for name in self._places}
         else:
             own, others = self.__dict__["_headers"].tolist(), other.__dict__["_headers"].tolist()
-            places = self._places
         for name, at in places.items():
             value = self.__dict__[name]
             if isinstance(value, Struct):

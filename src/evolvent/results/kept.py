@@ -23,6 +23,7 @@ from evolvent.results.observe import observe_part
 from evolvent.results.observe.symbols import add_symbols
 from evolvent.results.observe.variables import AXES, Observed, Variable
 from evolvent.results.observe.view import View
+from evolvent.results.tree import OF_A_SAMPLE, balances_of
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
@@ -245,7 +246,14 @@ def _has(run: xr.Dataset | xr.DataTree, name: str) -> bool:
 
 def is_local(assembly: Assembly, keep: Sequence[str]) -> bool:
     """Whether values of all names at a sample depend on that sample and the first one alone."""
-    return all(_is_local(assembly, part) for part in {variables.owner(name) for name in keep})
+    others = {variables.owner(name) for name in keep if not _is_balance(assembly, split(name)[0])}
+    return all(_is_local(assembly, part) for part in others)
+
+
+def _is_balance(assembly: Assembly, name: str) -> bool:
+    """Whether a variable is an energy, work or momentum of the run at a sample."""
+    own = re.split(r"[.\[]", name)[0]
+    return own in OF_A_SAMPLE and own not in assembly.parts
 
 
 def _is_local(assembly: Assembly, part: str) -> bool:
@@ -297,14 +305,17 @@ def kept_of(
         if not of_reactions:
             solution = dataclasses.replace(solution, reactions=None)
         samples = np.arange(samples.size)
-    view, roots = View.of(solution), functools.cache(root)
+    view, roots, chosen = View.of(solution), functools.cache(root), solution
+    sums = functools.cache(lambda: balances_of(chosen))
     seen: dict[str, Observed] = {}
     found: dict[str, xr.Variable] = {}
     coordinates: dict[str, xr.Variable] = {}
     for wanted in keep:
         name, reduction = split(wanted)
-        if variables.owner(name) in solution.assembly.parts:
+        if variables.owner(name) in assembly.parts:
             own = _of_part(view, name, seen)
+        elif _is_balance(assembly, name):
+            own = _of_balance(sums(), view.t, name)
         else:
             own = _of_root(roots(), statistics, name)
         if own is None or (reduction and "time" not in own[0].dims):
@@ -356,6 +367,14 @@ def _of_part(view: View, name: str, seen: dict[str, Observed]) -> Labelled | Non
 
 def _variable(one: Variable) -> xr.Variable:
     return xr.Variable(one.dims, one.values, {"units": one.units, "long_name": one.long_name})
+
+
+def _of_balance(balances: Mapping[str, xr.Variable], t: np.ndarray, name: str) -> Labelled | None:
+    """A variable of the root that is an energy, work or momentum, by its full name; None where there is none."""
+    own = re.split(r"[.\[]", name)[0]
+    along = {"time": ("time", t, {"units": "s", "long_name": "time"}), "axis": list(AXES), "cause": balances["cause"]}
+    values = balances[own]
+    return of_run(xr.Dataset({own: values}, {dim: along[str(dim)] for dim in values.dims}), name)
 
 
 def _of_root(root: xr.Dataset, statistics: Mapping[str, float], name: str) -> Labelled | None:

@@ -36,6 +36,11 @@ _ENERGIES = {
 CAUSES = ("mass damping", "stiffness damping", "contact", "friction", "joints", "springs")
 
 
+#: Variables of the root that follow from the states at a sample and at the first one.
+OF_A_SAMPLE = frozenset(_ENERGIES) | {
+    "energy_elastic", "energy", "energy_dissipated", "energy_losses", "energy_defect", "momentum", "angular_momentum",
+}  # fmt: skip
+
 #: Solutions of trees that are in memory, by the identity of the tree.
 _SOLUTIONS: dict[int, Solution] = {}
 
@@ -166,14 +171,14 @@ def _group(solution: Solution, name: str) -> xr.Dataset:
 def root_of(solution: Solution, more: dict[str, Any], *, balances: bool = True) -> xr.Dataset:
     """Times, energy balance and momenta."""
     time = ("time",)
-    data = _balances(solution) if balances else {}
+    data = balances_of(solution) if balances else {}
     for name, (dims, values, unit, text) in more.items():
         data[name] = xr.Variable(dims, values, {"units": unit, "long_name": text})
     times = xr.Variable(time, solution.t, {"units": "s", "long_name": "time"})
     return xr.Dataset(data, {"time": times, "axis": ("axis", list(AXES))})
 
 
-def _balances(solution: Solution) -> dict[str, xr.Variable]:
+def balances_of(solution: Solution) -> dict[str, xr.Variable]:
     """Energies, work, losses and momenta over time."""
     balance, time = solution.balance, ("time",)
 

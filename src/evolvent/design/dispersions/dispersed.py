@@ -234,7 +234,9 @@ def check(study: Study) -> None:
         )
     whole = [name for name in study.keep if not split(name)[1]]
     run = _start_of(study) if whole and not study.stages else None
-    for name in whole if run is not None else ():
+    if run is None:
+        return
+    for name in whole:
         try:
             values = variables.get(run, name)
         except InputError:  # of a margin or a statistic

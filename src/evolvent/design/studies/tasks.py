@@ -132,33 +132,34 @@ def _chains(task: Task, notes: list[str]) -> tuple[list[record.Outcome], str]:
 
 def are_variants(study: Study) -> bool:
     """Whether the cases of a study are variants of one structure: they differ in keys of its parts alone."""
-    return _differ_in_parts(study.content, study.keep, [axis.path for axis in study.axes]) and not study.stages
-
-
-def _differ_in_parts(content: Mapping[str, Any], keep: Sequence[str], keys: Iterable[str]) -> bool:
-    """Whether cases of a structure of which `keep` alone is asked differ in keys of its parts, by their names."""
-    names = content.get("parts")
-    if content.get("system") != "structure" or not keep or not isinstance(names, Mapping):
-        return False
-    words = [key.split(".") for key in keys]
-    return all(len(one) > 2 and one[0] == "parts" and one[1] in names for one in words)
+    return not study.stages and _structure(task(study, [0]), [axis.path for axis in study.axes]) is not None
 
 
 #: The structure whose variants were run last, by what it was made from.
 _BUILT: dict[str, Any] = {}
 
 
-def _built(task: Task) -> Any:
-    """The structure of the first case of a study, built once in a process; None where that is refused."""
-    key = json.dumps([task.content, task.base], sort_keys=True)
-    if key not in _BUILT:
+def _structure(task: Task, keys: Iterable[str]) -> Any:
+    """The structure of the first case of a study, built once in a process, of which the cases are variants.
+
+    None where there is none: of another system, of cases that keep all, and where not all of the keys in which they
+    differ are keys of its parts.
+    """
+    if task.content.get("system") != "structure" or not task.keep:
+        return None
+    made_from = json.dumps([task.content, task.base], sort_keys=True)
+    if made_from not in _BUILT:
         case = _loaded(task.content, task.base)
         _BUILT.clear()
-        _BUILT[key] = None if isinstance(case, Exception) else cases.system(case.system).system(case)
-    return _BUILT[key]
+        _BUILT[made_from] = None if isinstance(case, Exception) else cases.system(case.system).system(case)
+    system = _BUILT[made_from]
+    words = [key.split(".") for key in keys]
+    if system is None or not all(one[0] == "parts" and len(one) > 2 and one[1] in system.parts for one in words):
+        return None
+    return system
 
 
-def _variants(task: Task, workers: int) -> list[Kept | Exception] | None:
+def _variants(task: Task, workers: int) -> list[Any] | None:
     """What is kept of cases that are variants of one structure; None of others.
 
     What a case is refused for is found again as that of any other case, whose sentence names its key.
@@ -167,15 +168,10 @@ def _variants(task: Task, workers: int) -> list[Kept | Exception] | None:
         {key: value for key, value in own[""].items() if key not in task.base or value != task.base[key]}
         for own in task.overrides
     ]
-    keys = dict.fromkeys(key for one in changes for key in one)
-    if not _differ_in_parts(task.content, task.keep, keys):
+    system = _structure(task, dict.fromkeys(key for one in changes for key in one))
+    if system is None:
         return None
-    system = _built(task)
-    if system is None or any(
-        name not in system.parts for one in changes for name in (key.split(".")[1] for key in one)
-    ):
-        return None
-    found = variants.runs(system, changes, task.keep, workers=workers)
+    found: list[Any] = variants.runs(system, changes, task.keep, workers=workers)
     shared = Variants()
     for k, one in enumerate(found):
         if isinstance(one, Exception) or one.missing:
