@@ -167,6 +167,7 @@ class Variants:
         found = builder.build()
         if self._base is None:
             model = found.model.copy()
+            needs.load(model)  # finds what variants do not need either
             kept = dataclasses.replace(found, model=model, y=found.y.copy(), s=found.s.copy(), shared={})
             self._base = _Base(gravity.copy(), list(parts), builder, written, kept)
             found.shared = kept.shared

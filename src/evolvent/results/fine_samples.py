@@ -90,6 +90,8 @@ class Times(NamedTuple):
 
     def is_fine(self, t: Array) -> Array:
         """Which of the samples at times t, of which the last is the end of the run, are not regular: (nt,) bool."""
+        if self.regular.all():
+            return np.zeros(t.size, dtype=bool)
         fine = ~np.isin(t, self.all[self.regular])
         fine[-1:] = False
         return fine
