@@ -50,7 +50,10 @@ class Side(NamedTuple):
 
 #: Fields that are results, by family: name, bytes from the start of a record, and shape.
 _FIELDS = {
-    family: [(field, int((RECORDS[family].fields or {})[field][1]), RECORDS[family][field].shape) for field in fields]
+    family: [
+        (field, int(RECORDS[family].fields[field][1]), RECORDS[family][field].shape)  # type: ignore[index]
+        for field in fields
+    ]
     for family, fields in RESULTS.items()
 }
 
