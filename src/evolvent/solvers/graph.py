@@ -47,6 +47,15 @@ class _Graph:
         found = sorted({int(b) for b in blocks if b >= 0})
         self.pairs.update((a, b) for i, a in enumerate(found) for b in found[i + 1 :])
 
+    def end(self, what: str, index: int) -> int:
+        """Block of what a joint's row acts on (`constraints.ends_of`); -1 of what has no unknowns."""
+        if what == "bodies":
+            return int(self.body[index])
+        if what == "reduced_bodies":
+            row = self.model.reduced_bodies[index]
+            return self.of(int(row["iv"])) if row["modes"] > 0 else -1
+        return self.of(index)
+
     def of(self, iv: int) -> int:
         """Block of a velocity, given by its index in the state."""
         return int(self.block[iv - self.n_q])
@@ -190,7 +199,7 @@ def _add_multipliers(graph: _Graph) -> dict[int, int]:
             owner[add([k], ends)] = ends[0]
         else:
             found = ends_of(row, graph.model.gear_coordinates)
-            ends = [int(graph.body[index]) if what == "bodies" else graph.of(index) for what, index in found]
+            ends = [graph.end(what, index) for what, index in found]
             groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
         if row["kind"] not in (joint.POINT, joint.ANGLE, joint.GEAR):  # the force turns with the other side
             graph.couple(*ends)
