@@ -8,8 +8,9 @@ in a few: `rigid`, `points`, `springs`, `joint` (with `gaps`, `joint_tangent`, a
 methods), `gear`, `coordinate` (with `coordinate_laws`, `joint_friction`, `drivetrain`, `resistance`, `bearing`,
 `coordinate_tangent`; both with `axial`, `axial_tangent`), `custom` (user-defined laws between points), `ancf_beams`
 (with `beam_strains`), `rod`, `reduced`, `beam_loads` (with `node_loads`, `node_load_tangents`), `thermal`, `contact`
-(with `contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`, `attitude` (wheels, thrusters, controllers; with
-`attitude_tangent`), and for threads the package `thread`. The functions of `evolvent.flow` call them, family by family.
+(with `contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`, `attitude` (wheels, thrusters, controllers;
+with `attitude_tangent`), and for threads the package `thread`. The functions of `evolvent.flow` call them, family by
+family.
 """
 
 from __future__ import annotations
