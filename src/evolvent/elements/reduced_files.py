@@ -69,7 +69,8 @@ def write_model(path: str, model: ReducedModel) -> None:
     if not len(model.recovery):
         content = {key: value for key, value in content.items() if not key.startswith("recovery")}
     if path.lower().endswith(".npz"):
-        np.savez_compressed(path, **{key: np.array(value) for key, value in content.items()})
+        arrays: dict[str, Any] = {key: np.array(value) for key, value in content.items()}
+        np.savez_compressed(path, **arrays)
         return
     if not path.lower().endswith(".json"):
         raise InputError(f"{path!r} is no file of a reduced model; it must end with {' or '.join(ENDINGS)}")

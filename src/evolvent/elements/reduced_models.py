@@ -84,6 +84,7 @@ class MeanAxes(NamedTuple):
     node_mass, node_inertia : float, kg and kg m2, of each node about every axis
     shapes : (n, m) float, coordinates by q; q is the root mean square displacement by mass, m
     square : (m,) float, rad2/s2, squares of the frequencies of the modes
+    held : float, rad/s, lowest frequency of the model with one of its nodes held; infinite of a single node alone
     """
 
     mass: float
@@ -93,6 +94,7 @@ class MeanAxes(NamedTuple):
     node_inertia: float
     shapes: Array
     square: Array
+    held: float
 
 
 def check_model(model: ReducedModel, key: str) -> None:
@@ -202,8 +204,19 @@ def mean_axes(model: ReducedModel, key: str) -> MeanAxes:
     shapes *= np.where(shapes[np.abs(shapes).argmax(axis=0), np.arange(square.size)] < 0.0, -1.0, 1.0)
     return MeanAxes(
         rest_mass, 0.5 * (inertia + inertia.T), rest_centre, share * mass / nodes, share * own[3], shapes,
-        np.maximum(square, 0.0),
+        np.maximum(square, 0.0), _held_frequency(K, M, nodes),
     )  # fmt: skip
+
+
+def _held_frequency(K: Array, M: Array, nodes: int) -> float:
+    """Lowest frequency (rad/s) with one node held, whichever is the softest."""
+    found = math.inf
+    for k in range(nodes):
+        rest = np.delete(np.arange(len(K)), np.s_[6 * k : 6 * k + 6])
+        if rest.size:
+            square = scipy.linalg.eigh(K[np.ix_(rest, rest)], M[np.ix_(rest, rest)], eigvals_only=True)[0]
+            found = min(found, math.sqrt(max(float(square), 0.0)))
+    return found
 
 
 def _centre(whole: Array) -> tuple[float, Array]:

@@ -25,8 +25,6 @@ from evolvent.parts.joint import Side, add_row
 
 #: Rotations of a node: the axes of frame and node whose product it changes, its axis, and the sign.
 _TURNS = ((0, 1, 2, -1.0), (0, 2, 1, 1.0), (1, 2, 0, -1.0))
-#: Share of the lowest frequency of the modes above which a rate at the start is warned of.
-FAST = 0.1
 
 
 class ReducedBody(Part):
@@ -98,7 +96,7 @@ class ReducedBody(Part):
         for s in model.positions:
             self._add_body(builder, s, R, w, own.node_mass, own.node_inertia * np.eye(3))
         count, mass = own.square.size, own.mass + len(model.positions) * own.node_mass
-        iq, iv = builder.coordinates(np.zeros(count), np.zeros(count))
+        iq, iv = builder.coordinates([0.0] * count, [0.0] * count)
         first_mode = len(builder.rows["modes"])
         for square in own.square:
             damping = 2.0 * self.damping_ratio * math.sqrt(square) * mass
@@ -143,7 +141,7 @@ class ReducedBody(Part):
         def side(body: int, local: Any) -> Side:
             return Side(sides.ON_BODY, body, -1, -1, local, np.zeros(3), None)
 
-        def shape_of(shape: Any) -> dict[str, int]:
+        def shape_of(shape: Any) -> dict[str, Any]:
             return {"reduced": 1 + index, "mode_shape": builder.parameters(shape)[0]}
 
         centre, axes = np.zeros(3), np.eye(3)
