@@ -75,7 +75,8 @@ def joint_geometry(t, y, k, model):
 
     Notes
     -----
-    POINT: along . (u_b - u_a) - value - path; ALONG: u_d . (u_b - u_a) - value; DIRECTION: u_a . u_b - value;
+    POINT: along . (u_b - u_a) - value - path; ALONG: u_d . (u_b - u_a) - value; DIRECTION: u_a . u_b - value; both
+    less phi . q of an interface node of a reduced body (`evolvent.kernels.reduced`);
     DISTANCE, SEGMENT: |u_b - u_a| - value; ANGLE: the body's angle less value and path. The path is radius phi of a
     drive, or for an INVOLUTE the point of the end of a taut thread of length `value` that has been wound by phi onto a
     circle, from the direction `zero` on.

@@ -15,7 +15,7 @@ from evolvent import model as mdl
 from evolvent.assembly.constraints import ends_of
 from evolvent.kernels import joint, sides, springs
 from evolvent.kernels.ancf_beams import NODE_VECTORS
-from evolvent.kernels.blocks import ANGLE, BODY, WHEEL
+from evolvent.kernels.blocks import ANGLE, BODY, REDUCED, WHEEL
 from evolvent.kernels.drive import FREE
 from evolvent.solvers.ordering import Pattern
 
@@ -34,6 +34,7 @@ class _Graph:
         self.block = np.full(self.n_v, -1, dtype=np.int64)
         self.body = np.full(model.bodies.size, -1, dtype=np.int64)
         self.fixed: set[int] = set()
+        self.stiff: set[int] = set()
 
     def add(self, first: int, size: int) -> int:
         """Make a block of velocities, the first given by its index in the state."""
@@ -86,6 +87,7 @@ def pattern_of(model: mdl.Model, *, layers: bool = False) -> Pattern:
         pairs=np.array(sorted(graph.pairs), dtype=np.int64).reshape(-1, 2),
         fixed=np.isin(np.arange(len(graph.blocks)), sorted(graph.fixed)),
         owner=owner,
+        stiff=frozenset(graph.stiff),
     )
 
 
@@ -103,6 +105,8 @@ def _add_coordinates(graph: _Graph) -> None:
             graph.body[owner] = at
         if own[0]["kind"] == ANGLE:
             graph.fixed.add(at)
+        if family == REDUCED:
+            graph.stiff.add(at)
         if family == WHEEL:
             graph.couple(at, graph.body[model.wheels["body"][owner]])
 

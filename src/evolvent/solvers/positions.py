@@ -157,9 +157,10 @@ def _interface_nodes(assembly: Assembly, name: str, index: int, y: Array) -> dic
     """Frame and interface nodes of a reduced body."""
     names, found = assembly.parts[name].model.names, {}
     own = bodies_of(assembly.model, "reduced_bodies", index)
-    for place, b in zip((name, *(f"{name}.{point}" for point in names)), own, strict=True):
+    for k, b in enumerate(own):
         at = int(assembly.model.bodies["iv"][b]) - int(assembly.model.info.nq)
-        found[place] = _body(assembly, b, slice(at, at + 6), y)
+        for place in (f"{name}.{names[k - 1]}", f"{name}[{k - 1}]") if k > 0 else (name,):
+            found[place] = _body(assembly, b, slice(at, at + 6), y)
     return found
 
 
