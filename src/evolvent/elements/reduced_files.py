@@ -20,6 +20,8 @@ KEYS = {
     "recovery_units": False,
 }  # fmt: skip
 _TEXTS = ("names", "recovery_names", "recovery_units")
+#: Folder of the models that are shipped.
+SHIPPED = pathlib.Path(__file__).parent / "models"
 #: Endings of files that are read.
 ENDINGS = (".npz", ".json")
 
@@ -29,7 +31,8 @@ def read_model(path: str, length: float = 1.0, mass: float = 1.0) -> ReducedMode
 
     Parameters
     ----------
-    path : str, ending with .npz (an archive of `numpy.savez`) or .json (an object of lists), with the keys `KEYS`
+    path : str, ending with .npz (an archive of `numpy.savez`) or .json (an object of lists), with the keys `KEYS`; or
+        the name of a model that is shipped, without an ending: solar-panel
     length, mass : float, m and kg, units in which the file is written
 
     Raises
@@ -38,8 +41,13 @@ def read_model(path: str, length: float = 1.0, mass: float = 1.0) -> ReducedMode
         Where the file cannot be read, or holds no model of a free body; one sentence.
     """
     ending = pathlib.Path(path).suffix.lower()
+    if not ending and path in shipped_models():
+        path, ending = str(SHIPPED / f"{path}.npz"), ".npz"
     if ending not in ENDINGS:
-        raise InputError(f"{path!r} is no file of a reduced model; it must end with {' or '.join(ENDINGS)}")
+        raise InputError(
+            f"{path!r} is no file of a reduced model; it must end with {' or '.join(ENDINGS)}, or be a shipped one: "
+            f"{', '.join(shipped_models())}"
+        )
     found = _archive(path) if ending == ".npz" else _text(path)
     for key in found:
         if key not in KEYS:
@@ -61,6 +69,11 @@ def read_model(path: str, length: float = 1.0, mass: float = 1.0) -> ReducedMode
     )  # fmt: skip
     check_model(model, repr(path))
     return model.scaled(length, mass)
+
+
+def shipped_models() -> list[str]:
+    """Names of the models that are shipped."""
+    return sorted(path.stem for path in SHIPPED.glob("*.npz"))
 
 
 def write_model(path: str, model: ReducedModel) -> None:

@@ -36,9 +36,10 @@ class ReducedBody(Part):
     Parameters
     ----------
     file : str
-        File of the model, .npz or .json: stiffness and mass (n, n), positions (p, 3) of the interface nodes in the
-        model's axes, and, if given, names of the nodes, recovery (r, n) with recovery_names and recovery_units. The
-        coordinates are three displacements and three rotations of each node, then any others (Craig-Bampton modes).
+        File of the model, .npz or .json, or the name of a shipped one, solar-panel: stiffness and mass (n, n),
+        positions (p, 3) of the interface nodes in the model's axes, and, if given, names of the nodes, recovery (r, n)
+        with recovery_names and recovery_units. The coordinates are three displacements and three rotations of each
+        node, then any others (Craig-Bampton modes).
     length_unit : float, m
         Unit of length of the file: 1 mm where that is in millimetres.
     mass_unit : float, kg
