@@ -7,6 +7,7 @@ import numpy as np
 from evolvent.assembly.families import bodies_of
 from evolvent.results.observe.joints import reactions
 from evolvent.results.observe.lumped import attitude
+from evolvent.results.observe.shapes import solids_of
 from evolvent.results.observe.variables import Observed, Variable, norm, turned_back
 from evolvent.results.observe.view import View
 
@@ -21,7 +22,8 @@ def observe_reduced(view: View, name: str) -> Observed:
     Notes
     -----
     Displacements and rotations are those against the undeformed body that moves with the frame, in the axes of the
-    model. Forces and moments are those of the flexible body on what is attached to its node.
+    model. Forces and moments are those of the flexible body on what is attached to its node. It is drawn as the box of
+    uniform density that has the mass and the moments of inertia of the body, and moves with the frame.
     """
     index, part, found = view.index(name), view.part(name), Observed()
     frame, *nodes = bodies_of(view.model, "reduced_bodies", index)
@@ -50,7 +52,7 @@ def observe_reduced(view: View, name: str) -> Observed:
     found.results("reduced_bodies", view.fields["reduced_bodies"], index)
     text = "rate of the frame over the lowest frequency with one node held, which must stay well below 1"
     found.scalar("spin_ratio", norm(pose.w) / axes.held, "1", text)
-    found.drawn = [{"line": {"points": "interface_position", "kind": "spring", "values": []}}] if len(nodes) > 1 else []
-    found.drawn.append({"marks": {"points": ["position"]}})
+    solids = solids_of(view, name, view.model.bodies[frame])
+    found.drawn = [{"frame": {"origin": "position", "attitude": "attitude", "solids": solids}}]
     found.plots = ["displacement", "rate"]
     return found
