@@ -22,7 +22,8 @@ FREE_SQUARE = (13.489, 19.789, 24.432, 35.024)
 @pytest.fixture(name="script", scope="module")
 def _script() -> ModuleType:
     spec = importlib.util.spec_from_file_location("solar_panel", SCRIPT)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -41,8 +42,9 @@ def test_plate_elements_against_a_free_square_plate(script: ModuleType) -> None:
 def test_the_shipped_model_is_that_of_the_script(script: ModuleType) -> None:
     shipped, made = read_model("solar-panel"), script.reduced(script.Plate())
     assert shipped.names == made.names == ("inner", "outer")
-    for one, other in ((shipped.stiffness, made.stiffness), (shipped.mass, made.mass)):
-        assert np.abs(one - other).max() < 1e-8 * np.abs(one).max()
+    for one, other in ((shipped.stiffness, made.stiffness), (shipped.mass, made.mass)):  # but for the modes' signs
+        assert np.abs(np.abs(one) - np.abs(other)).max() < 1e-8 * np.abs(one).max()
+        assert np.abs(one - other)[:12, :12].max() < 1e-8 * np.abs(one[:12, :12]).max()
     found = mean_axes(shipped, "panel")
     assert found.mass + 2 * found.node_mass == pytest.approx(4.0, rel=1e-9)
     full_K, full_M, _ = script.assembled(script.Plate())
