@@ -49,7 +49,9 @@ def test_the_shipped_model_is_that_of_the_script(script: ModuleType) -> None:
     assert found.mass + 2 * found.node_mass == pytest.approx(4.0, rel=1e-9)
     full_K, full_M, _ = script.assembled(script.Plate())
     full = np.sqrt(scipy.linalg.eigh(full_K, full_M, eigvals_only=True, subset_by_index=[6, 7]))
-    assert np.sqrt(found.square[:2]) == pytest.approx(full, rel=0.05)  # whose hinge lines are not rigid
+    assert np.all(np.sqrt(found.square[:2]) > full)  # whose hinge lines are not rigid
+    more = mean_axes(script.reduced(script.Plate(), 40), "panel")
+    assert np.sqrt(found.square[:4]) == pytest.approx(np.sqrt(more.square[:4]), rel=6e-3)
 
 
 @pytest.mark.slow
