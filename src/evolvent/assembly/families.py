@@ -9,8 +9,7 @@ methods), `gear`, `coordinate` (with `coordinate_laws`, `joint_friction`, `drive
 `coordinate_tangent`; both with `axial`, `axial_tangent`), `custom` (user-defined laws between points), `ancf_beams`
 (with `beam_strains`), `rod`, `reduced`, `beam_loads` (with `node_loads`, `node_load_tangents`), `thermal`, `contact`
 (with `contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`, `attitude` (wheels, thrusters, controllers;
-with `attitude_tangent`), and for threads the package `thread`. The functions of `evolvent.flow` call them, family by
-family.
+with `attitude_tangent`), and for threads the package `thread`. `evolvent.flow` calls them, family by family.
 """
 
 from __future__ import annotations
@@ -56,8 +55,7 @@ MOST_NAMED = 5
 #: Families of records that belong to others: what they hold is supported where those are.
 PARTS_OF_OTHERS = (
     "info", "blocks", "markers", "nodes", "rows", "row_sides", "row_pairs", "elements", "beam_nodes", "contact_points",
-    "field_points", "rod_elements", "gear_coordinates", "modes",
-    "curves", "bristles",
+    "field_points", "rod_elements", "gear_coordinates", "modes", "curves", "bristles",
 )  # fmt: skip
 
 
@@ -456,10 +454,6 @@ def _unsupported(assembly: Any, solver: str) -> Iterator[tuple[str, str, str]]:
             yield _refusal(assembly, name, int(index), None)
 
 
-#: Families of parts that consist of bodies.
-_OF_BODIES = ("rods", "reduced_bodies")
-
-
 def owner(assembly: Any, family: str, index: int) -> str:
     """Name of the part that wrote a record."""
     if family == "joints":
@@ -473,7 +467,7 @@ def owner(assembly: Any, family: str, index: int) -> str:
     if family == "loads":  # of which a line load on a rod has several, named by the first
         index = max((at for of, at in assembly.names.values() if of == family and at <= index), default=index)
     if family == "bodies":
-        for name in _OF_BODIES:
+        for name in ("rods", "reduced_bodies"):  # which consist of bodies
             for k in range(records(assembly.model, name).size):
                 if index in bodies_of(assembly.model, name, k):
                     return owner(assembly, name, k)
