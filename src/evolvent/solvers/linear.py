@@ -331,7 +331,7 @@ class _Source:
             ]
             for what in having:
                 rows += channels("boundary", [f"{name}.{what}"], self.points, self.assembly, wanted)
-        return np.array([channel.row for channel in rows]).reshape(len(rows), -1)
+        return np.array([channel.row for channel in rows]).reshape(len(rows), self.structure.M.shape[0])
 
     def _matrices(self, basis: Basis, method: str, boundary: tuple[str, ...], *, static_correction: bool) -> StateSpace:
         s, (V, square) = self.structure, basis
