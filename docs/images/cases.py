@@ -47,6 +47,7 @@ FRAMES = {
     "orbit-tether": Frame(0.9),
     "rib-reflector": Frame(0.12),
     "solar-array": Frame(0.12),
+    "solar-array-flexible": Frame(0.12),
     "spinning-tether": Frame(0.5),
     "two-booms": Frame(0.05),
     "wire-boom-satellite": Frame(0.2),

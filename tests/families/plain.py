@@ -11,6 +11,7 @@ import families.contacts
 import families.coordinates
 import families.loads
 import families.lumped
+import families.reduced
 import families.rods  # noqa: F401  (all enter their cases)
 from evolvent import model as mdl
 from evolvent.assembly import families as table

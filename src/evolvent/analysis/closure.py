@@ -1,4 +1,4 @@
-"""What a run says about its energy balance and its threads: refusals and warnings."""
+"""What a run says about its energy balance, its threads and its reduced bodies: refusals and warnings."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from evolvent.assembly.references import split_reference
 from evolvent.kernels import thread
 from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad
+from evolvent.parts.reduced_body import ReducedBody
 from evolvent.parts.thread import Thread
 from evolvent.solvers import balance
 from evolvent.solvers.captures import STEPS, thread_captures
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 #: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release, and
 #: segments of fixed length do not.
 PUSH_OF_SPRINGS, PUSH_OF_FIXED_LENGTHS = 0.05, 1e-6
+#: Share by which a rate or a rotation may change what the linear model of a reduced body has, before a run warns.
+LINEAR = 0.01
 
 
 def check_energy_gain(solution: Solution) -> Solution:
@@ -78,14 +81,49 @@ def unclosed(solution: Solution) -> str:
 
 
 def warning_of(solution: Solution) -> str:
-    """Sentences on energy that the method has taken, captures, threads that push and unloaded tip masses; or ''."""
+    """Sentences on energy that the method has taken, captures, threads that push, unloaded tips, limits; or ''."""
     found = (
         unresolved(solution) or unclosed(solution),
         unresolved_captures(solution),
         slack_threads(solution),
         unloaded_tips(solution.assembly),
+        beyond_small(solution),
     )
     return "; ".join(text for text in found if text)
+
+
+def beyond_small(solution: Solution) -> str:
+    """A sentence on reduced bodies that turn too fast, or deform too much, for their linear models; '' of others.
+
+    Notes
+    -----
+    What is left out of the stiffness is of the order of (rate/lowest frequency with a node held)^2, and displacements
+    are off by half the square of the rotations.
+    """
+    found = []
+    for name, part in solution.assembly.parts.items():
+        if not isinstance(part, ReducedBody) or not solution.t.size:
+            continue
+        row, axes = solution.assembly.model.reduced_bodies[solution.assembly.index(name)], part.axes
+        iv = int(solution.assembly.model.bodies["iv"][row["first_body"]])
+        rate = np.linalg.norm(solution.y[:, iv + 3 : iv + 6], axis=1)
+        share = (rate / axes.held) ** 2
+        if share.max() > LINEAR:
+            k = int(share.argmax())
+            found.append(
+                f"{name!r} turns at {rate[k]:.3g} rad/s at t = {solution.t[k]:.6g} s, {rate[k] / axes.held:.2g} of its "
+                f"lowest frequency with a node held: stiffening and loads by spin, which its linear model does not "
+                f"have, change it by about {100.0 * share[k]:.2g} %; use a Rod or a Beam"
+            )
+        q = solution.y[:, int(row["iq"]) :][:, : int(row["modes"])]
+        turns = (q @ axes.shapes[: 6 * int(row["nodes"])].T).reshape(len(q), -1, 6)[..., 3:]
+        largest = float(np.abs(turns).max(initial=0.0))
+        if 0.5 * largest**2 > LINEAR:
+            found.append(
+                f"{name!r} turns its nodes by {np.degrees(largest):.3g} deg against its frame: its displacements are "
+                f"off by about {50.0 * largest**2:.2g} %, since its model is linear; use a Rod or a Beam"
+            )
+    return "; ".join(found)
 
 
 def unresolved_captures(solution: Solution) -> str:

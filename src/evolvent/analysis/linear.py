@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
+import scipy.linalg
 
-from evolvent.base.errors import InputError
+from evolvent.base.errors import InputError, counted
+from evolvent.elements.reduced_files import write_model
+from evolvent.elements.reduced_models import ReducedModel, check_model
 from evolvent.results.figures import Figure, Line, Panel, stacked
 from evolvent.solvers.linear import FrequencyResponse, StateSpace
-from evolvent.solvers.reduction import MODAL
+from evolvent.solvers.reduction import CRAIG_BAMPTON, FULL, MODAL
 
 
 class Response(FrequencyResponse):
@@ -85,3 +88,58 @@ class LinearModel(StateSpace):
     ) -> LinearModel:
         """As of `StateSpace`."""
         return LinearModel.of(super().reduce(n, method, boundary=boundary, static_correction=static_correction))
+
+    def reduced_body(self, nodes: Mapping[str, str], path: str | None = None) -> ReducedModel:
+        """The model as a `ReducedBody` takes it: stiffness and mass by its interface nodes and modes with these held.
+
+        Parameters
+        ----------
+        nodes : dict, name of an interface node -> point of the structure, {"root": "boom.root"}; they must be in the
+            `boundary` of a Craig-Bampton model
+        path : str, optional, file to write, which ends with .npz or .json
+
+        Returns
+        -------
+        ReducedModel
+            Its axes are the inertial ones; damping is left out.
+
+        Raises
+        ------
+        InputError
+            If the model is modal, something holds the structure, or a node has no rotation.
+
+        Notes
+        -----
+        With modal coordinates eta, stiffness S = diag(square) and u_b = B V eta of the nodes, eta = Psi u_b + N xi: N
+        spans B V N = 0, and N^T S Psi = 0 makes Psi static, so that rigid motions are those of the nodes alone.
+        """
+        if self.method not in (CRAIG_BAMPTON, FULL):
+            raise InputError(f"method is {self.method!r}; a reduced body is made of a Craig-Bampton or a full model")
+        if self.rigid != 6:
+            raise InputError(
+                f"the structure has {counted(self.rigid, 'rigid-body mode')}, but a reduced body needs 6: nothing may "
+                f"hold it, and all of its parts must be joined"
+            )
+        places = [*nodes.values()]
+        for place in places:
+            if self.method == CRAIG_BAMPTON and place not in self.boundary:
+                raise InputError(f"nodes holds {place!r}, which is not in the boundary of the model; name it there")
+        rows = self._source.boundary_rows(places)
+        if not places or len(rows) != 6 * len(places):
+            raise InputError("nodes must name points with three displacements and three rotations each, at least one")
+        S = rows @ self.basis
+        N = scipy.linalg.null_space(S / np.linalg.norm(S, axis=1)[:, None])
+        inverse = np.linalg.pinv(S)
+        stiff = self.square[:, None] * inverse
+        own = N.T @ (self.square[:, None] * N)
+        Psi = inverse - N @ np.linalg.solve(own, N.T @ stiff) if N.size else inverse
+        T = np.hstack([Psi, N])
+        K, M = T.T @ (self.square[:, None] * T), T.T @ T
+        positions = np.array([self._source.points[place].position for place in places])
+        found = ReducedModel(
+            0.5 * (K + K.T), 0.5 * (M + M.T), positions, tuple(nodes), np.zeros((0, len(K)))
+        )  # fmt: skip
+        check_model(found, "the reduced model")
+        if path is not None:
+            write_model(path, found)
+        return found

@@ -17,6 +17,7 @@ from evolvent.kernels.blocks import (
     POINT,
     POSITION,
     RATE,
+    REDUCED,
     ROTATION,
     SCALAR,
     SLOPE,
@@ -68,6 +69,9 @@ def _rows(families: Mapping[str, Array], pools: Mapping[str, Any]) -> Iterator[t
             yield ANGLE, q, v, BODY, k, node, body["spin_inertia"]
     for k, wheel in enumerate(families["wheels"]):
         yield SCALAR, wheel["iq"], wheel["iv"], WHEEL, k, 0, wheel["inertia"]
+    for k, reduced in enumerate(families["reduced_bodies"]):
+        for i in range(int(reduced["modes"])):
+            yield SCALAR, reduced["iq"] + i, reduced["iv"] + i, REDUCED, k, 0, reduced["mass"]
     for k, thruster in enumerate(families["thrusters"]):
         yield RATE, -1, thruster["iv"], THRUSTER, k, 0, 0.0
 

@@ -33,6 +33,8 @@ from evolvent.kernels import (
 
 #: Pools of constants of elements in `Model`, with the dimensions of one entry.
 _POOLS = {"H": 2, "h": 1, "U0": 0, "B": 2, "M": 2}
+#: Families of parts on which there are points.
+_PLACES = ("bodies", "points", "beams", "rods", "reduced_bodies")
 #: Families that follow from the others.
 _DERIVED = ("info", "blocks", "rows", "row_sides", "row_pairs")
 #: Fields that hold an index in the state vector's second part, counted from its start while parts are written.
@@ -180,6 +182,8 @@ class Builder:
                 return self._node(where, index, name, on, key)
             if family == "rods":
                 return self._rod_node(where, index, name, on, key)
+            if family == "reduced_bodies":
+                return self._interface(where, index, name, on, key)
             if family == "points":
                 if on is not None:
                     raise InputError(f"{key} is {where!r}; {name!r} is a point mass, which has no {on!r}")
@@ -207,7 +211,7 @@ class Builder:
     def _owner(self, name: Any, where: Any, key: str) -> tuple[str, int]:
         """Family and index of the part that a point is on."""
         family, index = self.names.get(name, ("", -1))
-        if family not in ("bodies", "points", "beams", "rods"):
+        if family not in _PLACES:
             if name in self.specs:
                 kind = type(self.specs[name]).__name__
                 advice = (
@@ -217,7 +221,7 @@ class Builder:
                     else ""
                 )
                 raise InputError(f"{key} is {where!r}; {name!r} is a {kind}, not a body, point or beam{advice}")
-            known = [n for n, (f, _) in self.names.items() if f in ("bodies", "points", "beams", "rods")]
+            known = [n for n, (f, _) in self.names.items() if f in _PLACES]
             raise InputError(
                 f"{key} is {where!r}; no body, point, beam or rod is called {name!r}; {nearest(str(name), known)}"
             )
@@ -251,6 +255,15 @@ class Builder:
         elements, last = self.rows["rod_elements"], number == row["elements"]
         local = elements[row["first_element"] + number - last]["arm_b" if last else "arm_a"]
         return self._on_body(row["first_body"] + number, local, False)
+
+    def _interface(self, where: str, index: int, name: str, on: str | int | None, key: str) -> Location:
+        """An interface node of a reduced body."""
+        row, names = self.rows["reduced_bodies"][index], [*self.body_points[name]]
+        number = names.index(on) if on in names else on
+        if not isinstance(number, int) or number >= len(names):
+            found = "names no interface node of it" if on is None else f"has no node {on!r}"
+            raise InputError(f"{key} is {where!r}, which {found}; {nearest(str(on), names)}")
+        return self._on_body(row["first_body"] + 1 + number, (0.0, 0.0, 0.0), False)
 
     def velocity_of(self, where: Any, key: str = "a point") -> Array:
         """Velocity of a point at the start (`location`), m/s, inertial axes."""

@@ -13,7 +13,9 @@ from evolvent.kernels import ancf_beams, constraint_rows, joint, rigid, sides, t
 
 
 def ends_of(row: Any, coordinates: Array) -> Iterator[tuple[str, int]]:
-    """What a joint's row acts on: ("bodies", index), or ("vectors", index in the state of a vector's first velocity).
+    """What a joint's row acts on: ("bodies", index), ("reduced_bodies", index), ("vectors", index of a velocity).
+
+    The index of vectors is that in the state of the first velocity; of reduced bodies the modal coordinates are meant.
 
     Parameters
     ----------
@@ -32,6 +34,8 @@ def ends_of(row: Any, coordinates: Array) -> Iterator[tuple[str, int]]:
         elif on != sides.ON_NOTHING:
             for vector in range(3 if on == sides.ON_NODE else 1):
                 yield "vectors", iv + 3 * vector
+    if row["reduced"] > 0:
+        yield "reduced_bodies", int(row["reduced"]) - 1
 
 
 def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> dict[str, Array]:
@@ -74,7 +78,7 @@ def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> 
     for i, (_, family, index, at) in enumerate(found):
         k = new[i]
         own["row"][k], own["at"][k] = row_of[i], at
-        for name in ("bodies", "points", "beams"):
+        for name in _FIELDS:
             own[_FIELDS[name]][k] = index if name == family else -1
         own["mass"][k] = inverse.of(family, index, at, at)
         if family == "beams":
@@ -88,7 +92,7 @@ def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> 
 
 
 #: Families that a side belongs to, and its fields.
-_FIELDS = {"bodies": "body", "points": "point", "beams": "beam"}
+_FIELDS = {"bodies": "body", "points": "point", "beams": "beam", "reduced_bodies": "reduced"}
 
 
 def _order(coupled: Array, n: int) -> Array:
@@ -107,6 +111,7 @@ class _Masses:
 
     def __init__(self, families: dict[str, Array], masses: Array, n_q: int) -> None:
         self.bodies, self.points, self.n_q = families["bodies"], families["points"], n_q
+        self.reduced = families["reduced_bodies"]
         self.beams, self.masses = families["beams"], masses
         self.point = {int(row["iv"]): k for k, row in enumerate(self.points) if row["mass"] > 0.0}
         sizes = np.array(ancf_beams.NODE_VECTORS, dtype=np.int64)[self.beams["kind"]] * self.beams["nodes"]
@@ -117,6 +122,8 @@ class _Masses:
         """Family and number of what an end is on, and where it stands among the velocities."""
         if what == "bodies":
             return "bodies", index, int(self.bodies["iv"][index]) - self.n_q
+        if what == "reduced_bodies":
+            return what, index, int(self.reduced["iv"][index]) - self.n_q
         if index in self.point:
             return "points", self.point[index], index - self.n_q
         iv = self.beams["iv"]
@@ -124,8 +131,8 @@ class _Masses:
         return "beams", beam, index - self.n_q
 
     def of(self, family: str, index: int, at: int, other: int) -> float:
-        """Inverse of the entry of M^-1 of two vectors at velocities of one point mass or beam; 0 of bodies."""
-        if family == "bodies":
+        """Inverse of the entry of M^-1 of two vectors at velocities of one point mass or beam; 0 of others."""
+        if family in ("bodies", "reduced_bodies"):
             return 0.0
         if family == "points":
             return float(self.points["mass"][index])

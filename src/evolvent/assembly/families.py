@@ -7,9 +7,9 @@ A family's force, energy, tangent, momentum and bound of the explicit step stand
 in a few: `rigid`, `points`, `springs`, `joint` (with `gaps`, `joint_tangent`, and `constraint_rows` of explicit
 methods), `gear`, `coordinate` (with `coordinate_laws`, `joint_friction`, `drivetrain`, `resistance`, `bearing`,
 `coordinate_tangent`; both with `axial`, `axial_tangent`), `custom` (user-defined laws between points), `ancf_beams`
-(with `beam_strains`), `rod`, `beam_loads` (with `node_loads`, `node_load_tangents`), `thermal`, `contact` (with
-`contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`, `attitude` (wheels, thrusters, controllers; with
-`attitude_tangent`), and for threads the package `thread`. The functions of `evolvent.flow` call them, family by family.
+(with `beam_strains`), `rod`, `reduced`, `beam_loads` (with `node_loads`, `node_load_tangents`), `thermal`, `contact`
+(with `contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`, `attitude` (wheels, thrusters, controllers;
+with `attitude_tangent`), and for threads the package `thread`. `evolvent.flow` calls them, family by family.
 """
 
 from __future__ import annotations
@@ -55,8 +55,7 @@ MOST_NAMED = 5
 #: Families of records that belong to others: what they hold is supported where those are.
 PARTS_OF_OTHERS = (
     "info", "blocks", "markers", "nodes", "rows", "row_sides", "row_pairs", "elements", "beam_nodes", "contact_points",
-    "field_points", "rod_elements", "gear_coordinates",
-    "curves", "bristles",
+    "field_points", "rod_elements", "gear_coordinates", "modes", "curves", "bristles",
 )  # fmt: skip
 
 
@@ -309,6 +308,7 @@ FAMILIES = (
     ),
     Family("a custom force", "custom_forces", EVERY, symmetric=_is_reciprocal),
     Family("a rod", "rods", EVERY, symmetric=True),
+    Family("a reduced body", "reduced_bodies", EVERY, symmetric=True),
     Family(
         "a contact without friction", "contact_surfaces", EVERY,
         which=lambda found: (
@@ -471,14 +471,18 @@ def owner(assembly: Any, family: str, index: int) -> str:
     if family == "loads":  # of which a line load on a rod has several, named by the first
         index = max((at for of, at in assembly.names.values() if of == family and at <= index), default=index)
     if family == "bodies":
-        for k in range(assembly.model.rods.size):
-            if index in bodies_of(assembly.model, "rods", k):
-                return owner(assembly, "rods", k)
+        for name in ("rods", "reduced_bodies"):  # which consist of bodies
+            for k in range(records(assembly.model, name).size):
+                if index in bodies_of(assembly.model, name, k):
+                    return owner(assembly, name, k)
     return next((name for name, found in assembly.names.items() if found == (family, index)), family)
 
 
 def bodies_of(model: Model, family: str, index: int) -> range:
-    """Bodies of a part: itself, or the nodes of a rod; none of other parts."""
+    """Bodies of a part: itself, the nodes of a rod, or frame and interface nodes of a reduced body; none of others."""
+    if family == "reduced_bodies":
+        row = model.reduced_bodies[index]
+        return range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1)
     if family == "rods":
         row = model.rods[index]
         return range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1)

@@ -43,7 +43,8 @@ OWN_FIELDS: dict[str, frozenset[str]] = {
 #: Families that have inertia, and those whose parts or checks read it: where a model has these, or a reel (which has no
 #: records of its own), it is assembled whole.
 _INERT = ("bodies", "points")
-_READ_INERTIA = ("threads", "wheels", "controllers", "field_points", "rods", "body_contacts", "links", "guides")
+_READ_INERTIA = ("threads", "wheels", "controllers", "field_points", "rods", "reduced_bodies", "body_contacts", "links",
+                 "guides")  # fmt: skip
 #: Lists of a builder that parts append to, beside its rows.
 _LISTS = ("q", "v", "released", "values", "velocity_parameters", "poses", "joint_parts", "at_end")
 #: Mappings and sets that parts add to.

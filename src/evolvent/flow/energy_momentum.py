@@ -67,6 +67,7 @@ from evolvent.kernels import (
     loads,
     node_load_tangents,
     points,
+    reduced,
     rigid,
     rod,
     rod_strains,
@@ -227,6 +228,10 @@ def residual(model, work):
         powers[MASS_DAMPING] += lost
         powers[STIFFNESS_DAMPING] += viscous
         powers[MARKER_LOADS] += heat
+    if model.reduced_bodies.size > 0:
+        _, lost = reduced.add_modes(ym, h, work.step.chi, work.step.ratio, model, F)
+        powers[SPRINGS] += lost
+        reduced.add_mode_inertia(work.dv, 1.0 / h, model.info.nq, model.reduced_bodies, F)
     if model.springs.size > 0:
         lost, given = springs.spring_forces(tm, ym, h, model)
         powers[SPRINGS] += lost
@@ -302,6 +307,8 @@ def tangent(scale, model, work, matrix):
     contact.add_tangents(work.y0, work.y1, h, 0.0, model, matrix)
     if model.rods.size > 0:
         rod_tangent.add_rod_tangents(h, c_rate, work.step.chi, work.step.ratio, model, matrix)
+    if model.reduced_bodies.size > 0:
+        reduced.add_mode_tangents(c_mass, c_rate, work.step.chi, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(tm, work.ym, h, c_rate, model, matrix)
     if model.coordinates.size > 0:

@@ -37,6 +37,7 @@ from evolvent.kernels import (
     loads,
     node_load_tangents,
     points,
+    reduced,
     rigid,
     rod,
     rod_tangent,
@@ -88,6 +89,10 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[MASS_DAMPING] += lost
         powers[STIFFNESS_DAMPING] += viscous
         powers[MARKER_LOADS] += heat
+    if model.reduced_bodies.size > 0:
+        _, lost = reduced.add_modes(y, 0.0, 0.0, 0.0, model, F)
+        powers[SPRINGS] += lost
+        reduced.add_mode_inertia(a, 1.0, n_q, model.reduced_bodies, F)
     if model.springs.size > 0:
         lost, given = springs.spring_forces(t, y, 0.0, model)
         powers[SPRINGS] += lost
@@ -156,6 +161,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     contact.add_tangents(y, y, 0.0, c_rate, model, matrix)
     if model.rods.size > 0:
         rod_tangent.add_rod_tangents(0.0, c_rate, 0.0, 0.0, model, matrix)
+    if model.reduced_bodies.size > 0:
+        reduced.add_mode_tangents(c_mass, c_rate, 0.0, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(t, y, 0.0, c_rate, model, matrix)
     if model.coordinates.size > 0:
@@ -197,6 +204,8 @@ def energies(t, y, model, out):
     attitude.add_wheel_energy(y, model, out, 0)
     if model.rods.size > 0:
         rod.evaluate_rods(model, out)
+    if model.reduced_bodies.size > 0:
+        reduced.add_mode_energies(y, model, out, 0, 1)
     if model.springs.size > 0:
         out[1] += springs.evaluate_springs(t, y, model)
     if model.custom_forces.size > 0:

@@ -3,7 +3,7 @@
 from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, kernel
-from evolvent.kernels import ancf_beams, constraint_rows, points, rigid, thread
+from evolvent.kernels import ancf_beams, constraint_rows, points, reduced, rigid, thread
 from evolvent.model import MODEL
 
 USED_FOR = ("rows", "threads")
@@ -59,7 +59,7 @@ def impulse(y, s, model):
     bodies, dy = model.bodies, model.dy[1]
     for b in range(bodies.size):
         rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
-    if model.beams.size > 0:
+    if model.beams.size > 0 or model.reduced_bodies.size > 0:
         for i in range(dy.size):
             dy[i] = 0.0
     jump(y, s, model, dy)
@@ -75,6 +75,8 @@ def jump(y, s, model, dy):
         rigid.kick(y, bodies, b, bodies[b].a)
     points.kick_points(y, model.points)
     ancf_beams.kick_beams(y, model, dy)
+    if model.reduced_bodies.size > 0:
+        reduced.kick_modes(y, model, dy)
     for k in range(threads.size):
         if threads[k].kind == thread.INEXTENSIBLE:
             thread.kick_chain(y, s, model, k)

@@ -6,7 +6,7 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.flow.explicit_forces import release_penalties
 from evolvent.flow.impulse import impulse, prepare
-from evolvent.kernels import ancf_beams, constraint_rows, joint, rigid, thread
+from evolvent.kernels import ancf_beams, constraint_rows, joint, reduced, rigid, thread
 from evolvent.kernels.blocks import ROTATION, normalise
 from evolvent.kernels.linalg import banded_ldl_solve
 from evolvent.model import MODEL
@@ -71,6 +71,9 @@ def project_joints(t, y, s, model):
             if b >= 0:
                 for c in range(6):
                     bodies[b].a[c] += la * sides[k].Z[c]
+            elif sides[k].reduced >= 0:
+                place = model.reduced_bodies[sides[k].reduced].iq
+                reduced.move_modes(rows[sides[k].row].index, la, model, y, place)
             else:
                 for c in range(3):
                     if i >= 0:

@@ -15,6 +15,7 @@ from evolvent.kernels import (
     fields,
     loads,
     points,
+    reduced,
     rigid,
     springs,
     thread,
@@ -42,6 +43,8 @@ def rhs(t, y, s, model, dy):
         load_power += given
         if model.beams.size > 0:
             ancf_beams.beam_rates(y, model, dy)
+    if model.reduced_bodies.size > 0:
+        dissipated += reduced.mode_rates(y, model, dy)
     accelerate(t, y, s, model, dissipated, load_power, spool_power, loaded, dy)
     if attitude.has_actuators(model):
         attitude.actuator_rates(y, model, dy)

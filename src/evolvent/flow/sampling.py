@@ -20,6 +20,7 @@ from evolvent.kernels import (
     joint,
     loads,
     points,
+    reduced,
     rigid,
     rod,
     springs,
@@ -145,6 +146,8 @@ def evaluate(n, times, y, s, la, factor, model):
         rod.evaluate_rods(model, model.sums[1])
         rod.evaluate_sums(y, model)
         rod.evaluate_nodes(model)
+    if model.reduced_bodies.size > 0:
+        reduced.evaluate_reduced(y, model)
     if model.thermal_loads.size > 0:
         thermal.evaluate_energies(n, y, model)
     if model.loads.size > 0:

@@ -9,7 +9,7 @@ of its M^-1, which is constant, times J . J.
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import ancf_beams, joint, thread as chain
+from evolvent.kernels import ancf_beams, joint, reduced, thread as chain
 from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
 from evolvent.kernels.rigid import SPIN, add_wrench, centripetal, respond
 from evolvent.kernels.rotations import turn
@@ -45,11 +45,13 @@ def _measure_joint_row(t, y, r, model):
         if b >= 0:
             for c in range(6):
                 sides[i].Z[c], bodies[b].F[c] = bodies[b].F[c], 0.0
-        for j in range(at, at + _numbers(bodies, b)):
+        for j in range(at, at + (0 if sides[i].reduced >= 0 else _numbers(bodies, b))):
             F[j] = 0.0
     joint.add_joint_force(y, 0.0, k, 1.0, model, F)
     for i in range(rows[r].first, rows[r].last):
         b, at, J = sides[i].body, sides[i].at, sides[i].J
+        if sides[i].reduced >= 0:
+            continue
         if b < 0:
             J[0], J[1], J[2] = -F[at], -F[at + 1], -F[at + 2]
             continue
@@ -127,7 +129,10 @@ def build_rows(t, y, s, model):
         else:
             A[r, 0] = 1.0
         for i in range(rows[r].first, rows[r].last):
-            if sides[i].body < 0:
+            if sides[i].reduced >= 0:
+                if rows[r].kind == JOINT and joint.acts(t, s, model.joints, k):
+                    A[r, 0] += reduced.shape_product(k, k, model)
+            elif sides[i].body < 0:
                 square = sides[i].J[0] ** 2 + sides[i].J[1] ** 2 + sides[i].J[2] ** 2
                 A[r, 0] += (1.0 if abs(square - 1.0) < ROUND_OFF else square) / sides[i].mass
         for i in range(rows[r].first, rows[r].last):
@@ -142,6 +147,8 @@ def build_rows(t, y, s, model):
         if sides[a].body >= 0:
             for c in range(6):
                 value += sides[a].J[c] * sides[b].Z[c]
+        elif sides[a].reduced >= 0:
+            value = reduced.shape_product(rows[r].index, rows[sides[b].row].index, model)
         else:
             for c in range(3):
                 value += sides[a].J[c] * sides[b].J[c]
@@ -192,6 +199,8 @@ def solve_rows(s, model, dy):
         if b >= 0:
             for c in range(6):
                 part += J[c] * bodies[b].a[c]
+        elif sides[k].reduced >= 0:
+            part = reduced.shape_rate(rows[sides[k].row].index, model, dy)
         else:
             for c in range(3):
                 part += J[c] * points[i].f[c] * points[i].compliance if i >= 0 else J[c] * dy[at + c]
@@ -208,6 +217,8 @@ def solve_rows(s, model, dy):
             for c in range(6):
                 bodies[b].a[c] += force * sides[k].Z[c]
                 bodies[b].F[c] += force * J[c]
+        elif sides[k].reduced >= 0:
+            reduced.move_modes(rows[sides[k].row].index, force, model, dy, at + n_q)
         else:
             for c in range(3):
                 if i >= 0:

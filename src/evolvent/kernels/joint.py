@@ -6,6 +6,7 @@ import numpy as np
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined
+from evolvent.kernels import reduced
 from evolvent.kernels.cord import drum_cord, mean_direction
 from evolvent.kernels.drive import drive
 from evolvent.kernels.gaps import (
@@ -74,7 +75,8 @@ def joint_geometry(t, y, k, model):
 
     Notes
     -----
-    POINT: along . (u_b - u_a) - value - path; ALONG: u_d . (u_b - u_a) - value; DIRECTION: u_a . u_b - value;
+    POINT: along . (u_b - u_a) - value - path; ALONG: u_d . (u_b - u_a) - value; DIRECTION: u_a . u_b - value; both
+    less phi . q of an interface node of a reduced body (`evolvent.kernels.reduced`);
     DISTANCE, SEGMENT: |u_b - u_a| - value; ANGLE: the body's angle less value and path. The path is radius phi of a
     drive, or for an INVOLUTE the point of the end of a taut thread of length `value` that has been wound by phi onto a
     circle, from the direction `zero` on.
@@ -109,6 +111,8 @@ def joint_geometry(t, y, k, model):
         d = side_rates(y, joints, bodies, k, 2, is_place(kind, 2)) if side_count(kind) == 3 else a
         measure_gap(joints, k, a, b, d)
         joints[k].rate -= paid
+        if joints[k].reduced > 0:
+            reduced.take_shape(y, k, model)
         return
     dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = b[3] - a[3], b[4] - a[4], b[5] - a[5]
@@ -242,6 +246,8 @@ def add_joint_force(y, h, k, la, model, F):
         return
     if kind == SEGMENT:
         model.nodes[model.threads[joints[k].first].node + joints[k].last].tension = la
+    if joints[k].reduced > 0:
+        reduced.pull_modes(k, la, model, F)
     for side in range(side_count(kind)):
         g, force = joints[k].g[side], la * copies_at(k, side, model)
         if joints[k].on[side] == ON_NODE:

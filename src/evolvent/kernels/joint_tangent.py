@@ -3,7 +3,7 @@
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels import rigid
+from evolvent.kernels import reduced, rigid
 from evolvent.kernels.gaps import (
     ANGLE,
     GEAR,
@@ -62,6 +62,8 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
     ga, gb = joints[k].g[0], joints[k].g[1]
     _add_gradient(matrix, row, a, n, ga, Ja, scale, damped, copies_at(k, 0, model))
     _add_gradient(matrix, row, b, m, gb, Jb, scale, damped, 1.0)
+    if joints[k].reduced > 0:
+        reduced.add_shape(k, row, scale, scale * damped, model, matrix)
     if kind == SEGMENT and joints[k].on[0] == ON_BODY:
         couple_spool(matrix, joints[k].first, row, scale, damped, model)
     d, n_d = 0, 0
@@ -169,6 +171,8 @@ def add_end_row(t, y, dq, k, row, scale, c_rate, model, matrix):
         at = joints[k].iv[1] - n_q
         add_entry(matrix, row, at, factor / (1.0 + 0.25 * dq[at] * dq[at]))
         return
+    if joints[k].reduced > 0:
+        reduced.add_shape(k, row, 0.0, factor, model, matrix)
     if kind == SEGMENT and joints[k].on[0] == ON_BODY:
         turn_spool(matrix, y, joints[k].first, row, factor, model)
     J = model.J[0]

@@ -123,10 +123,11 @@ RECORDS: dict[str, np.dtype] = {
         proportional=_3, derivative=_3, target=(4,), axis=_3, error=_3, slip=_3, torque=_3,
     ),
     # sides of a row: first, last; each is a body, or a vector of a point mass or of a beam's node, at the index `at`
-    # among the velocities (of a spinning body as well), with the mass that a force on it alone moves; -1 for none.
+    # among the velocities (of a spinning body as well), with the mass that a force on it alone moves; -1 for none. Of a
+    # reduced body it is all modal coordinates, from `at` on, along the shape of the row's joint.
     # J: forces of a unit multiplier on the side; Z: acceleration of the body under them
     "rows": _record("kind index first last", "", "rx"),
-    "row_sides": _record("row body point beam at", "mass", "J Z", J=_6, Z=_6),
+    "row_sides": _record("row body point beam reduced at", "mass", "J Z", J=_6, Z=_6),
     # sides a and b of one body, point mass or beam, b of an earlier row or earlier in the same one; mass: of vectors,
     # inverse of their entry in M^-1
     "row_pairs": _record("a b", "mass"),
@@ -172,15 +173,24 @@ RECORDS: dict[str, np.dtype] = {
         "curvature_z axial_force shear_force_y shear_force_z torsional_moment bending_moment_y bending_moment_z",
         arm_a=_3, arm_b=_3, stiffness=_66, rest=_6, section=_66, free=_6, m0=(15,), m1=(15,), before=_6,
     ),
+    # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
+    # of the modal coordinates at iq, iv; mass: of each of them
+    "reduced_bodies": _record(
+        "first_body nodes first_mode modes iq iv", "mass", "kinetic elastic linear angular", linear=_3, angular=_3
+    ),
+    # of a step: change of the coordinate, and that over the step before
+    "modes": _record("", "stiffness damping", "change before"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
     # side is a vector: of coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a
     # node (on 2, at iq, iv); the third side is the direction of ALONG; nodes: 1 where a side is of a beam; path: how
     # a drive moves the row; event, switch: what releases it, event k or the latch of coordinate -2 - k, and its switch,
     # 1 once released, or -1; slack: factor of `info.compliance`; latest: `until` as it was given, which an event may
-    # bring forward; first, last: of a segment of a thread, its thread and node. measured: distance, product, travel or
-    # angle, of which the gap is the rest; u0, u1: u at both ends of an interval; force, moment: on the second side
+    # bring forward; first, last: of a segment of a thread, its thread and node; reduced: 1 + reduced body of which an
+    # interface node is held, or 0; mode_shape: first parameter of the shape of its modes along the row. measured:
+    # distance, product, travel or angle, of which the gap is the rest; u0, u1: u at both ends of an interval; force,
+    # moment: on the second side
     "joints": _record(
-        "kind on index iq iv path drive law first last event switch nodes",
+        "kind on index iq iv path drive law first last event switch nodes reduced mode_shape",
         "local along centre axis zero radius value stiffness damping until latest slack",
         "u g u0 u1 measured gap rate driven bends gap0 gap1 stored force moment",
         on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),

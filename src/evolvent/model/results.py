@@ -240,6 +240,12 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "c": ("point_position", "m", "position of each contact point, on the first body's surface, inertial axes"),
         "gap1": ("gap", "m", "distance of the surfaces, negative where they overlap"),
     },
+    "reduced_bodies": {
+        "kinetic": ("energy_kinetic", "J", "kinetic energy"),
+        "elastic": ("energy_elastic", "J", "strain energy"),
+        "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
+        "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about the inertial origin"),
+    },
     "rods": {
         "kinetic": ("energy_kinetic", "J", "kinetic energy"),
         "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),

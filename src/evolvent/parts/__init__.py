@@ -19,6 +19,7 @@ from evolvent.parts.magnetic import MagneticTorque
 from evolvent.parts.motor import Motor
 from evolvent.parts.point import Point
 from evolvent.parts.profile import Profile
+from evolvent.parts.reduced_body import ReducedBody
 from evolvent.parts.reel import Reel
 from evolvent.parts.resistance import Adhesion, Harness, TapeSpringHinge
 from evolvent.parts.rigid_body import RigidBody
@@ -74,6 +75,7 @@ __all__ = [
     "RadiationPressure",
     "RampDrive",
     "ReactionWheel",
+    "ReducedBody",
     "Reel",
     "RigidBody",
     "Rod",

@@ -15,7 +15,7 @@ from evolvent import model as mdl
 from evolvent.assembly.constraints import ends_of
 from evolvent.kernels import joint, sides, springs
 from evolvent.kernels.ancf_beams import NODE_VECTORS
-from evolvent.kernels.blocks import ANGLE, BODY, WHEEL
+from evolvent.kernels.blocks import ANGLE, BODY, REDUCED, WHEEL
 from evolvent.kernels.drive import FREE
 from evolvent.solvers.ordering import Pattern
 
@@ -34,6 +34,7 @@ class _Graph:
         self.block = np.full(self.n_v, -1, dtype=np.int64)
         self.body = np.full(model.bodies.size, -1, dtype=np.int64)
         self.fixed: set[int] = set()
+        self.stiff: set[int] = set()
 
     def add(self, first: int, size: int) -> int:
         """Make a block of velocities, the first given by its index in the state."""
@@ -46,6 +47,15 @@ class _Graph:
         """Couple all of these blocks; -1 stands for what has no unknowns."""
         found = sorted({int(b) for b in blocks if b >= 0})
         self.pairs.update((a, b) for i, a in enumerate(found) for b in found[i + 1 :])
+
+    def end(self, what: str, index: int) -> int:
+        """Block of what a joint's row acts on (`constraints.ends_of`); -1 of what has no unknowns."""
+        if what == "bodies":
+            return int(self.body[index])
+        if what == "reduced_bodies":
+            row = self.model.reduced_bodies[index]
+            return self.of(int(row["iv"])) if row["modes"] > 0 else -1
+        return self.of(index)
 
     def of(self, iv: int) -> int:
         """Block of a velocity, given by its index in the state."""
@@ -77,6 +87,7 @@ def pattern_of(model: mdl.Model, *, layers: bool = False) -> Pattern:
         pairs=np.array(sorted(graph.pairs), dtype=np.int64).reshape(-1, 2),
         fixed=np.isin(np.arange(len(graph.blocks)), sorted(graph.fixed)),
         owner=owner,
+        stiff=frozenset(graph.stiff),
     )
 
 
@@ -94,6 +105,8 @@ def _add_coordinates(graph: _Graph) -> None:
             graph.body[owner] = at
         if own[0]["kind"] == ANGLE:
             graph.fixed.add(at)
+        if family == REDUCED:
+            graph.stiff.add(at)
         if family == WHEEL:
             graph.couple(at, graph.body[model.wheels["body"][owner]])
 
@@ -190,7 +203,7 @@ def _add_multipliers(graph: _Graph) -> dict[int, int]:
             owner[add([k], ends)] = ends[0]
         else:
             found = ends_of(row, graph.model.gear_coordinates)
-            ends = [int(graph.body[index]) if what == "bodies" else graph.of(index) for what, index in found]
+            ends = [graph.end(what, index) for what, index in found]
             groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
         if row["kind"] not in (joint.POINT, joint.ANGLE, joint.GEAR):  # the force turns with the other side
             graph.couple(*ends)

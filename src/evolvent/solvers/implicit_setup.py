@@ -16,7 +16,7 @@ from evolvent.flow.energy_momentum import STEP, EnergyStep
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import contact, joint, rigid, sides, springs
 from evolvent.kernels.beam_loads import FIELD
-from evolvent.kernels.blocks import ANGLE, BEAM, POSITION, SCALAR, THREAD, indices
+from evolvent.kernels.blocks import ANGLE, BEAM, POSITION, REDUCED, SCALAR, THREAD, indices
 from evolvent.kernels.drive import FREE
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import graph, ordering, reactions
@@ -76,6 +76,7 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     spread = np.ptp(np.concatenate([model.bodies["x"], placed, np.reshape(lengths, (-1, 3))]), axis=0)
     length = float(np.linalg.norm(spread)) or 1.0
     weight[indices(blocks[positions], "iv") - n_q] = length
+    weight[blocks["iv"][blocks["family"] == REDUCED] - n_q] = length
     # the first node of a beam has the mass of half an element; a point mass has that of a thread's end on it
     typical = (positions & (~beams | (blocks["node"] == 0)) | (blocks["kind"] == ANGLE)) & (inertia > 0.0)
     masses = np.where(beams, 2.0, 1.0)[typical] * inertia[typical]

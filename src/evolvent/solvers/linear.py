@@ -318,6 +318,11 @@ class _Source:
         ends = [*self.inputs, *self.outputs]
         if not ends and not len(names):
             raise InputError("a Craig-Bampton model needs inputs, outputs or a boundary")
+        touched = dict.fromkeys([*names, *(channel.place for channel in ends)])
+        return tuple(touched), np.array([*self.boundary_rows(names), *(channel.row for channel in ends)])
+
+    def boundary_rows(self, names: Sequence[str]) -> Array:
+        """Displacements, and rotations where there are any, of points by the velocities' coordinates: (n, nv)."""
         rows = []
         for name in names:
             wanted = {"displacement": Quantity(False, 0, "m"), "rotation": Quantity(True, 0, "rad")}
@@ -326,8 +331,7 @@ class _Source:
             ]
             for what in having:
                 rows += channels("boundary", [f"{name}.{what}"], self.points, self.assembly, wanted)
-        touched = dict.fromkeys([*names, *(channel.place for channel in ends)])
-        return tuple(touched), np.array([channel.row for channel in [*rows, *ends]])
+        return np.array([channel.row for channel in rows]).reshape(len(rows), self.structure.M.shape[0])
 
     def _matrices(self, basis: Basis, method: str, boundary: tuple[str, ...], *, static_correction: bool) -> StateSpace:
         s, (V, square) = self.structure, basis

@@ -33,6 +33,7 @@ class Pattern(NamedTuple):
     fixed : (nb,) bool, blocks that cannot move freely in space even without constraints, as a body on a fixed axis
     owner : dict of blocks of multipliers to the block that each is eliminated with: of a chain, whose constraints have
         full rank in their own blocks alone, whatever else they act on, and on which no other constraint acts
+    stiff : set of blocks that resist every motion by themselves, so that no constraint needs to hold them
     """
 
     blocks: list[Array]
@@ -40,6 +41,7 @@ class Pattern(NamedTuple):
     pairs: Array
     fixed: Array
     owner: Mapping[int, int] = MappingProxyType({})
+    stiff: frozenset[int] = frozenset()
 
 
 class Order(NamedTuple):
@@ -149,7 +151,7 @@ def _owners(pattern: Pattern) -> dict[int, int]:
         g: set() for g in np.flatnonzero(pattern.multipliers).tolist() if g not in pattern.owner
     }
     for a, b in np.asarray(pattern.pairs, dtype=np.int64).reshape(-1, 2).tolist():
-        if pattern.multipliers[a] != pattern.multipliers[b]:
+        if pattern.multipliers[a] != pattern.multipliers[b] and not {a, b} & pattern.stiff:
             group, block = (a, b) if pattern.multipliers[a] else (b, a)
             acts.get(group, set()).add(block)
     edges: dict[int, tuple[int, int]] = {}

@@ -58,8 +58,8 @@ def find_moving(assembly: Assembly, name: str) -> tuple[str, int, slice]:
 def linearized_points(assembly: Assembly, y: Array) -> dict[str, LinearizedPoint]:
     """Points of all parts that move, by name: "hub", "mass", "boom[0]" to "boom[n]", "boom.root", "boom.tip".
 
-    Of a thread those nodes that have left its spool, but for the one that is fixed to another part: "tether[0]", which
-    is "tether.tip", and so on.
+    Of a reduced body its frame, "panel", and interface nodes, "panel.root". Of a thread those nodes that have left its
+    spool, but for the one that is fixed to another part: "tether[0]", which is "tether.tip", and so on.
 
     Parameters
     ----------
@@ -76,6 +76,8 @@ def linearized_points(assembly: Assembly, y: Array) -> dict[str, LinearizedPoint
             nodes = _rod_nodes(assembly, index, y)
             found.update({f"{name}[{i}]": node for i, node in enumerate(nodes)})
             found[f"{name}.root"], found[f"{name}.tip"] = nodes[0], nodes[-1]
+        elif family == "reduced_bodies":
+            found.update(_interface_nodes(assembly, name, index, y))
         elif family == "threads":
             released = _thread_nodes(assembly, index, where, y)
             found.update({f"{name}[{i}]": node for i, node in released.items()})
@@ -148,6 +150,17 @@ def _rod_nodes(assembly: Assembly, index: int, y: Array) -> list[LinearizedPoint
         R = place.rotation[:, 3:]
         displacement = np.hstack([np.eye(3), -_skew(R @ arm) @ R])
         found.append(place._replace(position=place.position + R @ arm, displacement=displacement))
+    return found
+
+
+def _interface_nodes(assembly: Assembly, name: str, index: int, y: Array) -> dict[str, LinearizedPoint]:
+    """Frame and interface nodes of a reduced body."""
+    names, found = assembly.parts[name].model.names, {}
+    own = bodies_of(assembly.model, "reduced_bodies", index)
+    for k, b in enumerate(own):
+        at = int(assembly.model.bodies["iv"][b]) - int(assembly.model.info.nq)
+        for place in (f"{name}.{names[k - 1]}", f"{name}[{k - 1}]") if k > 0 else (name,):
+            found[place] = _body(assembly, b, slice(at, at + 6), y)
     return found
 
 

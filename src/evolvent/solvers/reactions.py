@@ -45,7 +45,12 @@ def _without_contacts(model: mdl.Model) -> bool:
 def has_stiffness(model: mdl.Model) -> bool:
     """Whether anything but constraints resists a change of shape."""
     stiff = (
-        model.elements.size + model.rods.size + model.coordinates.size + model.custom_forces.size + model.springs.size
+        model.elements.size
+        + model.rods.size
+        + model.coordinates.size
+        + model.custom_forces.size
+        + model.springs.size
+        + model.modes.size
     )
     return bool(stiff) or bool(np.any(model.joints["stiffness"] > 0.0))
 

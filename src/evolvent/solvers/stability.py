@@ -12,7 +12,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import contact_tangent, points, rigid, springs, thread
+from evolvent.kernels import contact_tangent, points, reduced, rigid, springs, thread
 from evolvent.solvers.explicit_methods import Method
 
 
@@ -49,6 +49,7 @@ def fastest_mode(assembly: Assembly) -> Mode:
         best += [(*bound, names["threads", p]) for bound in thread.add_thread_bound(model, p, body, point)]
     _add_actuator_bound(model, body)
     best += [(*bound, names["wheels", i]) for i, bound in enumerate(_wheel_bounds(model))]
+    best += [(*reduced.mode_bounds(model, b), names["reduced_bodies", b]) for b in range(model.reduced_bodies.size)]
     for i in (int(k) for k in np.flatnonzero(model.points["mass"] > 0.0)):
         best.append(_largest(points.point_bound(model.points, i, point[:, i]), names["points", i]))
     for i in (int(k) for k in np.flatnonzero(model.bodies["motion"] != rigid.DRIVEN)):

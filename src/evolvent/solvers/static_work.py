@@ -361,7 +361,7 @@ def _moments(model: mdl.Model) -> Array:
 
 def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:
     """Velocities of a part that moves, as the model counts them; None of one that does not."""
-    if family == "rods":
+    if family in ("rods", "reduced_bodies"):
         own = of_part(model, "bodies", bodies_of(model, family, index))
     elif family in ("beams", "threads", "points", "bodies"):
         own = of_part(model, family, [index])

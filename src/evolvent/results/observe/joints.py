@@ -143,7 +143,7 @@ def _is_turned_round(view: View, name: str) -> bool:
         return False
     if not isinstance(part.a, str):
         return False
-    return bool(view.assembly.names[split_reference(part.a)[0]][0] not in ("bodies", "rods"))
+    return bool(view.assembly.names[split_reference(part.a)[0]][0] not in ("bodies", "rods", "reduced_bodies"))
 
 
 def _wound(view: View, k: int) -> Array:

@@ -1,0 +1,129 @@
+"""Files of reduced models: archives of NumPy and text in JSON."""
+
+from __future__ import annotations
+
+import io
+import json
+import pathlib
+import zipfile
+from typing import Any
+
+import numpy as np
+
+from evolvent.base import safe_open
+from evolvent.base.errors import InputError, nearest
+from evolvent.elements.reduced_models import ReducedModel, check_model
+
+#: Keys of a file: names, and whether it must have them.
+KEYS = {
+    "stiffness": True, "mass": True, "positions": True, "names": False, "recovery": False, "recovery_names": False,
+    "recovery_units": False,
+}  # fmt: skip
+_TEXTS = ("names", "recovery_names", "recovery_units")
+#: Folder of the models that are shipped.
+SHIPPED = pathlib.Path(__file__).parent / "models"
+#: Endings of files that are read.
+ENDINGS = (".npz", ".json")
+
+
+def read_model(path: str, length: float = 1.0, mass: float = 1.0) -> ReducedModel:
+    """A reduced model of a file.
+
+    Parameters
+    ----------
+    path : str, ending with .npz (an archive of `numpy.savez`) or .json (an object of lists), with the keys `KEYS`; or
+        the name of a model that is shipped, without an ending: solar-panel
+    length, mass : float, m and kg, units in which the file is written
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read, or holds no model of a free body; one sentence.
+    """
+    ending = pathlib.Path(path).suffix.lower()
+    if not ending and path in shipped_models():
+        path, ending = str(SHIPPED / f"{path}.npz"), ".npz"
+    if ending not in ENDINGS:
+        raise InputError(
+            f"{path!r} is no file of a reduced model; it must end with {' or '.join(ENDINGS)}, or be a shipped one: "
+            f"{', '.join(shipped_models())}"
+        )
+    found = _archive(path) if ending == ".npz" else _text(path)
+    for key in found:
+        if key not in KEYS:
+            raise InputError(f"{path!r} has the key {key!r}; {nearest(key, KEYS)}")
+    for key, needed in KEYS.items():
+        if needed and key not in found:
+            raise InputError(f"{path!r} has no key {key!r}, which a reduced model needs")
+    numbers = {key: _numbers(path, key, found[key]) for key in KEYS if key in found and key not in _TEXTS}
+    texts = {key: tuple(str(one) for one in np.ravel(found.get(key, ()))) for key in _TEXTS}
+    size = len(np.atleast_1d(numbers["stiffness"]))
+    recovery = numbers.get("recovery", np.zeros((0, size)))
+    nodes, results = len(np.atleast_1d(numbers["positions"])), len(np.atleast_1d(recovery))
+    _check_texts(path, texts, nodes, results)
+    model = ReducedModel(
+        numbers["stiffness"], numbers["mass"], numbers["positions"],
+        texts["names"] or tuple(f"node{k}" for k in range(nodes)), recovery,
+        texts["recovery_names"] or tuple(f"result{k}" for k in range(results)),
+        texts["recovery_units"] or ("1",) * results,
+    )  # fmt: skip
+    check_model(model, repr(path))
+    return model.scaled(length, mass)
+
+
+def shipped_models() -> list[str]:
+    """Names of the models that are shipped."""
+    return sorted(path.stem for path in SHIPPED.glob("*.npz"))
+
+
+def write_model(path: str, model: ReducedModel) -> None:
+    """Write a reduced model as a file that `read_model` reads, in SI units."""
+    content: dict[str, Any] = {key: getattr(model, key) for key in KEYS}
+    if not len(model.recovery):
+        content = {key: value for key, value in content.items() if not key.startswith("recovery")}
+    if path.lower().endswith(".npz"):
+        arrays: dict[str, Any] = {key: np.array(value) for key, value in content.items()}
+        np.savez_compressed(path, **arrays)
+        return
+    if not path.lower().endswith(".json"):
+        raise InputError(f"{path!r} is no file of a reduced model; it must end with {' or '.join(ENDINGS)}")
+    lists = {key: np.array(value).tolist() for key, value in content.items()}
+    pathlib.Path(path).write_text(json.dumps(lists, indent=1) + "\n", encoding="utf-8")
+
+
+def _archive(path: str) -> dict[str, Any]:
+    raw = safe_open.content(path)
+    try:
+        with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+            safe_open.check_declared(sum(entry.file_size for entry in archive.infolist()), len(raw), path)
+        with np.load(io.BytesIO(raw), allow_pickle=False) as arrays:
+            return {key: arrays[key] for key in arrays.files}
+    except (zipfile.BadZipFile, ValueError, OSError, KeyError, EOFError) as error:
+        raise InputError(f"cannot read {path!r}: it is no archive of NumPy ({error})") from None
+
+
+def _text(path: str) -> dict[str, Any]:
+    try:
+        found = json.loads(safe_open.text(path))
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise InputError(f"cannot read {path!r}: {error}") from None
+    if not isinstance(found, dict):
+        raise InputError(f"{path!r} is no object of JSON; it must have the keys {', '.join(KEYS)}")
+    return found
+
+
+def _numbers(path: str, key: str, value: Any) -> np.ndarray:
+    try:
+        return np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{path!r}: {key} is no array of real numbers") from None
+
+
+def _check_texts(path: str, texts: dict[str, tuple[str, ...]], nodes: int, results: int) -> None:
+    """Refuse names that are not one for each node or result, or not unique."""
+    for key, found in texts.items():
+        wanted = nodes if key == "names" else results
+        if found and len(found) != wanted:
+            raise InputError(f"{path!r}: {key} has {len(found)} entries; it must have {wanted}")
+        if key != "recovery_units" and len(set(found)) < len(found):
+            raise InputError(f"{path!r}: {key} has one name twice; they must differ")
