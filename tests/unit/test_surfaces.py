@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import minimize
 
 from evolvent import InputError, System, elements, parts
-from evolvent.kernels import surfaces
+from evolvent.kernels import body_gaps, surfaces
 from evolvent.parts.registry import read_parts
 from evolvent.view.drawing import motion_of
 
@@ -29,7 +29,7 @@ def test_closest_places_of_segments() -> None:
             return float(np.sum((d + x[0] * a - x[1] * b) ** 2))
 
         best = minimize(square, [0.0, 0.0], bounds=[(-h, h) for h in half], tol=1e-14)
-        s, t = surfaces.closest_positions(d @ a, d @ b, a @ b, *half)
+        s, t = body_gaps.closest_positions(d @ a, d @ b, a @ b, *half)
         assert abs(s) <= half[0]
         assert abs(t) <= half[1]
         assert square(np.array([s, t])) <= best.fun + 1e-9
@@ -38,7 +38,7 @@ def test_closest_places_of_segments() -> None:
 @pytest.mark.parametrize(("v", "place"), [(0.3, 0.15), (3.0, 0.5), (-3.0, -0.5)])
 def test_segments_side_by_side(v: float, place: float) -> None:
     """The middle of what lies side by side, or the end."""
-    s, t = surfaces.closest_positions(v, v, 1.0, 0.5, 0.5)
+    s, t = body_gaps.closest_positions(v, v, 1.0, 0.5, 0.5)
     assert t == pytest.approx(place)
     assert s == pytest.approx(np.clip(t - v, -0.5, 0.5))
 

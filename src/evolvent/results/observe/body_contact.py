@@ -18,6 +18,13 @@ def observe_body_contact(view: View, name: str) -> Observed:
     found, on_rods = Observed(), hasattr(view.part(name), "beams")
     mine = np.flatnonzero(view.model.body_contacts["first"] == view.index(name))
     fields = {field: values[:, mine] for field, values in view.fields["body_contacts"].items()}
+    rows = view.model.body_contacts
+    other = rows["a"][mine] != rows["a"][view.index(name)]  # points of the second body, such as corners of a box
+    if other.any():
+        fields["on_a"], fields["on_b"] = (
+            np.where(other[:, None], fields[y], fields[x]) for x, y in (("on_a", "on_b"), ("on_b", "on_a"))
+        )
+        fields["rubbing"] = np.where(other[:, None], -fields["rubbing"], fields["rubbing"])
     total = {field: values.sum(axis=1) for field, values in fields.items()}
     if on_rods:
         found.vector("force", total["on_a"][:, :3], *RESULTS["contact_surfaces"]["force"][1:])
