@@ -1,9 +1,9 @@
 """Gaps between two bodies: spheres, capsules, planes, and boxes with round edges.
 
 A row is one place at which two bodies may touch. Of side a it has a segment, a point where its half length is 0; of
-side b a segment (`CAPSULE`), a plane (`PLANE`), or a box (`BOX`). With d from the middle of b's to that of a's, their axes
-e and g, u = d.e, v = d.g and w = e.g, the gap is a function of d.d, u, v and w; of a box one of the components of d
-along its axes, which u, v and w then are.
+side b a segment (`CAPSULE`), a plane (`PLANE`), or a box (`BOX`). With d from the middle of b's to that of a's, their
+axes e and g, u = d.e, v = d.g and w = e.g, the gap is a function of d.d, u, v and w; of a box one of the components of
+d along its axes, which u, v and w then are.
 
 **Boxes** have the half sides s, those of the body less the radius of its edges. With m_i = max(|p_i| - s_i, 0) of a
 point p the distance is |m| outside, and that to the nearest face, below 0, inside. Over a step

@@ -26,8 +26,8 @@ _ROUNDING = 0.1
 class Surface(NamedTuple):
     """A shape of a body: half length 0 of a sphere and of a plane, radius 0 of a plane, whose axis is its normal.
 
-    Of a box `radius` is that of its edges, and `sides` are its half sides, less this radius. `extent` (m) is what depths
-    are compared with, `share` that of the points of a kind which can touch at the same time.
+    Of a box `radius` is that of its edges, and `sides` are its half sides, less this radius. `extent` (m) is what
+    depths are compared with, `share` that of the points of a kind which can touch at the same time.
     """
 
     body: int
@@ -101,7 +101,7 @@ class BodyContact(ContactLaw):
         boxes = [side for side in (a, b) if side.kind == body_gaps.BOX]
         if self.rounding is not None and not boxes:
             raise InputError(
-                f"{name}.rounding is given, which is that of boxes, but neither shape is one; leave it out"
+                f"{name}.rounding is given, but neither shape is a box, whose edges it rounds; leave it out"
             )
         found = []
         for side in (a, b):
@@ -210,9 +210,9 @@ def add_body_contacts(
             )
         builder.add(
             "body_contacts", a=a.body, b=b.body, first=first, surface=b.kind, place_a=a.place, axis_a=unit(a.axis),
-            half_a=a.half, place_b=b.place, axis_b=unit(b.axis), half_b=b.half, sides=b.sides,
-            radius_a=a.radius, radius=a.radius + b.radius, extent=radius, share=a.share, viscous=part.viscosity(float(builder.rows["bodies"][a.body]["mass"])),
-            **part.law_fields(),
+            half_a=a.half, place_b=b.place, axis_b=unit(b.axis), half_b=b.half, sides=b.sides, radius_a=a.radius,
+            radius=a.radius + b.radius, extent=radius, share=a.share,
+            viscous=part.viscosity(float(builder.rows["bodies"][a.body]["mass"])), **part.law_fields(),
         )  # fmt: skip
     builder.names[name] = ("body_contacts", first)
 

@@ -65,11 +65,13 @@ def _drawn(view: View, name: str) -> list[dict[str, Any]]:
         if shape == getattr(owner, "shape", None):
             continue
         centre, axis = row[f"place_{key}"], row[f"axis_{key}"].tolist()
-        if key == "b" and row["surface"] == surfaces.PLANE:
+        if key == "a":
+            centre = np.mean(rows["place_a"][(rows["first"] == row["first"]) & (rows["a"] == row["a"])], axis=0)
+        if type(shape).__name__ == "Box":
+            solid: dict[str, Any] = {"box": {"edges": list(shape.size), "centre": centre.tolist()}}
+        elif key == "b" and row["surface"] == surfaces.PLANE:
             solid = disc(shape.size, centre.tolist(), axis)
         else:
-            if key == "a":
-                centre = np.mean(rows["place_a"][rows["first"] == row["first"]], axis=0)
             solid = capsule(shape.radius, getattr(shape, "length", 0.0), centre.tolist(), axis)
         found.append({"surface": {"body": body_name(view, body), "solids": [solid]}})
     return found
