@@ -60,7 +60,7 @@ def test_block_on_an_incline(method: str, degrees: float) -> None:
     a = G * (math.sin(angle) - mu * math.cos(angle))
     if a < 0.0:
         assert abs(v[-1]) < 1e-3
-        assert run["block"].position.values[-1, 0] < 1e-4  # the bristles' stretch and the tilt on the springs
+        assert run["block"].position.values[-1, 0] < 3e-4  # the bristles' stretch and the tilt on the springs
     else:
         found = np.polyfit(run.time.values[10:], v[10:], 1)[0]
         assert found == pytest.approx(a, abs=2e-3 * G)
@@ -80,7 +80,7 @@ def test_corners_share_the_weight() -> None:
     ]  # fmt: skip
     np.testing.assert_allclose(found.point_force.values[-1].reshape(2, 2, 2)[:, :, 0].ravel(), wanted, rtol=2e-3)
     np.testing.assert_allclose(found.force.values[-1], [0.0, 0.0, total], atol=1e-6)
-    np.testing.assert_allclose(found.moment.values[-1], [-y * force, x * force, 0.0], atol=2e-3)
+    np.testing.assert_allclose(found.moment.values[-1], [y * force, -x * force, 0.0], atol=2e-3)
 
 
 WIDTH, HEIGHT = 0.1, 0.6
@@ -95,7 +95,8 @@ def rocking(start: float, stiffness: float, step: float, until: float, **law: An
     depth = MASS * G / (2.0 * stiffness)
     system.add(
         parts.RigidBody(
-            mass=MASS, shape=parts.Box(size=(WIDTH, 0.3, HEIGHT)), position=(c * x + s * z, 0.0, -s * x + c * z - depth),
+            mass=MASS, shape=parts.Box(size=(WIDTH, 0.3, HEIGHT)),
+            position=(c * x + s * z, 0.0, -s * x + c * z - depth),
             orientation=(math.cos(0.5 * start), 0.0, math.sin(0.5 * start), 0.0),
         ),
         "block",
@@ -103,7 +104,7 @@ def rocking(start: float, stiffness: float, step: float, until: float, **law: An
     law = {"law": "conservative", "friction": 0.8, "bristle_stiffness": stiffness} | law
     system.add(parts.BodyContact(a="block", b=(0.0, 0.0, 0.0), shape_b=FLOOR, stiffness=stiffness, **law), "floor")
     run = simulated(system, until, step)
-    q = run["block"].quaternion.values
+    q = run["block"].attitude.values
     return run.time.values, 2.0 * np.arctan2(q[:, 2], q[:, 0]), run["block"].rate.values[:, 1]
 
 
@@ -111,14 +112,33 @@ def rocking(start: float, stiffness: float, step: float, until: float, **law: An
 def test_quarter_period_of_a_rocking_block(share: float) -> None:
     """Housner, Bull. Seism. Soc. Am. 53 (1963), eq. 4: T/4 = acosh(1/(1 - start/slenderness))/p, p^2 = 3 g/(4 R).
 
-    Of a slender block and a stiff floor: 1e6 N/m leave 1 %.
+    Exact but for the slenderness, 1.3e-3 at a third of it: a floor of 1e5 or of 1e8 N/m changes it by 1e-4.
     """
     p = math.sqrt(0.75 * G / RADIUS)
     quarter = math.acosh(1.0 / (1.0 - share)) / p
     time, tilt, _ = rocking(share * SLENDER, 1e6, 2e-4, 1.2 * quarter)
     k = int(np.argmax(tilt < 0.0))
     found = np.interp(0.0, -tilt[k - 1 : k + 1], time[k - 1 : k + 1])
-    assert found == pytest.approx(quarter, rel=0.02)
+    assert found == pytest.approx(quarter, rel=2e-3)
+
+
+@pytest.mark.parametrize("damping", [0.0, 100.0])
+def test_amplitude_after_the_impact_of_a_rocking_block(damping: float) -> None:
+    """With much damping that of a plastic impact (eq. 10 of Housner): its rate falls to r = 1 - 1.5 sin(slenderness)^2.
+
+    From the energy of the slender block, 1 - (1 - a)^2 falls by r^2 from each amplitude a, in slendernesses, to the
+    next. A contact that gives all energy back loses some to bouncing alone: the amplitude stays above that.
+    """
+    start, r = 0.5, 1.0 - 1.5 * math.sin(SLENDER) ** 2
+    plastic = 1.0 - math.sqrt(1.0 - r**2 * (1.0 - (1.0 - start) ** 2))
+    law = {"law": "hunt-crossley", "damping": damping} if damping else {}
+    until = 3.5 * math.acosh(1.0 / (1.0 - start)) / math.sqrt(0.75 * G / RADIUS)
+    _, tilt, _ = rocking(start * SLENDER, 1e6, 2e-4, until, **law)
+    found = -tilt.min() / SLENDER
+    if damping:
+        assert found == pytest.approx(plastic, rel=0.01)
+    else:
+        assert 1.05 * plastic < found < start
 
 
 def test_sphere_and_box_are_refused_the_other_way_round() -> None:
@@ -136,7 +156,6 @@ def test_sphere_and_box_are_refused_the_other_way_round() -> None:
             other.add(system.parts[name], name)
         with pytest.raises(InputError, match=words):
             other.add(parts.BodyContact(**given), "touch")
-            other.assemble()
 
 
 # ------------------------------------------------------------------------------------------------ spheres, capsules
@@ -292,7 +311,8 @@ def test_bars_collide_edge_against_edge(flat: bool, method: str) -> None:
     law = "conservative" if method == ENERGY else "hunt-crossley"
     system = System()
     for name, size, turned, at, v in (
-        ("first", (1.0, 0.1, 0.1), (c, s, 0.0, 0.0), high + 0.03, -1.0), ("second", (0.1, 1.0, 0.1), (c, 0.0, s, 0.0), 0.0, 0.0),
+        ("first", (1.0, 0.1, 0.1), (c, s, 0.0, 0.0), high + 0.03, -1.0),
+        ("second", (0.1, 1.0, 0.1), (c, 0.0, s, 0.0), 0.0, 0.0),
     ):  # fmt: skip
         own = {
             "orientation": (1.0, 0.0, 0.0, 0.0) if flat else turned,
@@ -321,5 +341,5 @@ def test_fast_bodies_do_not_pass_through_a_plate() -> None:
         system.add(
             parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=plate, law="conservative", stiffness=1e6), "touch"
         )
-        run = system.simulate(until=0.1, method=ENERGY, step=5e-3, every=0.01)
-        assert run["ball"].velocity.values[-1, 2] == pytest.approx(20.0, rel=1e-6)
+        run = simulated(system, 0.1, 5e-3)
+        assert run["ball"].velocity.values[-1, 2] == pytest.approx(20.0, rel=1e-8)

@@ -24,6 +24,7 @@ from evolvent import model as mdl
 from evolvent.base.errors import InputError
 from evolvent.kernels import (
     axial,
+    body_gaps,
     contact_laws,
     fields,
     joint,
@@ -346,6 +347,11 @@ FAMILIES = (
     Family(
         "a contact between bodies with the law conservative", "body_contacts", EVERY,
         which=lambda found: _is_conservative(found),
+        symmetric=_slides_freely,
+    ),
+    Family(
+        "a contact of a box", "body_contacts", EVERY,
+        which=lambda found: (found["surface"] == body_gaps.BOX) | (found["surface"] == body_gaps.EDGES),
         symmetric=_slides_freely,
     ),
 )  # fmt: skip
