@@ -154,8 +154,9 @@ def test_sphere_and_box_are_refused_the_other_way_round() -> None:
         other = System()
         for name in ("box", "ball"):
             other.add(system.parts[name], name)
+        other.add(parts.BodyContact(**given), "touch")
         with pytest.raises(InputError, match=words):
-            other.add(parts.BodyContact(**given), "touch")
+            other.assemble()
 
 
 # ------------------------------------------------------------------------------------------------ spheres, capsules

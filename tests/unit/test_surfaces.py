@@ -86,7 +86,8 @@ BALL = {"mass": 1.0, "shape": parts.Sphere(radius=0.1)}
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "itself": ({"a": "ball", "b": ("ball", (0.0, 0.0, 1.0)), "shape_b": parts.Sphere(radius=0.1)},
                r"'touch' is a contact of a body with itself: a is 'ball'"),
-    "no shape": ({"a": "box", "b": "ball"}, r"touch\.shape_a is left out, and 'box' is not a body whose `shape`"),
+    "no shape": ({"a": ("box", (0.0, 0.0, 1.0)), "b": "ball"},
+                 r"touch\.shape_a is left out, and \('box', \(0.0, 0.0, 1.0\)\) is not a body whose `shape`"),
     "deep": ({"a": "ball", "b": "other"}, r"'touch' starts with its bodies 0\.05 m inside each other"),
     "no body": ({"a": "ball", "b": "mass"}, r"touch\.b is 'mass', which is not a point of a rigid body"),
     "nobody": ({"a": "ball", "b": "bell"}, r"'touch' refers to 'bell', but no part is called that"),

@@ -98,13 +98,15 @@ def _beside_edge(row, R0, x0, R1, x1):
 
 @inlined
 def _side_of_edge(Ra, xa, Rb, xb, p, e, q, g, half_a, half_b):
-    """On which side of b's edge a's is, d . (e x g), and whether the nearest points lie within both."""
+    """On which side of b's edge a's is, d . (e x g), and whether they cross, with the nearest points within both."""
     px, py, pz = turn(Ra, p[0], p[1], p[2])
     qx, qy, qz = turn(Rb, q[0], q[1], q[2])
     d = (xa[0] + px - xb[0] - qx, xa[1] + py - xb[1] - qy, xa[2] + pz - xb[2] - qz)
     e, g = turn(Ra, e[0], e[1], e[2]), turn(Rb, g[0], g[1], g[2])
-    s, t = body_gaps.closest_positions(dot(d, e), dot(d, g), dot(e, g), half_a, half_b)
-    return dot(d, cross(e[0], e[1], e[2], g[0], g[1], g[2])), abs(s) < half_a and abs(t) < half_b
+    w = dot(e, g)
+    s, t = body_gaps.closest_positions(dot(d, e), dot(d, g), w, half_a, half_b)
+    cross_there = abs(s) < half_a and abs(t) < half_b and 1.0 - w * w > body_gaps.CROSSING
+    return dot(d, cross(e[0], e[1], e[2], g[0], g[1], g[2])), cross_there
 
 
 @indirect(REAL(VECTOR, CUBE, MATRIX, VECTOR, CUBE, MATRIX, MODEL))
