@@ -84,11 +84,12 @@ def test_without_the_package(call, monkeypatch):
 
 def red(path):
     """Share of the first and the last picture of a film that has a tone of red."""
-    shares, image = [], Image.open(path)
-    for frame in (0, image.n_frames - 1):
-        image.seek(frame)
-        r, g, b = np.moveaxis(np.asarray(image.convert("RGB"), dtype=float), -1, 0)
-        shares.append(float(np.mean((r > 120) & (g < 0.55 * r) & (b < 0.5 * r))))
+    shares = []
+    with Image.open(path) as image:
+        for frame in (0, image.n_frames - 1):
+            image.seek(frame)
+            r, g, b = np.moveaxis(np.asarray(image.convert("RGB"), dtype=float), -1, 0)
+            shares.append(float(np.mean((r > 120) & (g < 0.55 * r) & (b < 0.5 * r))))
     return shares
 
 
@@ -103,8 +104,8 @@ def test_films_show_bodies_that_interfere_in_red(tmp_path):
     moving.gif(run, str(tmp_path / "struck.gif"), Request(frames=5, clearance=struck))
     moving.gif(run, str(tmp_path / "plain.gif"), Request(frames=5))
     (first, last), plain = red(tmp_path / "struck.gif"), red(tmp_path / "plain.gif")
-    assert first > plain[0] + 0.002
-    assert last == pytest.approx(plain[1], abs=1e-3)
+    assert first > 5.0 * plain[0]
+    assert last < 2.0 * plain[1]
 
 
 @pytest.mark.slow

@@ -148,6 +148,7 @@ def test_sphere_and_box_are_refused_the_other_way_round() -> None:
     for given, words in (
         ({"a": "box", "b": "ball"}, "give the box as b"),
         ({"a": "ball", "b": "box", "rounding": 0.05}, "below half the smallest side"),
+        ({"a": "box", "b": (0.0, 0.0, 2.5), "shape_b": parts.Box(size=SIZE), "rounding": 0.0}, "above 0 between two"),
         ({"a": "ball", "b": (0.0, 0.0, 0.0), "shape_b": FLOOR, "rounding": 0.01}, "neither shape is a box"),
         ({"a": "box", "b": (0.0, 0.0, 2.99), "shape_b": FLOOR}, "inside each other"),
     ):

@@ -65,7 +65,7 @@ class BodyContact(ContactLaw):
         Shape at `b`, likewise.
     rounding : float, m, optional
         Radius of the edges and corners of boxes, within their size. Left out, a tenth of the smallest side between two
-        boxes, else 0. Edges of two boxes meet only with a radius, and are not seen deeper than both radii.
+        boxes, which need one, else 0. Edges of two boxes are not seen deeper than both radii.
     initial_overlap : float
         Depth, in radii of `shape_a` (of a box, half its smallest side), up to which the shapes may overlap at the
         start.
@@ -109,6 +109,11 @@ class BodyContact(ContactLaw):
                 radius = self.rounding
                 if radius is None:
                     radius = 2.0 * _ROUNDING * side.extent if len(boxes) == 2 else 0.0
+                if radius == 0.0 and len(boxes) == 2:
+                    raise InputError(
+                        f"{name}.rounding is 0; it must be above 0 between two boxes, or left out, for which it is a "
+                        f"tenth of the smallest side"
+                    )
                 if radius >= side.extent:
                     raise InputError(
                         f"{name}.rounding is {radius:g} m; it must be below half the smallest side of a box, "
@@ -156,8 +161,6 @@ def _pairs(a: Surface, b: Surface) -> list[tuple[Surface, Surface]]:
         return found + [(a._replace(share=_ALONG), edge) for edge in (_edges(b) if a.half > 0.0 else ())]
     found += [(point, a) for point in _points(b)]
     end = a.radius + b.radius  # beyond which corners touch
-    if a.radius == 0.0 or b.radius == 0.0:
-        return found
     for first, second in itertools.product(_edges(a), _edges(b)):
         if min(first.half, second.half) > end:
             first = first._replace(half=first.half - end, share=_CROSSINGS)
