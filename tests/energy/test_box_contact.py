@@ -32,7 +32,8 @@ def simulated(system: System, until: float, step: float, method: str = ENERGY, *
 def kept(run: xr.DataTree) -> None:
     """Momenta of bodies that only touch one another stay to round-off."""
     for name in ("momentum", "angular_momentum"):
-        values = run[name].values
+        found: Any = run[name]
+        values = found.values
         assert np.abs(values - values[0]).max() <= 1e-9 * max(np.abs(values).max(), 0.1)
 
 

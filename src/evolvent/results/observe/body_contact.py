@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import surfaces
+from evolvent.kernels import body_gaps, surfaces
 from evolvent.model import RESULTS
 from evolvent.results.observe.shapes import capsule, disc
 from evolvent.results.observe.variables import Observed
@@ -19,6 +19,10 @@ def observe_body_contact(view: View, name: str) -> Observed:
     mine = np.flatnonzero(view.model.body_contacts["first"] == view.index(name))
     fields = {field: values[:, mine] for field, values in view.fields["body_contacts"].items()}
     rows = view.model.body_contacts
+    # of the many pairs of edges of two boxes those alone that touch
+    touch = np.any(fields["force"] > 0.0, axis=0) | np.any(fields["impulse"] > 0.0, axis=0)
+    kept = touch | (rows["surface"][mine] != body_gaps.EDGES)
+    mine, fields = mine[kept], {field: values[:, kept] for field, values in fields.items()}
     other = rows["a"][mine] != rows["a"][view.index(name)]  # points of the second body, such as corners of a box
     if other.any():
         fields["on_a"], fields["on_b"] = (
