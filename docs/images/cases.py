@@ -44,6 +44,7 @@ FRAMES = {
     "heliogyro-unequal": Frame(0.8, {"spool.rate": [3.5, 2.8]}),
     "inertia-stand": Frame(0.02),
     "inertia-stand-paper": Frame(0.05),
+    "offload": Frame(0.1),
     "orbit-tether": Frame(0.9),
     "rib-reflector": Frame(0.12),
     "solar-array": Frame(0.12),
@@ -57,6 +58,7 @@ FRAMES = {
     "wrapped-rib-hold": Frame(1.0),
     "wrapped-rib-paper": Frame(0.9),
     "yo-yo-despin": Frame(0.6),
+    "z-fold": Frame(0.2),
 }
 
 

@@ -4,9 +4,14 @@ import json
 import pathlib
 import sys
 
+import numpy as np
 import pytest
+import xarray as xr
+from PIL import Image
 
 import evolvent
+from evolvent.exports import moving
+from evolvent.exports.request import Request
 
 WORDS = ("clearance", "solar-array", "--set", "simulate.until=2 s")
 
@@ -75,3 +80,49 @@ def test_without_the_package(call, monkeypatch):
     code, out, err = call(*WORDS)
     assert (code, out) == (2, "")
     assert err == "evolvent: clearances need the package coal; pip install 'evolvent[clearance]' brings it\n"
+
+
+def red(path):
+    """Share of the first and the last picture of a film that has a tone of red."""
+    shares = []
+    with Image.open(path) as image:
+        for frame in (0, image.n_frames - 1):
+            image.seek(frame)
+            r, g, b = np.moveaxis(np.asarray(image.convert("RGB"), dtype=float), -1, 0)
+            shares.append(float(np.mean((r > 120) & (g < 0.55 * r) & (b < 0.5 * r))))
+    return shares
+
+
+@pytest.mark.slow
+def test_films_show_bodies_that_interfere_in_red(tmp_path):
+    """Until 1.2 s, by clearances that are given, and not at the end, nor in a film without clearances."""
+    run = evolvent.load("solar-array").simulate(until=2.0)
+    struck = xr.Dataset(
+        {"between": ("interference", [0]), "start": ("interference", [0.0]), "end": ("interference", [1.2])},
+        {"time": run.time.values, "a": ("pair", ["panel 1"]), "b": ("pair", ["panel 3"])},
+    )
+    moving.gif(run, str(tmp_path / "struck.gif"), Request(frames=5, clearance=struck))
+    moving.gif(run, str(tmp_path / "plain.gif"), Request(frames=5))
+    (first, last), plain = red(tmp_path / "struck.gif"), red(tmp_path / "plain.gif")
+    assert first > 5.0 * plain[0]
+    assert last < 2.0 * plain[1]
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("coal")
+def test_films_of_the_commands(call):
+    run = evolvent.load("solar-array").simulate(until=2.0)
+    evolvent.save(run, "run.nc")
+    code, out, _ = call("export", "run.nc", "-o", "struck.gif", "--frames", "5", "--clearance")
+    assert (code, out.startswith("gif: struck.gif")) == (0, True)
+    assert call("clearance", "run.nc", "--quiet", "--animation", "again.gif")[0] == 0
+    assert red("again.gif")[0] == pytest.approx(red("struck.gif")[0], rel=0.1)
+
+
+def test_refused_films(call):
+    assert call("clearance", "run.nc", "--animation", "again.avi")[2] == (
+        "evolvent: --animation is 'again.avi'; its name must end in .html, .gif, .mp4\n"
+    )
+    assert call("export", "run.nc", "--to", "csv", "--clearance")[2] == (
+        "evolvent: --clearance is for gif, mp4, html; --to csv has no colours\n"
+    )

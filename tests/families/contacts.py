@@ -51,6 +51,11 @@ def conservative_sphere() -> Case:
     return pressed(parts.Sphere(radius=RADIUS), PLANE, RADIUS, law="conservative")
 
 
+@of("a contact of a box")
+def sphere_on_box() -> Case:
+    return pressed(parts.Sphere(radius=RADIUS), parts.Box(size=(2.0, 2.0 * RADIUS, 0.5)), 2.0 * RADIUS)
+
+
 @of("a contact between bodies with friction")
 def rubbing_sphere() -> Case:
     """A lever that turns in the plane slows down by friction at its end, or stands on the bristle against a torque."""

@@ -22,6 +22,7 @@ SHORT = {
     "hanging-chain": {"simulate.until": 0.5},
     "heliogyro": {"solver.duration": 20.0},
     "inertia-stand": {},
+    "offload": {},
     "orbit-tether": {"simulate.until": 20.0},
     "rib-reflector": {"simulate.until": 0.2},
     "solar-array": {"simulate.until": 4.0},
@@ -32,6 +33,7 @@ SHORT = {
     "wrapped-rib-deploy": {"solver.duration": 100.0},
     "wrapped-rib-hold": {"hold.time": 20.0},
     "yo-yo-despin": {"simulate.until": 0.2},
+    "z-fold": {"simulate.until": 5.0},
 }
 SCHEMATICS = [name for name, entry in papers.ENTRIES.items() if "schematic" in entry.function]
 #: Room around a text that may be shared, pixels, and share of points that a legend may cover.

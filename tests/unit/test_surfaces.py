@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import minimize
 
 from evolvent import InputError, System, elements, parts
-from evolvent.kernels import surfaces
+from evolvent.kernels import body_gaps, surfaces
 from evolvent.parts.registry import read_parts
 from evolvent.view.drawing import motion_of
 
@@ -29,7 +29,7 @@ def test_closest_places_of_segments() -> None:
             return float(np.sum((d + x[0] * a - x[1] * b) ** 2))
 
         best = minimize(square, [0.0, 0.0], bounds=[(-h, h) for h in half], tol=1e-14)
-        s, t = surfaces.closest_positions(d @ a, d @ b, a @ b, *half)
+        s, t = body_gaps.closest_positions(d @ a, d @ b, a @ b, *half)
         assert abs(s) <= half[0]
         assert abs(t) <= half[1]
         assert square(np.array([s, t])) <= best.fun + 1e-9
@@ -38,7 +38,7 @@ def test_closest_places_of_segments() -> None:
 @pytest.mark.parametrize(("v", "place"), [(0.3, 0.15), (3.0, 0.5), (-3.0, -0.5)])
 def test_segments_side_by_side(v: float, place: float) -> None:
     """The middle of what lies side by side, or the end."""
-    s, t = surfaces.closest_positions(v, v, 1.0, 0.5, 0.5)
+    s, t = body_gaps.closest_positions(v, v, 1.0, 0.5, 0.5)
     assert t == pytest.approx(place)
     assert s == pytest.approx(np.clip(t - v, -0.5, 0.5))
 
@@ -86,7 +86,8 @@ BALL = {"mass": 1.0, "shape": parts.Sphere(radius=0.1)}
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "itself": ({"a": "ball", "b": ("ball", (0.0, 0.0, 1.0)), "shape_b": parts.Sphere(radius=0.1)},
                r"'touch' is a contact of a body with itself: a is 'ball'"),
-    "no shape": ({"a": "box", "b": "ball"}, r"touch\.shape_a is left out, and 'box' is not a body whose `shape`"),
+    "no shape": ({"a": ("box", (0.0, 0.0, 1.0)), "b": "ball"},
+                 r"touch\.shape_a is left out, and \('box', \(0.0, 0.0, 1.0\)\) is not a body whose `shape`"),
     "deep": ({"a": "ball", "b": "other"}, r"'touch' starts with its bodies 0\.05 m inside each other"),
     "no body": ({"a": "ball", "b": "mass"}, r"touch\.b is 'mass', which is not a point of a rigid body"),
     "nobody": ({"a": "ball", "b": "bell"}, r"'touch' refers to 'bell', but no part is called that"),

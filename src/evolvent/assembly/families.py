@@ -24,6 +24,7 @@ from evolvent import model as mdl
 from evolvent.base.errors import InputError
 from evolvent.kernels import (
     axial,
+    body_gaps,
     contact_laws,
     fields,
     joint,
@@ -336,19 +337,30 @@ FAMILIES = (
     ),
     Family(
         "a contact between bodies without friction", "body_contacts", EVERY,
-        which=lambda found: (found["friction"] == 0.0) & (found["law"] == contact_laws.HUNT_CROSSLEY),
+        which=lambda found: (
+            (found["friction"] == 0.0) & (found["law"] == contact_laws.HUNT_CROSSLEY) & ~_is_of_box(found)
+        ),
         symmetric=True,
     ),
     Family(
         "a contact between bodies with friction", "body_contacts", EVERY,
-        which=lambda found: found["friction"] > 0.0,
+        which=lambda found: (found["friction"] > 0.0) & ~_is_of_box(found),
     ),
     Family(
         "a contact between bodies with the law conservative", "body_contacts", EVERY,
-        which=lambda found: _is_conservative(found),
+        which=lambda found: _is_conservative(found) & ~_is_of_box(found),
+        symmetric=_slides_freely,
+    ),
+    Family(
+        "a contact of a box", "body_contacts", EVERY,
+        which=lambda found: _is_of_box(found),
         symmetric=_slides_freely,
     ),
 )  # fmt: skip
+
+
+def _is_of_box(found: Array) -> Array:
+    return (found["surface"] == body_gaps.BOX) | (found["surface"] == body_gaps.EDGES)
 
 
 def _is_driven(found: Array) -> Array:

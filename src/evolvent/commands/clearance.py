@@ -15,6 +15,9 @@ from evolvent.commands import options as shared
 if TYPE_CHECKING:
     import xarray as xr
 
+#: Endings of animations.
+_MOVING = (".html", ".gif", ".mp4")
+
 
 @click.command()
 @click.argument("run", metavar="RUN.NC|CASE|FILE")
@@ -24,7 +27,9 @@ if TYPE_CHECKING:
 @click.option("--check", is_flag=True, help="Exit with code 1 where bodies interfere.")
 @shared.output("CLEARANCE.NC|JSON", "Keep all distances as a file.")
 @shared.single("--figure", metavar="CLEARANCE.PNG", text="Draw clearances over time.")
-@shared.single("--animation", metavar="RUN.HTML", text="Write the animation, in which bodies that interfere are red.")
+@shared.single(
+    "--animation", metavar="RUN.HTML|GIF|MP4", text="Write the animation, in which bodies that interfere are red."
+)
 @shared.quiet()
 def clearance(
     run: str, pairs: tuple[str, ...], assignments: tuple[str, ...], check: bool, output: str | None,
@@ -46,6 +51,8 @@ def clearance(
         shown.check_ending(output)
     if figure is not None:
         plots.format_of(figure)
+    if animation is not None and os.path.splitext(animation)[1] not in _MOVING:
+        raise InputError(f"--animation is {animation!r}; its name must end in {', '.join(_MOVING)}")
     for path in filter(None, (output, figure, animation)):
         files.check_writable(path)
     asked = [_pair(text) for text in pairs] or None
@@ -59,10 +66,19 @@ def clearance(
     if figure is not None:
         echo(f"figure: {plots.save(shown.figure(found), figure)}")
     if animation is not None:
-        echo(f"animation: {made.ev.animate(animation, clearance=found)}")
+        _write_animation(made, animation, found)
     if check and found.sizes["interference"]:
         struck = dict.fromkeys(str(found.pair.values[k]) for k in found.between.values)
         raise RunFailed(f"bodies interfere: {', '.join(struck)}", found)
+
+
+def _write_animation(run: Any, path: str, found: xr.Dataset) -> None:
+    """Write the animation in the format that its name has."""
+    from evolvent.commands.export import writer
+    from evolvent.exports.request import Request
+
+    with showing_progress():
+        echo(f"animation: {writer(os.path.splitext(path)[1][1:])(run, path, Request(clearance=found))}")
 
 
 def _pair(text: str) -> list[str]:

@@ -31,6 +31,7 @@ _AXES = ("inertial", "body")
 )
 @click.option("--speed", type=float, metavar="X", help="Playback speed; 1 is real time (gif, mp4, html).")
 @click.option("--axes", metavar="|".join(_AXES), help="Axes of positions (vtk, gif, mp4).")
+@click.option("--clearance", is_flag=True, help="Show bodies that interfere in red (gif, mp4, html); needs coal.")
 @click.option("--large", is_flag=True, help="Write even more than 200 MB.")
 def export(
     path: str,
@@ -39,6 +40,7 @@ def export(
     frames: int | None,
     speed: float | None,
     axes: Any,
+    clearance: bool,
     large: bool,
 ) -> None:
     """Write a results file for other programs.
@@ -62,6 +64,8 @@ def export(
         raise InputError(f"--axes is {axes!r}; {nearest(axes, _AXES)}")
     if axes is not None and kind not in _TURNING:
         raise InputError(f"--axes is for {', '.join(_TURNING)}; --to {kind} has none")
+    if clearance and kind not in _MOVING:
+        raise InputError(f"--clearance is for {', '.join(_MOVING)}; --to {kind} has no colours")
     from evolvent import results
 
     found = results.open(path)
@@ -69,9 +73,11 @@ def export(
     _check_target(path, target, folder=kind in _FOLDERS)
     from evolvent.exports.request import Request
 
+    struck = found.ev.clearance() if clearance else None
     with showing_progress():
         progress.report(f"writing {kind}")
-        written = _writer(kind)(found, target, Request(frames=frames, speed=speed, axes=axes, large=large))
+        request = Request(frames=frames, speed=speed, axes=axes, large=large, clearance=struck)
+        written = writer(kind)(found, target, request)
     echo(f"{kind}: {written}")
     _print_label(found)
 
@@ -115,7 +121,7 @@ def _print_label(found: Any) -> None:
         echo(f"label on the files: {label}")
 
 
-def _writer(kind: str) -> Any:
+def writer(kind: str) -> Any:
     """What writes a format; its libraries are loaded with it."""
     if kind == "vtk":
         from evolvent.exports.vtk import write

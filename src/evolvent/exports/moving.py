@@ -44,7 +44,7 @@ def gif(run: Any, path: str, request: Request) -> str:
     """
     from PIL import Image
 
-    motion = animation_of(run)
+    motion = animation_of(run, request.clearance)
     time, speed, length = _times(motion, request, _GIF)
     request.allow(time.size * _GIF.bytes, f"{time.size} frames")
 
@@ -83,8 +83,8 @@ def _swatches(width: int, height: int) -> np.ndarray:
 
     ramp = (255.0 * mpl.colormaps["viridis"](np.linspace(0.0, 1.0, width))[:, :3]).astype(np.uint8)
     found = np.repeat(ramp[None], height, axis=0)
-    for k, color in enumerate(("#c5281c", "#b00020", "#c0392b", "#2e8b57", "#2a6fbb", "#ffffff")):
-        found[k * height // 12 : (k + 1) * height // 12] = (255.0 * np.array(mpl.colors.to_rgb(color))).astype(np.uint8)
+    for k, color in enumerate(("#c5281c", "#b00020", "#c0392b", "#2e8b57", "#2a6fbb", "#e26054", "#ffffff")):
+        found[k * height // 14 : (k + 1) * height // 14] = (255.0 * np.array(mpl.colors.to_rgb(color))).astype(np.uint8)
     return found
 
 
@@ -97,7 +97,7 @@ def mp4(run: Any, path: str, request: Request) -> str:
         If there is no ffmpeg, the run holds too little, or the file cannot be written.
     """
     program = ffmpeg()
-    motion = animation_of(run)
+    motion = animation_of(run, request.clearance)
     time, speed, length = _times(motion, request, _MP4)
     request.allow(time.size * _MP4.bytes, f"{time.size} frames")
     width, height = _MP4.size

@@ -17,7 +17,7 @@ def write(run: Any, path: str, request: Request) -> str:
     InputError
         If the run holds too little, or the file cannot be written.
     """
-    motion = animation_of(run)
+    motion = animation_of(run, request.clearance)
     wanted = min(max(2, request.frames or animation.MOST_FRAMES), motion.time.size)
     page, frames = animation.page(motion, frames=wanted, speed=request.speed)
     write_file(path, page)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from evolvent import cases
+from evolvent.analysis import clearance_results
 from evolvent.base.errors import InputError, counted
 from evolvent.results import regular_samples
 from evolvent.view import animation
@@ -34,12 +35,15 @@ class Request:
         What positions refer to; left out, what suits the format.
     large : bool
         Whether more than `LARGE` bytes may be written.
+    clearance : xarray.Dataset, optional
+        Of `evolvent.analysis.clearance`: bodies that interfere are red in an animation.
     """
 
     frames: int | None = None
     speed: float | None = None
     axes: Literal["inertial", "body"] | None = None
     large: bool = False
+    clearance: Any = None
 
     def samples(self, run: Any, *, most: int | None = None) -> np.ndarray:
         """Samples of a run that are kept: as many as asked for, else at most `most`, evenly spread in time.
@@ -92,8 +96,8 @@ def samples_text(samples: np.ndarray, count: int) -> str:
     return f"{samples.size} of {count} samples (--frames takes more)"
 
 
-def animation_of(run: Any) -> Motion:
-    """The motion of a run, labelled if the run did not end as it should.
+def animation_of(run: Any, clearance: Any = None) -> Motion:
+    """The motion of a run, labelled if the run did not end as it should; bodies that interfere are marked.
 
     Raises
     ------
@@ -103,7 +107,7 @@ def animation_of(run: Any) -> Motion:
     motion = animation.of_run(run)
     if motion is None:
         raise InputError("the run holds a single sample, which makes no animation; --to vtk, csv and mat accept it")
-    return motion
+    return motion if clearance is None else clearance_results.marked(motion, clearance)
 
 
 def motion_of(run: Any) -> Motion:

@@ -1,9 +1,9 @@
 """Contacts of beams with surfaces and with one another, and of two bodies: forces, and what a step leaves behind.
 
-`surfaces` measures the geometry of a contact (gap, normal, points of both sides), `contact_laws` has its law; here its
-force acts on both sides, and `contact_tangent` has the derivatives. All forces are those of an interval of length h
-between two states; h = 0 is a state (explicit methods, generalized-alpha, statics, modes), else bodies hold their
-mean positions over a step that conserves energy. The reaction acts at the same point: momenta are kept.
+`surfaces` and `body_gaps` measure the geometry of a contact (gap, normal, points of both sides), `contact_laws` has its
+law; here its force acts on both sides, and `contact_tangent` has the derivatives. All forces are those of an interval
+of length h between two states; h = 0 is a state (explicit methods, generalized-alpha, statics, modes), else bodies
+hold their mean positions over a step that conserves energy. The reaction acts at the same point: momenta are kept.
 """
 
 import math
@@ -11,9 +11,9 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import ancf, contact_laws, contact_tangent, rigid, surfaces
+from evolvent.kernels import ancf, body_gaps, contact_laws, contact_tangent, rigid, surfaces
 from evolvent.kernels.ancf_beams import NODE_VECTORS
-from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.rotations import cross, dot, turn, turn_back
 from evolvent.model import MODEL
 
 USED_FOR = contact_laws.CONTACTS
@@ -32,7 +32,7 @@ def measure(y, what, model):
     if model.contact_surfaces.size > 0:
         surfaces.measure_points(y, what, model)
     if model.body_contacts.size > 0:
-        surfaces.measure_bodies(what, model)
+        body_gaps.measure_bodies(what, model)
 
 
 @inlined
@@ -348,7 +348,7 @@ def add_bodies(y, h, step, soft, chi, ratio, model):
     rows, bodies, lost, rubbed = model.body_contacts, model.bodies, 0.0, 0.0
     explicit, h = h < 0.0, max(h, 0.0)
     if h == 0.0:
-        surfaces.measure_bodies(surfaces.STATE, model)
+        body_gaps.measure_bodies(surfaces.STATE, model)
     for k in range(rows.size):
         row, A, B = rows[k], bodies[rows[k].a], bodies[rows[k].b]
         contact_laws.clear_point(row)
@@ -356,13 +356,20 @@ def add_bodies(y, h, step, soft, chi, ratio, model):
         for i in range(3):
             on_a[i] = on_a[3 + i] = on_b[i] = on_b[3 + i] = rubbing[i] = slide[i] = 0.0
             n[i] = n1[i]
-        (p, q, e, g), xa, xb = surfaces.body_axes(row, bodies), A.x, B.x
-        d, s, size, by_u, by_v, by_w = surfaces.body_offset(row, bodies, p, q), row.s1, 1.0, 0.0, 0.0, 0.0
+        (p, q, e, g), xa, xb = body_gaps.body_axes(row, bodies), A.x, B.x
+        d, s, size, by_u, by_v, by_w = body_gaps.body_offset(row, bodies, p, q), row.s1, 1.0, 0.0, 0.0, 0.0
+        if row.surface == body_gaps.EDGES:
+            by_w = body_gaps.fade_slope(row.w1 if h == 0.0 else row.w0, row.w1, row.radius)
         if h != 0.0:
-            by_d, by_u, by_v, by_w = _shares(row)
-            for i in range(3):
-                n[i] = 2.0 * by_d * d[i] + by_u * e[i] + by_v * g[i]
+            if row.surface == body_gaps.BOX:
+                n[0], n[1], n[2] = body_gaps.box_step_normal(row, B.R)
+            else:
+                by_d, by_u, by_v, turned = _shares(row)
+                by_w += turned
+                for i in range(3):
+                    n[i] = 2.0 * by_d * d[i] + by_u * e[i] + by_v * g[i]
             s, size = 0.5 * (row.s0 + row.s1), math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+            size = size if size > 0.0 else 1.0
         unit, r = (n[0] / size, n[1] / size, n[2] / size), row.radius_a
         for i in range(3):
             c[i] = xa[i] + p[i] + s * e[i] - r * unit[i]  # where a's surface touches b
@@ -372,6 +379,9 @@ def add_bodies(y, h, step, soft, chi, ratio, model):
         arm_a, arm_b = (c[0] - xa[0], c[1] - xa[1], c[2] - xa[2]), (c[0] - xb[0], c[1] - xb[1], c[2] - xb[2])
         v = rigid.relative_velocity(A, B, arm_a, arm_b)
         rate = n[0] * v[0] + n[1] * v[1] + n[2] * v[2]
+        if by_w != 0.0 and h == 0.0:
+            wa, wb = A.w, B.w
+            rate += by_w * dot((wa[0] - wb[0], wa[1] - wb[1], wa[2] - wb[2]), cross(e[0], e[1], e[2], g[0], g[1], g[2]))
         lam, loss, row.energy = _press(row, row, row.gap, row.gap1, rate, row.gap - row.gap1, h, soft, chi, ratio)
         lost += loss
         if h == 0.0:  # at the point of contact; else at the middles, with moments by the axes
@@ -382,6 +392,8 @@ def add_bodies(y, h, step, soft, chi, ratio, model):
         _add_both(on_a, on_b, p, q, (lam * n[0], lam * n[1], lam * n[2]))
         _add_moment(on_a, e, lam, by_u, d, by_w, g)
         _add_moment(on_b, g, lam, by_v, d, by_w, e)
+        if h != 0.0 and row.surface == body_gaps.BOX:  # whose axes turn with b
+            _add_moment(on_b, n, lam, 1.0, d, 0.0, e)
         if row.friction > 0.0:
             at = row.account if explicit else -1
             f, slip, held = _rub_bodies(y, row, A, B, arm_a, arm_b, v, unit, lam, h, step, at)

@@ -12,7 +12,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.compiled.views import matrix_view
-from evolvent.kernels import ancf, contact_laws, rigid, surfaces
+from evolvent.kernels import ancf, body_gaps, contact_laws, rigid, surfaces
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.rotations import cross, dot, turn, turn_back
 from evolvent.kernels.sides import body_columns, turn_axis
@@ -252,7 +252,7 @@ def add_body_tangents(h, c_rate, model, matrix):
         n, c, f, A, B = row.n, row.c, row.rubbing, bodies[row.a], bodies[row.b]
         size = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) if h != 0.0 else 1.0
         unit, least = (n[0] / size, n[1] / size, n[2] / size), _write_bend(row, bodies, h, H)
-        _, _, e, _ = surfaces.body_axes(row, bodies)
+        _, _, e, _ = body_gaps.body_axes(row, bodies)
         arm_a = (c[0] - A.x[0], c[1] - A.x[1], c[2] - A.x[2])
         arm_b = (c[0] - B.x[0], c[1] - B.x[1], c[2] - B.x[2])
         v = rigid.relative_velocity(A, B, arm_a, arm_b)
@@ -292,7 +292,7 @@ def add_body_tangents(h, c_rate, model, matrix):
 @inlined
 def _write_bend(row, bodies, h, H):
     """Write H = dn/dp, of a step twice that by its end; returns e . H e where a state's place on a's axis can move."""
-    n, (_, _, e, g) = row.n1, surfaces.body_axes(row, bodies)
+    n, (_, _, e, g) = row.n1, body_gaps.body_axes(row, bodies)
     on_a, on_b = abs(row.s1) < row.half_a, abs(row.t1) < row.half_b
     bent, along = 1.0 / row.distance if row.surface != surfaces.PLANE and row.distance > 0.0 else 0.0, 0.0
     if h != 0.0:
@@ -305,6 +305,14 @@ def _write_bend(row, bodies, h, H):
         for j in range(3):
             same = 1.0 if i == j else 0.0
             H[i, j] = bent * (same - n[i] * n[j] - along * e[i] * e[j] - across * g[i] * g[j])
+    if row.surface == body_gaps.BOX:  # the normal does not turn by what lies between the faces
+        R, sides = bodies[row.b].R, row.sides
+        for c in range(3):
+            inside = abs(row.u1 if c == 0 else row.v1 if c == 1 else row.w1) <= sides[c]
+            for i in range(3 if inside else 0):
+                for j in range(3):
+                    H[i, j] -= bent * R[i, c] * R[j, c]
+        return 0.0
     least = 1.0 - across * w * w
     return bent * least if h == 0.0 and on_a and least > 1e-12 else 0.0
 
@@ -354,10 +362,11 @@ def _friction_change(row, n, s, dn, change):
 def add_body_contact_bound(model, blocks):
     """Add the stiffness and damping of all contacts to blocks (2, bodies, 6, 6) of the bodies' unknowns. Not compiled.
 
-    Of every contact as if its bodies touched, in any direction, and twice as of springs (`solvers.stability`).
+    Of every contact as if its bodies touched, in any direction, and twice as of springs (`solvers.stability`); of boxes
+    the `share` of the points that can touch at the same time.
     """
     for row in model.body_contacts:
-        own = contact_laws.bound_of(row, "radius_a")
+        own = contact_laws.bound_of(row, "extent")
         both = 2.0 if np.all(model.bodies["motion"][[row["a"], row["b"]]] != rigid.DRIVEN) else 1.0
         for body, place, axis, half in (
             (row["a"], row["place_a"], row["axis_a"], row["half_a"]),
@@ -366,4 +375,4 @@ def add_body_contact_bound(model, blocks):
             x, y, z = model.bodies["R"][body] @ (place + half * axis)
             J = np.hstack([np.eye(3), [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]])
             for k in range(2):
-                blocks[k, body] += both * own[k] * (J.T @ J)
+                blocks[k, body] += both * row["share"] * own[k] * (J.T @ J)

@@ -27,7 +27,7 @@ import math
 
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined, kernel
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import ancf
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.contact_laws import TURNS, contact_energy
@@ -420,81 +420,3 @@ def turning(y, elements, c, half, xi, n):
     bx, by, bz = combined(y, at, half, ancf.cubic_bends(elements[c].length, xi))
     square = tx * tx + ty * ty + tz * tz
     return (tx / square, ty / square, tz / square), T, -(n[0] * bx + n[1] * by + n[2] * bz)
-
-
-# ------------------------------------------------------------------------------------------------ two bodies
-
-
-@entry(REAL, REAL, REAL, REAL, REAL)
-@inlined
-def closest_positions(u, v, w, half_a, half_b):
-    """Positions s and t on two segments that are closest: |d + s a - t b| is least for s, t in +-half_a, +-half_b.
-
-    Parameters
-    ----------
-    u, v, w : float, d.a, d.b and a.b, d from the middle of the segment along b to the middle of the one along a
-
-    Of parallel segments it is the middle of the part that lies side by side.
-    """
-    if half_a == 0.0:
-        return 0.0, min(max(v, -half_b), half_b)
-    if half_b == 0.0:
-        return min(max(-u, -half_a), half_a), 0.0
-    across = 1.0 - w * w
-    if across > 1e-12:
-        s = min(max((v * w - u) / across, -half_a), half_a)
-        t = v + s * w
-        if abs(t) > half_b:
-            t = half_b if t > 0.0 else -half_b
-            s = min(max(t * w - u, -half_a), half_a)
-        return s, t
-    low, high = max(-half_b, v - half_a), min(half_b, v + half_a)
-    t = 0.5 * (low + high)
-    if low > high:  # one behind the other
-        t = half_b if v > 0.0 else -half_b
-    return min(max((t - v) * w, -half_a), half_a), t
-
-
-@inlined
-def body_axes(row, bodies):
-    """Of the bodies' current positions: arms of both middles, and the axes of both, inertial axes."""
-    A, B, p, q, e, g = bodies[row.a].R, bodies[row.b].R, row.place_a, row.place_b, row.axis_a, row.axis_b
-    return (
-        turn(A, p[0], p[1], p[2]), turn(B, q[0], q[1], q[2]), turn(A, e[0], e[1], e[2]), turn(B, g[0], g[1], g[2])
-    )  # fmt: skip
-
-
-@inlined
-def body_offset(row, bodies, p, q):
-    """d, from the middle of b to that of a."""
-    x, z = bodies[row.a].x, bodies[row.b].x
-    return x[0] + p[0] - z[0] - q[0], x[1] + p[1] - z[1] - q[1], x[2] + p[2] - z[2] - q[2]
-
-
-@indirect(void(_I, MODEL), used_for="body_contacts")
-def measure_bodies(what, model):
-    """Gaps by the bodies' current positions, as `measure_points`."""
-    rows = model.body_contacts
-    for k in range(rows.size):
-        row = rows[k]
-        p, q, e, g = body_axes(row, model.bodies)
-        d = body_offset(row, model.bodies, p, q)
-        u = d[0] * e[0] + d[1] * e[1] + d[2] * e[2]
-        v = d[0] * g[0] + d[1] * g[1] + d[2] * g[2]
-        w = e[0] * g[0] + e[1] * g[1] + e[2] * g[2]
-        distance, s, t, (nx, ny, nz) = v, 0.0, 0.0, g
-        if row.surface != PLANE:
-            s, t = closest_positions(u, v, w, row.half_a, row.half_b)
-            x, y, z = d[0] + s * e[0] - t * g[0], d[1] + s * e[1] - t * g[1], d[2] + s * e[2] - t * g[2]
-            distance = math.sqrt(x * x + y * y + z * z)
-            scale = 1.0 / distance if distance > 0.0 else 0.0
-            nx, ny, nz = scale * x, scale * y, scale * z
-        gap = distance - row.radius
-        if what == START:
-            row.gap, row.distance0, row.u0, row.v0, row.w0, row.s0, row.t0 = gap, distance, u, v, w, s, t
-            continue
-        row.gap1, row.distance, row.u1, row.v1, row.w1, row.s1, row.t1 = gap, distance, u, v, w, s, t
-        n = row.n1
-        n[0], n[1], n[2] = nx, ny, nz
-        if what == END:
-            row.energy = contact_energy(gap, row.stiffness, row.exponent)

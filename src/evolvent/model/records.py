@@ -301,18 +301,20 @@ RECORDS: dict[str, np.dtype] = {
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
     # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
-    # one, or a plane with the normal axis_b; radius: sum of both; first: the first of its part. Of the step's start:
+    # one, a plane with the normal axis_b, or a box with the half lengths `sides` (`kernels.body_gaps`); radius: sum of
+    # both; first: the first of its part; extent: m, of which a share is the depth of the explicit step's bound;
+    # share: of the points of the part's kind that can touch at the same time. Of the step's start:
     # position X and rotation Q of a in the axes of b, and what ends in 0; of its end: what ends in 1. rubbing: friction
     # on a (N), c: point of contact (m), inertial axes; on_a, on_b: force (N) and moment (N m) at the bodies' origins;
     # impulse: of the normal force, N s, NaN under explicit methods
     "body_contacts": _record(
         "a b first law surface account",
-        "place_a axis_a place_b axis_b half_a half_b radius_a radius stiffness exponent damping friction "
-        "bristle_stiffness bristle_damping viscous",
+        "place_a axis_a place_b axis_b half_a half_b sides radius_a radius extent share "
+        "stiffness exponent damping friction bristle_stiffness bristle_damping viscous",
         "X Q gap stick damper drag gap1 stick1 damper1 drag1 slide "
         "distance0 distance u0 v0 w0 s0 t0 u1 v1 w1 s1 t1 n n1 t "
         "rubbing c on_a on_b force impulse d_gap d_rate along across by_normal tilt energy power sank",
-        place_a=_3, axis_a=_3, place_b=_3, axis_b=_3,
+        place_a=_3, axis_a=_3, place_b=_3, axis_b=_3, sides=_3,
         X=_3, Q=_33, stick=_3, drag=_3, stick1=_3, drag1=_3, slide=_3, n=_3, n1=_3, t=_3, rubbing=_3, c=_3,
         on_a=_6, on_b=_6,
     ),

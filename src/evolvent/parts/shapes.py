@@ -149,5 +149,5 @@ class Plane(Section):
 
 
 AnyShape = Annotated[Shape, OneOf({"box": Box, "cylinder": Cylinder, "sphere": Sphere, "capsule": Capsule})]
-RoundShape = Annotated[Shape, OneOf({"sphere": Sphere, "capsule": Capsule})]
-ContactShape = Annotated[Section, OneOf({"sphere": Sphere, "capsule": Capsule, "plane": Plane})]
+SolidContactShape = Annotated[Shape, OneOf({"sphere": Sphere, "capsule": Capsule, "box": Box})]
+ContactShape = Annotated[Section, OneOf({"sphere": Sphere, "capsule": Capsule, "plane": Plane, "box": Box})]

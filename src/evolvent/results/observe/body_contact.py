@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import surfaces
+from evolvent.kernels import body_gaps, surfaces
 from evolvent.model import RESULTS
 from evolvent.results.observe.shapes import capsule, disc
 from evolvent.results.observe.variables import Observed
@@ -18,6 +18,17 @@ def observe_body_contact(view: View, name: str) -> Observed:
     found, on_rods = Observed(), hasattr(view.part(name), "beams")
     mine = np.flatnonzero(view.model.body_contacts["first"] == view.index(name))
     fields = {field: values[:, mine] for field, values in view.fields["body_contacts"].items()}
+    rows = view.model.body_contacts
+    # of the many pairs of edges of two boxes those alone that touch
+    touch = np.any(fields["force"] > 0.0, axis=0) | np.any(fields["impulse"] > 0.0, axis=0)
+    kept = touch | (rows["surface"][mine] != body_gaps.EDGES)
+    mine, fields = mine[kept], {field: values[:, kept] for field, values in fields.items()}
+    other = rows["a"][mine] != rows["a"][view.index(name)]  # points of the second body, such as corners of a box
+    if other.any():
+        fields["on_a"], fields["on_b"] = (
+            np.where(other[:, None], fields[y], fields[x]) for x, y in (("on_a", "on_b"), ("on_b", "on_a"))
+        )
+        fields["rubbing"] = np.where(other[:, None], -fields["rubbing"], fields["rubbing"])
     total = {field: values.sum(axis=1) for field, values in fields.items()}
     if on_rods:
         found.vector("force", total["on_a"][:, :3], *RESULTS["contact_surfaces"]["force"][1:])
@@ -58,11 +69,13 @@ def _drawn(view: View, name: str) -> list[dict[str, Any]]:
         if shape == getattr(owner, "shape", None):
             continue
         centre, axis = row[f"place_{key}"], row[f"axis_{key}"].tolist()
-        if key == "b" and row["surface"] == surfaces.PLANE:
+        if key == "a":
+            centre = np.mean(rows["place_a"][(rows["first"] == row["first"]) & (rows["a"] == row["a"])], axis=0)
+        if type(shape).__name__ == "Box":
+            solid: dict[str, Any] = {"box": {"edges": list(shape.size), "centre": centre.tolist()}}
+        elif key == "b" and row["surface"] == surfaces.PLANE:
             solid = disc(shape.size, centre.tolist(), axis)
         else:
-            if key == "a":
-                centre = np.mean(rows["place_a"][rows["first"] == row["first"]], axis=0)
             solid = capsule(shape.radius, getattr(shape, "length", 0.0), centre.tolist(), axis)
         found.append({"surface": {"body": body_name(view, body), "solids": [solid]}})
     return found
