@@ -265,14 +265,15 @@ def test_those_of_the_adjoint_are_those_of_neighbours(case: str) -> None:
     """Free rotation, beams and exact rods with joints, latches, events and releases; some parts are refused."""
     system, name, keys, settings, _ = CASES[case]
     settings = {**settings, "method": ALPHA, "spectral_radius": 0.9}
-    built = system()
+    built: Any = system()
     if case in REFUSED:
         with pytest.raises(InputError, match=f"{REFUSED[case]}.*mode 'forward'"):
             built.sensitivity(name, list(keys), mode="adjoint", **settings)
         return
     forward, adjoint = (built.sensitivity(name, list(keys), mode=mode, **settings) for mode in ("forward", "adjoint"))
     np.testing.assert_allclose(adjoint.derivative, forward.derivative, rtol=5e-6)
-    assert adjoint.attrs["mode"] == "adjoint" and adjoint.unit.values.tolist() == forward.unit.values.tolist()
+    assert adjoint.attrs["mode"] == "adjoint"
+    assert adjoint.unit.values.tolist() == forward.unit.values.tolist()
 
 
 @pytest.mark.slow
@@ -288,7 +289,8 @@ def test_values_of_the_adjoint_follow_from_samples_and_events(name: str) -> None
     keys = ["hinge.stiffness", "flap.inertia", "hinge.latch", "hinge.latch_stiffness"]
     settings: dict[str, Any] = {"until": 1.5, "step": 0.01, "method": ALPHA, "spectral_radius": 0.6}
     forward, adjoint = (hinge().sensitivity(name, keys, mode=mode, **settings) for mode in ("forward", "adjoint"))
-    np.testing.assert_allclose(adjoint.derivative, forward.derivative, rtol=1e-6, atol=1e-9)
+    size = float(np.abs(forward.derivative).max())
+    np.testing.assert_allclose(adjoint.derivative, forward.derivative, rtol=1e-6, atol=1e-6 * size)
 
 
 @pytest.mark.slow
@@ -375,8 +377,9 @@ def test_a_run_has_those_of_its_case() -> None:
     ],
 )
 def test_what_has_no_derivative_is_refused(values: Any, keys: Any, settings: dict[str, Any], words: str) -> None:
+    given: dict[str, Any] = {"until": 1.0, "step": 0.01, "method": ENERGY} | settings
     with pytest.raises(InputError) as refused:
-        hinge().sensitivity(values, keys, **({"until": 1.0, "step": 0.01, "method": ENERGY} | settings))
+        hinge().sensitivity(values, keys, **given)
     assert words in str(refused.value)
 
 

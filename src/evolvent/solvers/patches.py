@@ -41,7 +41,7 @@ def _words(value: Any) -> Array:
         return np.zeros(0, np.int64)
     buffer: Any
     if isinstance(value, np.ndarray):
-        buffer = memoryview(value).cast("B")  # type: ignore[arg-type]
+        buffer = memoryview(value.data).cast("B")
     else:  # of which a memoryview would be a copy
         buffer = (ctypes.c_char * value.nbytes).from_address(value.__array_interface__["data"][0])
     return np.frombuffer(buffer, dtype=np.int64)
