@@ -255,12 +255,84 @@ def test_those_of_runs_with_fixed_steps_are_central_differences(case: str, metho
         assert float(found.derivative.sel(value=name, key=key)) == pytest.approx(compared, rel=within), (case, key)
 
 
+#: Cases that the adjoint does not support, and what it says.
+REFUSED = {"contact": "the adjoint does not support body_contacts", "friction": "joints have friction"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES)
+def test_those_of_the_adjoint_are_those_of_neighbours(case: str) -> None:
+    """Free rotation, beams and exact rods with joints, latches, events and releases; some parts are refused."""
+    system, name, keys, settings, _ = CASES[case]
+    settings = {**settings, "method": ALPHA, "spectral_radius": 0.9}
+    built: Any = system()
+    if case in REFUSED:
+        with pytest.raises(InputError, match=f"{REFUSED[case]}.*mode 'forward'"):
+            built.sensitivity(name, list(keys), mode="adjoint", **settings)
+        return
+    forward, adjoint = (built.sensitivity(name, list(keys), mode=mode, **settings) for mode in ("forward", "adjoint"))
+    np.testing.assert_allclose(adjoint.derivative, forward.derivative, rtol=5e-6)
+    assert adjoint.attrs["mode"] == "adjoint"
+    assert adjoint.unit.values.tolist() == forward.unit.values.tolist()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name",
+    [
+        "hinge.latch_time", "hinge.angle.last", "hinge.torque.last", "flap.angle.integral", "flap.angle.mean",
+        "hinge.angle.at(1.2 s)", "hinge.rate.abs_max",
+    ],
+)  # fmt: skip
+def test_values_of_the_adjoint_follow_from_samples_and_events(name: str) -> None:
+    """Of a hinge that latches: its time, values at a time and over time, and what a key changes in a value itself."""
+    keys = ["hinge.stiffness", "flap.inertia", "hinge.latch", "hinge.latch_stiffness"]
+    settings: dict[str, Any] = {"until": 1.5, "step": 0.01, "method": ALPHA, "spectral_radius": 0.6}
+    forward, adjoint = (hinge().sensitivity(name, keys, mode=mode, **settings) for mode in ("forward", "adjoint"))
+    size = float(np.abs(forward.derivative).max())
+    np.testing.assert_allclose(adjoint.derivative, forward.derivative, rtol=1e-6, atol=1e-6 * size)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "settings", "text"),
+    [
+        ("hinge.latch_rate", {}, "no time of a latch or event"),
+        ("hinge.latch_time", {"method": ENERGY}, "the adjoint is of generalized-alpha"),
+        ("flap.acceleration.x.last", {}, "accelerations or reactions"),
+        ("hinge.latch_time", {"mode": "backward"}, "must be one of forward, adjoint"),
+    ],
+)
+def test_what_the_adjoint_does_not_have_is_refused(name: str, settings: dict[str, Any], text: str) -> None:
+    given: dict[str, Any] = {"until": 1.5, "step": 0.01, "method": ALPHA, "mode": "adjoint"} | settings
+    with pytest.raises(InputError, match=text):
+        hinge().sensitivity(name, "hinge.stiffness", **given)
+
+
+@pytest.mark.slow
+def test_the_adjoint_of_a_chain_is_the_same_for_groups_of_keys() -> None:
+    """Sixty keys in one pass: those that change different equations are evaluated together."""
+    chain, count = System(), 30
+    last: Any = (0.0, 0.0, 0.0)
+    for k in range(count):
+        chain.add(parts.Point(mass=1.0, position=(1.0 + k, 0.1 * math.cos(k), 0.0)), f"m{k}")
+        chain.add(parts.Spring(a=last, b=f"m{k}", stiffness=100.0 + k, length=0.95, damping=0.1), f"s{k}")
+        last = f"m{k}"
+    keys = [f"s{k}.stiffness" for k in range(count)] + [f"m{k}.mass" for k in range(count)]
+    settings: dict[str, Any] = {"until": 1.0, "step": 0.01, "method": ALPHA, "spectral_radius": 0.6}
+    found = chain.sensitivity("m5.position.x.last", keys, mode="adjoint", **settings)
+    few = keys[::7]
+    compared = chain.sensitivity("m5.position.x.last", few, **settings)
+    scale = float(np.abs(compared.derivative).max())
+    np.testing.assert_allclose(found.derivative.sel(key=few), compared.derivative, rtol=1e-5, atol=1e-8 * scale)
+
+
 @pytest.mark.slow
 def test_those_through_latches_are_the_same_by_both_methods() -> None:
     """The last hinge latches after two others have: starts and jumps at these are in it."""
     array = evolvent.load("solar-array")
     keys = ["hinge 1.stiffness", "hinge 2.stiffness", "panel 1.mass"]
-    settings = {"until": 10.0, "spectral_radius": 0.6}
+    settings: dict[str, Any] = {"until": 10.0, "spectral_radius": 0.6}
     steps = {ENERGY: 0.005, ALPHA: 0.002}
     found = {
         method: array.sensitivity("hinge 1.latch_time", keys, method=method, step=step, **settings).derivative.values[0]
@@ -305,8 +377,9 @@ def test_a_run_has_those_of_its_case() -> None:
     ],
 )
 def test_what_has_no_derivative_is_refused(values: Any, keys: Any, settings: dict[str, Any], words: str) -> None:
+    given: dict[str, Any] = {"until": 1.0, "step": 0.01, "method": ENERGY} | settings
     with pytest.raises(InputError) as refused:
-        hinge().sensitivity(values, keys, **({"until": 1.0, "step": 0.01, "method": ENERGY} | settings))
+        hinge().sensitivity(values, keys, **given)
     assert words in str(refused.value)
 
 

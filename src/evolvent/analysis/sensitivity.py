@@ -37,8 +37,8 @@ CHANGES = (1e-6, 1e-7)
 #: Mean of the changes of a value to both sides beside half their difference, and beside the value, above which the
 #: derivatives to both sides differ: of a smooth value both are of the order of the change.
 UNEVEN, RESOLVED, ROUND_OFF = 1e-2, 1e-7, 1e-13
-#: Keys of one call at most.
-MOST = 200
+#: Keys of one call at most, by neighbours; and how derivatives are found.
+MOST, MODES = 200, ("forward", "adjoint")
 #: Families that are supported: what they are made of changes continuously along a step.
 SUPPORTED = (
     "bodies", "points", "springs", "links", "guides", "beams", "joints", "coordinates", "contact_surfaces",
@@ -117,17 +117,21 @@ def check(assembly: Assembly, method: str) -> None:
 
 def sensitivity(
     system: System, values: Sequence[str], keys: Sequence[str], *, progress: Callable[[float], None] | None,
-    until: float, every: float | None = None, fine: bool = True, **settings: Any,
+    until: float, every: float | None = None, fine: bool = True, mode: str = "forward", **settings: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Derivatives of values of a run by keys: see `evolvent.System.sensitivity`."""
     from evolvent import analysis
     from evolvent.analysis import simulation
 
     values, of = _names("values", values), [key_of(system, name) for name in _names("keys", keys)]
-    assembly, settings = _checked(system, of, settings)
+    if mode not in MODES:
+        raise InputError(f"mode is {mode!r}; it must be one of {', '.join(MODES)}")
+    assembly, settings = _checked(system, of, settings, mode)
     simulation.check_kept(assembly, values, method=settings["method"])
     samples = analysis.sample_times(until, every, values=assembly.y.size)
     analysis.check_run(assembly, samples, settings.get("step"))
+    if mode == "adjoint":
+        return _by_adjoint(system, assembly, of, values, samples, progress, settings)
     times = Times.of(samples, fine=fine and not is_local(assembly, values), values=assembly.y.size)
     change, solutions, plan = _solutions(system, assembly, of, times.all, progress, settings)
     lead = solutions[0]
@@ -135,6 +139,27 @@ def sensitivity(
     found = [_kept(one.chosen(kept_samples), values) for one in solutions]
     changes = change * np.array([key.size for key in of])
     return _dataset(found, values, of, changes, plan=plan, warning=warning_of(lead))
+
+
+def _by_adjoint(
+    system: System, assembly: Assembly, of: Sequence[Key], values: Sequence[str], samples: Array,
+    progress: Callable[[float], None] | None, settings: Mapping[str, Any],
+) -> xr.Dataset:  # fmt: skip
+    """Derivatives by the adjoint."""
+    from evolvent import analysis
+    from evolvent.analysis import gradient
+
+    def read(solution: Solution) -> tuple[Kept, Array]:
+        kept = _kept(solution, values)
+        return kept, np.array([_number(kept, name) for name in values])
+
+    change = gradient.CHANGE
+    keys = [(key.name, change * key.size, _changed(system, key, change), _changed(system, key, -change)) for key in of]
+    found = gradient.gradient(
+        assembly, lambda: analysis.plan(assembly, samples, **settings)[0], keys, values, read, progress
+    )
+    attrs = {"change": change, "mode": "adjoint"}
+    return _table(found.kept, values, of, found.values, found.derivative, found.plan, attrs, warning_of(found.solution))
 
 
 def jacobian(
@@ -161,7 +186,7 @@ def jacobian(
     from evolvent import analysis
 
     of = [key_of(system, name) for name in _names("keys", keys)]
-    assembly, settings = _checked(system, of, settings)
+    assembly, settings = _checked(system, of, settings, "forward")
     samples = analysis.sample_times(until, every, values=assembly.y.size)
     analysis.check_run(assembly, samples, settings.get("step"))
     times = Times.of(samples, fine=fine, values=assembly.y.size)
@@ -172,12 +197,12 @@ def jacobian(
     return values, odd / (change * np.array([key.size for key in of]))
 
 
-def _checked(system: System, of: Sequence[Key], settings: dict[str, Any]) -> tuple[Assembly, dict[str, Any]]:
+def _checked(system: System, of: Sequence[Key], settings: dict[str, Any], mode: str) -> tuple[Assembly, dict[str, Any]]:
     """The assembled system, and settings of its run with the method that is taken, if both have derivatives."""
     from evolvent import analysis
 
-    if len(of) > MOST:
-        raise InputError(f"there are {len(of)} keys; sensitivities are by at most {MOST} in a call")
+    if len(of) > MOST and mode == "forward":
+        raise InputError(f"there are {len(of)} keys, of at most {MOST} in a call; take mode 'adjoint'")
     assembly = system.assemble()
     method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
     check(assembly, method)
@@ -269,8 +294,6 @@ def _dataset(
     found: list[Kept], names: Sequence[str], keys: Sequence[Key], changes: Array, *, plan: Any, warning: str
 ) -> xr.Dataset:
     """Values, derivatives, and what they are beside values and keys."""
-    import xarray as xr
-
     own, middle = found[0], found[1]
     sides = np.array([[_number(one, name) for one in found[2:]] for name in names]).reshape(len(names), len(keys), 2)
     value, centre = (np.array([_number(one, name) for name in names]) for one in (own, middle))
@@ -282,7 +305,17 @@ def _dataset(
             f"{names[i]!r} has no derivative by {keys[j].name!r}: it is {up:.6g} towards larger values and {down:.6g} "
             f"towards smaller ones"
         )
-    derivative = odd / changes
+    attrs = {"change": float(changes[0] / keys[0].size), "mode": "forward"}
+    return _table(own, names, keys, value, odd / changes, plan, attrs, warning)
+
+
+def _table(
+    own: Kept, names: Sequence[str], keys: Sequence[Key], value: Array, derivative: Array, plan: Any,
+    attrs: Mapping[str, Any], warning: str,
+) -> xr.Dataset:  # fmt: skip
+    """Values and derivatives with their units."""
+    import xarray as xr
+
     with np.errstate(divide="ignore", invalid="ignore"):
         relative = derivative * np.array([key.value for key in keys]) / value[:, None]
     unit = [own.units(name) for name in names]
@@ -300,8 +333,7 @@ def _dataset(
             "key_unit": (("key",), by), "unit": (both, [[_ratio(a, b) for b in by] for a in unit]),
         },
         attrs={
-            "method": plan.method, "steps": "fixed" if plan.step is not None else "as in the run",
-            "change": float(changes[0] / keys[0].size),
+            "method": plan.method, "steps": "fixed" if plan.step is not None else "as in the run", **attrs,
             **({"warning": warning} if warning else {}),
         },
     )  # fmt: skip

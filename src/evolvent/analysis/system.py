@@ -351,7 +351,7 @@ class System:
     def sensitivity(
         self, values: str | Sequence[str], keys: str | Sequence[str], *, until: Any = None, every: Any = None,
         fine: bool | None = None, method: str | None = None, step: Any = None, tolerance: float | None = None,
-        spectral_radius: float | None = None, progress: Callable[[float], None] | None = None,
+        spectral_radius: float | None = None, mode: str = "forward", progress: Callable[[float], None] | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Derivatives of values of a simulation by keys of its parts, of the discrete solution.
 
@@ -363,6 +363,9 @@ class System:
         values : names of single numbers, as of `keep` of `simulate`: ``"hinge 1.latch_time"``, ``"hub.rate.z.last"``
         keys : keys of parts that hold a number with a unit: ``"parts.hinge 1.stiffness"``, ``"panel 3.mass"``
         until, every, fine, method, step, tolerance, spectral_radius, progress : as of `simulate`
+        mode : {"forward", "adjoint"}
+            Neighbours for each key, or one pass back through the run, which is faster for many keys and has fewer
+            values, parts and methods (docs, "Sensitivities of a run").
 
         Returns
         -------
@@ -380,7 +383,7 @@ class System:
         given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
         settings = self._run_settings(given | {"tolerance": tolerance, "spectral_radius": spectral_radius})
         shown = on_stderr(settings["until"]) if progress is None else progress
-        return sensitivity.sensitivity(self, values, keys, progress=shown, **settings)
+        return sensitivity.sensitivity(self, values, keys, progress=shown, mode=mode, **settings)
 
     def _run_settings(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """How the motion is run: `settings` with what is given in their place, times in seconds."""

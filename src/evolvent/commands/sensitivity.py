@@ -15,12 +15,13 @@ from evolvent.commands import options as shared
 @click.argument("case", metavar="CASE|FILE")
 @click.option("--of", "values", multiple=True, required=True, metavar="VALUE", help="A value of the run.")
 @click.option("--by", "keys", multiple=True, required=True, metavar="KEY", help="A key of a part that holds a number.")
+@click.option("--adjoint", is_flag=True, help="By one pass back through the run, for many keys: generalized-alpha.")
 @shared.assignments
 @shared.output("FILE.CSV", "Write the table as a file.")
 @shared.quiet("Print no table and no progress.")
 def sensitivity(
-    case: str, values: tuple[str, ...], keys: tuple[str, ...], assignments: tuple[str, ...], output: str | None,
-    quiet: bool,
+    case: str, values: tuple[str, ...], keys: tuple[str, ...], adjoint: bool, assignments: tuple[str, ...],
+    output: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Find derivatives of values of a CASE's run by keys of its parts.
 
@@ -40,7 +41,9 @@ def sensitivity(
     loaded = cases.load(case, cases.parse_assignments(assignments))
     definition = cases.system(loaded.system)
     with showing_progress(quiet=quiet):
-        found = definition.system(loaded).sensitivity(list(values), list(keys))
+        found = definition.system(loaded).sensitivity(
+            list(values), list(keys), mode="adjoint" if adjoint else "forward"
+        )
     rows = _rows(found)
     if not quiet:
         _print(rows, found.attrs)

@@ -108,7 +108,8 @@ def restore_start(model, work):
 @indirect(void(REAL, REAL, MODEL, WORKSPACE))
 def end_step(t, h, model, work):
     """Keep the momentum and the loads at the end of a step of length h, and the places of the bodies there."""
-    keep_momentum(t, h, work.y, model.P, model, work.spare, work.kept)
+    if work.options.corrects != 0:
+        keep_momentum(t, h, work.y, model.P, model, work.spare, work.kept)
     for i in range(work.dq.size):
         work.loads1[i] = model.P[i]
     if h > 0.0:

@@ -191,6 +191,18 @@ def check_redundancy(assembly: Assembly, t: float) -> None:
         )
 
 
+def stops_of(assembly: Assembly, times: np.ndarray) -> np.ndarray:
+    """Times between the first and the last sample on which steps land, (n,) float, s: loads or joints change there."""
+    model = assembly.model
+    ends = [
+        model.beam_loads["start"] + model.beam_loads["ramp"],
+        model.breaks,
+        release_times(assembly, times[0], times[-1]),
+    ]
+    stops = np.unique(np.concatenate(ends))
+    return stops[(stops > times[0]) & (stops < times[-1])]
+
+
 def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options: np.record) -> Workspace:
     """The loop's workspace at the start of a run; the model's history is cleared.
 
@@ -202,12 +214,6 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     """
     model, midpoint = assembly.model, bool(options.midpoint)
     n_v, n_j, n_b, n_t = int(model.info.nv), model.joints.size, model.bodies.size, times.size
-    ends = [
-        model.beam_loads["start"] + model.beam_loads["ramp"],
-        model.breaks,
-        release_times(assembly, times[0], times[-1]),
-    ]
-    stops = np.unique(np.concatenate(ends))
     model.switches[:] = assembly.s
     contact.clear_history(model)
     out, evaluated = empty(model, n_t), n_t if reactions.applies(model, options) else 0
@@ -251,7 +257,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         kept=np.full(12, np.nan),
         momenta=np.zeros(6),
         samples=times.copy(),
-        stops=stops[(stops > times[0]) & (stops < times[-1])],
+        stops=stops_of(assembly, times),
         log_t=np.zeros(logged),
         log_k=np.zeros(logged, dtype=np.int64),
         out_y=np.zeros((n_t, assembly.y.size)),

@@ -44,7 +44,7 @@ LOOP = np.dtype(
 #: whose start needs no accelerations; conserves: energy and momenta, to what Newton's method leaves; divides: fixed
 #: steps that fail are divided.
 OPTIONS = np.dtype(
-    [(name, np.int64) for name in ("method", "midpoint", "conserves", "divides")]
+    [(name, np.int64) for name in ("method", "midpoint", "conserves", "divides", "corrects")]
     + [(name, np.float64) for name in ("newton", "sharp", "tolerance", "rates", "smallest", "longest", "first", "gain",
                                        "floor", "mass", "span", "alpha_m", "alpha_f", "beta", "gamma", "chi")],
     align=True,

@@ -238,6 +238,39 @@ def steps_beside(kind, latch, run_model, run, model, matrix, work, models, works
     return -1
 
 
+@indirect(types.UniTuple(_I, 3)(MODEL, SPARSE, WORKSPACE))
+def take_step(model, matrix, run):
+    """Take or try a step of a run.
+
+    Returns
+    -------
+    status : of `implicit_loop.advance`, `TOGETHER`, or `HASTY`
+    kind, latch : as of `step_beside`
+    """
+    loop, near, end = run.loop, 10.0 * run.options.smallest, run.samples[run.samples.size - 1]
+    share = 2e-9 if run.options.midpoint != 0 else 1e-12
+    steps, latches, event, step = loop.steps, loop.latches, loop.event_step, loop.step
+    stops = loop.stop < run.stops.size and run.stops[loop.stop] < end - near
+    left = ((run.stops[loop.stop] if stops else end) - loop.time) * (1.0 - share) - 4.0 * near
+    code = implicit_loop.advance(model, matrix, run, 1)
+    kind = OWN if loop.tried == step else FROZEN
+    if loop.tried == event:
+        kind = EVENT
+    elif loop.tried >= left:
+        kind = STOP if stops else END
+    latch = TRIED
+    if loop.steps > steps:
+        latch = run.log_k[latches] if loop.latches > latches else NONE
+        if loop.latches > latches + 1 or (loop.latches > latches and kind >= STOP):
+            return TOGETHER, kind, latch
+        if loop.latches > latches and latch < 0:
+            latch += 1 + FIRST_EVENT
+        short = loop.tried * loop.steps < LEAST_TO_RELEASE * (loop.time - run.samples[0])
+        if (latch != NONE or kind == STOP) and short and user_events.has_released(loop.time, loop.tried, model):
+            return HASTY, kind, latch
+    return code, kind, latch
+
+
 @indirect(_I(_I, MODEL, SPARSE, WORKSPACE, MODEL, SPARSE, WORKSPACE, INTEGERS, INTEGERS, MATRIX, VECTOR))
 def advance_beside(budget, run_model, run_matrix, run, model, matrix, work, models, works, pace, factored):
     """Go on for `budget` steps, tried ones among them, of the run, its middle and its neighbours.
@@ -245,28 +278,12 @@ def advance_beside(budget, run_model, run_matrix, run, model, matrix, work, mode
     Returns a status: one of `implicit_loop.advance`, `TOGETHER`, `HASTY`, or `LEFT` where a neighbour does not
     take a step.
     """
-    loop, near, end = run.loop, 10.0 * run.options.smallest, run.samples[run.samples.size - 1]
-    share = 2e-9 if run.options.midpoint != 0 else 1e-12
+    loop = run.loop
     for _ in range(budget):
-        steps, latches, event, step = loop.steps, loop.latches, loop.event_step, loop.step
-        stops = loop.stop < run.stops.size and run.stops[loop.stop] < end - near
-        left = ((run.stops[loop.stop] if stops else end) - loop.time) * (1.0 - share) - 4.0 * near
-        code = implicit_loop.advance(run_model, run_matrix, run, 1)
-        kind = OWN if loop.tried == step else FROZEN
-        if loop.tried == event:
-            kind = EVENT
-        elif loop.tried >= left:
-            kind = STOP if stops else END
-        latch = TRIED
-        if loop.steps > steps:
-            latch = run.log_k[latches] if loop.latches > latches else NONE
-            if loop.latches > latches + 1 or (loop.latches > latches and kind >= STOP):
-                return TOGETHER
-            if loop.latches > latches and latch < 0:
-                latch += 1 + FIRST_EVENT
-            short = loop.tried * loop.steps < LEAST_TO_RELEASE * (loop.time - run.samples[0])
-            if (latch != NONE or kind == STOP) and short and user_events.has_released(loop.time, loop.tried, run_model):
-                return HASTY
+        step = loop.step
+        code, kind, latch = take_step(run_model, run_matrix, run)
+        if code == TOGETHER or code == HASTY:  # noqa: SIM109  (compiled)
+            return code
         if latch != TRIED or math.isfinite(loop.event_step):
             factored[FAILED] = steps_beside(
                 kind, latch, run_model, run, model, matrix, work, models, works, pace, factored

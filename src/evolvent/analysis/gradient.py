@@ -1,0 +1,207 @@
+"""Sensitivities by the adjoint: derivatives of few values by many keys, in one run and one pass back through it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent.base.errors import EvolventError, InputError, RunFailed
+from evolvent.kernels.blocks import displace
+from evolvent.results.kept import Kept, kept_of, reduce, split
+from evolvent.solvers.adjoint import Adjoint
+from evolvent.solvers.laws import law_failure
+
+if TYPE_CHECKING:
+    from evolvent.assembly.assembled import Assembly
+    from evolvent.solvers.solution import Solution
+
+Array = np.ndarray
+#: Changes of keys, beside their sizes, and of coordinates and rates at samples, beside the sizes of the unknowns.
+CHANGE, MOVE, RATE = 1e-6, 1e-5, 1e-4
+
+
+@dataclasses.dataclass(frozen=True)
+class Gradient:
+    """Values of a run and their derivatives.
+
+    Attributes
+    ----------
+    kept : Kept, the values; values : (n,) float; derivative : (n, keys) float, SI
+    plan : of the run; solution : Solution
+    """
+
+    kept: Kept
+    values: Array
+    derivative: Array
+    plan: Any
+    solution: Solution
+
+
+def gradient(
+    assembly: Assembly, make: Callable[[], Any], keys: Sequence[tuple[str, float, Assembly, Assembly]],
+    names: Sequence[str], read: Callable[[Solution], tuple[Kept, Array]],
+    progress: Callable[[float], None] | None,
+) -> Gradient:  # fmt: skip
+    """Run, and find derivatives of values by keys.
+
+    Parameters
+    ----------
+    make : returns a plan of the run, another one each time
+    keys : name, change, and the systems with the key changed by it to both sides
+    names : of the values
+    read : returns values of a solution, and as numbers
+
+    Raises
+    ------
+    InputError, RunFailed
+        As of `evolvent.System.sensitivity`.
+    """
+    from evolvent import analysis
+
+    adjoint = Adjoint(make, keys)
+    try:
+        status, message = adjoint.run(progress)
+    except EvolventError:
+        raise
+    except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+        raise RunFailed(law_failure(assembly, error, adjoint.lead.moments()), None) from None
+    solution = adjoint.lead.result(status, message, 0.0)
+    if status == "failed":
+        raise RunFailed(message, analysis.tree(solution.or_start(0.0), case="", why=""))
+    kept, values = read(solution)
+    seeds = [_seeds(solution, name, value, adjoint) for name, value in zip(names, values, strict=True)]
+    found = adjoint.gradients(np.array([one[0] for one in seeds]), np.array([one[1] for one in seeds]))
+    for k, name in enumerate(names):
+        if split(name)[1]:
+            found[k] += _own_change(solution, name, keys)
+    return Gradient(kept, values, found, adjoint.lead.plan, solution)
+
+
+def _series(solution: Solution, name: str, assembly: Assembly | None = None) -> Array:
+    """A variable at the samples of a solution, (nt,), of states alone."""
+    kept = solution.kept
+    if kept is not None:
+        lost = {field: np.full_like(getattr(kept, field), np.nan) for field in ("acceleration", "la", "forces")}
+        kept = kept._replace(**lost)
+    of = dataclasses.replace(
+        solution, kept=kept, reactions=None, assembly=solution.assembly if assembly is None else assembly
+    )  # fmt: skip
+    found = kept_of(of, [name], dict, fine=np.zeros(of.t.size, dtype=bool), why="")  # type: ignore[arg-type]
+    values = np.asarray(found[name], dtype=float)
+    if values.shape != (of.t.size,):
+        raise InputError(f"{name!r} is no single number at a time; name a component")
+    if np.any(np.isnan(values)):
+        raise InputError(
+            f"the adjoint of {name!r} is not supported, which needs accelerations or reactions; take mode 'forward'"
+        )
+    return values
+
+
+def _own_change(solution: Solution, name: str, keys: Sequence[tuple[str, float, Assembly, Assembly]]) -> Array:
+    """Derivatives of a value by keys where the states stay, (keys,)."""
+    variable, reduction = split(name)
+    weights = _weights(_series(solution, variable), solution.t, reduction)
+    samples = np.flatnonzero(weights)
+    chosen, found = solution.chosen(np.append([0], samples)), np.zeros(len(keys))
+    for j, (_, change, up, down) in enumerate(keys):
+        sides = [weights[samples] @ _series(chosen, variable, one)[1:] for one in (up, down)]
+        found[j] = (sides[0] - sides[1]) / (2.0 * change)
+    return found
+
+
+def _weights(values: Array, t: Array, reduction: str) -> Array:
+    """Derivatives of what a series is reduced to by its values, (nt,)."""
+    found, n = np.zeros(t.size), t.size
+    if reduction in ("min", "max", "abs_max"):
+        k = int({"min": np.nanargmin, "max": np.nanargmax}.get(reduction, lambda x: np.nanargmax(np.abs(x)))(values))
+        found[k] = np.sign(values[k]) if reduction == "abs_max" else 1.0
+    elif reduction in ("mean", "integral"):
+        weights = np.full(n, 1.0 / n) if reduction == "mean" else np.zeros(n)
+        if reduction == "integral":
+            steps = np.diff(t)
+            weights[:-1] += 0.5 * steps
+            weights[1:] += 0.5 * steps
+        return weights
+    else:  # straight lines between samples
+        for k in range(n):
+            unit = np.zeros(n)
+            unit[k] = 1.0
+            found[k] = float(reduce(unit, t, reduction)) if _near(k, t, reduction) else 0.0
+    return found
+
+
+def _near(k: int, t: Array, reduction: str) -> bool:
+    """Whether sample k may count in a value at a time; all may of `first` and `last`."""
+    return reduction not in ("first", "last") or k in (0, t.size - 1)
+
+
+def _seeds(solution: Solution, name: str, value: float, adjoint: Adjoint) -> tuple[Array, Array]:
+    """Derivatives of a value by coordinates and rates at the samples, and by the times of events."""
+    n_v, times = adjoint.n_v, solution.event_times
+    by_sample, by_event = np.zeros((solution.t.size, 2 * n_v)), np.zeros(times.size)
+    variable, reduction = split(name)
+    if not reduction:
+        at = np.flatnonzero(times == value)
+        if at.size != 1:
+            raise InputError(
+                f"the adjoint of {name!r} is not supported, which is no time of a latch or event; take mode 'forward'"
+            )
+        by_event[at[0]] = 1.0
+        return by_sample, by_event
+    series = _series(solution, variable)
+    weights = _weights(series, solution.t, reduction)
+    samples = np.flatnonzero(weights)
+    if not np.array_equal(_series(solution.chosen(np.append([0], samples)), variable)[1:], series[samples]):
+        raise InputError(
+            f"the adjoint of {name!r} is not supported, which follows from several samples; take mode 'forward'"
+        )
+    size = np.concatenate([MOVE * adjoint.lead.work.weight[:n_v], RATE * adjoint.lead.work.weight[:n_v]])
+    order = np.concatenate([[0], np.repeat(samples, 4 * n_v)])
+    moved = solution.chosen(order)
+    states, row = moved.y.copy(), 1
+    for _ in samples:
+        for j in range(2 * n_v):
+            for sign in (1.0, -1.0):
+                states[row] = _moved(states[row], j, sign * size[j], adjoint)
+                row += 1
+    values = _series(dataclasses.replace(moved, y=states), variable)[1:].reshape(samples.size, 2 * n_v, 2)
+    by_sample[samples] = weights[samples, None] * (values[..., 0] - values[..., 1]) / (2.0 * size)
+    if (samples.size and samples[0] > 0) or samples.size > 1:
+        by_sample[0] += _by_start(solution, variable, weights, size, adjoint)
+    return by_sample, by_event
+
+
+def _moved(y: Array, j: int, d: float, adjoint: Adjoint) -> Array:
+    """A state with coordinate j, or of those behind the coordinates a rate, changed by d."""
+    model, n_v, found = adjoint.lead.model, adjoint.n_v, y.copy()
+    if j < n_v:
+        move = np.zeros(n_v)
+        move[j] = d
+        displace(y, move, False, model, found)
+    else:
+        found[int(model.info.nq) + j - n_v] += d
+    return found
+
+
+def _by_start(solution: Solution, name: str, weights: Array, size: Array, adjoint: Adjoint) -> Array:
+    """Derivatives by the first sample of a variable that refers to it, at the others."""
+    samples = np.flatnonzero(weights)
+    samples = np.concatenate([[0], samples[samples > 0]])
+    chosen = solution.chosen(samples)
+
+    def others(j: int, d: float) -> float:
+        y = chosen.y.copy()
+        y[0] = _moved(y[0], j, d, adjoint)
+        return float(weights[samples[1:]] @ _series(dataclasses.replace(chosen, y=y), name)[1:])
+
+    rng = np.random.default_rng(0)
+    y = chosen.y.copy()
+    for j in range(size.size):
+        y[0] = _moved(y[0], j, size[j] * rng.uniform(0.5, 1.0), adjoint)
+    changed = _series(dataclasses.replace(chosen, y=y), name)[1:]
+    if np.array_equal(changed, _series(chosen, name)[1:]):
+        return np.zeros(size.size)
+    return np.array([(others(j, d) - others(j, -d)) / (2.0 * d) for j, d in enumerate(size)])

@@ -1,0 +1,318 @@
+"""The adjoint of a run by generalized-alpha: derivatives of few values by many parameters, in one pass backwards.
+
+The run keeps its steps as linear maps (`evolvent.solvers.tape`). Those that end on a latch, an event, a change of loads
+or the end of the run are found by neighbours that take them from states and parameters changed one by one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numba import config
+
+from evolvent import model as mdl
+from evolvent.assembly import needs
+from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.families import PARTS_OF_OTHERS
+from evolvent.base.errors import InputError
+from evolvent.flow.implicit import residual
+from evolvent.kernels.blocks import displace
+from evolvent.kernels.sparse import INNER
+from evolvent.solvers import implicit_loop, run as runs, tape as tapes
+from evolvent.solvers.adjoint_events import Jump, Jumps, Parameter, difference, state_of
+from evolvent.solvers.implicit_method import METHODS, NAME
+from evolvent.solvers.implicit_run import Run
+from evolvent.solvers.implicit_setup import matrix_of, stops_of
+from evolvent.solvers.implicit_state import BUDGET, DONE, STOPPED
+from evolvent.solvers.messages import reason
+from evolvent.solvers.patches import Patch
+from evolvent.solvers.steps_beside import TOGETHER, step_beside, take_step
+from evolvent.solvers.tape import FULL, KIND, LANDS, LATCH, SEARCHES, SHIFTED, STEPS, Tape
+
+Array = np.ndarray
+#: Steps of a tape, and bytes of all at most.
+STEPS_OF_TAPE, MOST_BYTES = 256, 4e9
+#: States that are tried for the equations that a parameter changes.
+TRIALS = 3
+#: Families that are supported: their tangents are exact, and nothing in their records goes on from step to step.
+SUPPORTED = (
+    "bodies", "points", "springs", "links", "guides", "beams", "joints", "coordinates", "loads", "beam_loads",
+    "synchronizations", "rods", "events",
+)  # fmt: skip
+
+
+def check(method: str, model: Any) -> None:
+    """Refuse what has no adjoint, by name.
+
+    Raises
+    ------
+    InputError
+    """
+    if method not in METHODS or METHODS[method].code != METHODS[NAME].code:
+        raise InputError(
+            f"the adjoint is of {NAME}, but the method is {method}; name it as `method`, or mode 'forward'"
+        )
+    for name in mdl.RECORDS:
+        if name not in PARTS_OF_OTHERS and name not in SUPPORTED and getattr(model, name).size:
+            raise InputError(f"the adjoint does not support {name}, which the system has; take mode 'forward'")
+    if np.any(model.coordinates["friction"] > 0.0):
+        raise InputError("joints have friction, which the adjoint does not support; take mode 'forward'")
+
+
+class Adjoint:
+    """A run by generalized-alpha that keeps its steps.
+
+    Attributes
+    ----------
+    lead : Run; parameters : list of Parameter
+    parts : list of (Tape, number of steps) and Jump, in the order of time
+    begins : (m, parameters) float, derivatives of the state with which the run starts
+    """
+
+    def __init__(self, make: Callable[[], Any], parameters: Sequence[tuple[str, float, Assembly, Assembly]]) -> None:
+        plans = [make() for _ in range(3)]
+        for one in plans:
+            one.options.corrects = 0
+        base = plans[0].assembly
+        check(plans[0].method, base.model)
+        self.lead, self.middle, self.scratch = (Run(one) for one in plans)
+        self.room, model = matrix_of(base.model), base.model
+        self.n_v, self.n_u = int(model.info.nv), int(model.info.nv) + model.joints.size
+        self.parameters = [
+            Parameter(
+                name, change, up, down,
+                (Patch.between(model, up.model, name), Patch.between(model, down.model, name)),
+                (stops_of(up, plans[0].times), stops_of(down, plans[0].times)),
+                np.zeros(self.n_u, dtype=bool),
+            )
+            for name, change, up, down in parameters
+        ]  # fmt: skip
+        for one in self.parameters:
+            if any(stops.size != self.lead.work.stops.size for stops in one.stops):
+                raise InputError(
+                    f"{one.name!r} moves a time at which loads change onto another one; there is no derivative by it"
+                )
+        others = frozenset().union(*(row.modules for name, row in METHODS.items() if row.code != METHODS[NAME].code))
+        roots = [
+            tapes.advance_keeping,
+            tapes.note_start,
+            tapes.pull_back,
+            tapes.pull_back_sample,
+            take_step,
+            step_beside,
+        ]
+        for run in (self.lead, self.middle, self.scratch):
+            needs.load(run.model, *roots, implicit_loop.begin, implicit_loop.restart, without=others)
+        self.jumps = Jumps(self.lead, self.middle, self.room, self.parameters)
+        self.parts: list[tuple[Tape, int] | Jump] = []
+        self.bytes = 0
+        self.shifted = False
+        self.begins = np.zeros((4 * self.n_v + 1, len(self.parameters)))
+
+    # -------------------------------------------------------------------------------------------- forwards
+
+    def run(self, progress: Callable[[float], None] | None = None) -> runs.Ending:
+        """Run to the end; returns how.
+
+        Raises
+        ------
+        InputError
+            Where the motion has no derivative.
+        """
+        model, work = self.lead.model.copy(), self.lead.work.copy()
+        failure = self.lead.begin()
+        if failure:
+            return "failed", failure
+        if model.info.redundant or self.lead.model.info.redundant:
+            raise InputError("constraints are redundant, which the adjoint does not support; take mode 'forward'")
+        self._begin_neighbours(model, work)
+        self._group()
+        self._change_models()
+        lead, tape, code = self.lead, self._new_tape(), BUDGET
+        while code not in (DONE, STOPPED):
+            code = tapes.advance_keeping(
+                200, lead.model, lead.matrix, lead.work, tape, self.room, self._addresses
+            )  # fmt: skip
+            searched = (BUDGET, int(tape.counts[KIND]), int(tape.counts[LATCH])) if code == SEARCHES else None
+            if code in (FULL, LANDS, SEARCHES):
+                tape = self._close(tape)
+            if code == TOGETHER:
+                raise InputError(
+                    f"a latch or event at t = {lead.reached:.6g} s is at the end of a step by chance; take another step"
+                )
+            if code in (LANDS, SEARCHES):
+                code, failure, jump = self.jumps.take(searched)
+                if jump is None:
+                    return "failed", failure
+                self.parts.append(jump)
+                self.shifted = True
+                tape = self._new_tape()
+                if code not in (DONE, STOPPED):
+                    self._change_models()
+            elif code == FULL:
+                code = BUDGET
+            elif code == DONE:
+                self._close(tape)
+            elif code not in (BUDGET, DONE, STOPPED):
+                return "failed", reason(code, lead)
+            if progress is not None:
+                progress(lead.reached)
+        return lead.stopped() if code == STOPPED else runs.FINISHED
+
+    def _new_tape(self) -> Tape:
+        n, work, groups = STEPS_OF_TAPE, self.lead.work, 1 + max((one.group for one in self.parameters), default=-1)
+        counts = np.zeros(tapes.N_COUNTS, dtype=np.int64)
+        counts[SHIFTED] = self.shifted
+        matrices = {name: np.zeros((n, self.room.values.size)) for name in "KC"}
+        return Tape(
+            counts=counts, numbers=np.zeros((n, tapes.N_NUMBERS)), y0=np.zeros((n, work.y.size)),
+            y1=np.zeros((n, work.y.size)), dq=np.zeros((n, self.n_v)), r=np.zeros(self.n_u),
+            rows=np.zeros((n, groups + 1, self.n_u)), M=np.zeros(self.room.values.size), **matrices,
+        )  # fmt: skip
+
+    def _close(self, tape: Tape) -> Tape:
+        """Keep a tape, if it has steps; returns another one."""
+        steps = int(tape.counts[STEPS])
+        if not steps:
+            return tape
+        if self.room.counts[INNER]:
+            raise InputError("torques spread over a beam are not supported by the adjoint; take mode 'forward'")
+        outside = np.any(tape.rows[:steps] != 0.0, axis=0)
+        for one in self.parameters:
+            own = [other.rows for other in self.parameters if other.group == one.group]
+            if len(own) > 1 and np.any(outside[one.group] & ~np.any(own, axis=0)):
+                raise AssertionError(f"{one.name} changes other equations than at the start")
+        self.parts.append((tape, steps))
+        self.bytes += sum(value.nbytes for value in tape)
+        if self.bytes > MOST_BYTES:
+            raise InputError(
+                f"the steps to t = {self.lead.reached:.6g} s take {self.bytes / 1e9:.2g} GB; take a longer step, a "
+                f"shorter run, or mode 'forward'"
+            )
+        return self._new_tape()
+
+    def _begin_neighbours(self, model: Any, work: Any) -> None:
+        """Derivatives of the start by the parameters."""
+        for k, one in enumerate(self.parameters):
+            sides = []
+            for patch, assembly in zip(one.patches, (one.up, one.down), strict=True):
+                self.scratch.model.take(model)
+                self.scratch.work.take(work)
+                patch.write(self.scratch.model)
+                self.scratch.work.y[:] = assembly.y
+                code = implicit_loop.begin(self.scratch.model, self.scratch.matrix, self.scratch.work)
+                if code != DONE:
+                    raise InputError(f"with another {one.name!r} the run does not start: {reason(code, self.scratch)}")
+                sides.append(state_of(self.scratch.work, model))
+            self.begins[:, k] = difference(sides[0], sides[1], 0.5 / one.change, model)
+
+    def _group(self) -> None:
+        """Parameters that change different equations in one group, by states about the start."""
+        rng, work, model = np.random.default_rng(0), self.lead.work, self.scratch.model
+        n_q, r, powers = int(model.info.nq), np.zeros(self.n_u), np.zeros(work.powers.shape[1])
+        for _ in range(TRIALS):
+            y, size = work.y.copy(), 1e-2 * work.weight[: self.n_v]
+            displace(work.y, size * rng.uniform(-1, 1, self.n_v), False, self.lead.model, y)
+            y[n_q : n_q + self.n_v] += size * rng.uniform(-1, 1, self.n_v) / float(work.options.span)
+            a, la = rng.uniform(-1, 1, self.n_v), rng.uniform(-1, 1, work.la.size)
+            t = float(self.lead.reached)
+            for one in self.parameters:
+                sides = []
+                for patch in one.patches:
+                    model.take(self.lead.model)
+                    patch.write(model)
+                    residual(t, y, a, la, 0.0, 1.0, model, r, powers)
+                    sides.append(r.copy())
+                one.rows |= sides[0] != sides[1]
+        taken: list[Array] = []
+        for one in self.parameters:
+            if not np.any(one.rows):
+                one.rows[:] = True
+            one.group = next((k for k, rows in enumerate(taken) if not np.any(rows & one.rows)), len(taken))
+            if one.group == len(taken):
+                taken.append(np.zeros(self.n_u, dtype=bool))
+            taken[one.group] |= one.rows
+
+    def _change_models(self) -> None:
+        """Models of the neighbours of each group, from that of the run."""
+        groups = 1 + max((one.group for one in self.parameters), default=-1)
+        self._models = [self.lead.model.copy() for _ in range(2 * groups)]
+        for one in self.parameters:
+            for side, patch in enumerate(one.patches):
+                patch.write(self._models[2 * one.group + side])
+        self._addresses: Any = self._models
+        if not config.DISABLE_JIT:
+            self._addresses = np.array([one.address for one in self._models], dtype=np.int64)
+
+    # -------------------------------------------------------------------------------------------- backwards
+
+    def gradients(self, by_sample: Array, by_event: Array) -> Array:
+        """Derivatives of values by the parameters.
+
+        Parameters
+        ----------
+        by_sample : (values, samples, 2 nv) float, derivatives of the values by coordinates and rates at the samples
+        by_event : (values, events) float, by the times of events
+
+        Returns
+        -------
+        (values, parameters) float, without what parameters change in the values themselves
+
+        Raises
+        ------
+        InputError
+            Where a step has no derivative.
+        """
+        n, m, lead = by_sample.shape[0], 4 * self.n_v + 1, self.lead
+        now, found = np.zeros((n, m)), np.zeros((n, len(self.parameters)))
+        parts, vectors = np.zeros((5, self.n_u)), np.zeros((2, self.n_u))
+        states, move, event = np.zeros((4, lead.work.y.size)), np.zeros(self.n_v), by_event.shape[1]
+        for part in reversed(self.parts):
+            if isinstance(part, Jump):
+                if not math.isnan(part.event):
+                    event -= 1
+                    now[:, -1] += by_event[:, event]
+                seeds = by_sample[:, part.first : part.first + part.samples.shape[0]]
+                found += now @ part.by_parameter + np.einsum("vsi,sik->vk", seeds, part.sampled)
+                now = now @ part.by_state + np.einsum("vsi,sim->vm", seeds, part.samples)
+                continue
+            tape, steps = part
+            rows = np.zeros((n * tape.rows.shape[1], self.n_u))
+            last = steps - 1
+            for k in range(steps - 1, -1, -1):
+                numbers, starts = tape.numbers[k], np.zeros((n, m))
+                inside = range(int(numbers[tapes.FIRST_SAMPLE]), int(numbers[tapes.END_SAMPLE]))
+                own = [sample for sample in inside if np.any(by_sample[:, sample])]
+                if not own:
+                    continue
+                self._pull(k + 1, last, tape, now, rows, parts, vectors)
+                h = float(numbers[tapes.LENGTH])
+                for sample in own:
+                    theta = (float(lead.work.samples[sample]) - float(numbers[tapes.TIME])) / h
+                    for q in range(n):
+                        tapes.pull_back_sample(
+                            1.0 if theta > 1.0 - 1e-9 else max(theta, 0.0), h, tape.y0[k], tape.y1[k],
+                            by_sample[q, sample], lead.model, states, move, starts[q], now[q],
+                        )  # fmt: skip
+                self._pull(k, k, tape, now, rows, parts, vectors)
+                now += starts
+                last = k - 1
+            self._pull(0, last, tape, now, rows, parts, vectors)
+            by_group = rows.reshape(n, -1, self.n_u)
+            for k, one in enumerate(self.parameters):
+                found[:, k] -= np.sum(by_group[:, one.group] * one.rows, axis=1) / one.change
+        now[:, : 2 * self.n_v] += by_sample[:, 0]
+        return found + now @ self.begins
+
+    def _pull(self, first: int, last: int, tape: Tape, now: Array, rows: Array, parts: Array, vectors: Array) -> None:
+        if last < first:
+            return
+        left = tapes.pull_back(
+            first, last, tape, self.room, self.lead.model, self.lead.work, now, rows, parts, vectors
+        )  # fmt: skip
+        if left >= 0:
+            t = float(tape.numbers[left - 1, tapes.TIME])
+            raise InputError(f"the step from t = {t:.6g} s has no derivative; take a shorter step, or mode 'forward'")

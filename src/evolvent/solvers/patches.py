@@ -1,0 +1,93 @@
+"""What a parameter changes in a model: numbers in its records, by which other models of the same system are changed."""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import functools
+from typing import Any
+
+import numpy as np
+
+from evolvent.base.errors import InputError
+from evolvent.compiled.pointer import Struct
+
+Array = np.ndarray
+
+
+@functools.cache
+def _floats(dtype: np.dtype) -> Array:
+    """Which 8-byte words of a record are floats, (n,) bool."""
+    found = np.zeros(dtype.itemsize // 8, dtype=bool)
+
+    def mark(kind: np.dtype, at: int) -> None:
+        if kind.subdtype is not None:
+            base, shape = kind.subdtype
+            for i in range(int(np.prod(shape))):
+                mark(base, at + i * base.itemsize)
+        elif kind.fields is not None:
+            for field in kind.fields.values():
+                mark(field[0], at + field[1])
+        elif kind.kind == "f":
+            found[at // 8] = True
+
+    mark(dtype, 0)
+    return found
+
+
+def _words(value: Any) -> Array:
+    """The 8-byte words of an array or a record, as integers, in place."""
+    if not value.nbytes:
+        return np.zeros(0, np.int64)
+    buffer: Any
+    if isinstance(value, np.ndarray):
+        buffer = memoryview(value.data).cast("B")
+    else:  # of which a memoryview would be a copy
+        buffer = (ctypes.c_char * value.nbytes).from_address(value.__array_interface__["data"][0])
+    return np.frombuffer(buffer, dtype=np.int64)
+
+
+@dataclasses.dataclass(frozen=True)
+class Patch:
+    """Numbers of a model that a parameter changes.
+
+    Attributes
+    ----------
+    changes : tuple of (name of the array, (n,) int words, (n,) int their bits before, (n,) float after)
+    """
+
+    changes: tuple[tuple[str, Array, Array, Array], ...]
+
+    @classmethod
+    def between(cls, base: Struct, changed: Struct, name: str) -> Patch:
+        """What differs between two models of a system.
+
+        Parameters
+        ----------
+        name : str, of the parameter, for messages
+
+        Raises
+        ------
+        InputError
+            Where the parameter changes what the model is made of.
+        """
+        found = []
+        for key, value in base._asdict().items():
+            before, after = _words(value), _words(getattr(changed, key))
+            if before.size != after.size:
+                raise InputError(f"{name!r} changes what the system is made of, by which there is no derivative")
+            at = np.flatnonzero(before != after)
+            if not at.size:
+                continue
+            dtype = value.dtype
+            if not np.all(_floats(dtype)[at % (dtype.itemsize // 8)]):
+                raise InputError(f"{name!r} changes what the system is made of, by which there is no derivative")
+            found.append((key, at, before[at].copy(), after[at].view(np.float64).copy()))
+        return cls(tuple(found))
+
+    def write(self, model: Struct) -> None:
+        """Change a model in place, where it still has the numbers of the first one."""
+        for key, at, before, after in self.changes:
+            words = _words(getattr(model, key))
+            same = words[at] == before
+            words[at[same]] = after[same].view(np.int64)
