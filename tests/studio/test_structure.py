@@ -404,3 +404,13 @@ def test_a_repeated_part_is_checked_renamed_and_counted():
     with pytest.raises(InputError, match=r"parts\.rib\.normal is missing") as error:
         preview.start_of({"system": "structure", "parts": {"hub": HUB, "rib": bare}})
     assert parts.named_in(str(error.value), {"hub": HUB, "rib": bare}) == "rib.normal"
+
+
+def test_a_repeated_part_is_written_once():
+    bob = {"kind": "point", "mass": "1 kg", "repeat": {"count": 3, "step": [0, 0, "50 cm"]}}
+    content = cases.content_of({"parts": {"hub": HUB, "bob": bob}})
+    case = cases.load(content)
+    written = cases.parse_yaml(cases.to_yaml(case, content), "case")
+    assert list(written["parts"]) == ["hub", "bob"]
+    assert written["parts"]["bob"]["repeat"] == bob["repeat"]
+    assert cases.load(written) == case

@@ -71,6 +71,14 @@ def reaches(page, x):
     page.wait_for_function(f"x => Math.abs({TIP} - x) < 1e-6", arg=x)
 
 
+def begin(page):
+    """A new structure, whatever was open before."""
+    choose(page, "case", "boom-slew")
+    page.wait_for_selector(part("part-tip mass"))
+    choose(page, "case", "new structure")
+    page.locator(part("part-tip mass")).wait_for(state="detached")
+
+
 def test_the_start_follows_what_is_typed(page, shots):
     choose(page, "case", "boom-slew")
     reaches(page, 3.2)
@@ -93,7 +101,7 @@ def test_the_start_follows_what_is_typed(page, shots):
 
 
 def test_a_structure_is_built_up_renamed_and_taken_apart(page, shots):
-    choose(page, "case", "new structure")
+    begin(page)
     page.wait_for_function(f"{DRAWN} && {TIP} === null")
     add(page, "beam")
     page.locator(f"{part('start-error')} >> text=parts.beam.").wait_for()
@@ -130,7 +138,7 @@ def test_a_structure_is_built_up_renamed_and_taken_apart(page, shots):
 
 
 def test_a_panel_on_a_hinge_takes_one_dialog_and_its_keys_are_those_that_apply(page, shots):
-    choose(page, "case", "new structure")
+    begin(page)
     page.click(part("add-part"))
     page.locator(part("part-kind")).fill("hinge")
     heads = page.locator(".ev-kinds .ev-h >> visible=true")
@@ -166,9 +174,11 @@ def test_a_panel_on_a_hinge_takes_one_dialog_and_its_keys_are_those_that_apply(p
 
 
 def test_a_part_is_repeated_in_a_row_and_round_a_ring(page, shots):
-    choose(page, "case", "new structure")
+    begin(page)
     add(page, "point", "bob")
-    fill(page, "bob", mass="1 kg", position="[1, 0, 0 m]")
+    fill(page, "bob", mass="1 kg")
+    page.click(part("more-parts.bob."))
+    fill(page, "bob", position="[1, 0, 0 m]")
     marks = f"{DRAWN}?.motions[0].header.marks.reduce((n, mark) => n + mark.count, 0)"
     page.wait_for_function(f"{marks} === 1")
     page.click(part("give-parts.bob.repeat"))
