@@ -50,7 +50,7 @@ class HingedPanel(Section):
         e, a = unit(self.direction), unit(self.axis)
         length = self.size[0]
         turn = quaternion(np.column_stack([e, a, np.cross(e, a)]))
-        panel = {
+        panel: dict[str, Any] = {
             "kind": "rigid-body",
             "mass": f"{self.mass:.9g} kg",
             "shape": {"box": {"size": _vector(self.size, "m")}},
@@ -59,7 +59,13 @@ class HingedPanel(Section):
             "points": {"hinge": _vector((-0.5 * length, 0.0, 0.0), "m")},
         }
         body = _vector(self.hinge, "m") if self.body == "ground" else self.body
-        joint = {"kind": "joint", "a": body, "b": f"{name}.hinge", "type": "revolute", "axis": _vector(self.axis, "")}
+        joint: dict[str, Any] = {
+            "kind": "joint",
+            "a": body,
+            "b": f"{name}.hinge",
+            "type": "revolute",
+            "axis": _vector(self.axis, ""),
+        }
         found = {name: panel, f"{name} hinge": joint}
         if self.stiffness:
             spring = {"kind": "rotational-spring", "joint": f"{name} hinge"}

@@ -131,8 +131,7 @@ def describe(kind: type[Section], *, skip: tuple[str, ...] = (), flat: bool = Fa
                 field = _one(key, key, info, texts[key])
                 known = names.get(key) if field.wide else None
                 help_ = f"{field.help}; or one of the names {', '.join(known)}" if known else field.help
-                own = {"help": help_, "when": applies.get(key, ()), "decides": key in decide}
-                fields.append(dataclasses.replace(field, **own))
+                fields.append(dataclasses.replace(field, help=help_, when=applies.get(key, ()), decides=key in decide))
         if repeats:
             fields.append(_repetition())
         return Group(key="", name="", help=_summary(kind), optional=False, parts=tuple(fields))

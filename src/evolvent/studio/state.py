@@ -294,8 +294,8 @@ class Studio:
             families.check(definition.build(case).assemble(), families.MODES if kind == "modes" else families.STATIC)
         name = pathlib.PurePosixPath((draft.origin or draft.source).partition(":")[2]).stem or case.system
         changed = [list(change) for change in changes(draft.base, draft.content)] if draft.base else []
-        extra = {"origin": draft.origin, "of": name if draft.origin else draft.about, "changes": changed}
-        extra |= self._since(extra["origin"], extra["of"], draft.content)
+        of = name if draft.origin else draft.about
+        extra = {"origin": draft.origin, "of": of, "changes": changed, **self._since(draft.origin, of, draft.content)}
         return self.jobs.add(kind, name, case=cases.to_yaml(case, content), extra=extra).key
 
     def _since(self, origin: str, of: str, content: Mapping[str, Any]) -> dict[str, Any]:
