@@ -20,6 +20,7 @@ from evolvent.design import studies
 from evolvent.massprops import description
 from evolvent.results.figures import Figure, Line, Panel
 from evolvent.studio import charts, form, gate, reading
+from evolvent.studio.differences import difference, whole
 from evolvent.studio.folder import Folder
 from evolvent.studio.jobs import Jobs
 from evolvent.studio.state import Studio
@@ -37,7 +38,7 @@ def test_form_gives_back_every_built_in_case(name):
     back, wrong = form.content_of(shown, form.texts(shown, content), form.given(shown, content))
     assert wrong == {}
     assert back == content
-    assert form.problems(back, wrong) == {}
+    assert cases.problems(back) == {}
 
 
 @pytest.mark.parametrize("system", cases.systems())
@@ -470,3 +471,47 @@ def test_shapes_of_the_same_size_are_not_drawn_as_round_off():
     (chart,) = charts.charts(Figure(name="f", title="F", panels=[Panel(x_label="sensor", y_label="y", lines=[line])]))
     assert chart.options["yAxis"]["max"] - chart.options["yAxis"]["min"] > 0.1
     assert chart.options["xAxis"]["minInterval"] == 1
+
+
+def test_events_are_numbered_marks_on_charts_over_time():
+    t = np.linspace(0.0, 10.0, 20)
+    timed = Panel(y_label="angle, rad", x_label="time, s", lines=[Line(x=t, y=t), Line(x=t, y=-t)])
+    other = Panel(y_label="angle, rad", x_label="length, m", lines=[Line(x=t, y=t)])
+    drawn = charts.charts(Figure(name="angles", title="Angles", panels=[timed, other]))
+    events = [(2.5, "left latched"), (2.5, "right latched"), (7.0, "cord released")]
+    first, second = (charts.marked(chart, events) for chart in drawn)
+    mark = first.options["series"][0]["markLine"]
+    assert [(line["xAxis"], line["name"]) for line in mark["data"]] == [(2.5, "1"), (7.0, "2")]
+    assert "markLine" not in first.options["series"][1]
+    assert second == drawn[1]
+    assert charts.events_texts(events) == ["1: left latched, right latched at 2.5 s", "2: cord released at 7 s"]
+    many = [(0.1 * k, "node taken up") for k in range(40)]
+    assert charts.events_texts(many)[-1] == "and 28 more later"
+    assert charts.marked(drawn[0], []) == drawn[0]
+
+
+# ------------------------------------------------------------------------------------------------ results as texts
+
+
+@pytest.mark.parametrize(
+    ("texts", "said"),
+    [
+        (("2.5 m", "3 m"), "+0.5 m"),
+        (("(1, 2, 0) mm at the end, most 4 mm", "(0, 0.002, 0) m at the end, most 5 mm"),
+         "(-1, 0, 0) mm at the end, most +1 mm"),
+        (("1,234 of rk4, 3 rejected", "1,034 of rk4, 5 rejected"), "-200 of rk4, +2 rejected"),
+        (("1 N m", "2 N m", "5 N m"), "4 N m"),
+        (("1e-3 rad/s", "-1e-3 rad/s"), "-0.002 rad/s"),
+        (("clamp", "hinge"), ""),
+        (("1 m", "1 kg"), ""),
+        (("3 m", "-"), ""),
+    ],
+)  # fmt: skip
+def test_differences_of_results_have_their_units(texts, said):
+    assert difference(texts) == said
+
+
+def test_no_line_ends_between_a_number_and_its_unit():
+    gap = "\u00a0"
+    assert whole("(0, 0, 2) mN m at the end, 0.5 rad/s") == f"(0, 0, 2){gap}mN{gap}m at the end, 0.5{gap}rad/s"
+    assert whole("boom-2 of 3 booms, rk4 method") == "boom-2 of 3 booms, rk4 method"

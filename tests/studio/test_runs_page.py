@@ -74,7 +74,16 @@ def test_runs_are_told_apart_and_renamed(page, server, folder, shots):
     page.wait_for_function("s => document.querySelector(s)?.value === '80 cm'", arg=part("field-blade.length"))
     page.click(part("run"))
     page.wait_for_selector(part("result"))
-    assert "blade.length = 80 cm" in page.locator(part("changes")).inner_text(), "changes against the same case"
+    again = page.locator(part("changes"), has_text="the same case as run 1")  # the run before may still be shown
+    again.wait_for()
+    assert "blade.length = 80 cm" in again.inner_text(), "changes against the same case"
+    page.locator(f"{part('main')} >> text=Open its case").click()
+    page.wait_for_function("s => document.querySelector(s)?.value === '80 cm'", arg=part("field-blade.length"))
+    page.locator(part("field-body.rate")).fill("50 rpm")
+    page.click(part("run"))
+    page.locator(part("changes"), has_text="since run 2: body.rate = 50 rpm").wait_for()
+    assert "since run 2: body.rate = 50 rpm" in row.inner_text()
+    assert "blade.length" not in row.inner_text(), "which is the same as before"
     kept = json.loads((folder / ".evolvent-studio" / "queue.json").read_text())
     assert "slow spin" in json.dumps(kept)
 
@@ -90,6 +99,25 @@ def test_a_result_opens_at_its_first_frame_and_plays_on_the_space_bar(page):
     page.wait_for_timeout(300)
     page.keyboard.press(" ")  # also after a click on a tab of the charts
     page.wait_for_function(f"{VIEWER}?.playing")
+
+
+def test_two_runs_are_compared_with_the_differences_of_their_results(page, shots):
+    page.click(part("tab-runs"))
+    for name in ("saved.nc", "saved-brief.nc"):
+        page.locator(part(f"tick-file:{name}")).click()
+    page.click(part("compare"))
+    page.wait_for_selector(part("comparison"))
+    tables = page.locator(".ev-beside table")
+    assert tables.first.locator("th").all_inner_texts()[-1] == "saved-brief.nc less saved.nc"
+    # only one of the cases gives it
+    row = tables.first.locator("tr", has_text="solver.duration").locator("td").all_inner_texts()
+    assert row[2].endswith("\u00a0s"), "a value and its unit stay together"
+    steps = tables.last.locator("tr", has_text="steps").first.locator("td").all_inner_texts()
+    before, after = (int(text.split()[0].replace(",", "")) for text in steps[1:3])
+    assert float(steps[3].split()[0].replace(",", "")) == pytest.approx(after - before, rel=1e-3)
+    page.screenshot(path=shots / "compared.png")
+    for name in ("saved.nc", "saved-brief.nc"):
+        page.locator(part(f"tick-file:{name}")).click()
 
 
 def test_views_are_named_by_what_they_show(page, shots):

@@ -15,7 +15,8 @@ from evolvent.base import schema
 from evolvent.base.errors import InputError
 from evolvent.parts.registry import kinds
 from evolvent.results import variables
-from evolvent.studio import charts, form, parts, preview
+from evolvent.studio import charts, form, kindgroups, parts, preview, reading
+from evolvent.studio.assemblies import HingedPanel
 from evolvent.studio.folder import Folder
 from evolvent.studio.state import NEW, Draft, Studio, View, view_of
 from evolvent.view import show
@@ -317,3 +318,99 @@ def test_what_has_no_modes_is_refused_before_it_waits(studio):
         with pytest.raises(InputError, match=f"'thread' is a thread .* which {words} not support; for an eq"):
             studio.submit(Draft("", "", content), kind)
     assert studio.jobs.listed() == []
+
+
+# ------------------------------------------------------------------------------------------------ keys that apply
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_conditions_of_a_part_name_its_keys_and_values(kind):
+    part = kinds()[kind]
+    for key, conditions in part.applies.items():
+        assert key in part.model_fields
+        for when in conditions:
+            assert set(when.keys) <= set(part.model_fields) - {key}
+            assert not when.values or len(when.keys) == 1
+            field = next(one for one in form.describe(part, flat=True).fields() if one.key == when.keys[0])
+            assert set(when.values) <= set(field.choices)
+
+
+@pytest.mark.parametrize("name", cases.built_in())
+def test_keys_of_built_in_cases_apply(name):
+    for part, content in cases.content_of(name).get("parts", {}).items():
+        kind = parts.kind_of(content)
+        values = {key: field.default for key, field in kind.model_fields.items() if isinstance(field.default, str)}
+        for key in set(content) & set(kind.applies):
+            assert all(when.holds(values | content) for when in kind.applies[key]), f"{part}.{key}"
+
+
+def test_every_kind_is_in_one_group():
+    members = [kind for group in kindgroups.GROUPS.values() for kind in group]
+    assert sorted(members) == sorted(kinds())
+    assert len(members) == len(set(members))
+    assert [kind for _, names in kindgroups.grouped() for kind in names] == members
+
+
+# ------------------------------------------------------------------------------------------------ several parts
+
+PANEL = {"body": "hub", "hinge": [0.3, 0, "0.1 m"], "size": [2, 0.5, "0.02 m"], "mass": "3 kg"}
+
+
+def test_a_panel_on_a_hinge_lies_and_opens_as_asked():
+    asked = HingedPanel.model_validate(
+        PANEL | {"direction": [0, 2, 0], "axis": [1, 0, 0], "stiffness": "1 N m/rad", "opens": "90 deg"}
+    )
+    found = asked.parts("wing")
+    assert list(found) == ["wing", "wing hinge", "wing spring"]
+    assert parts.problems(found) == {}
+    still = {"kind": "rigid-body", "motion": "driven"}
+    run = evolvent.run({"parts": {"hub": still, **found}, "simulate": {"until": "0.01 s"}})
+    np.testing.assert_allclose(run["wing"].position[0], [0.3, 1.0, 0.1])
+    inertia = 3.0 * (2.0**2 + 0.02**2) / 12.0 + 3.0  # about the hinge
+    torque = 0.5 * np.pi  # 1 N m/rad times 90 deg
+    np.testing.assert_allclose(run["wing"].rate.values[-1] @ [0, 1.0, 0], torque / inertia * 0.01, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [({"axis": [1, 0, 1]}, "must be perpendicular to direction"), ({"opens": "90 deg"}, "needs a stiffness")],
+)
+def test_a_panel_that_cannot_be_is_refused(change, said):
+    assert any(said in text for text in cases.problems(PANEL | change, HingedPanel).values())
+    with pytest.raises(InputError, match=said):
+        HingedPanel(**PANEL | change)
+
+
+def test_a_repeated_part_is_checked_renamed_and_counted():
+    rib = BOOM | {"position": [0.2, 0, "0 m"], "normal": [0, 0, 1], "repeat": {"count": 6, "axis": [0, 0, 1]}}
+    clamp = {"kind": "joint", "a": "hub", "b": "rib {n}.root", "type": "clamp", "repeat": {"count": 6}}
+    content = {"hub": HUB, "rib": rib, "clamp": clamp, "tip": {"kind": "point", "mass": 1, "at": "rib 2.tip"}}
+    assert parts.problems(content) == {}
+    assert reading.elements({"parts": content}) == 24
+    assert {"rib {n}", "rib {n}.root", "clamp {n}", "hub"} <= set(parts.words(content))
+    after = parts.renamed(content, "rib", "blade")
+    assert (after["clamp"]["b"], after["tip"]["at"]) == ("blade {n}.root", "blade 2.tip")
+    assert parts.referring(content, "rib") == ["clamp", "tip"]
+    assert preview.start_of({"system": "structure", "parts": after})
+    wrong = {
+        "repeat": ({"step": [1, 0, 0]}, "repeat.count"),
+        "two": ({"count": 3, "step": [1, 0, 0], "axis": [0, 0, 1]}, "repeat.step"),
+        "lone": ({"count": 3, "angle": "60 deg"}, "repeat.axis"),
+        "word": ("six", "repeat"),
+    }
+    for repeat, key in wrong.values():
+        assert list(parts.part_problems("rib", rib | {"repeat": repeat})) == [key]
+    bare = {key: value for key, value in rib.items() if key != "normal"}
+    with pytest.raises(InputError, match=r"parts\.rib\.normal is missing") as error:
+        preview.start_of({"system": "structure", "parts": {"hub": HUB, "rib": bare}})
+    assert parts.named_in(str(error.value), {"hub": HUB, "rib": bare}) == "rib.normal"
+
+
+def test_a_repeated_part_is_written_once():
+    bob = {"kind": "point", "mass": "1 kg", "repeat": {"count": 3, "step": [0, 0, "50 cm"]}}
+    content = cases.content_of({"parts": {"hub": HUB, "bob": bob}})
+    case = cases.load(content)
+    written = cases.parse_yaml(cases.to_yaml(case, content), "case")
+    assert list(written["parts"]) == ["hub", "bob"]
+    assert written["parts"]["bob"]["repeat"] == bob["repeat"]
+    assert cases.load(written) == case

@@ -47,8 +47,9 @@ def folder(tmp_path_factory):
 def add(page, kind, name=None):
     """Add a part of a kind; the name is the proposed one unless given."""
     page.click(part("add-part"))
-    choose(page, "part-kind", re.compile(rf"^\s*{kind}:"), typed=kind)
-    page.wait_for_function("s => document.querySelector(s).value !== ''", arg=part("part-name"))
+    page.locator(part("part-kind")).fill(kind)
+    page.click(part(f"kind-{kind}"))
+    page.wait_for_selector(part("part-name"))
     if name is not None:
         page.locator(part("part-name")).fill(name)
     page.click(part("part-done"))
@@ -70,6 +71,14 @@ def reaches(page, x):
     page.wait_for_function(f"x => Math.abs({TIP} - x) < 1e-6", arg=x)
 
 
+def begin(page):
+    """A new structure, whatever was open before."""
+    choose(page, "case", "boom-slew")
+    page.wait_for_selector(part("part-tip mass"))
+    choose(page, "case", "new structure")
+    page.locator(part("part-tip mass")).wait_for(state="detached")
+
+
 def test_the_start_follows_what_is_typed(page, shots):
     choose(page, "case", "boom-slew")
     reaches(page, 3.2)
@@ -81,17 +90,18 @@ def test_the_start_follows_what_is_typed(page, shots):
     length.fill("1.5 kg")
     page.locator(f"{part('error-parts.boom.length')} >> text=unit of something else").wait_for()
     page.locator(f"{part('start-error')} >> text=parts.boom.length").wait_for()
-    assert not page.locator(part("start")).is_visible()
+    page.locator(f"{part('start')} >> text=the last complete state").wait_for()  # it stays, and says so
+    assert abs(page.evaluate(TIP) - 1.7) < 1e-6
     assert not page.locator(part("run")).is_enabled()
     page.screenshot(path=shots / "structure-error.png")
     length.fill("2 m")
     reaches(page, 2.2)
-    assert page.locator(part("start")).is_visible()
+    page.locator(f"{part('start')} >> text=the last complete state").wait_for(state="hidden")
     assert page.locator(part("run")).is_enabled()
 
 
 def test_a_structure_is_built_up_renamed_and_taken_apart(page, shots):
-    choose(page, "case", "new structure")
+    begin(page)
     page.wait_for_function(f"{DRAWN} && {TIP} === null")
     add(page, "beam")
     page.locator(f"{part('start-error')} >> text=parts.beam.").wait_for()
@@ -125,6 +135,69 @@ def test_a_structure_is_built_up_renamed_and_taken_apart(page, shots):
     page.locator(".ev-code", has_text="mast 2").wait_for()
     text = page.locator(".ev-code").inner_text()
     assert "clamp" not in text
+
+
+def test_a_panel_on_a_hinge_takes_one_dialog_and_its_keys_are_those_that_apply(page, shots):
+    begin(page)
+    page.click(part("add-part"))
+    page.locator(part("part-kind")).fill("hinge")
+    heads = page.locator(".ev-kinds .ev-h >> visible=true")
+    page.wait_for_function("[...document.querySelectorAll('.ev-kinds .ev-h')].filter(e => e.offsetParent).length < 5")
+    assert heads.first.inner_text() == "several parts at once"
+    page.screenshot(path=shots / "structure-kinds.png")
+    page.click(part("kind-panel on a hinge"))
+    page.wait_for_selector(part("field-panel.hinge"))
+    assert page.locator(".q-dialog input").count() <= 8
+    page.locator(part("part-done")).click()
+    page.locator(part("error-panel.mass"), has_text="must be a mass").wait_for()
+    typed = {"hinge": "[0.3, 0, 0 m]", "size": "[1 m, 50 cm, 2 cm]", "mass": "3 kg", "stiffness": "0.2 N m/rad"}
+    for key, value in (typed | {"opens": "90 deg"}).items():
+        page.locator(part(f"field-panel.{key}")).fill(value)
+    page.click(part("part-done"))
+    page.locator(part("part-done")).wait_for(state="detached")
+    page.wait_for_function(f"{DRAWN}?.motions[0].header.frames.length === 2")
+    hinge = page.locator(part("part-panel hinge"))
+    assert "joint, revolute" in hinge.inner_text()
+    hinge.click()
+    shown = {key: page.locator(part(f"field-parts.panel hinge.{key}")) for key in ("type", "axis", "axis_b", "pitch")}
+    shown["axis"].wait_for()
+    assert shown["type"].is_visible()
+    assert not shown["axis_b"].is_visible()
+    assert not shown["pitch"].is_visible()
+    choose(page, "field-parts.panel hinge.type", "screw")
+    shown["pitch"].wait_for()
+    page.locator(f"{part('start-error')} >> text=pitch").wait_for()
+    assert "joint, screw" in hinge.inner_text()
+    choose(page, "field-parts.panel hinge.type", "spherical (not set)")
+    shown["pitch"].wait_for(state="hidden")
+    page.screenshot(path=shots / "structure-panel.png")
+
+
+def test_a_part_is_repeated_in_a_row_and_round_a_ring(page, shots):
+    begin(page)
+    add(page, "point", "bob")
+    fill(page, "bob", mass="1 kg")
+    page.click(part("more-parts.bob."))
+    fill(page, "bob", position="[1, 0, 0 m]")
+    marks = f"{DRAWN}?.motions[0].header.marks.reduce((n, mark) => n + mark.count, 0)"
+    page.wait_for_function(f"{marks} === 1")
+    page.click(part("give-parts.bob.repeat"))
+    page.locator(part("field-parts.bob.repeat.count")).wait_for()
+    page.locator(part("start-error"), has_text="repeat.count").wait_for()
+    fill(page, "bob.repeat", count="3", step="[0, 0.5, 0 m]")
+    page.wait_for_function(f"{marks} === 3")
+    assert not page.locator(part("field-parts.bob.repeat.axis")).is_visible(), "a row has none"
+    assert "point, 3 times" in page.locator(part("part-bob")).inner_text()
+    fill(page, "bob.repeat", count="6", step="")
+    page.locator(part("field-parts.bob.repeat.axis")).wait_for()
+    fill(page, "bob.repeat", axis="[0, 0, 1]")
+    page.locator(part("field-parts.bob.repeat.angle")).wait_for()
+    assert not page.locator(part("field-parts.bob.repeat.step")).is_visible(), "a ring has none"
+    page.wait_for_function(f"{marks} === 6")
+    page.screenshot(path=shots / "structure-repeat.png")
+    page.click(part("yaml"))
+    page.locator(".ev-code", has_text="repeat").wait_for()
+    page.keyboard.press("Escape")
 
 
 def test_a_structure_is_run_and_its_variables_are_drawn(page, server, folder, shots):

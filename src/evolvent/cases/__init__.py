@@ -71,15 +71,26 @@ def to_yaml(case: Section, written: Any = None) -> str:
     ----------
     case : Section
     written : mapping, optional
-        The content that the case was read from; its values are kept with their units, such as "5 mm".
+        The content that the case was read from; its values are kept with their units, such as "5 mm", and parts that
+        are repeated stand there once.
     """
     content = case.model_dump(mode="json", exclude_none=True)
     if isinstance(written, Mapping):
-        kept = _with_written(content, written)
+        kept = _with_written(_with_repeated(content, written, type(case)), written)
         with contextlib.suppress(InputError):
             if load(kept) == case:
                 content = kept
     return dump(content)
+
+
+def _with_repeated(full: dict[str, Any], written: Mapping[str, Any], kind: type[Section]) -> dict[str, Any]:
+    """Full content with the parts that another one repeats in place of those for which they stand."""
+    found = dict(full)
+    for key in by_name(kind):
+        given = written.get(key)
+        if isinstance(given, Mapping) and any(isinstance(one, Mapping) and "repeat" in one for one in given.values()):
+            found[key] = {name: full.get(key, {}).get(name, one) for name, one in given.items()}
+    return found
 
 
 def _with_written(full: Any, written: Any) -> Any:

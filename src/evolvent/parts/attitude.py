@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError, counted, nearest
 from evolvent.kernels import attitude as kernels, drive as drives, rigid
+from evolvent.parts.applies import OF_LAW, Applies, given
 from evolvent.parts.base import BodyName, Part, PointReference, Reference, unit
 from evolvent.parts.checks import check_rotor
 from evolvent.parts.expression import Constants, Parameters, SpringLaw, refuse_without_law, write_law
@@ -85,6 +86,10 @@ class ReactionWheel(Part):
     momentum acts on a body that turns; its angle is an unknown, so that Q = 0 in an equilibrium.
     """
 
+    applies: ClassVar[Applies] = {
+        **OF_LAW,
+        "slip_rate": (given("friction_torque"),),
+    }
     kind: Literal["reaction-wheel"] = "reaction-wheel"
     body: BodyName
     inertia: units.Inertia

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -16,6 +16,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Annotation, Section, marks
 from evolvent.elements.dense import norm
+from evolvent.parts.applies import Applies
 
 __all__ = ["Arrays", "Part", "PointReference", "Reference", "check_name", "split_reference", "unit"]
 
@@ -23,8 +24,12 @@ __all__ = ["Arrays", "Part", "PointReference", "Reference", "check_name", "split
 class Part(Section):
     """A part: frozen, checked when it is made, with the same keys in Python and in case files.
 
-    A subclass has a field ``kind`` with its name in case files, such as ``kind: Literal["point"] = "point"``.
+    A subclass has a field ``kind`` with its name in case files, such as ``kind: Literal["point"] = "point"``, and says
+    in `applies` which keys have a meaning only beside others.
     """
+
+    #: Keys that apply only under conditions on other keys; the rest apply always.
+    applies: ClassVar[Applies] = {}
 
     def write(self, builder: Builder, name: str) -> None:
         """Append rows, coordinates and parameters; register `name`."""

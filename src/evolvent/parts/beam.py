@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, CrossSection, MaterialOrName
 from evolvent.kernels import ancf_beams as kernels, element_calls
 from evolvent.kernels.beam_strains import POINTS
+from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.curve import AnyCurve, check_curve, is_curved, stress_free
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, node_arc
@@ -88,6 +89,15 @@ class Beam(Part):
         Elements with damping, from 0; all if left out.
     """
 
+    applies: ClassVar[Applies] = {
+        "rates": (given("nodes"),),
+        "shape": (left_out("curvature"),),
+        "curvature": (left_out("shape"),),
+        "velocity": (left_out("rates"),),
+        "angular_velocity": (left_out("rates"),),
+        "damping": (given("stiffness_damping"),),
+        "damped": (given("stiffness_damping", "mass_damping"),),
+    }
     kind: Literal["beam"] = "beam"
     length: units.Length
     section: AnySection

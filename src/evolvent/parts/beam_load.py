@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm
 from evolvent.kernels import beam_loads as kernels
 from evolvent.kernels.ancf_beams import NODE_VECTORS
+from evolvent.parts.applies import Applies, either, left_out
 from evolvent.parts.base import BeamName, Part, PointReference
 from evolvent.parts.beam import node_of
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, refuse_without_law, write_law
@@ -80,6 +81,7 @@ class DistributedTorque(Part):
         Over which it grows smoothly; in statics it has grown.
     """
 
+    applies: ClassVar[Applies] = {"torque": (left_out("profile"),), "profile": (left_out("torque"),)}
     kind: Literal["distributed-torque"] = "distributed-torque"
     part: BeamName
     torque: units.Torque | None = None
@@ -140,6 +142,7 @@ class LineLoad(Part):
     a constant load is exact at its nodes. A law is evaluated at these points, one for each node.
     """
 
+    applies: ClassVar[Applies] = either("force", "direction")
     kind: Literal["line-load"] = "line-load"
     part: BeamName
     force: units.LineForceVector | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import field_serializer, model_validator
@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.kernels import ancf, ancf_beams, contact_laws
+from evolvent.parts.applies import Applies, given
 from evolvent.parts.base import Part
 
 LAWS = {
@@ -43,6 +44,10 @@ class ContactLaw(Part):
         Of the tangential spring of a contact point that sticks.
     """
 
+    applies: ClassVar[Applies] = {
+        "bristle_stiffness": (given("friction"),),
+        "bristle_damping": (given("friction"),),
+    }
     kind: str = "contact"
     law: Literal["hunt-crossley", "conservative", "paper"] = "hunt-crossley"
     stiffness: units.ContactStiffness = 1e4

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.kernels import drive, fields as kernels
+from evolvent.parts.applies import OF_LAW, Applies, left_out
 from evolvent.parts.base import Part, unit
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
 from evolvent.parts.field_points import write_field_points
@@ -50,6 +51,11 @@ class Orbit(Part):
     of the frame's forces counts as work of loads; Coriolis forces do no work.
     """
 
+    applies: ClassVar[Applies] = {
+        "rate": (left_out("radius", "gravitational_parameter"),),
+        "radius": (left_out("rate"),),
+        "gravitational_parameter": (left_out("rate"),),
+    }
     kind: Literal["orbit"] = "orbit"
     rate: units.PositiveRate | None = None
     radius: units.Length | None = None
@@ -110,6 +116,7 @@ class AccelerationField(Part):
     'carried' by four points of its ring. Forces and moments are exact for laws linear in position and velocity.
     """
 
+    applies: ClassVar[Applies] = OF_LAW
     kind: Literal["acceleration-field"] = "acceleration-field"
     law: ForceLaw
     parameters: Parameters = ()

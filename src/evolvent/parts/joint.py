@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
 from evolvent.kernels import axial, gaps, joint as kernels, rigid, sides
+from evolvent.parts.applies import Applies, given, left_out, one_of
 from evolvent.parts.base import BodyName, Part, PointReference, unit
 from evolvent.parts.checks import check_units
 from evolvent.parts.drive import DriveKind, RampDrive
@@ -106,6 +107,17 @@ class Joint(Part):
     section and the stretch of the axis vanish at the clamp.
     """
 
+    applies: ClassVar[Applies] = {
+        "axis": (one_of("type", "revolute", "universal", *_SLIDING),),
+        "axis_b": (one_of("type", "universal"),),
+        "pitch": (one_of("type", "screw"),),
+        "over": (one_of("type", "pulley"),),
+        "ratio": (one_of("type", "pulley"),),
+        "hold": (one_of("type", *CLAMPS),),
+        "position": (one_of("type", "spherical", "revolute", "universal", *CLAMPS, *_SLIDING),),
+        "rotational_stiffness": (given("stiffness"),),
+        "damping": (given("stiffness"),),
+    }
     kind: Literal["joint"] = "joint"
     a: PointReference
     b: PointReference
@@ -165,9 +177,8 @@ class Joint(Part):
             a, b = b, a
         common = {"stiffness": self.stiffness, "damping": self.damping, **release_fields(builder, name, self)}
         builder.names[name] = ("joints", len(builder.rows["joints"]))
-        if self.axis_b is not None and self.type != "universal":
-            raise InputError(f"{name}.axis_b is given, but {name}.type is {self.type!r}, not 'universal'")
-        for key, of in (("pitch", "screw"), ("over", "pulley"), ("ratio", "pulley")):
+        for key in ("axis_b", "pitch", "over", "ratio"):
+            of = self.applies[key][0].values[0]
             if getattr(self, key) is not None and self.type != of:
                 raise InputError(f"{name}.{key} is given, but {name}.type is {self.type!r}, not {of!r}")
         apart, axis = norm(b.u - a.u), unit(self.axis)
@@ -368,6 +379,10 @@ class PrescribedMotion(Part):
         When the point is released; never if left out.
     """
 
+    applies: ClassVar[Applies] = {
+        "direction": (left_out("radius"),),
+        **{key: (given("radius"),) for key in ("centre", "axis", "zero", "length")},
+    }
     kind: Literal["prescribed-motion"] = "prescribed-motion"
     at: PointReference
     drive: PathDrive

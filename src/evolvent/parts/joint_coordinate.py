@@ -12,11 +12,23 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location, split_reference
 from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import axial
+from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Part, unit
 from evolvent.parts.joint import Joint
 
 #: Deflection at which friction slips by default, rad and m.
 PRESLIDING = {axial.ANGLE: 1e-4, axial.TRAVEL: 1e-5}
+
+#: Keys of springs of joints that apply only beside others.
+COORDINATE_APPLIES: Applies = {
+    "joint": (left_out("a", "b"),),
+    "a": (left_out("joint"),),
+    "b": (left_out("joint"),),
+    "axis": (left_out("joint"),),
+    "stop": (given("low", "high"),),
+    "latch_stiffness": (given("latch"),),
+    "latch_damping": (given("latch"),),
+}
 
 
 class Ends(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm, product
 from evolvent.kernels import joint, springs
+from evolvent.parts.applies import Applies, given
 from evolvent.parts.base import Part, PointReference, unit
 from evolvent.parts.joint import add_row, point_side
 
@@ -39,6 +40,7 @@ class Link(Part):
     The motion of a cord is taken to stay in the plane across the drum's axis.
     """
 
+    applies: ClassVar[Applies] = {key: (given("drum"),) for key in ("axis", "anchor", "sense")}
     kind: Literal["link"] = "link"
     a: PointReference
     b: PointReference

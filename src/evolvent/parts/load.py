@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm
 from evolvent.kernels import beam_loads, loads as kernels, springs
 from evolvent.kernels.ancf_beams import BEAM
+from evolvent.parts.applies import OF_LAW, Applies, either
 from evolvent.parts.base import Part, PointReference, ThreadName, unit
 from evolvent.parts.beam import node_of
 from evolvent.parts.beam_load import add_beam_load, refuse_beside_law
@@ -169,6 +170,7 @@ class LawLoad(Part):
     acceleration of every mass, including the tip mass, use an `AccelerationField`.
     """
 
+    applies: ClassVar[Applies] = OF_LAW
     kind: Literal["law-load"] = "law-load"
     thread: ThreadName
     law: ForceLaw
@@ -214,6 +216,7 @@ class Force(Part):
         Over which it grows smoothly; in statics it has grown.
     """
 
+    applies: ClassVar[Applies] = either("force", "direction")
     kind: Literal["force"] = "force"
     at: PointReference
     force: units.ForceVector | None = None
@@ -279,6 +282,7 @@ class Torque(Part):
     section: the component of M along its tangent does no work and is ignored.
     """
 
+    applies: ClassVar[Applies] = either("torque", "axis")
     kind: Literal["torque"] = "torque"
     at: PointReference
     torque: units.TorqueVector | None = None

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.kernels import coordinate_laws
+from evolvent.parts.applies import OF_LAW, Applies, given, left_out
 from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.drive import FreeSpool
@@ -87,6 +88,14 @@ class Motor(Part):
     leaves the coordinate free.
     """
 
+    applies: ClassVar[Applies] = {
+        **{way: (left_out(*(other for other in WAYS if other != way)),) for way in WAYS},
+        **OF_LAW,
+        **{key: (given("motion"),) for key in ("position_gain", "velocity_gain", "rate_limit")},
+        **{key: (given("voltage", "current"),) for key in ("torque_constant", "resistance")},
+        "detents": (given("detent_torque"),),
+        "holding_torque": (given("back_efficiency"),),
+    }
     kind: Literal["motor"] = "motor"
     joint: CoordinateName
     torque: TorqueOrForceProfile | None = None

@@ -17,6 +17,7 @@ from evolvent.base.schema import Section, marks, shown
 from evolvent.base.units.orientation import product, quaternion_about
 from evolvent.elements.dense import norm
 from evolvent.kernels.rotations import rotation_from_quaternion
+from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Part, Reference
 
 #: Key of a part that is repeated.
@@ -46,6 +47,15 @@ _OWN: dict[str, str] = {
 }
 #: Keys whose defaults are places and directions too.
 _WITH_DEFAULTS = {"position", "orientation", "direction", "axis"}
+
+
+#: Keys of `Repeat` that apply only beside others.
+APPLIES: Applies = {
+    "step": (left_out("axis"),),
+    "axis": (left_out("step"),),
+    "center": (given("axis"),),
+    "angle": (given("axis"),),
+}
 
 
 class Repeat(Section):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import BeforeValidator
@@ -15,6 +15,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.kernels import resistance as kernels
 from evolvent.parts import hysteresis, table_file
+from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.find_coordinate import find_coordinate
@@ -132,6 +133,15 @@ class Harness(Part):
         have none at the start, as after a long stowage.
     """
 
+    applies: ClassVar[Applies] = {
+        "torque": (left_out("stiffness", "loop"),),
+        "stiffness": (left_out("torque", "loop"),),
+        "loop": (left_out("torque", "stiffness", "bristles"),),
+        "bristles": (left_out("loop"),),
+        "rest": (given("stiffness"),),
+        "law": (given("bristles", "loop"),),
+        "misfit": (given("loop"),),
+    }
     kind: Literal["harness"] = "harness"
     joint: CoordinateName
     torque: CurveTable | None = None

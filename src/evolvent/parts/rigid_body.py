@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import AfterValidator
@@ -16,6 +16,7 @@ from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, product
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
+from evolvent.parts.applies import Applies, given, left_out, one_of
 from evolvent.parts.base import Part, PointReference, unit
 from evolvent.parts.beam import node_rate
 from evolvent.parts.drive import FreeSpool, LineDrive, RampDrive
@@ -81,6 +82,18 @@ class RigidBody(Part):
     spinning body its angle, unwrapped, and rate.
     """
 
+    applies: ClassVar[Applies] = {
+        "density": (left_out("mass", "inertia"),),
+        "mass": (left_out("density"),),
+        "inertia": (left_out("density"),),
+        "at": (one_of("motion", "free"),),
+        "velocity": (one_of("motion", "free"), left_out("at")),
+        "angular_velocity": (one_of("motion", "free"), left_out("at")),
+        "axis": (one_of("motion", "spin", "driven"),),
+        "rate": (one_of("motion", "spin", "driven"),),
+        "drive": (one_of("motion", "driven"),),
+        "direction": (one_of("motion", "driven"), given("drive")),
+    }
     kind: Literal["rigid-body"] = "rigid-body"
     motion: Literal["free", "spin", "driven"] = "free"
     mass: units.MassOrZero | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from evolvent.elements.dense import inverse, product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness
 from evolvent.kernels import rigid
+from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.beam import _across
 from evolvent.parts.curve import AnyCurve, check_curve, stress_free
@@ -85,6 +86,14 @@ class Rod(Part):
     accurate to fourth order in bending. An element must not bend or twist by more than 120 degrees.
     """
 
+    applies: ClassVar[Applies] = {
+        "shape": (left_out("curvature"),),
+        "curvature": (left_out("shape"),),
+        "rest": (given("nodes"),),
+        "position": (left_out("nodes"),),
+        "direction": (left_out("nodes"),),
+        "normal": (left_out("nodes"),),
+    }
     kind: Literal["rod"] = "rod"
     length: units.Length
     section: RodSection

@@ -15,8 +15,9 @@ from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, norm, product
 from evolvent.kernels import ancf_beams, axial
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
+from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import BodyName, JointName, PointReference, unit
-from evolvent.parts.joint_coordinate import CoordinateSpring, Ends
+from evolvent.parts.joint_coordinate import COORDINATE_APPLIES, CoordinateSpring, Ends
 
 #: What the angle at the start may be off the one that `zero` gives, rad.
 _LEAST_OFF = 1e-6
@@ -78,6 +79,11 @@ class RotationalSpring(CoordinateSpring):
     """
 
     friction_key: ClassVar[str] = "friction_torque"
+    applies: ClassVar[Applies] = {
+        **COORDINATE_APPLIES,
+        "zero": (left_out("joint"),),
+        "bristle_stiffness": (given("friction_torque"),),
+    }
     kind: Literal["rotational-spring"] = "rotational-spring"
     joint: JointName | None = None
     a: BodyName | None = None

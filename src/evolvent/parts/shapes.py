@@ -11,7 +11,7 @@ from evolvent.base import units
 from evolvent.base.schema import OneOf, Section
 from evolvent.parts.base import unit
 
-_SIDE = units.Quantity(what="a length", unit="m", example="0.5 m", above=0.0)
+SIDE = units.Quantity(what="a length", unit="m", example="0.5 m", above=0.0)
 
 
 class Shape(Section):
@@ -36,7 +36,7 @@ class Box(Shape):
         Sides along x, y and z.
     """
 
-    size: Annotated[units.Triple, units.Vector(quantity=_SIDE)]
+    size: Annotated[units.Triple, units.Vector(quantity=SIDE)]
 
     @property
     def volume(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm
 from evolvent.kernels import springs
+from evolvent.parts.applies import OF_LAW, Applies, given
 from evolvent.parts.base import Part, PointReference, unit
 from evolvent.parts.law import Constants, Parameters, SpringLaw, refuse_without_law, write_law
 
@@ -42,6 +43,7 @@ class Spring(Part):
         Of that mount, inertial axes; from `a` to `b` at the start if left out.
     """
 
+    applies: ClassVar[Applies] = {**OF_LAW, "axis": (given("lateral_stiffness", "lateral_damping"),)}
     kind: Literal["spring"] = "spring"
     a: PointReference
     b: PointReference

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError, nearest
 from evolvent.elements.dense import norm, product
 from evolvent.kernels import rigid, springs, thread as kernels
+from evolvent.parts.applies import Applies, left_out, one_of
 from evolvent.parts.base import Part, PointReference, ReelName, unit
 from evolvent.parts.drive import RampDrive
 from evolvent.parts.reel import Reel
@@ -115,6 +116,14 @@ class Thread(Part):
     than l0, by up to `capture_fraction` l0, and softer by as much, also where `shortest_fraction` is 1.
     """
 
+    applies: ClassVar[Applies] = {
+        **{
+            key: (one_of("segments", "springs"),)
+            for key in ("end", "stiffness", "damping", "slack", "boundary_segment", "rotate_velocity")
+        },
+        "shortest_fraction": (one_of("boundary_segment", "by-length"), one_of("segments", "springs")),
+        "direction": (left_out("end"),),
+    }
     kind: Literal["thread"] = "thread"
     reel: ReelName
     length: units.Length

@@ -12,8 +12,9 @@ from evolvent.base.errors import InputError
 from evolvent.elements.dense import product
 from evolvent.kernels import axial
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
+from evolvent.parts.applies import Applies, given
 from evolvent.parts.base import BodyName, JointName, PointReference
-from evolvent.parts.joint_coordinate import CoordinateSpring
+from evolvent.parts.joint_coordinate import COORDINATE_APPLIES, CoordinateSpring
 
 
 class TranslationalSpring(CoordinateSpring):
@@ -51,6 +52,10 @@ class TranslationalSpring(CoordinateSpring):
     """
 
     friction_key: ClassVar[str] = "friction_force"
+    applies: ClassVar[Applies] = {
+        **COORDINATE_APPLIES,
+        "bristle_stiffness": (given("friction_force"),),
+    }
     kind: Literal["translational-spring"] = "translational-spring"
     joint: JointName | None = None
     a: BodyName | None = None

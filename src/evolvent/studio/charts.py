@@ -14,6 +14,8 @@ from evolvent.results.figures import Figure, Line, Panel, axis_label, plain, y_l
 
 #: Points of a line, at most; of more, the least and largest of every few are drawn.
 MOST = 3000
+#: Moments with events that are marked on charts, at most.
+MARKED = 12
 _DASHES = {"-": "solid", "--": "dashed", ":": "dotted", "-.": "dashed"}
 #: Characters of the name of a y axis, beyond which the legend stands above it.
 _LONG = 18
@@ -31,11 +33,14 @@ class Chart:
     options : dict, of ECharts; colors ``@0``, ``@1``, ... stand for the page's palette, ``A|B`` for A on a light
         and B on a dark page
     timed : bool, whether its x axis is the run's time
+    equal : bool, whether both axes have one scale
+    time : str, label of the axis of the time, such as "time, s"; '' of other charts
     """
 
     options: dict[str, Any]
     timed: bool
     equal: bool = False
+    time: str = ""
 
 
 def charts(figure: Figure) -> list[Chart]:
@@ -85,6 +90,51 @@ class _Sheet:
     x_label: str
     runs: list[int] = dataclasses.field(default_factory=list)
     series: list[dict[str, Any]] = dataclasses.field(default_factory=list)
+
+
+def _moments(events: Sequence[tuple[float, str]]) -> list[tuple[float, str]]:
+    """Events at one time as one moment, with all that happened, the first `MARKED` of them."""
+    found: dict[str, tuple[float, list[str]]] = {}
+    for time, text in events:
+        found.setdefault(f"{time:.4g}", (time, []))[1].append(text)
+    moments = [(time, ", ".join(dict.fromkeys(texts))) for time, texts in found.values()]
+    return moments[:MARKED]
+
+
+def events_texts(events: Sequence[tuple[float, str]]) -> list[str]:
+    """What the numbers of marks on charts stand for, such as "1: hinge latched at 3.2 s".
+
+    Parameters
+    ----------
+    events : (time in s, what happened)
+    """
+    moments = _moments(events)
+    texts = [f"{k}: {text} at {time:.4g} s" for k, (time, text) in enumerate(moments, 1)]
+    last = moments[-1][0] if moments else 0.0
+    more = sum(time > last for time, _ in events)
+    return [*texts, f"and {more} more later"] if more and len(moments) == MARKED else texts
+
+
+def marked(chart: Chart, events: Sequence[tuple[float, str]]) -> Chart:
+    """A chart over time with a numbered line at each event; another chart as it is.
+
+    Parameters
+    ----------
+    events : (time in s, what happened)
+    """
+    seconds = factor("time, s", chart.time) if chart.time else None
+    series = chart.options["series"]
+    if not chart.timed or not events or not series or seconds is None:
+        return chart
+    lines = [{"xAxis": number(seconds * time), "name": str(k)} for k, (time, _) in enumerate(_moments(events), 1)]
+    mark = {
+        "silent": True, "symbol": "none", "animation": False, "data": lines,
+        "lineStyle": {"color": "#8a929d", "type": "dashed", "width": 1},
+        "label": {"formatter": "{b}", "position": "end", "distance": 2, "fontSize": 10, "color": "#8a929d"},
+    }  # fmt: skip
+    return dataclasses.replace(
+        chart, options={**chart.options, "series": [{**series[0], "markLine": mark}, *series[1:]]}
+    )
 
 
 def factor(label: str, into: str) -> float | None:
@@ -212,7 +262,7 @@ def _chart(panel: Panel, x_label: str, series: list[dict[str, Any]], *, several:
         },
         "series": series,
     }
-    return Chart(options=options, timed=timed, equal=panel.equal)
+    return Chart(options=options, timed=timed, equal=panel.equal, time=x_label if timed else "")
 
 
 def _counts(series: Sequence[dict[str, Any]]) -> bool:

@@ -11,6 +11,7 @@ from nicegui import ui
 from nicegui.element import Element
 
 from evolvent.studio.charts import Chart
+from evolvent.studio.differences import whole
 from evolvent.studio.folder import LARGEST_SIGNALS
 
 _STATIC = pathlib.Path(__file__).with_name("static")
@@ -85,7 +86,7 @@ def table(rows: Sequence[Sequence[object]], *, head: Sequence[str] = ()) -> None
             with ui.element("tr"):
                 for text in row:
                     with ui.element(cell):
-                        ui.label(str(text))
+                        ui.label(whole(str(text)))
 
 
 def upload(

@@ -18,7 +18,9 @@ from evolvent import cases
 from evolvent.base.errors import InputError
 from evolvent.base.schema import OneOf, Section, descriptions
 from evolvent.base.units import OneOrMore, Quantity, Whole
-from evolvent.parts.base import Reference
+from evolvent.parts.applies import When
+from evolvent.parts.base import Part, Reference
+from evolvent.parts.repetition import APPLIES as REPEAT_APPLIES, KEY as REPEAT, Repeat
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -39,6 +41,8 @@ class Field:
     numeric : bool, whether the choices are numbers
     wide : bool, whether it is a mapping or a table, which needs a whole line
     refers : bool, whether it names other parts
+    when : tuple of When, conditions on other fields under which it applies
+    decides : bool, whether other fields apply by its value, so that it is always shown
     """
 
     key: str
@@ -53,6 +57,19 @@ class Field:
     numeric: bool = False
     wide: bool = False
     refers: bool = False
+    when: tuple[When, ...] = ()
+    decides: bool = False
+
+    def leads(self, defaults: Mapping[str, str]) -> bool:
+        """Whether it is not folded away where it applies: it decides on others, or is asked for by a choice."""
+        return self.decides or any(w.values and defaults.get(w.keys[0]) not in w.values for w in self.when)
+
+    def applies(self, texts: Mapping[str, str], defaults: Mapping[str, str]) -> bool:
+        """Whether it is shown beside what is typed in other fields, which have defaults: it applies, or is given."""
+        return bool(texts.get(self.key)) or all(
+            when.holds({key: texts.get(key) or (defaults.get(key, "") if when.values else "") for key in when.keys})
+            for when in self.when
+        )
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -66,6 +83,7 @@ class Group:
     help : str, what the section is
     optional : bool, whether it may be left out and then is none
     parts : tuple of Field and Group
+    whole : bool, whether all its fields are shown at once, also those at their defaults
     """
 
     key: str
@@ -73,6 +91,7 @@ class Group:
     help: str
     optional: bool
     parts: tuple[Field | Group, ...]
+    whole: bool = False
 
     def fields(self) -> Iterator[Field]:
         """All fields, those of inner sections too."""
@@ -91,7 +110,7 @@ class Group:
 
 
 @functools.cache
-def describe(kind: type[Section], *, skip: tuple[str, ...] = (), flat: bool = False) -> Group:
+def describe(kind: type[Section], *, skip: tuple[str, ...] = (), flat: bool = False, repeats: bool = False) -> Group:
     """The form of a model.
 
     Parameters
@@ -99,19 +118,36 @@ def describe(kind: type[Section], *, skip: tuple[str, ...] = (), flat: bool = Fa
     kind : a case, or another section
     skip : dotted keys that are left out
     flat : bool, whether inner sections are single fields, written as YAML mappings
+    repeats : bool, whether a section says last how a part is repeated
     """
     if flat:
         texts = descriptions(kind)
         names = _names(kind)
-        fields = []
+        applies = kind.applies if issubclass(kind, Part) else {}
+        decide = {when.keys[0] for conditions in applies.values() for when in conditions if when.values}
+        fields: list[Field | Group] = []
         for key, info in kind.model_fields.items():
             if key not in skip:
                 field = _one(key, key, info, texts[key])
                 known = names.get(key) if field.wide else None
                 help_ = f"{field.help}; or one of the names {', '.join(known)}" if known else field.help
-                fields.append(dataclasses.replace(field, help=help_))
+                fields.append(dataclasses.replace(field, help=help_, when=applies.get(key, ()), decides=key in decide))
+        if repeats:
+            fields.append(_repetition())
         return Group(key="", name="", help=_summary(kind), optional=False, parts=tuple(fields))
     return _group(kind, key="", name="", text=_summary(kind), optional=False, skip=skip)
+
+
+def _repetition() -> Group:
+    """The section that says how a part is repeated."""
+    found = _group(Repeat, key=REPEAT, name=REPEAT, text=_summary(Repeat), optional=True, skip=())
+
+    def inside(when: When) -> When:
+        return dataclasses.replace(when, keys=tuple(f"{REPEAT}.{key}" for key in when.keys))
+
+    when = {f"{REPEAT}.{key}": tuple(map(inside, conditions)) for key, conditions in REPEAT_APPLIES.items()}
+    fields = [dataclasses.replace(one, when=when.get(one.key, ())) for one in found.fields()]
+    return dataclasses.replace(found, parts=tuple(fields), whole=True)
 
 
 @functools.cache
@@ -443,10 +479,15 @@ def nearest_field(form: Group, key: str) -> str:
     return key
 
 
-def problems(content: Mapping[str, Any], wrong: Mapping[str, str], kind: type[Section] | None = None) -> dict[str, str]:
-    """What is wrong with a form, key -> sentence without the key and value that stand beside it."""
-    found = cases.problems(content, kind) if not wrong else {}
-    return {key: _short(key, sentence) for key, sentence in {**found, **wrong}.items()}
+def problems(found: Mapping[str, str], wrong: Mapping[str, str]) -> dict[str, str]:
+    """What is wrong with a form, key -> sentence without the key and value that stand beside it.
+
+    Parameters
+    ----------
+    found : what is wrong with its content; where something cannot be read, nothing else is told
+    wrong : what cannot be read
+    """
+    return {key: _short(key, sentence) for key, sentence in (wrong or found).items()}
 
 
 def _short(key: str, sentence: str) -> str:

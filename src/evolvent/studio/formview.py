@@ -7,6 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
+from evolvent import cases
 from evolvent.base.schema import Section
 from evolvent.studio import form
 from evolvent.studio.form import Field, Group
@@ -38,9 +39,12 @@ class FormView:
     complete : puts into the content what the form does not hold
     before : str, put before keys in marks of the page, such as "parts.boom."
     flat : bool, whether inner sections are single fields, written as YAML mappings
+    folds : bool, whether fields at their defaults are folded away where `flat`
     words : returns what a field may be that refers to other parts
     middle : draws what stands between the fields and the sections
     elsewhere : keys among those of `skip` whose errors are shown elsewhere
+    repeats : bool, whether a section says how a part is repeated
+    problems : finds what is wrong with the content, dotted key -> sentence; by the model unless given
     """
 
     def __init__(
@@ -53,13 +57,20 @@ class FormView:
         complete: Callable[[dict[str, Any]], dict[str, Any]] = dict,
         before: str = "",
         flat: bool = False,
+        folds: bool = True,
         words: Callable[[], Sequence[str]] = tuple,
         middle: Callable[[], None] = lambda: None,
         elsewhere: tuple[str, ...] = (),
+        repeats: bool = False,
+        problems: Callable[[dict[str, Any]], dict[str, str]] | None = None,
     ) -> None:
         self.kind, self._complete, self._changed = kind, complete, changed
         self._elsewhere, self._before, self._words = elsewhere, before, words
-        self.form = form.describe(kind, skip=skip, flat=flat)
+        self._problems = problems or (lambda content: cases.problems(content, kind))
+        self.form = form.describe(kind, skip=skip, flat=flat, repeats=repeats)
+        self._defaults = {field.key: field.default for field in self.form.fields()}
+        self._conditional = [field for field in self.form.fields() if field.when]
+        self._folded: list[tuple[ui.element, ui.element, ui.label, list[Field]]] = []
         self.texts = form.texts(self.form, content)
         self.given = form.given(self.form, content)
         self._strange = form.unknown_content(
@@ -84,10 +95,10 @@ class FormView:
             ui.label("Remove this key" if count == 1 else f"Remove these {count} keys")
         self._leave.set_visibility(bool(self._strange))
         self._leave.on("click", self._leave_out)
-        self._fields(self.form, fold=flat)
+        self._fields(self.form, fold=flat and folds)
         middle()
         groups = [part for part in self.form.parts if isinstance(part, Group)]
-        for group in sorted(groups, key=lambda g: not any(f.required for f in g.fields())):
+        for group in sorted(groups, key=lambda g: g.whole or not any(f.required for f in g.fields())):
             self._group(group)
         self.check()
 
@@ -96,11 +107,11 @@ class FormView:
     def _group(self, group: Group) -> None:
         wanted = any(self.texts.get(f.key) or f.required for f in group.fields())
         expansion = ui.expansion(value=group.key in self.given if group.optional else wanted).classes("ev-group")
-        expansion.props(f'dense data-testid="group-{group.key}"')
+        expansion.props(f'dense data-testid="group-{self._before}{group.key}"')
         with expansion.add_slot("header"), ui.element("div").classes("ev-head"):
             if group.optional:
                 toggle = ui.checkbox(value=group.key in self.given).props(
-                    f'dense size=xs data-testid="give-{group.key}"'
+                    f'dense size=xs data-testid="give-{self._before}{group.key}"'
                 )
                 toggle.tooltip("whether the case has it")
                 toggle.on("click.stop", lambda: None)
@@ -109,7 +120,9 @@ class FormView:
             self._counts[group.key] = ui.label("").classes("ev-count")
         with expansion:
             ui.label(group.help).classes("ev-what")
-            self._errors[group.key] = ui.label("").classes("ev-error").props(f'data-testid="error-{group.key}"')
+            self._errors[group.key] = (
+                ui.label("").classes("ev-error").props(f'data-testid="error-{self._before}{group.key}"')
+            )
             self._bodies[group.key] = ui.column().classes("w-full gap-1")
             with self._bodies[group.key]:
                 self._rows_of(group)
@@ -118,14 +131,15 @@ class FormView:
 
     def _rows_of(self, group: Group) -> None:
         """What is given or must be, then the rest, folded away."""
-        self._fields(group, fold=True)
+        self._fields(group, fold=not group.whole)
         for part in group.parts:
             if isinstance(part, Group):
                 self._group(part)
 
     def _fields(self, group: Group, *, fold: bool) -> None:
         fields = [part for part in group.parts if isinstance(part, Field)]
-        first = [f for f in fields if not fold or f.required or self.texts.get(f.key)] or fields
+        given = {f.key for f in fields if not fold or f.required or self.texts.get(f.key)}
+        first = [f for f in fields if f.key in given or f.leads(self._defaults)] if given else fields
         rest = [f for f in fields if f not in first]
         for field in first:
             self._row(field)
@@ -136,18 +150,33 @@ class FormView:
                 .props(f'type=button data-testid="more-{self._before}{group.key}"')
             )
             with more:
-                word = ui.label(f"{len(rest)} more, at their defaults")
+                word = ui.label("")
             body = ui.column().classes("w-full gap-1")
             body.set_visibility(False)
+            self._folded.append((more, body, word, rest))
 
             def turn() -> None:
                 body.set_visibility(not body.visible)
-                word.set_text("fewer" if body.visible else f"{len(rest)} more, at their defaults")
+                self._count_folded()
 
             more.on("click", turn)
             with body:
                 for field in rest:
                     self._row(field)
+
+    def _count_folded(self) -> None:
+        """Say how many fields are folded away, of those that apply."""
+        for more, body, word, rest in self._folded:
+            count = sum(self._rows[field.key].visible for field in rest)
+            more.set_visibility(count > 0)
+            word.set_text("fewer" if body.visible else f"{count} more, at their defaults")
+
+    def _show_applicable(self) -> None:
+        """Show the fields that apply beside what others hold, and those with an error."""
+        for field in self._conditional:
+            shown = field.key in self._shown or field.applies(self.texts, self._defaults)
+            self._rows[field.key].set_visibility(shown)
+        self._count_folded()
 
     def _row(self, field: Field) -> None:
         with ui.element("div").classes("ev-field" + (" ev-wide" if field.wide else "")) as row:
@@ -192,6 +221,8 @@ class FormView:
     def _typed(self, field: Field, value: Any) -> None:
         self.texts[field.key] = "" if value is None else str(value)
         self._touched.add(field.key)
+        if self._conditional:
+            self._show_applicable()
         self._schedule()
 
     def _give(self, group: Group, on: bool, expansion: ui.expansion) -> None:
@@ -227,7 +258,7 @@ class FormView:
         content = self._complete(typed)
         found = {
             key: sentence
-            for key, sentence in form.problems(content, wrong, self.kind).items()
+            for key, sentence in form.problems({} if wrong else self._problems(content), wrong).items()
             if not any(key == own or key.startswith(f"{own}.") for own in self._elsewhere)
         }
         self._show(found)
@@ -282,5 +313,6 @@ class FormView:
             count = sum(k == key or k.startswith(f"{key}.") for k in shown)
             label.set_text(errors_text(count))
         self._shown = shown
+        self._show_applicable()
         self._banner.set_text("\n".join(loose))
         self._banner.set_visibility(bool(loose))

@@ -84,6 +84,8 @@ class _Extra(BaseModel, strict=True):
     notes: list[str] = []
     of: str = ""
     changes: list[Annotated[list[str], Field(min_length=2, max_length=2)]] | None = None
+    before: int = 0
+    since: list[Annotated[list[str], Field(min_length=2, max_length=2)]] | None = None
     modes: list[list[float]] = []
 
 
@@ -117,7 +119,7 @@ class Job:
     reached, end : float, s or cases
     elapsed : float, s, that it took or takes
     extra : when it was added ("date"), and what a job of its kind has: the case that it is a change of and what
-        differs, signals, head and rows of a table, warnings, modes
+        differs, the run before it and what differs from that, signals, head and rows of a table, warnings, modes
     digest : str, SHA-256 of its case
     own : bool, whether this installation has queued it
     """

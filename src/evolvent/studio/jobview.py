@@ -47,11 +47,29 @@ def changes_text(job: Job, most: int = 1000) -> str:
         return ""
     if not changed:
         return f"{of}, unchanged"
+    before = "" if of == job.title else f"{of}: "
+    return before + _listed(changed, most)
+
+
+def since_text(job: Job, most: int = 1000) -> str:
+    """What differs from the run of the same case before, such as "since run 3: spool.rate = 3 rad/s"; '' of the first.
+
+    Parameters
+    ----------
+    most : int, of keys that are written out
+    """
+    changed, before = job.extra.get("since"), job.extra.get("before")
+    if not isinstance(changed, list) or not before:
+        return ""
+    return f"since run {before}: {_listed(changed, most)}" if changed else f"the same case as run {before}"
+
+
+def _listed(changed: list[list[str]], most: int) -> str:
+    """Changed keys with their texts."""
     texts = [f"{key} {text}" if text in (ADDED, REMOVED) else f"{key} = {text}" for key, text in changed]
     texts = [text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…" for text in texts]
     more = len(texts) - most
-    before = "" if of == job.title else f"{of}: "
-    return before + ", ".join(texts[:most]) + (f" and {more} more" if more > 0 else "")
+    return ", ".join(texts[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def duration(seconds: float) -> str:

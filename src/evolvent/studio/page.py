@@ -27,6 +27,13 @@ _TABS = {
     "calibrate": "Calibration",
     "measure": "Identify",
 }
+#: A press on a button of a form leaves the focus in the field: else the field's help would vanish at once, the button
+#: move away from the pointer, and the click be lost.
+_STEADY = """addEventListener("mousedown", (event) => {
+  const inside = event.target.closest?.(".ev-scroll, .ev-add");
+  const button = event.target.closest?.("button, .q-item, .q-checkbox");
+  if (inside && button && !event.target.closest("input, textarea, .q-field")) event.preventDefault();
+});"""
 
 
 class Page(Context):
@@ -52,6 +59,7 @@ class Page(Context):
         self.result = ResultView(self)
         self.modes = ModesView(self)
         self.report = ReportView(self, {"disperse": self.dispersions.edit, "calibrate": self.calibrations.edit})
+        ui.run_javascript(_STEADY)
         ui.timer(_LOOK, self.update)
         ui.timer(0.01, self._first, once=True)
 

@@ -10,6 +10,7 @@ from evolvent import cases
 from evolvent.assembly.references import check_name
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section, by_name, marks
+from evolvent.parts import repetition
 from evolvent.parts.base import Part, Reference
 from evolvent.parts.registry import kinds, not_known
 
@@ -77,11 +78,19 @@ def renamed(parts: Mapping[str, Any], old: str, new: str) -> Parts:
     if new.strip() == old:
         return dict(parts)
     new = checked_name(parts, new)
-    return {new if name == old else name: _followed(content, old, new) for name, content in parts.items()}
+    many = is_repeated(parts[old])
+    return {
+        new if name == old else name: _followed(content, old, new, numbered=many) for name, content in parts.items()
+    }
 
 
-def _followed(content: Any, old: str, new: str) -> Any:
-    """A part whose references to a part name it as it is called now."""
+def is_repeated(content: Any) -> bool:
+    """Whether a part as it was typed stands for several."""
+    return isinstance(content, Mapping) and repetition.KEY in content
+
+
+def _followed(content: Any, old: str, new: str, *, numbered: bool = False) -> Any:
+    """A part whose references to a part name it as it is called now; of a repeated one they have numbers."""
     kind = kind_of(content)
     if kind is None:
         return content
@@ -91,25 +100,31 @@ def _followed(content: Any, old: str, new: str) -> Any:
         if field is None:
             continue
         if any(isinstance(mark, Reference) for mark in marks(field)):
-            found[key] = _reference(value, old, new)
+            found[key] = _reference(value, old, new, numbered=numbered)
         elif isinstance(value, Mapping) and key == "variables":  # of an event: letter -> "hub.rate.z"
-            found[key] = {letter: _reference(text, old, new) for letter, text in value.items()}
+            found[key] = {letter: _reference(text, old, new, numbered=numbered) for letter, text in value.items()}
     return found
 
 
-def _reference(value: Any, old: str, new: str) -> Any:
+def _reference(value: Any, old: str, new: str, *, numbered: bool = False) -> Any:
     """A reference as it was typed - 'hub', 'boom.tip', 'boom[5]', [hub, [0, 0, 1]], or a list of them - renamed."""
     if isinstance(value, str):
-        return re.sub(rf"^(\s*){re.escape(old)}(?=\s*$|[.\[])", lambda match: match[1] + new, value)
+        number = r"(?= (?:\d+|\{n(?:[+-]\d+)?\})(?:\s*$|[.\[]))" if numbered else r"(?=\s*$|[.\[])"
+        return re.sub(rf"^(\s*){re.escape(old)}{number}", lambda match: match[1] + new, value)
     if isinstance(value, (list, tuple)):
-        return [_reference(one, old, new) for one in value]
+        return [_reference(one, old, new, numbered=numbered) for one in value]
     return value
 
 
 def referring(parts: Mapping[str, Any], name: str) -> list[str]:
     """Names of the parts that refer to another one."""
     mark = "a part of another name"
-    return [other for other, content in parts.items() if other != name and _followed(content, name, mark) != content]
+    many = is_repeated(parts.get(name))
+    return [
+        other
+        for other, content in parts.items()
+        if other != name and _followed(content, name, mark, numbered=many) != content
+    ]
 
 
 def problems(parts: Any, key: str = "parts") -> dict[str, str]:
@@ -135,7 +150,27 @@ def part_problems(name: Any, content: Any, key: str = "parts") -> dict[str, str]
         if "kind" not in content:
             return {"": f"the kind is missing; known: {', '.join(sorted(kinds()))}"}
         return {"": f"the kind is {content['kind']!r}; {not_known(content['kind'])}"}
-    return cases.problems(content, kind)
+    return own_problems(content, kind)
+
+
+def own_problems(content: Mapping[str, Any], kind: type[Part]) -> dict[str, str]:
+    """What is wrong with the keys of a part, and with how it is repeated: dotted key -> sentence."""
+    if repetition.KEY not in content:
+        return cases.problems(content, kind)
+    given = {key: value for key, value in content.items() if key != repetition.KEY}
+    written, before = content[repetition.KEY], f"{repetition.KEY}."
+    if not isinstance(written, Mapping):
+        return {repetition.KEY: f"{repetition.KEY} must be a mapping of keys to values, such as {{count: 6}}"}
+    wrong = cases.problems(written, repetition.Repeat)
+    if wrong:
+        return {f"{before}{key}".rstrip("."): text if text.startswith(before) else f"{before}{text}"
+                for key, text in wrong.items()}  # fmt: skip
+    how = repetition.Repeat.model_validate(dict(written))
+    try:
+        how.check(repetition.KEY)
+    except InputError as error:
+        return {f"{before}{'step' if how.step is not None and how.axis is not None else 'axis'}": str(error)}
+    return cases.problems(how.numbered(given, 0), kind)
 
 
 def named_in(sentence: str, parts: Mapping[str, Any]) -> str:
@@ -147,10 +182,12 @@ def named_in(sentence: str, parts: Mapping[str, Any]) -> str:
         return ".".join([match["name"], *(key for key in before if before[key] != after[key])][:2])
     found = []
     for name, content in parts.items():
-        match = re.search(rf"(?<![\w.-]){re.escape(name)}(?:\.(?P<key>\w+))?(?![\w-])", sentence)
+        before = r"(?:(?<=\bparts\.)|(?<![\w.-]))"
+        match = re.search(rf"{before}{re.escape(name)}(?:(?: \d+)?\.(?P<key>\w+))?(?![\w-])", sentence)
         if match is not None:
             kind = kind_of(content)
-            key = match["key"] if kind is not None and match["key"] in kind.model_fields else None
+            known = {*kind.model_fields, repetition.KEY} if kind is not None else set()
+            key = match["key"] if match["key"] in known else None
             found.append((key is None, match.start(), f"{name}.{key}" if key else name))
     return min(found)[2] if found else ""
 
@@ -158,7 +195,8 @@ def named_in(sentence: str, parts: Mapping[str, Any]) -> str:
 def words(parts: Mapping[str, Any]) -> Sequence[str]:
     """What a reference may be: names of parts, and of points on them."""
     found = []
-    for name, content in parts.items():
+    for written, content in parts.items():
+        name = f"{written} {{n}}" if is_repeated(content) else written  # {n} in a part that is repeated as well
         found.append(name)
         if not isinstance(content, Mapping):
             continue

@@ -7,8 +7,9 @@ from typing import Any
 
 from nicegui import ui
 
-from evolvent.parts.registry import kinds
+from evolvent.parts import repetition
 from evolvent.studio import form, parts
+from evolvent.studio.addview import AddView
 from evolvent.studio.context import Context
 from evolvent.studio.formview import FormView, errors_text
 
@@ -101,7 +102,7 @@ class PartsView:
 
     def duplicate(self, name: str) -> None:
         """Add a copy of a part."""
-        self._add(parts.proposed_name(self.content, name), self.content[name])
+        self._add({parts.proposed_name(self.content, name): self.content[name]})
 
     def ask_name(self, name: str) -> None:
         """Ask what a part is to be called."""
@@ -120,36 +121,26 @@ class PartsView:
     # -------------------------------------------------------------------------------------------- adding
 
     def _ask_kind(self) -> None:
-        options = {name: f"{name}: {form.describe(kind, flat=True).help}" for name, kind in sorted(kinds().items())}
-        with self.page.dialogs, ui.dialog(value=True) as dialog, ui.card().style("min-width:min(560px, 92vw)"):
-            ui.label("Add a part").classes("ev-title")
-            chosen = ui.select(options, label="kind", with_input=True)
-            chosen.props('outlined dense options-dense autofocus data-testid="part-kind"').classes("w-full")
-            typed = ui.input("name").props('outlined dense data-testid="part-name"').classes("w-full")
+        AddView(
+            self.page,
+            propose=lambda kind: parts.proposed_name(self.content, kind),
+            add=self._add,
+            words=lambda: parts.words(self.content),
+        )
 
-            def propose() -> None:
-                if chosen.value:
-                    typed.set_value(parts.proposed_name(self.content, str(chosen.value)))
-
-            def done() -> None:
-                content = {"kind": str(chosen.value or "")}
-                if self.page.attempt(lambda: self._add(typed.value or "", content)):
-                    dialog.close()
-
-            chosen.on_value_change(propose)
-            typed.on("keydown.enter", done)
-            with ui.row():
-                ui.button("Add", on_click=done).props('unelevated color=primary data-testid="part-done"')
-                ui.button("Cancel", on_click=dialog.close).props("flat")
-
-    def _add(self, name: str, content: Mapping[str, Any]) -> None:
+    def _add(self, added: Mapping[str, Mapping[str, Any]]) -> None:
+        """Add parts: all of them, or none where one cannot be."""
         self.flush()
-        self.content = parts.added(self.content, name, content)
-        name = name.strip()
-        self._open.add(name)
+        content = self.content
+        for name, keys in added.items():
+            content = parts.added(content, name, keys)
+        self.content = content
+        names = [name.strip() for name in added]
+        self._open.add(names[0])
         with self._list:
-            self._cards[name] = _Card(self, name, is_open=True)
-        self._cards[name].show()
+            for name in names:
+                self._cards[name] = _Card(self, name, is_open=name in self._open)
+        self._cards[names[0]].show()
         self._after()
 
     def _after(self) -> None:
@@ -177,7 +168,7 @@ class _Card:
         self._root.props["data-testid"] = f"part-{name}"  # a name may hold blanks
         with self._root.add_slot("header"), ui.element("div").classes("ev-head"):
             ui.label(name).classes("ev-title ev-cut")
-            ui.label(str(content.get("kind", "")) if isinstance(content, Mapping) else "").classes("ev-status")
+            self._kind = ui.label(_kind_text(content)).classes("ev-status ev-cut")
             self._count = ui.label("").classes("ev-count")
             self._menu()
         with self._root:
@@ -214,7 +205,8 @@ class _Card:
                 return
             ui.label(form.describe(kind, flat=True).help).classes("ev-what")
             self._form = FormView(
-                kind, content, self._typed, skip=("kind",), before=f"{self._mark}.", flat=True,
+                kind, content, self._typed, skip=("kind",), before=f"{self._mark}.", flat=True, repeats=True,
+                problems=lambda typed: parts.own_problems(typed, kind),
                 complete=lambda typed: {"kind": content["kind"], **typed},
                 words=lambda: [word for word in parts.words(self.view.content) if not self._own(word)],
             )  # fmt: skip
@@ -228,6 +220,7 @@ class _Card:
         self.wrong = wrong
         self._counted()
         if not same:
+            self._kind.set_text(_kind_text(content))
             self.view.part_changed(self.name, content)
 
     def _counted(self) -> None:
@@ -269,3 +262,17 @@ class _Card:
     def delete(self) -> None:
         """Take the card off the page."""
         self._root.delete()
+
+
+def _kind_text(content: Any) -> str:
+    """The kind of a part, the type of a joint, and how many parts it stands for."""
+    if not isinstance(content, Mapping):
+        return ""
+    kind = parts.kind_of(content)
+    text = str(content.get("kind", ""))
+    if kind is not None and "type" in kind.model_fields:
+        text += f", {content.get('type', kind.model_fields['type'].default)}"
+    if parts.is_repeated(content):
+        repeat = content[repetition.KEY]
+        text += f", {repeat.get('count', '?')} times" if isinstance(repeat, Mapping) else ""
+    return text

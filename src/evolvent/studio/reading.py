@@ -178,7 +178,10 @@ def elements(value: Any) -> int:
     )
     for factor in times:
         own *= factor
-    return own + sum(map(elements, value.values()))
+    inner = own + sum(map(elements, value.values()))
+    repeat = value.get("repeat")
+    count = repeat.get("count") if isinstance(repeat, dict) else None
+    return inner * count if isinstance(count, int) and count > 1 else inner
 
 
 # ------------------------------------------------------------------------------------------------ the process

@@ -12,12 +12,14 @@ from nicegui import ui
 from evolvent import cases
 from evolvent.base.errors import EvolventError
 from evolvent.results import variables
+from evolvent.results.happened import events_of
 from evolvent.studio import charts, exports, exportview
 from evolvent.studio.changes import flat, full, written
 from evolvent.studio.context import Context
+from evolvent.studio.differences import difference
 from evolvent.studio.elements import ChartElement, MotionElement, table
 from evolvent.studio.form import text_of
-from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, draw_job
+from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, draw_job, since_text
 from evolvent.studio.state import Loaded
 from evolvent.view import show
 
@@ -89,10 +91,11 @@ class ResultView:
             self._downloads(loaded)
         if loaded.ref.startswith("job:"):
             job = self.studio.jobs.get(loaded.ref.partition(":")[2])
-            about = " · ".join(text for text in (date_text(job), changes_text(job)) if text)
+            about = " · ".join(text for text in (date_text(job), since_text(job), changes_text(job)) if text)
             if about:
                 ui.label(about).classes("ev-changes").props('data-testid="changes"')
         _messages(attrs)
+        _warnings([("", str(attrs.get("warning") or ""))])
         with ui.element("div").classes("ev-pair"):
             still = " ev-still" if loaded.still else ""
             with ui.element("div").classes(f"ev-card{still}").props('data-testid="motion"'):
@@ -100,6 +103,9 @@ class ResultView:
             with ui.element("div").classes("ev-card ev-tablebox ev-two"):
                 table([(n.label, n.value) for n in loaded.numbers if n.label != "warning"])
         if not loaded.still or loaded.figures:
+            with ui.element("div").classes("ev-events").props('data-testid="events"'):
+                for text in charts.events_texts(_events(loaded)):
+                    ui.label(text)
             self._tabs([(figure.title, [("", figure)]) for figure in loaded.figures], [loaded])
 
     def _open(self, loaded: Loaded) -> None:
@@ -157,7 +163,7 @@ class ResultView:
                 if which == "chosen":
                     self._chosen(loaded)
                 else:
-                    _charts(figures[int(which)][1])
+                    _charts(figures[int(which)][1], loaded)
 
         tabs.on_value_change(lambda e: draw(str(e.value)))
         tabs.set_value("0" if figures else "chosen")
@@ -187,7 +193,7 @@ class ResultView:
                 except EvolventError as error:
                     ui.label(str(error)).classes("ev-banner bad")
                     return
-                _charts(drawn)
+                _charts(drawn, loaded)
 
         chosen.on_value_change(draw)
         draw()
@@ -204,13 +210,15 @@ class ResultView:
             ui.label(f"{len(loaded)} runs compared").classes("ev-h1")
         for item in loaded:
             _messages(item.run.attrs, name=item.name)
+        _warnings([(item.name, str(item.run.attrs.get("warning") or "")) for item in loaded])
         same = len({item.run.attrs["system"] for item in loaded}) == 1
         with ui.element("div").classes("ev-pair" if len(loaded) < 3 else "ev-pair one"):
             with ui.element("div").classes("ev-card").props('data-testid="motion"'):
                 MotionElement([item.ref for item in loaded], names)
             with ui.element("div").classes("ev-card ev-tablebox ev-beside"):
-                table(_differences(loaded), head=["what differs", *names])
-                table(_numbers(loaded), head=["results", *names])
+                less = f"{names[1]} less {names[0]}" if len(names) == 2 else "spread"
+                table(_with_difference(_differences(loaded)), head=["what differs", *names, less])
+                table(_with_difference(_numbers(loaded)), head=["results", *names, less])
         if not same:
             ui.label("The runs are of different systems; figures that two or more of them have are shown.").classes(
                 "ev-dim"
@@ -224,9 +232,18 @@ class ResultView:
         self._tabs(figures, loaded)
 
 
-def _charts(figures: Sequence[tuple[str, Figure]]) -> None:
-    """Charts of one figure, of several runs over one another."""
+def _events(loaded: Loaded) -> list[tuple[float, str]]:
+    """Events of a run: time, s, and what happened."""
+    found = events_of(loaded.run)
+    rows = zip(found.time.values, found.part.values, found.what.values, strict=True)
+    return [(float(time), f"{part} {what}".strip()) for time, part, what in rows]
+
+
+def _charts(figures: Sequence[tuple[str, Figure]], loaded: Sequence[Loaded]) -> None:
+    """Charts of one figure, of several runs over one another; events are marked on those of one run."""
     drawn = charts.compared(figures)
+    if len(loaded) == 1:
+        drawn = [charts.marked(chart, _events(loaded[0])) for chart in drawn]
     with ui.element("div").classes("ev-charts" + (" one" if len(drawn) == 1 else "")):
         for chart in drawn:
             with ui.element("div").classes("ev-card"):
@@ -236,15 +253,38 @@ def _charts(figures: Sequence[tuple[str, Figure]]) -> None:
 
 
 def _messages(attrs: Any, *, name: str = "") -> None:
-    """Why a run did not end as it should, and its warnings."""
+    """Why a run did not end as it should."""
     before = f"{name}: " if name else ""
     if attrs["status"] == "failed":
         text = f"{before}This run failed; the results are those before the failure. {attrs['message']}"
         ui.label(text).classes("ev-banner bad").props('data-testid="failed"')
     elif attrs["status"] == "interrupted":
         ui.label(f"{before}{attrs['message']}").classes("ev-banner warn").props('data-testid="interrupted"')
-    if attrs.get("warning"):
-        ui.label(f"{before}Warning: {attrs['warning']}").classes("ev-banner warn").props('data-testid="warning"')
+
+
+def _warnings(given: Sequence[tuple[str, str]]) -> None:
+    """Warnings of runs in one place, the same ones once.
+
+    Parameters
+    ----------
+    given : (name of the run, or '' of the only one; its warning, '' for none)
+    """
+    runs: dict[str, list[str]] = {}
+    for name, text in given:
+        if text:
+            runs.setdefault(text, []).append(name)
+    if not runs:
+        return
+    with ui.element("div").classes("ev-banner warn").props('data-testid="warning"'):
+        ui.label("Warning" if len(runs) == 1 else f"{len(runs)} warnings").classes("ev-title")
+        for text, names in runs.items():
+            of = "all runs" if 1 < len(given) == len(names) else ", ".join(names)
+            ui.label(f"{of}: {text}" if of else text)
+
+
+def _with_difference(rows: Sequence[Sequence[str]]) -> list[list[str]]:
+    """Rows of a name and a text for each run, with the difference of the texts at the end."""
+    return [[*row, difference(row[1:])] for row in rows]
 
 
 def _differences(loaded: Sequence[Loaded]) -> list[list[str]]:

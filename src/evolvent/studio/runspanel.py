@@ -9,7 +9,7 @@ from nicegui import ui
 from evolvent.base.errors import EvolventError
 from evolvent.studio.context import Context
 from evolvent.studio.jobs import COMPUTED, RESUMED, Job
-from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text
+from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text, since_text
 from evolvent.studio.state import View, view_of
 
 _KINDS = {"run": "", "equilibrium": "equilibrium", "modes": "modes", "margin": "margins", "sweep": "study",
@@ -125,9 +125,10 @@ class RunsPanel:
             if job.status in ("running", "cancelling"):
                 with ui.element("div").classes("ev-track"):
                     bar = ui.element("div").style(f"width:{100.0 * job.share:.1f}%")
-            changed = changes_text(job, _CHANGES)
+            changed = since_text(job, _CHANGES) or changes_text(job, _CHANGES)
             if changed:
-                ui.label(changed).classes("ev-changes").tooltip(changes_text(job))
+                whole = "; ".join(text for text in (since_text(job), changes_text(job)) if text)
+                ui.label(changed).classes("ev-changes").tooltip(whole)
             date = date_text(job)
             with ui.element("div").classes("ev-sub"):
                 if date:

@@ -50,7 +50,7 @@ class StartView:
         self._lock = asyncio.Lock()
         self._timer: ui.timer | None = None
         self._body: ui.element | None = None
-        self._doing = ""
+        self._doing, self._drawn = "", False
 
     def draw(self) -> None:
         """Draw the start of the page's case."""
@@ -65,6 +65,8 @@ class StartView:
         self._error.set_visibility(False)
         with ui.element("div").classes("ev-card ev-start").props('data-testid="start"') as self._body:
             self._motion = MotionElement([], [])
+            ui.label("the last complete state").classes("ev-old")
+        self._drawn = False
         self.schedule(0.01)
 
     def schedule(self, pause: float = _PAUSE) -> None:
@@ -107,6 +109,7 @@ class StartView:
             return
         self._show_reason("")
         case.note("")
+        self._drawn = True
         self._about.set_text(_counted(content))
         self._motion.show_start(name)
 
@@ -125,7 +128,11 @@ class StartView:
         self._error.classes(add="note" if missing else "bad", remove="bad" if missing else "note")
         self._error.set_text(sentence)
         self._error.set_visibility(bool(sentence))
-        self._body.set_visibility(not sentence)
+        if sentence and self._drawn:  # the last picture stays, and says that it is not of what is written now
+            self._body.classes(add="ev-stale")
+        else:
+            self._body.classes(remove="ev-stale")
+            self._body.set_visibility(not sentence)
 
 
 def _first(wrong: dict[str, str]) -> str:

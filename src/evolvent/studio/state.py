@@ -20,7 +20,7 @@ from evolvent.studio import pages, reading, signing, studydraft
 from evolvent.studio.changes import changes
 from evolvent.studio.exports import Export, Exports
 from evolvent.studio.folder import OWN, Folder
-from evolvent.studio.jobs import Job, Jobs
+from evolvent.studio.jobs import COMPUTED, Job, Jobs
 from evolvent.studio.studydraft import StudyDraft
 from evolvent.studio.worker import MODE
 
@@ -294,8 +294,18 @@ class Studio:
             families.check(definition.build(case).assemble(), families.MODES if kind == "modes" else families.STATIC)
         name = pathlib.PurePosixPath((draft.origin or draft.source).partition(":")[2]).stem or case.system
         changed = [list(change) for change in changes(draft.base, draft.content)] if draft.base else []
-        extra = {"origin": draft.origin, "of": name if draft.origin else draft.about, "changes": changed}
+        of = name if draft.origin else draft.about
+        extra = {"origin": draft.origin, "of": of, "changes": changed, **self._since(draft.origin, of, draft.content)}
         return self.jobs.add(kind, name, case=cases.to_yaml(case, content), extra=extra).key
+
+    def _since(self, origin: str, of: str, content: Mapping[str, Any]) -> dict[str, Any]:
+        """The last run of the same case, and what differs from it; empty where there is none."""
+        for job in self.jobs.listed():
+            if job.kind in COMPUTED and (job.extra.get("origin"), job.extra.get("of")) == (origin, of):
+                with contextlib.suppress(EvolventError, OSError):
+                    found = changes(self.job_case(job.key), content)
+                    return {"before": int(job.key[:4]), "since": [list(change) for change in found]}
+        return {}
 
     def start(self, content: Mapping[str, Any], note: Callable[[str], None] = lambda text: None) -> str:
         """The start of a case, ready for the viewer; returns its name for `start_of`.

@@ -1,0 +1,37 @@
+"""Kinds of parts in groups, in the order in which a structure is built up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from evolvent.parts.registry import kinds
+
+#: Groups of the kinds that are built in.
+GROUPS: dict[str, tuple[str, ...]] = {
+    "bodies, beams and threads": ("rigid-body", "point", "beam", "rod", "reel", "thread"),
+    "joints": ("joint", "link", "gear", "synchronization", "guide", "prescribed-motion", "prescribed-rotation"),
+    "springs and resistances": (
+        "spring", "rotational-spring", "translational-spring", "tape-spring-hinge", "harness", "bearing", "adhesion",
+    ),
+    "motors, control and events": ("motor", "reaction-wheel", "thruster", "attitude-controller", "event"),
+    "contact": (
+        "plane-contact", "cylinder-contact", "capsule-contact", "sphere-contact", "body-contact", "self-contact",
+    ),
+    "loads": (
+        "force", "torque", "line-load", "distributed-torque", "slope-load", "uniform-load", "law-load", "custom-force",
+        "thermal-load", "magnetic-torque", "panel-radiation", "radiation-pressure",
+    ),
+    "fields and orbit": ("acceleration-field", "orbit"),
+}  # fmt: skip
+#: The group of kinds that other packages add.
+OTHERS = "of other packages"
+
+
+def grouped() -> Iterator[tuple[str, list[str]]]:
+    """Groups, and the kinds of each that there are."""
+    known = kinds()
+    for name, members in GROUPS.items():
+        yield name, [kind for kind in members if kind in known]
+    others = sorted(set(known) - {kind for members in GROUPS.values() for kind in members})
+    if others:
+        yield OTHERS, others
