@@ -13,7 +13,7 @@ import xarray as xr
 from evolvent import results
 from evolvent.base.errors import InputError
 from evolvent.base.units import unit_text
-from evolvent.results import variables
+from evolvent.results import display, variables
 from evolvent.results.figures import Figure, Line, Number, Panel, stacked
 from evolvent.results.motion import prefixed_unit, quantity
 
@@ -51,9 +51,11 @@ def label_of(found: xr.DataArray, fallback: str = "") -> str:
     return f"{text}, {unit_text(unit)}" if unit and unit != "1" else text
 
 
-def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = None, first: int = 0) -> list[Line]:
-    """A variable over time as lines, one for each component or entry."""
-    found = variables.get(run, name)
+def lines_of(
+    run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = None, first: int = 0, units: str = display.USUAL
+) -> list[Line]:
+    """A variable over time as lines, one for each component or entry; angles in the `units` of `display.UNITS`."""
+    found = display.shown(variables.get(run, name), units)
     if "time" not in found.dims:
         raise InputError(f"{name!r} does not change over time; name a variable over time")
     time = variables.root_dataset(run)["time"].values
@@ -86,29 +88,34 @@ def _tags(found: xr.DataArray, count: int) -> list[str]:
     return tags if len(tags) == count else [f"[{k}]" for k in range(count)]
 
 
-def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "variables", title: str = "") -> Figure:
+def figure(
+    run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "variables", title: str = "",
+    units: str = display.USUAL,
+) -> Figure:  # fmt: skip
     """A figure of variables over time: those of one unit share a panel.
 
     Parameters
     ----------
     names : full names, as of `evolvent.results.variables.get`
+    units : str, of angles and rates, one of `evolvent.results.display.UNITS`
 
     Raises
     ------
     InputError
-        If a variable is not there, or does not change over time.
+        If a variable is not there, or does not change over time, or for other units.
     """
     if not names:
         raise InputError("no variable is named; give names such as 'hub.rate'")
     panels: dict[str, list[tuple[str, xr.DataArray]]] = {}
     for full in names:
-        found = variables.get(run, full)
+        found = display.shown(variables.get(run, full), units)
         panels.setdefault(str(found.attrs.get("units", "")), []).append((full, found))
     drawn = []
     for group in panels.values():
         lines: list[Line] = []
         for full, _ in group:
-            lines += lines_of(run, full, label=_short(full, [other for other, _ in group]), first=len(lines))
+            own = _short(full, [other for other, _ in group])
+            lines += lines_of(run, full, label=own, first=len(lines), units=units)
         one = group[0][1]
         label = (
             _panel_label(one, str(one.name).rpartition(".")[2])
@@ -203,7 +210,7 @@ def figures_along(run: xr.DataTree) -> list[Figure]:
 
 def _panel_along(group: xr.Dataset, name: str) -> Panel:
     """The last values of a variable over the length at which they are, a line a component."""
-    variable = group[name]
+    variable = display.shown(group[name])
     place = variable.dims[1]
     arc = next(c for c in group.coords.values() if c.dims == (place,) and c.attrs.get("units") == "m")
     columns = variable.values[-1].reshape(arc.size, -1)
@@ -221,7 +228,7 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
                 order.setdefault(variable, []).append(part)
     panels = []
     for variable, owners in order.items():
-        every = [variables.get(run, f"{part}.{variable}") for part in owners]
+        every = [display.shown(variables.get(run, f"{part}.{variable}")) for part in owners]
         found = every[0]
         same_text = len({label_of(one) for one in every}) == 1  # that of a joint names what it holds
         label = _panel_label(found, variable, short=not same_text)
@@ -274,7 +281,7 @@ def _moving(lines: list[Line], least: float) -> list[Line]:
 def _largest(run: xr.DataTree, variable: str) -> float:
     """Largest value that any part has of a variable, such as of a position."""
     groups = (variables.group_of(run, part) for part in variables.parts(run))
-    held = (group[variable].values for group in groups if variable in group)
+    held = (display.shown(group[variable]).values for group in groups if variable in group)
     return max((float(np.nanmax(np.abs(values), initial=0.0)) for values in held), default=0.0)
 
 
@@ -387,7 +394,8 @@ def latch_numbers(run: xr.DataTree) -> list[Number]:
         peak = next(name for name in ("latch_torque_peak", "latch_force_peak") if name in group)
         kind = peak.split("_")[1]
         largest = quantity(float(group[peak].values.flat[-1]), unit_text(str(group[peak].attrs["units"])))
-        speed = quantity(abs(rate), unit_text(str(group["latch_rate"].attrs["units"])))
+        factor, unit = display.shown_unit(str(group["latch_rate"].attrs["units"]))
+        speed = quantity(abs(factor * rate), unit_text(unit))
         value = f"locks at {quantity(time, 's')} with a rate of {speed}, largest {kind} {largest}"
         found.append(Number(label=f"{part}, latch", value=value))
     return found
@@ -402,7 +410,11 @@ def numbers(run: xr.DataTree) -> list[Number]:
         for rank, variable in enumerate(v for v in plots_of(run, part) if v in run[part].data_vars)
     ]
     shown = {name for _, name in sorted(names, key=lambda ranked: ranked[0])[:_ROWS]}  # of each part the first ones
-    found = [Number(label=name, value=_reached(variables.get(run, name))) for _, name in names if name in shown]
+    found = [
+        Number(label=name, value=_reached(display.shown(variables.get(run, name))))
+        for _, name in names
+        if name in shown
+    ]
     if len(names) > len(shown):
         found.append(Number(label="more variables", value=f"{len(names) - len(shown)}; `evolvent info` lists them all"))
     found += latch_numbers(run)
