@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +13,7 @@ import xarray as xr
 from evolvent import results
 from evolvent.base.errors import InputError
 from evolvent.base.units import unit_text
-from evolvent.results import display, variables
+from evolvent.results import display, happened, variables
 from evolvent.results.figures import Figure, Line, Number, Panel, stacked
 from evolvent.results.motion import prefixed_unit, quantity
 
@@ -32,6 +32,8 @@ _ENERGY_UNITS = ((0.1, 1.0, "J"), (1e-4, 1e3, "mJ"), (0.0, 1e6, "µJ"))
 _STORED_SHOWN = 1e-6
 #: Least length of the axis of the balance's defect, of the largest energy: it is drawn over ±0.1 % or more.
 _DEFECT_SCALE = 2e-3
+#: Most times of events of one kind in a row of the table.
+_EVENTS = 4
 #: Most rows of the table that parts take.
 _ROWS = 14
 #: Share of the largest value below which another is shown as 0.
@@ -118,7 +120,7 @@ def figure(
             lines += lines_of(run, full, label=own, first=len(lines), units=units)
         one = group[0][1]
         label = (
-            _panel_label(one, str(one.name).rpartition(".")[2])
+            panel_label(one, str(one.name).rpartition(".")[2])
             if len(group) == 1
             else unit_text(str(one.attrs.get("units", "")))
         )
@@ -174,15 +176,20 @@ def spectrum(lines: Sequence[Line], *, unit: str, marks: Sequence[float] = (), t
     return Figure(name="spectrum", title=f"{title} (Hann window)", panels=[panel], height=90.0)
 
 
-def figures(run: xr.DataTree) -> list[Figure]:
-    """Default figures of a run: one a kind of part, and one of the balances; of one state, of all that is long."""
+def figures(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Figure]:
+    """Figures of a run: one a kind of part, and one of the balances; of one state, of all that is long.
+
+    Parameters
+    ----------
+    without : names of variables that are not drawn
+    """
     if run.sizes.get("time", 1) < 2:
         return figures_along(run)
     kinds: dict[str, list[str]] = {}
     for part in variables.parts(run):
         if plots_of(run, part):
             kinds.setdefault(str(run[part].attrs.get("kind", "part")), []).append(part)
-    drawn = [_kind_figure(run, kind, own) for kind, own in kinds.items()]
+    drawn = [_kind_figure(run, kind, own, without) for kind, own in kinds.items()]
     return [figure for figure in drawn if figure.panels] + [balance_figure(run)]
 
 
@@ -216,29 +223,29 @@ def _panel_along(group: xr.Dataset, name: str) -> Panel:
     columns = variable.values[-1].reshape(arc.size, -1)
     tags = _tags(variable.isel({place: 0}), columns.shape[1])
     lines = [Line(x=arc.values, y=y, label=tag.lstrip(".")) for y, tag in zip(columns.T, tags, strict=True)]
-    return Panel(x_label="", y_label=_panel_label(variable, name), lines=_coloured(_moving(lines, 0.0)))
+    return Panel(x_label="", y_label=panel_label(variable, name), lines=coloured(moving(lines, 0.0)))
 
 
-def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
+def _kind_figure(run: xr.DataTree, kind: str, parts: list[str], without: Collection[str]) -> Figure:
     """The default variables of all parts of one kind, a panel each; of vectors of many parts, one a component."""
     order: dict[str, list[str]] = {}
     for part in parts:
         for variable in plots_of(run, part):
-            if variable in run[part].data_vars:
+            if variable in run[part].data_vars and f"{part}.{variable}" not in without:
                 order.setdefault(variable, []).append(part)
     panels = []
     for variable, owners in order.items():
         every = [display.shown(variables.get(run, f"{part}.{variable}")) for part in owners]
         found = every[0]
         same_text = len({label_of(one) for one in every}) == 1  # that of a joint names what it holds
-        label = _panel_label(found, variable, short=not same_text)
+        label = panel_label(found, variable, short=not same_text)
         least = _NOISE * _largest(run, variable)
-        lines = {part: _moving(lines_of(run, f"{part}.{variable}", label=part), least) for part in owners}
+        lines = {part: moving(lines_of(run, f"{part}.{variable}", label=part), least) for part in owners}
         if not any(lines.values()):
             continue
         if len(owners) < 3 or found.ndim == 1:
             panels.append(
-                Panel(x_label="", y_label=label, lines=_coloured([one for own in lines.values() for one in own]))
+                Panel(x_label="", y_label=label, lines=coloured([one for own in lines.values() for one in own]))
             )
             continue
         for tag in dict.fromkeys(one.label.removeprefix(part) for part, own in lines.items() for one in own):
@@ -249,7 +256,7 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
                 if one.label == part + tag
             ]
             panels.append(
-                Panel(x_label="", y_label=f"{tag.lstrip('.')} of {label}" if tag else label, lines=_coloured(same))
+                Panel(x_label="", y_label=f"{tag.lstrip('.')} of {label}" if tag else label, lines=coloured(same))
             )
     if panels:
         panels[-1] = dataclasses.replace(panels[-1], x_label="time, s")
@@ -257,7 +264,7 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
     return Figure(name=kind, title=title, panels=panels, height=stacked(len(panels)))
 
 
-def _panel_label(found: xr.DataArray, variable: str, *, short: bool = False) -> str:
+def panel_label(found: xr.DataArray, variable: str, *, short: bool = False) -> str:
     """Axis label of a variable; of one with a long text, or `short`, its name, so that it fits beside a panel."""
     label = label_of(found)
     if len(label) <= _LONGEST_LABEL and not short:
@@ -266,7 +273,7 @@ def _panel_label(found: xr.DataArray, variable: str, *, short: bool = False) -> 
     return variable.replace("_", " ") + (f", {unit}" if unit != "1" else "")
 
 
-def _moving(lines: list[Line], least: float) -> list[Line]:
+def moving(lines: list[Line], least: float = 0.0) -> list[Line]:
     """Lines of the components of one variable, without those that stay at zero beside the others.
 
     None where all are round-off, below `least` and not 0.
@@ -285,7 +292,7 @@ def _largest(run: xr.DataTree, variable: str) -> float:
     return max((float(np.nanmax(np.abs(values), initial=0.0)) for values in held), default=0.0)
 
 
-def _coloured(lines: list[Line]) -> list[Line]:
+def coloured(lines: list[Line]) -> list[Line]:
     """Lines of one panel in distinguishable colours; of many, along a scale, the first and last one named."""
     if len(lines) <= _NAMED:
         return [dataclasses.replace(line, color=k) for k, line in enumerate(lines)]
@@ -380,16 +387,34 @@ def balance_numbers(run: xr.DataTree) -> list[Number]:
     return [Number(label=label, value=value) for label, value in found]
 
 
+def event_numbers(run: xr.DataTree) -> list[Number]:
+    """Rows of the table: when events of parts happened other than latches, the first ones of many."""
+    found: dict[tuple[str, str], list[float]] = {}
+    events = happened.events_of(run)
+    for time, part, what in zip(events.time.values, events.part.values, events.what.values, strict=True):
+        if what != happened.LATCHED:
+            found.setdefault((str(part), str(what)), []).append(float(time))
+    rows = []
+    for (part, what), times in found.items():
+        more = f", and {len(times) - _EVENTS} more" if len(times) > _EVENTS else ""
+        value = f"{what} at {', '.join(f'{time:.5g}' for time in times[:_EVENTS])} s{more}"
+        rows.append(Number(label=part or "event", value=value.removeprefix("event ")))
+    return rows
+
+
 def latch_numbers(run: xr.DataTree) -> list[Number]:
-    """Rows of the table: when each latch locked, how fast the joint moved, and the latch's largest force or torque."""
-    found = []
+    """Rows of the table: when each latch locked, how fast the joint moved, and the latch's largest force or torque.
+
+    In order of time, those that have not locked first.
+    """
+    found: list[tuple[float, Number]] = []
     for part in variables.parts(run):
         group = variables.group_of(run, part)
         if "latch_rate" not in group:
             continue
         time, rate = (float(group[name].values.flat[-1]) for name in ("latch_time", "latch_rate"))
         if not np.isfinite(time):
-            found.append(Number(label=f"{part}, latch", value="has not locked"))
+            found.append((-np.inf, Number(label=f"{part}, latch", value="has not locked")))
             continue
         peak = next(name for name in ("latch_torque_peak", "latch_force_peak") if name in group)
         kind = peak.split("_")[1]
@@ -397,27 +422,31 @@ def latch_numbers(run: xr.DataTree) -> list[Number]:
         factor, unit = display.shown_unit(str(group["latch_rate"].attrs["units"]))
         speed = quantity(abs(factor * rate), unit_text(unit))
         value = f"locks at {quantity(time, 's')} with a rate of {speed}, largest {kind} {largest}"
-        found.append(Number(label=f"{part}, latch", value=value))
-    return found
+        found.append((time, Number(label=f"{part}, latch", value=value)))
+    return [number for _, number in sorted(found, key=lambda row: row[0])]
 
 
-def numbers(run: xr.DataTree) -> list[Number]:
-    """Rows of the table on the screen: what the parts' default variables reach, balances, and how it was run."""
+def numbers(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Number]:
+    """Rows of the table on the screen: latches, events, what variables reach and when, balances, how it was run.
+
+    Parameters
+    ----------
+    without : names of variables that are not listed
+    """
     root = variables.root_dataset(run)
     names = [
         (rank, f"{part}.{variable}")
         for part in variables.parts(run)
         for rank, variable in enumerate(v for v in plots_of(run, part) if v in run[part].data_vars)
+        if f"{part}.{variable}" not in without
     ]
     shown = {name for _, name in sorted(names, key=lambda ranked: ranked[0])[:_ROWS]}  # of each part the first ones
-    found = [
-        Number(label=name, value=_reached(display.shown(variables.get(run, name))))
-        for _, name in names
-        if name in shown
-    ]
+    listed = [name for _, name in names if name in shown]
+    times = root["time"].values if "time" in root else np.zeros(1)
+    found = latch_numbers(run) + event_numbers(run)
+    found += [Number(label=name, value=_reached(display.shown(variables.get(run, name)), times)) for name in listed]
     if len(names) > len(shown):
         found.append(Number(label="more variables", value=f"{len(names) - len(shown)}; `evolvent info` lists them all"))
-    found += latch_numbers(run)
     if run.sizes.get("time", 1) > 1:
         found += balance_numbers(run)
     reason = run.attrs.get("method_reason", "")
@@ -426,8 +455,8 @@ def numbers(run: xr.DataTree) -> list[Number]:
     return found + results.closing_numbers(root)
 
 
-def _reached(found: xr.DataArray) -> str:
-    """Last and largest value of a variable, with its unit; of a vector, its components at the end."""
+def _reached(found: xr.DataArray, times: np.ndarray) -> str:
+    """Last and largest value of a variable, with its unit and time; of a vector, its components at the end."""
     unit = unit_text(str(found.attrs.get("units", "")))
     columns = variables.values(found)
     finite = columns[np.isfinite(columns)]
@@ -438,9 +467,9 @@ def _reached(found: xr.DataArray) -> str:
     columns = np.where(np.abs(columns) < _ROUND_OFF * size, 0.0, columns) / factor
     finite, unit = columns[np.isfinite(columns)], f" {unit}" if unit else ""
     if found.ndim == 1:
-        largest = float(finite[np.argmax(np.abs(finite))])
+        k = int(np.nanargmax(np.abs(columns[:, 0])))
         return (
-            f"{columns[-1, 0]:.5g}{unit} at the end, largest {largest:.5g}{unit}"
+            f"{columns[-1, 0]:.5g}{unit} at the end, largest {columns[k, 0]:.5g}{unit}{_at(times, k)}"
             if len(columns) > 1
             else f"{columns[-1, 0]:.5g}{unit}"
         )
@@ -449,8 +478,14 @@ def _reached(found: xr.DataArray) -> str:
     end = ", ".join(f"{v:.5g}" for v in columns[-1])
     if len(columns) == 1:
         return f"({end}){unit}"
-    size = float(np.nanmax(np.linalg.norm(columns, axis=1)))
-    return f"({end}){unit} at the end, largest magnitude {size:.5g}{unit}"
+    sizes = np.linalg.norm(columns, axis=1)
+    k = int(np.nanargmax(sizes))
+    return f"({end}){unit} at the end, largest magnitude {sizes[k]:.5g}{unit}{_at(times, k)}"
+
+
+def _at(times: np.ndarray, k: int) -> str:
+    """When a largest value was reached; '' at the start and at the end, of which the table tells."""
+    return f" at {times[k]:.4g} s" if 0 < k < len(times) - 1 else ""
 
 
 def motion(run: xr.DataTree) -> Motion | None:
