@@ -243,7 +243,9 @@ def test_labels_of_figures_fit_and_are_those_of_all_lines() -> None:
     joints = next(figure for figure in run.ev._system.figures(run) if figure.name == "joint")
     assert [panel.y_label for panel in joints.panels] == ["angle, deg", "x of force, N", "y of force, N"]
     boom = ev.load("boom-slew").simulate(until=2.0)
-    assert show.figure(boom, ["boom.tip_deflection.y"]).panels[0].y_label == "tip deflection, m"
+    assert show.figure(boom, ["boom.tip_deflection.y"]).panels[0].y_label == "tip deflection y, m"
+    both = ["hub.rate.x", "hub.rate.z"]
+    assert show.figure(boom, both).panels[0].y_label == "angular velocity x, z, deg/s"
     assert show.figure(boom, ["hub.rate"]).panels[0].y_label == "angular velocity, deg/s"
 
 

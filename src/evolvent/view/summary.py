@@ -12,7 +12,7 @@ from evolvent.base.units import unit_text
 from evolvent.results import display, variables
 from evolvent.results.figures import Figure, Line, Number, Panel
 from evolvent.results.motion import conjugate, product, quantity, rotation_vectors
-from evolvent.view import show
+from evolvent.view import balance, show
 
 #: Share of the range of a curve within which it no longer changes, and of the run at which the page ends at most.
 _STILL, _CUT = 0.01, 0.6
@@ -55,7 +55,7 @@ def summary(run: xr.DataTree) -> tuple[Figure | None, set[str]]:
     for panel, names in base:
         panels.append(panel)
         drawn |= names
-    panels.append(show.balance_figure(run).panels[0])
+    panels.append(balance.balance_figure(run).panels[0])
     time = variables.root_dataset(run)["time"].values
     end = _end(time, panels)
     if end < time[-1]:
