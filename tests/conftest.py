@@ -46,10 +46,11 @@ def call(monkeypatch, capsys, tmp_path):
 
 @pytest.fixture
 def sketched(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures are files of one byte, for tests of what is written where: drawing them takes a second or more a run."""
+    """Figures are files of one byte or point, for tests of what is written where: drawing them takes a second a run."""
     from evolvent.view import plots
 
     monkeypatch.setattr(plots, "picture", lambda figure, kind, **_: b"-")
+    monkeypatch.setattr(plots, "_points", lambda drawn: (np.zeros((1, 1, 3), dtype=np.uint8), 72.0))
 
 
 @pytest.fixture

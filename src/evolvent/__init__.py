@@ -179,7 +179,8 @@ def run(
         raise InputError(f"progress is {progress!r}; it must be a function of the time reached")
     loaded = cases.load(case, overrides)
     plan = cases.system(loaded.system).plan(loaded, laws=laws)
-    results = plan.run(on_stderr(plan.duration) if progress is None else progress)
+    with on_stderr(plan.duration) as shown:
+        results = plan.run(shown if progress is None else progress)
     if results.attrs["status"] == "failed":
         raise RunFailed(results.attrs["message"], results)
     return results

@@ -4,6 +4,7 @@ import base64
 import datetime
 import functools
 import html.parser
+import pathlib
 import re
 import shutil
 import subprocess
@@ -13,7 +14,8 @@ import numpy as np
 import pytest
 
 from evolvent import cases
-from evolvent.exports import report
+from evolvent.exports import figure_pictures, report
+from evolvent.view import pages, plots
 
 DATE = datetime.datetime(2026, 5, 4, 12, 30, tzinfo=datetime.UTC)
 _VOID = {"meta", "img", "br", "link", "input"}
@@ -163,3 +165,19 @@ def test_chromium_renders_it(reported, tmp_path, browser):
     assert green > 300  # the mark of success
     animation = picture[900:, 100:800]
     assert len(np.unique(animation.reshape(-1, 3), axis=0)) > 50
+
+
+def test_the_report_shows_the_figures_that_were_written(runs, tmp_path, monkeypatch):
+    """None is drawn a second time, and the titles that the images have are not repeated above them."""
+    run = runs["heliogyro"]
+    figures = cases.presenter(run).figures(run)
+    written = plots.draw(figures[:-1], tmp_path)
+    drawn = []
+    monkeypatch.setattr(figure_pictures, "figure_picture", lambda one: drawn.append(one.name) or pages.Picture("", ""))
+    report.write(run, str(tmp_path / "r.html"), date=DATE, written=written)
+    page = Page((tmp_path / "r.html").read_text(encoding="utf-8"))
+    assert drawn == [figures[-1].name]
+    images = {attrs["alt"]: attrs["src"] for tag, attrs in page.seen if tag == "img"}
+    for figure, path in zip(figures, written, strict=False):
+        assert base64.b64decode(images[figure.title].partition(",")[2]) == pathlib.Path(path).read_bytes()
+    assert figures[0].title not in page.text

@@ -3,7 +3,7 @@
 import numpy as np
 
 from evolvent import cases
-from evolvent.view import show
+from evolvent.view.balance import stored_energies
 
 
 def case_of(run):
@@ -19,7 +19,7 @@ def over_ribs(run, name):
 
 def stored(run, kind):
     """Elastic energy over time of one kind: "bending", "stretch and shear" or "contacts", J."""
-    return show.stored_energies(run)[kind]
+    return stored_energies(run)[kind]
 
 
 def elastic(run):

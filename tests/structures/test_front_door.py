@@ -241,10 +241,12 @@ def test_labels_of_figures_fit_and_are_those_of_all_lines() -> None:
     """A long text gives way to the variable's name; that of one joint does not stand beside another one's force."""
     run = ev.load("andrews-mechanism").simulate(until=1e-3)
     joints = next(figure for figure in run.ev._system.figures(run) if figure.name == "joint")
-    assert [panel.y_label for panel in joints.panels] == ["angle, rad", "x of force, N", "y of force, N"]
+    assert [panel.y_label for panel in joints.panels] == ["angle, deg", "x of force, N", "y of force, N"]
     boom = ev.load("boom-slew").simulate(until=2.0)
-    assert show.figure(boom, ["boom.tip_deflection.y"]).panels[0].y_label == "tip deflection, m"
-    assert show.figure(boom, ["hub.rate"]).panels[0].y_label == "angular velocity, rad/s"
+    assert show.figure(boom, ["boom.tip_deflection.y"]).panels[0].y_label == "tip deflection y, m"
+    both = ["hub.rate.x", "hub.rate.z"]
+    assert show.figure(boom, both).panels[0].y_label == "angular velocity x, z, deg/s"
+    assert show.figure(boom, ["hub.rate"]).panels[0].y_label == "angular velocity, deg/s"
 
 
 def test_round_off_is_not_drawn() -> None:
@@ -252,7 +254,7 @@ def test_round_off_is_not_drawn() -> None:
     run = ev.load("wire-boom-satellite").simulate(until=0.5)
     assert 0.0 < float(abs(run["hub"].position).max()) < 1e-11
     bodies = next(figure for figure in run.ev._system.figures(run) if figure.name == "rigid-body")
-    assert [panel.y_label for panel in bodies.panels] == ["angular velocity, rad/s"]
+    assert [panel.y_label for panel in bodies.panels] == ["angular velocity, deg/s"]
 
 
 def test_a_vector_of_a_study_is_drawn_by_components() -> None:

@@ -90,7 +90,7 @@ def test_notebooks_show_objects_in_short(run):
     html = run.ev._repr_html_()
     assert "success" in html
     assert "spring" in html
-    assert "rad/s" in html
+    assert "deg/s" in html
     assert "samples" in html
     assert "<door>" not in html
     warned = run.copy()

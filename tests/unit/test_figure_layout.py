@@ -13,7 +13,7 @@ from evolvent import cases, papers
 from evolvent.massprops import mode_figures
 from evolvent.massprops.identification import identify
 from evolvent.results.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, plain, y_limits
-from evolvent.view import plots
+from evolvent.view import plots, ticks
 
 #: Built-in cases and keys that make their runs short.
 SHORT = {
@@ -171,6 +171,35 @@ def test_a_line_looks_the_same_in_all_panels_that_share_a_legend():
     assert styles[0][0] != styles[0][1]
 
 
+def test_panels_over_one_another_share_the_axis_that_the_lowest_names():
+    x = np.linspace(0.0, 3.0, 4)
+    lines = [Line(x=x, y=x), Line(x=x, y=np.where(x > 1.5, x, np.nan))]
+    panels = [Panel(x_label="time, s" if k else "", y_label="y, m", lines=[line]) for k, line in enumerate(lines)]
+    first, second = plots.sheet(figure_of(*panels)).axes
+    assert first.get_xlim() == second.get_xlim() == pytest.approx((-0.06, 3.06))
+    shown = [axis.xaxis.get_tick_params()["labelbottom"] for axis in (first, second)]
+    assert shown == [False, True]
+    named = [Panel(x_label="time, s", y_label="y, m", lines=[line]) for line in lines]
+    first, second = plots.sheet(figure_of(*named)).axes
+    assert first.get_xlim() != second.get_xlim()
+
+
+def test_powers_at_logarithmic_axes_are_plain_text():
+    x = np.linspace(0.0, 1.0, 30)
+    panel = Panel(x_label="time, s", y_label="energy, J", lines=[Line(x=x, y=10.0 ** (-6.0 * x))], log=True)
+    words = {text for text, _ in boxes(plots.sheet(figure_of(panel)))}
+    assert {"10⁰", "10⁻¹", "10⁻⁶"} & words
+    assert not any("$" in text for text in words)
+
+
+def test_names_of_the_y_axes_stand_in_one_column():
+    x = np.linspace(0.0, 1.0, 5)
+    panels = [Panel(x_label="time, s", y_label="y, m", lines=[Line(x=x, y=size * x)]) for size in (1.0, 1e4)]
+    words = boxes(plots.sheet(figure_of(*panels)))
+    first, second = (box for text, box in words if text == "y [m]")
+    assert first.x0 == pytest.approx(second.x0, abs=0.5)
+
+
 def test_the_inside_of_a_hub_is_filled():
     circle = np.linspace(0.0, 2.0 * np.pi, 40)
     line = Line(x=np.cos(circle), y=np.sin(circle), fill="gainsboro")
@@ -206,7 +235,8 @@ def test_formats_of_files(kind, head, tmp_path):
 
 
 def test_faults_of_a_layout_are_found(monkeypatch):
-    monkeypatch.setattr(plots, "_wrapped", lambda text, size, width: text)
+    for module in (plots, ticks):
+        monkeypatch.setattr(module, "wrapped", lambda text, size, width: text)
     line = Line(x=np.arange(2.0), y=np.arange(2.0))
     notes = [Note(at=(0.5, 0.5), text="one"), Note(at=(0.5, 0.5), text="another")]
     panel = Panel(x_label="x, m", y_label="y" * 80, lines=[line], notes=notes)

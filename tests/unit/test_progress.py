@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import re
 import sys
 import time
@@ -12,6 +13,11 @@ import pytest
 import evolvent
 from evolvent import parts
 from evolvent.base import console, progress
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
 
 
 def test_stages_reach_the_listener_and_nobody_else():
@@ -37,10 +43,6 @@ def test_an_iterator_of_unknown_length_is_tracked():
 
 @pytest.mark.parametrize("slow", [True, False])
 def test_a_terminal_shows_what_takes_longer_than_a_second(monkeypatch, slow):
-    class Terminal(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(console, "DELAY", 0.05 if slow else 1e9)
@@ -99,6 +101,42 @@ def test_a_run_from_python_says_how_long_it_takes(monkeypatch, capsys):
     with progress.shown_by(stages.append):
         system.simulate(**asked)
     assert capsys.readouterr().err == ""
+
+
+def test_a_bar_is_written_anew_and_cleared(monkeypatch):
+    now, terminal = [0.0], Terminal()
+    bar = progress.Bar(terminal, clock=lambda: now[0])
+    for k in range(25):
+        now[0] = 0.25 * k
+        bar.show(progress.Stage("running", 0.25 * k, 10.0, "s"))
+    states = terminal.getvalue().split("\r")[1:]
+    assert len(states) == 17
+    assert states[0].startswith("evolvent: running  " + 4 * "\N{FULL BLOCK}" + 16 * "\N{LIGHT SHADE}" + "  2 of")
+    assert states[0].endswith("2 of 10 s, about 8 s left")
+    bar.show(progress.Stage("running", 10.0, 10.0, "s"))
+    assert terminal.getvalue().split("\r")[-2:] == [" " * len(states[-1].rstrip()), ""]
+
+
+@pytest.mark.parametrize("stream", [io.StringIO, Terminal])
+def test_compilation_from_python_is_shown_from_its_start_on(monkeypatch, stream):
+    """A line at once, then how long it will take, as the compilation itself estimates it."""
+    shown = stream()
+    monkeypatch.setattr(sys, "stderr", shown)
+    monkeypatch.setattr(progress, "FIRST", 0.0)
+    monkeypatch.setenv("TERM", "xterm")
+    progress.report_compilation(progress.Compilation(0, 3, math.nan))
+    assert shown.getvalue() == "evolvent: compiling 3 functions for this machine, once\n"
+    progress.report_compilation(progress.Compilation(1, 3, 44.0))
+    progress.report_compilation(progress.Compilation(3, 3, 0.0))
+    assert "1 of 3 functions" in shown.getvalue()
+    assert "about 44 s left" in shown.getvalue()
+    assert shown.getvalue().endswith("\r" if stream is Terminal else "left\n")
+    before = shown.getvalue()
+    with progress.compilation_shown_by(lambda state: None):
+        progress.report_compilation(progress.Compilation(0, 3, math.nan))
+    with progress.shown_by(lambda stage: None):
+        progress.report_compilation(progress.Compilation(0, 3, math.nan))
+    assert shown.getvalue() == before
 
 
 def test_a_command_without_a_terminal_says_how_long_it_takes(monkeypatch, capsys):

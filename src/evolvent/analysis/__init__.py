@@ -345,6 +345,7 @@ def tree(
 
 def latches_of(solution: Solution) -> str:
     """Sentences on the latches that have locked in a run, in order of time; '' where none has."""
+    from evolvent.results import display
     from evolvent.results.happened import LATCHED, in_order
 
     coordinates, found = solution.assembly.model.coordinates, []
@@ -352,8 +353,9 @@ def latches_of(solution: Solution) -> str:
     for time, place, what in in_order(solution):
         if what == LATCHED and place in names:
             row = coordinates[place[1]]
-            unit = "rad/s" if row["kind"] == axial.ANGLE else "m/s"
-            found.append(f"{names[place]!r} at t = {time:.6g} s, at {abs(row['caught']):.4g} {unit}")
+            factor, unit = display.shown_unit("rad s-1" if row["kind"] == axial.ANGLE else "m s-1")
+            rate = abs(factor * row["caught"])
+            found.append(f"{names[place]!r} at t = {time:.6g} s, at {rate:.4g} {units.unit_text(unit)}")
     return "; ".join(found)
 
 

@@ -13,7 +13,7 @@ import xarray as xr
 from evolvent import cases
 from evolvent.base.errors import InputError, counted
 from evolvent.base.units import unit_text
-from evolvent.results import WELL, happened, statistics_of, variables
+from evolvent.results import WELL, display, happened, statistics_of, variables
 from evolvent.results.figures import Figure, Line, Number
 from evolvent.view import notebook, show
 
@@ -88,7 +88,7 @@ class RunAccessor:
         held = self.latches
         rows = [["latch", "time", "rate", "peak"]] if held.sizes["latch"] else []
         rows += [
-            [str(one.latch.values), f"{float(one.time):.6g} s", f"{float(one.rate):.4g} {one.rate_unit.values}",
+            [str(one.latch.values), f"{float(one.time):.6g} s", _shown_rate(float(one.rate), str(one.rate_unit.values)),
              f"{float(one.peak):.4g} {one.peak_unit.values}"]
             for one in (held.isel(latch=k) for k in range(held.sizes["latch"]))
         ]  # fmt: skip
@@ -96,13 +96,16 @@ class RunAccessor:
         title = str(attrs.get("title") or f"evolvent run of {attrs['system']}")
         return notebook.summary(title, facts, rows=rows, warnings=warnings)
 
-    def plot(self, *names: str, path: str | os.PathLike[str] | None = None) -> Any:
+    def plot(
+        self, *names: str, path: str | os.PathLike[str] | None = None, units: str = display.USUAL
+    ) -> Any:  # fmt: skip
         """Plot variables over time; without names, the default figures.
 
         Parameters
         ----------
         names : full names
         path : str, optional, PNG file (with names) or folder (without)
+        units : str, of angles and rates of the variables that are named: "deg" (and deg/s), "rpm" (and deg) or "rad"
 
         Returns
         -------
@@ -110,7 +113,7 @@ class RunAccessor:
         """
         from evolvent.view import plots
 
-        drawn: list[Figure] = [show.figure(self._run, names)] if names else self._system.figures(self._run)
+        drawn: list[Figure] = [show.figure(self._run, names, units=units)] if names else self._system.figures(self._run)
         if path is None:
             sheets = [plots.sheet(figure) for figure in drawn]
             return sheets[0] if names else notebook.Sheets(sheets)
@@ -139,7 +142,7 @@ class RunAccessor:
         even = results.regular(self._run)
         for name in names:
             lines += show.lines_of(even, name, first=len(lines))
-        unit = unit_text(str(variables.get(self._run, names[0]).attrs.get("units", "1")))
+        unit = unit_text(str(display.shown(variables.get(self._run, names[0])).attrs.get("units", "1")))
         drawn = show.spectrum(lines, unit=unit, title=f"Spectra of {', '.join(names[:4])}")
         return plots.sheet(drawn) if path is None else plots.save(drawn, path)
 
@@ -221,3 +224,9 @@ class RunAccessor:
         from evolvent import results
 
         results.save(self._run, path)
+
+
+def _shown_rate(rate: float, unit: str) -> str:
+    """A rate of a joint as people read it; unit : "rad/s" or "m/s"."""
+    factor, name = display.shown_unit({"rad/s": "rad s-1"}.get(unit, unit))
+    return f"{factor * rate:.4g} {unit_text(name)}"

@@ -278,15 +278,15 @@ class SystemDefinition:
 
     def numbers(self, run: Any) -> list[Number]:
         """Rows of the table on the screen."""
-        from evolvent.view import show
+        from evolvent.view import summary
 
-        return show.numbers(run)
+        return summary.numbers(run)
 
     def figures(self, run: Any) -> list[Figure]:
         """What is drawn of a run; may be empty."""
-        from evolvent.view import show
+        from evolvent.view import summary
 
-        return show.figures(run)
+        return summary.figures(run)
 
     def motion(self, run: Any) -> Motion | None:
         """Lines, bodies and forces of a run, for animations and files; None where it holds too little."""

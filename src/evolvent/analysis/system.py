@@ -301,14 +301,14 @@ class System:
         given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
         given |= {"tolerance": tolerance, "spectral_radius": spectral_radius}
         settings = self._run_settings(given)
-        if progress is None:
-            progress = on_stderr(settings["until"])
-        if keep is not None:
-            return simulation.kept(self, keep, progress, settings)
-        return analysis.simulate(
-            self.assemble(), case=self._case(settings), title=self.title, progress=progress,
-            keep_states="margin" in self.sections, **settings,
-        )  # fmt: skip
+        with on_stderr(settings["until"]) as shown:
+            listener = shown if progress is None else progress
+            if keep is not None:
+                return simulation.kept(self, keep, listener, settings)
+            return analysis.simulate(
+                self.assemble(), case=self._case(settings), title=self.title, progress=listener,
+                keep_states="margin" in self.sections, **settings,
+            )  # fmt: skip
 
     def simulate_many(
         self, values: Sequence[Mapping[str, Any]] | Mapping[str, Sequence[Any]], keep: Sequence[str], *,
@@ -382,8 +382,9 @@ class System:
 
         given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
         settings = self._run_settings(given | {"tolerance": tolerance, "spectral_radius": spectral_radius})
-        shown = on_stderr(settings["until"]) if progress is None else progress
-        return sensitivity.sensitivity(self, values, keys, progress=shown, mode=mode, **settings)
+        with on_stderr(settings["until"]) as shown:
+            listener = shown if progress is None else progress
+            return sensitivity.sensitivity(self, values, keys, progress=listener, mode=mode, **settings)
 
     def _run_settings(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """How the motion is run: `settings` with what is given in their place, times in seconds."""
@@ -426,8 +427,9 @@ class System:
 
         def run() -> Any:
             settings = self._run_settings({})
-            shown = on_stderr(settings["until"]) if progress is None else progress
-            solution, _, _ = analysis.solve(assembly, progress=shown, **settings)
+            with on_stderr(settings["until"]) as shown:
+                listener = shown if progress is None else progress
+                solution, _, _ = analysis.solve(assembly, progress=listener, **settings)
             if solution.status == "failed":
                 raise RunFailed(solution.message, solution)
             return solution

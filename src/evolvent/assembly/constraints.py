@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Array
+from evolvent.assembly.order import reverse_cuthill_mckee
 from evolvent.kernels import ancf_beams, constraint_rows, joint, rigid, sides, thread
 
 
@@ -56,7 +57,7 @@ def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> 
             shared.setdefault((family, index), []).append(i)
     pairs = [(a, b) for group in shared.values() for a in group for b in group if found[a][0] != found[b][0]]
     n = len(entries)
-    order = _order(np.array([(found[a][0], found[b][0]) for a, b in pairs], dtype=np.int64).reshape(-1, 2), n)
+    order = reverse_cuthill_mckee(((found[a][0], found[b][0]) for a, b in pairs), n)
     place = np.empty(n, dtype=np.int64)
     place[order] = np.arange(n)
     row_of = [int(place[r]) for r, *_ in found]
@@ -93,17 +94,6 @@ def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> 
 
 #: Families that a side belongs to, and its fields.
 _FIELDS = {"bodies": "body", "points": "point", "beams": "beam", "reduced_bodies": "reduced"}
-
-
-def _order(coupled: Array, n: int) -> Array:
-    """Reverse Cuthill-McKee order of n rows; coupled : (k, 2), pairs of them."""
-    if not coupled.size:
-        return np.arange(n)
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import reverse_cuthill_mckee
-
-    graph = coo_matrix((np.ones(len(coupled)), coupled.T), shape=(n, n)).tocsr()
-    return np.asarray(reverse_cuthill_mckee(graph, symmetric_mode=True))
 
 
 class _Masses:

@@ -11,14 +11,12 @@ from typing import Any
 import click
 
 from evolvent.base import progress
-from evolvent.base.errors import counted, visible
+from evolvent.base.errors import visible
 
 #: Exit code of a command that was interrupted.
 INTERRUPTED = 130
 #: A stage is shown when it has taken this long, s.
 DELAY = 1.0
-#: What the compilation of functions is called.
-COMPILING = "compiling for this machine, once"
 #: What the drawing of a run's figures is called.
 FIGURES = "drawing figures"
 
@@ -79,8 +77,8 @@ def showing_progress(*, quiet: bool = False) -> Iterator[Callable[[str], None]]:
     """Show on stderr how far the operations inside are.
 
     On a terminal every operation that takes longer than a second has a bar with the time left. Elsewhere there are
-    lines, ever more rarely (`progress.Lines`), and one that functions are compiled. Yields a function that prints a
-    sentence without disturbing the bar.
+    lines, ever more rarely (`progress.Lines`), and one at once that functions are compiled. Yields a function that
+    prints a sentence without disturbing the bar.
 
     Parameters
     ----------
@@ -104,22 +102,22 @@ def compiling(tell: Callable[[str], None] | None) -> Iterator[None]:
     """Report compilation as progress, and its start as a sentence to `tell`."""
 
     def show(state: progress.Compilation) -> None:
-        progress.report(COMPILING, state.done, state.needed, "functions")
         if tell is not None and state.done == 0:
-            tell(f"compiling {counted(state.needed, 'function')} for this machine, once")
+            tell(progress.starts_compiling(state.needed))
+        progress.report(*progress.stage_of(state))
 
     with progress.compilation_shown_by(show):
         yield
 
 
 class _Running(progress.Lines):
-    """Lines on stderr on all but compilation, which says its own, and figures, which take a few seconds."""
+    """Lines on stderr on all but figures, which take a few seconds."""
 
     def __init__(self) -> None:
         super().__init__(note)
 
     def show(self, stage: progress.Stage) -> None:
-        if stage.what not in (COMPILING, FIGURES):
+        if stage.what != FIGURES:
             super().show(stage)
 
 

@@ -5,17 +5,21 @@
 >>> with progress.shown_by(stages.append):
 ...     total = sum(progress.track([1, 2, 3], "adding"))
 >>> stages[-1]
-Stage(what='adding', done=3.0, total=3.0, unit='')
+Stage(what='adding', done=3.0, total=3.0, unit='', left=None)
 """
 
 from __future__ import annotations
 
 import contextlib
+import math
+import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextvars import ContextVar
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
+
+from evolvent.base.errors import counted
 
 T = TypeVar("T")
 
@@ -28,12 +32,14 @@ class Stage(NamedTuple):
     what : str, the operation ("drawing figures")
     done, total : float; `total` is 0 where it is not known
     unit : str, of both; '' for a count
+    left : float, time left as the operation itself estimates it, s; None where it does not
     """
 
     what: str
     done: float
     total: float
     unit: str = ""
+    left: float | None = None
 
 
 _listener: ContextVar[Callable[[Stage], None] | None] = ContextVar("evolvent_progress", default=None)
@@ -56,6 +62,10 @@ def is_shown() -> bool:
 
 #: Times from the start of an operation to the first line on it, and between two lines at most, s.
 FIRST, RAREST = 2.0, 60.0
+#: Time between two states of a bar, s, and its length, letters.
+_BAR_EVERY, _BAR_LENGTH = 0.2, 20
+#: What the compilation of functions is called.
+COMPILING = "compiling for this machine, once"
 
 
 class Lines:
@@ -72,8 +82,8 @@ class Lines:
 
     def __init__(self, write: Callable[[str], object], clock: Callable[[], float] = time.monotonic) -> None:
         self.write, self.clock = write, clock
-        self.what, self.began, self.next = "", 0.0, 0.0
-        self.last = 0.0, 0.0  # time and amount of the line before
+        self.what, self.began, self.next, self.renewed = "", 0.0, 0.0, 0.0
+        self.last = 0.0, 0.0  # time and amount from which the pace is found
 
     def show(self, stage: Stage) -> None:
         """Take notice of a stage, and write a line if one is due."""
@@ -82,15 +92,70 @@ class Lines:
         now = self.clock()
         if stage.what != self.what or stage.done < self.last[1]:
             self.what, self.began, self.next, self.last = stage.what, now, now + FIRST, (now, stage.done)
+            self.renewed = self.next
             return
         if now < self.next or stage.done >= stage.total:
             return
         (before, done), spent = self.last, now - self.began
         rest = (stage.total - stage.done) * (now - before) / (stage.done - done) if stage.done > done else float("inf")
+        rest = rest if stage.left is None else stage.left
         unit = f" {stage.unit}" if stage.unit else ""
         left = f"about {spoken(rest)} left" if rest < float("inf") else "no end in sight"
-        self.write(f"{stage.what}: {stage.done:.4g} of {stage.total:.4g}{unit} after {spoken(spent)}, {left}")
-        self.last, self.next = (now, stage.done), now + min(max(spent, FIRST), RAREST)
+        amount = f"{stage.done:.4g} of {stage.total:.4g}{unit}"
+        self.write(self.text(stage.what, amount, stage.done / stage.total, spoken(spent), left))
+        later = min(max(spent, FIRST), RAREST)
+        if now >= self.renewed:
+            self.last, self.renewed = (now, stage.done), now + later
+        self.next = now + self.pause(later)
+
+    def text(self, what: str, amount: str, share: float, spent: str, left: str) -> str:
+        """What is written."""
+        return f"{what}: {amount} after {spent}, {left}"
+
+    def pause(self, later: float) -> float:
+        """Time to the next line, s, where the next one is due in `later` seconds."""
+        return later
+
+
+class Bar(Lines):
+    """One line with a bar, written anew several times a second and cleared at the end, for terminals and notebooks.
+
+    Parameters
+    ----------
+    stream : file that shows what follows a carriage return in place of the line
+    clock : returns the time, s
+    """
+
+    def __init__(self, stream: Any, clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(self._rewrite, clock)
+        self._stream, self._length = stream, 0
+
+    def show(self, stage: Stage) -> None:
+        """Take notice of a stage; its end clears the line."""
+        if self._length and (stage.what != self.what or stage.done >= stage.total):
+            self.clear()
+        super().show(stage)
+
+    def text(self, what: str, amount: str, share: float, spent: str, left: str) -> str:
+        """What is written."""
+        filled = int(share * _BAR_LENGTH)
+        bar = "\N{FULL BLOCK}" * filled + "\N{LIGHT SHADE}" * (_BAR_LENGTH - filled)
+        return f"evolvent: {what}  {bar}  {amount}, {left}"
+
+    def pause(self, later: float) -> float:
+        """Time to the next state of the bar, s."""
+        return _BAR_EVERY
+
+    def clear(self) -> None:
+        """Clear the line."""
+        self._rewrite("")
+        self._stream.write("\r")
+        self._stream.flush()
+
+    def _rewrite(self, text: str) -> None:
+        self._stream.write("\r" + text.ljust(self._length))
+        self._stream.flush()
+        self._length = len(text)
 
 
 def spoken(seconds: float) -> str:
@@ -101,19 +166,37 @@ def spoken(seconds: float) -> str:
     return f"{seconds / 86400.0:.2g} days"
 
 
-def on_stderr(duration: float) -> Callable[[float], None] | None:
-    """What a run from Python calls with the time reached (s) where nobody listens: lines on stderr; else None."""
+def _on_stderr() -> Lines:
+    """A bar on a terminal and in a notebook, lines elsewhere."""
+    notebook = type(sys.stderr).__module__.startswith("ipykernel")
+    if notebook or (sys.stderr.isatty() and os.environ.get("TERM") != "dumb"):
+        return Bar(sys.stderr)
+    return Lines(_say)
+
+
+def _say(line: str) -> None:
+    print(f"evolvent: {line}", file=sys.stderr, flush=True)
+
+
+@contextlib.contextmanager
+def on_stderr(duration: float) -> Iterator[Callable[[float], None] | None]:
+    """What a run from Python calls with the time reached (s) where nobody listens: shows it on stderr; else None."""
     if is_shown() or sys.stderr is None:
-        return None
-    lines = Lines(lambda line: print(f"evolvent: {line}", file=sys.stderr, flush=True))
-    return lambda reached: lines.show(Stage("running", reached, duration, "s"))
+        yield None
+        return
+    lines = _on_stderr()
+    try:
+        yield lambda reached: lines.show(Stage("running", reached, duration, "s"))
+    finally:
+        if isinstance(lines, Bar):
+            lines.clear()
 
 
-def report(what: str, done: float = 0.0, total: float = 0.0, unit: str = "") -> None:
+def report(what: str, done: float = 0.0, total: float = 0.0, unit: str = "", left: float | None = None) -> None:
     """Report how far an operation is; nothing happens where nobody listens."""
     listener = _listener.get()
     if listener is not None:
-        listener(Stage(what, float(done), float(total), unit))
+        listener(Stage(what, float(done), float(total), unit, left))
 
 
 def track(items: Iterable[T], what: str, total: int | None = None) -> Iterator[T]:
@@ -161,6 +244,27 @@ def compilation_shown_by(listener: Callable[[Compilation], None]) -> Iterator[No
 
 
 def report_compilation(state: Compilation) -> None:
-    """Report how far compilation is."""
+    """Report how far compilation is; where nobody listens, as in a run from Python, it is shown on stderr."""
     for listener in _compilation_listeners:
         listener(state)
+    if not _compilation_listeners and not is_shown() and sys.stderr is not None:
+        if state.done == 0:
+            _say(starts_compiling(state.needed))
+            _shown_compilation[:] = [_on_stderr()]
+        for lines in _shown_compilation:
+            lines.show(stage_of(state))
+
+
+#: What shows the compilation that goes on where nobody listens.
+_shown_compilation: list[Lines] = []
+
+
+def starts_compiling(needed: int) -> str:
+    """The sentence at the start of a compilation of so many functions."""
+    return f"compiling {counted(needed, 'function')} for this machine, once"
+
+
+def stage_of(state: Compilation) -> Stage:
+    """Compilation as an operation like others."""
+    left = state.left if math.isfinite(state.left) else None
+    return Stage(COMPILING, float(state.done), float(state.needed), "functions", left)

@@ -266,8 +266,10 @@ def _variables(title: str, variables: Mapping[Any, Any]) -> None:
 @click.option(
     "--variables", multiple=True, callback=once, metavar="NAME,NAME", help="Draw these variables alone, over time."
 )
+@click.option("--units", type=click.Choice(("deg", "rpm", "rad")), default="deg", show_default=True,
+              help="Of angles and rates of --variables.")  # fmt: skip
 @figure_format
-def plot(path: str, figures: str | None, variables: str | None, kind: str) -> None:
+def plot(path: str, figures: str | None, variables: str | None, units: str, kind: str) -> None:
     """Draw figures and an animation of a results file, or the variables that are named.
 
     \b
@@ -281,7 +283,8 @@ def plot(path: str, figures: str | None, variables: str | None, kind: str) -> No
     if variables is not None:
         from evolvent.view import show
 
-        drawn = show.figure(found, [name.strip() for name in variables.split(",") if name.strip()])
+        names = [name.strip() for name in variables.split(",") if name.strip()]
+        drawn = show.figure(found, names, units=units)
     folder = files.check_writable_folder(beside(path) if figures is None else figures)
     if drawn is None:
         list_names(draw(found, folder, kind, quiet=False), folder)

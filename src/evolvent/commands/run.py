@@ -167,7 +167,7 @@ def _store(found: xr.Dataset, targets: _Targets, kind: str, quiet: bool) -> None
 
         with showing_progress(quiet=quiet):
             progress.report("writing the report")
-            report.write(found, targets.report)
+            report.write(found, targets.report, written=written)
     if quiet:
         return
     if targets.folder is None:

@@ -6,6 +6,7 @@ import dataclasses
 import datetime
 import io
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from evolvent.analysis.clearance import clearances
 from evolvent.base.errors import counted
 from evolvent.base.files import write_file
 from evolvent.exports import margins_page
-from evolvent.exports.figure_pictures import figure_picture
+from evolvent.exports.figure_pictures import figure_picture, figure_pictures
 from evolvent.exports.pictures import pictures
 from evolvent.results import WELL, made_with, statistics_of, unfinished
 from evolvent.view import animation, pages
@@ -28,7 +29,14 @@ _STILLS = 3
 _ACCOUNTS = {"J": "Energy", "kg m2 s-1": "Angular momentum", "kg m s-1": "Linear momentum"}
 
 
-def write(run: Any, path: str, *, date: datetime.datetime | None = None, clearance: bool = False) -> int:
+def write(
+    run: Any,
+    path: str,
+    *,
+    date: datetime.datetime | None = None,
+    clearance: bool = False,
+    written: Sequence[str] = (),
+) -> int:
     """Write the report of a run; returns its size, bytes.
 
     Parameters
@@ -37,6 +45,7 @@ def write(run: Any, path: str, *, date: datetime.datetime | None = None, clearan
     path : str
     date : the moment that it states; now unless given
     clearance : bool, whether it has clearances between bodies, which need the package coal
+    written : files of the run's figures, which it shows; figures that have no file are drawn
 
     Raises
     ------
@@ -44,18 +53,18 @@ def write(run: Any, path: str, *, date: datetime.datetime | None = None, clearan
         If the file cannot be written, or clearances cannot be found.
     """
     found = clearances(run) if clearance else None
-    page = _page(run, date or datetime.datetime.now(datetime.UTC), found).encode()
+    page = _page(run, date or datetime.datetime.now(datetime.UTC), found, written).encode()
     write_file(path, page)
     return len(page)
 
 
-def _page(run: Any, date: datetime.datetime, found: xr.Dataset | None) -> str:
+def _page(run: Any, date: datetime.datetime, found: xr.Dataset | None, written: Sequence[str]) -> str:
     module = cases.presenter(run)
     status = run.attrs["status"]
     parts = {
         "results": ("Results", [(n.label, n.value) for n in module.numbers(run) if n.label != "warning"]),
         "animation": ("Animation", _animation(run, found)),
-        "figures": ("Figures", [figure_picture(figure) for figure in module.figures(run)]),
+        "figures": ("Figures", figure_pictures(module.figures(run), written)),
         "margins": ("Margins", margins_page.section(run)),
         "clearances": ("Clearances", {} if found is None else _clearances(found)),
         "balances": ("Balances", _balances(run)),

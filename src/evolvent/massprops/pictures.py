@@ -13,7 +13,8 @@ from evolvent.massprops.identification.signals import power
 from evolvent.massprops.modal import Modal
 from evolvent.results.figures import WIDTH, axis_label
 from evolvent.view import pages
-from evolvent.view.plots import PALETTE, STYLE, content
+from evolvent.view.plots import content
+from evolvent.view.style import PALETTE, STYLE
 
 _BLUE, _RED, _GREEN = PALETTE[1], PALETTE[2], PALETTE[3]
 #: Most shares that a bar shows.

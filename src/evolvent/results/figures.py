@@ -151,10 +151,15 @@ def axis_label(text: str) -> str:
     quantity, comma, unit = text.rpartition(", ")
     if not comma:
         return text
-    unit = re.sub(r"\b1e(-?\d+)\b", lambda m: "10" + m[1].translate(_SUPERSCRIPTS), unit)
-    unit = re.sub(r"(?<=[a-zA-Z])\^?(-?\d+)\b", lambda m: m[1].translate(_SUPERSCRIPTS), unit)
+    unit = re.sub(r"\b1e(-?\d+)\b", lambda m: "10" + superscript(m[1]), unit)
+    unit = re.sub(r"(?<=[a-zA-Z])\^?(-?\d+)\b", lambda m: superscript(m[1]), unit)
     unit = re.sub(r"\bu(?=[mNsJg]\b)", "µ", unit)
     return f"{quantity} [{unit}]".lstrip()
+
+
+def superscript(digits: str) -> str:
+    """A whole number as an exponent: "-3" -> "⁻³"."""
+    return digits.translate(_SUPERSCRIPTS)
 
 
 def with_power(text: str, power: int) -> str:

@@ -42,7 +42,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from evolvent.elements import axis_shape
-from evolvent.results import unfinished, variables
+from evolvent.results import display, unfinished, variables
 from evolvent.results.motion import Forces, Frame, Line, Marks, Motion, quaternions, turned
 from evolvent.results.observe.view import about
 from evolvent.results.solids import Solid
@@ -368,6 +368,6 @@ def _numbers(run: xr.DataTree) -> dict[str, Array]:
     order = variables.parts(run)
     found: dict[str, Array] = {}
     for _, _, part, name in sorted(shown, key=lambda entry: (order.index(entry[2]), entry[0])):
-        variable = variables.group_of(run, part)[name]
+        variable = display.shown(variables.group_of(run, part)[name])
         found[f"{part}.{name} [{variable.attrs.get('units', '1')}]"] = variable.values
     return found

@@ -26,13 +26,15 @@ class Picture(NamedTuple):
     ----------
     source : str, a data URI
     alt : str, what it shows, in words
+    titled : bool, whether the image itself has this title
     """
 
     source: str
     alt: str
+    titled: bool = False
 
 
-def picture(content: bytes, kind: str, alt: str) -> Picture:
+def picture(content: bytes, kind: str, alt: str, *, titled: bool = False) -> Picture:
     """An image of its file's content.
 
     Parameters
@@ -40,8 +42,9 @@ def picture(content: bytes, kind: str, alt: str) -> Picture:
     content : bytes
     kind : str, the subtype of its media type: "png" or "svg+xml"
     alt : str
+    titled : bool, whether the image itself has this title
     """
-    return Picture(f"data:image/{kind};base64,{base64.b64encode(content).decode()}", alt)
+    return Picture(f"data:image/{kind};base64,{base64.b64encode(content).decode()}", alt, titled)
 
 
 def _json(value: Any, **options: Any) -> str:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import functools
 import io
 import os
-import re
-import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -15,57 +14,15 @@ import numpy as np
 from evolvent.base import progress
 from evolvent.base.errors import InputError
 from evolvent.base.files import make_folder, write_file
-from evolvent.results.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, with_power, y_limits
+from evolvent.results.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, y_limits
+from evolvent.view.layout import EDGE, Place, arrange
+from evolvent.view.style import DASHES, PALETTE, POINT, STYLE, block, text_width, wrapped
+from evolvent.view.ticks import set_plain_ticks
 
-#: Okabe and Ito's palette, distinguishable with any kind of colour vision; black leads.
-PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-#: Dashes of solid lines that share a panel, by the index of their color in the palette: distinguishable in grey.
-DASHES: tuple[Any, ...] = (
-    "-", (0, (7, 1.5)), (0, (1.5, 1)), (0, (7, 1.5, 1.5, 1.5)), (0, (3, 1.2)), (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2)),
-    (0, (12, 2)),
-)  # fmt: skip
 #: Formats of a figure's file.
 FORMATS = ("png", "pdf", "svg")
-_NO_BREAK = "\N{NO-BREAK SPACE}"
 #: Dots of a PNG file in an inch.
 DPI = 200.0
-#: Style of every figure: sizes of text, points, on a page of 174 mm; fonts are embedded as TrueType.
-STYLE: Any = {
-    "axes.formatter.useoffset": False,
-    "axes.formatter.limits": (-4, 5),
-    "axes.formatter.use_mathtext": True,
-    "axes.grid": True,
-    "axes.labelsize": 8,
-    "axes.linewidth": 0.6,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlelocation": "left",
-    "axes.titlesize": 8,
-    "axes.xmargin": 0.02,
-    "figure.constrained_layout.h_pad": 0.05,
-    "figure.titlesize": 9,
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 8,
-    "grid.alpha": 0.25,
-    "grid.linewidth": 0.5,
-    "legend.borderaxespad": 0.2,
-    "legend.borderpad": 0.1,
-    "legend.columnspacing": 1.2,
-    "legend.fontsize": 7.5,
-    "legend.frameon": False,
-    "legend.handlelength": 2.4,
-    "legend.handletextpad": 0.5,
-    "legend.labelspacing": 0.25,
-    "mathtext.fontset": "dejavusans",
-    "pdf.fonttype": 42,
-    "svg.fonttype": "path",
-    "svg.hashsalt": "evolvent",
-    "xtick.labelsize": 7.5,
-    "xtick.major.width": 0.6,
-    "ytick.labelsize": 7.5,
-    "ytick.major.width": 0.6,
-}
 #: Least distance of the ticks of an x axis, mm.
 _TICK = 14.0
 #: Width of a line in points of what `Line.width` asks for.
@@ -85,10 +42,20 @@ def draw(figures: Sequence[Figure], folder: str | os.PathLike[str], *, kind: str
         If the folder cannot be written into.
     """
     make_folder(folder)
-    return [
-        save(one, os.path.join(os.fspath(folder), f"{one.name}.{kind}"), label=label)
-        for one in progress.track(figures, "drawing figures")
-    ]
+    paths = [os.path.join(os.fspath(folder), f"{one.name}.{kind}") for one in figures]
+    if kind != "png":
+        return [save(one, path, label=label) for one, path in _tracked(figures, paths)]
+    with ThreadPoolExecutor(max_workers=1) as beside:  # compresses one figure while the next is drawn
+        left = []
+        for one, path in _tracked(figures, paths):
+            left.append(beside.submit(_write_points, path, *_points(sheet(one, label=label))))
+    for future in left:
+        future.result()
+    return paths
+
+
+def _tracked(figures: Sequence[Figure], paths: Sequence[str]) -> Iterable[tuple[Figure, str]]:
+    return progress.track(list(zip(figures, paths, strict=True)), "drawing figures")
 
 
 def save(figure: Figure, path: str | os.PathLike[str], *, label: str = "") -> str:
@@ -125,34 +92,50 @@ def sheet(figure: Figure, *, dpi: float = DPI, title: bool = True, label: str = 
 
     with mpl.rc_context(STYLE):
         height = _schematic_height(figure) or figure.height
-        found: Any = Sheet(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained", dpi=dpi)
+        found: Any = Sheet(figsize=(WIDTH / 25.4, height / 25.4), dpi=dpi)
         FigureCanvasAgg(found)
-        if title:
-            found.suptitle(_wrapped(figure.title, 9.0, WIDTH - 10.0), x=0.01, ha="left")
+        top, bottom = _frame(found, figure.title if title else "", label, height)
         rows = -(-len(figure.panels) // figure.columns)
-        axes = found.subplots(rows, figure.columns, squeeze=False, height_ratios=figure.heights).ravel()
         named = [any(line.label for line in panel.lines) for panel in figure.panels]
         shared = figure.columns > 1 and named[0] and not any(named[1:]) and not label
-        for axis, panel in zip(axes, figure.panels, strict=False):
+        size = (WIDTH / figure.columns - 22.0, height / rows - 14.0)
+        places: list[Place] = []
+        for panel in figure.panels:
             named_by = figure.panels[0] if shared else panel
-            size = (WIDTH / figure.columns - 18.0, height / rows - 14.0)
-            _panel(axis, panel, size, legend=not shared, dashed=_is_dashed(named_by))
+            axis = found.add_axes((0.2, 0.2, 0.7, 0.7), label=str(len(places)))
+            places.append(_panel(axis, panel, size, legend=not shared, dashed=_is_dashed(named_by)))
         if shared:
-            _legend(found, axes[0], "", WIDTH - 10.0, loc="outside lower center")
-        for axis in axes[len(figure.panels) :]:
-            axis.remove()
-        if label:
-            text = _wrapped(label, 9.0, 0.9 * WIDTH)
-            found.supxlabel(text, x=0.01, ha="left", color="#b00020", fontsize=9, fontweight="bold")
-    found._repr_png_ = functools.partial(_png, found)  # Jupyter draws it even where pyplot was never imported
+            place = {"loc": "lower center", "bbox_to_anchor": (0.5, EDGE / height)}
+            bottom += _legend(found, places[0].axis, "", WIDTH - 10.0, **place)
+        if figure.columns == 1:
+            _share_x([place.axis for place in places], figure.panels)
+        arrange(places, columns=figure.columns, height=height, ratios=figure.heights, top=top, bottom=bottom)
+    found._repr_png_ = functools.partial(content, found, "png")  # Jupyter draws it even where pyplot was never imported
     return found
 
 
-def _png(sheet: Any) -> bytes:
-    """A figure of matplotlib as a PNG file."""
-    content = io.BytesIO()
-    sheet.savefig(content, format="png")
-    return content.getvalue()
+def _frame(sheet: Any, title: str, label: str, height: float) -> tuple[float, float]:
+    """Write the title and the label of a sheet; returns the heights that they take at its top and bottom, mm."""
+    top, bottom = EDGE, EDGE
+    if title:
+        text = wrapped(title, 9.0, WIDTH - 10.0)
+        sheet.suptitle(text, x=0.01, y=1.0 - EDGE / height, ha="left", va="top")
+        top += block(text, 9.0) + 1.0
+    if label:
+        text = wrapped(label, 9.0, 0.85 * WIDTH)
+        letters = {"color": "#b00020", "fontsize": 9, "fontweight": "bold"}
+        sheet.supxlabel(text, x=0.01, y=EDGE / height, ha="left", va="bottom", **letters)
+        bottom += block(text, 9.0) + 1.0
+    return top, bottom
+
+
+def _share_x(axes: Sequence[Any], panels: Sequence[Panel]) -> None:
+    """Give panels over one another, of which the lowest names the x axis, one x axis with its numbers below."""
+    for k in range(len(axes) - 2, -1, -1):
+        if panels[k].x_label or not panels[k].axes or panels[k].x_names or panels[k + 1].log_x != panels[k].log_x:
+            continue
+        axes[k].sharex(axes[k + 1])
+        axes[k].tick_params(axis="x", labelbottom=False)
 
 
 def picture(figure: Figure, kind: str, *, dpi: float = DPI, title: bool = True, label: str = "") -> bytes:
@@ -163,45 +146,38 @@ def picture(figure: Figure, kind: str, *, dpi: float = DPI, title: bool = True, 
 def content(drawn: Any, kind: str) -> bytes:
     """One of matplotlib's figures as the content of a file of some `kind`."""
     import matplotlib as mpl
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+    if kind == "png":
+        return _png_file(*_points(drawn))
     file = io.BytesIO()
     with mpl.rc_context(STYLE):
-        if kind == "png":
-            FigureCanvasAgg(drawn).print_png(file)  # savefig would draw twice, once for the layout alone
-        else:
-            undated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}[kind]
-            drawn.savefig(file, format=kind, metadata=undated)
+        undated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}[kind]
+        drawn.savefig(file, format=kind, metadata=undated)
     return file.getvalue()
 
 
-@functools.lru_cache(maxsize=2048)
-def text_width(text: str, size: float) -> float:
-    """Width of a text, mm, in letters of some size, points."""
+def _points(drawn: Any) -> tuple[np.ndarray, float]:
+    """One of matplotlib's figures as points (height, width, 3) uint8, and how many of them are in an inch."""
     import matplotlib as mpl
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import text_to_path
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    if not text.strip():
-        return 0.0
     with mpl.rc_context(STYLE):
-        letters = FontProperties(family="DejaVu Sans", size=size)
-        width, *_ = text_to_path.get_text_width_height_descent(text, letters, ismath=text.count("$") > 1)
-    return float(width) * 25.4 / 72.0
+        canvas = FigureCanvasAgg(drawn)
+        canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3], float(drawn.dpi)
 
 
-def _wrapped(text: str, size: float, width: float) -> str:
-    """A text in lines that are no longer than a width, mm; no line ends within a unit in brackets."""
-    lines = []
-    joined = re.sub(r"\[[^]]*\]", lambda m: m[0].replace(" ", _NO_BREAK), text)
-    for paragraph in joined.split("\n"):
-        letters = len(paragraph)
-        while (
-            letters > 8 and max((text_width(one, size) for one in textwrap.wrap(paragraph, letters)), default=0) > width
-        ):
-            letters -= 1
-        lines += textwrap.wrap(paragraph, max(letters, 1)) or [""]
-    return "\n".join(lines).replace(_NO_BREAK, " ")
+def _png_file(points: np.ndarray, dpi: float) -> bytes:
+    """Points as the content of a PNG file."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(points).save(file, format="png", dpi=(dpi, dpi), compress_level=4)
+    return file.getvalue()
+
+
+def _write_points(path: str, points: np.ndarray, dpi: float) -> None:
+    write_file(path, _png_file(points, dpi))
 
 
 def _schematic_height(figure: Figure) -> float | None:
@@ -221,11 +197,10 @@ def _schematic_height(figure: Figure) -> float | None:
     return float(10.0 + sum(width * ratio + 12.0 for ratio in per_row))
 
 
-def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool, dashed: bool) -> None:
+def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool, dashed: bool) -> Place:
     """Draw a panel whose axes are about so wide and high, mm; `dashed` lines follow their color."""
     width, height = size[0] - (16.0 if panel.map is not None else 0.0), size[1]
-    if panel.map is not None:
-        _map(axis, panel.map)
+    bar = None if panel.map is None else _map(axis, panel.map)
     for line in panel.lines:
         if line.fill:
             axis.fill(line.x, line.y, facecolor=line.fill, linewidth=0.0, zorder=0.5)
@@ -242,13 +217,14 @@ def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool, 
         )
     for note in panel.notes:
         _note(axis, note)
-    axis.set_xlabel(_wrapped(axis_label(panel.x_label), 8.0, width))
-    axis.set_ylabel(_wrapped(axis_label(panel.y_label), 8.0, height))
+    axis.set_xlabel(wrapped(axis_label(panel.x_label), 8.0, width))
+    axis.set_ylabel(wrapped(axis_label(panel.y_label), 8.0, height))
+    upright = False
     if panel.x_names is not None:
         axis.set_xticks(list(panel.x_names), list(panel.x_names.values()))
         longest = max(text_width(name, 7.5) for name in panel.x_names.values())
-        if longest * len(panel.x_names) > 0.9 * width:
-            axis.tick_params(axis="x", rotation=90)
+        upright = longest * len(panel.x_names) > 0.9 * width
+        axis.tick_params(axis="x", rotation=90.0 if upright else 0.0)
     if panel.y_names is not None:
         axis.set_yticks(list(panel.y_names), list(panel.y_names.values()))
     if panel.equal:
@@ -264,59 +240,26 @@ def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool, 
     if not panel.axes:
         axis.set_axis_off()
         axis.margins(0.08)
-    _plain_ticks(axis, (panel.x_label, panel.y_label), size)
-    title = _wrapped(panel.title, 8.0, width + 6.0)
+    axis.tick_params(labelsize=STYLE["ytick.labelsize"])  # also where it is drawn in another style
+    set_plain_ticks(axis, (panel.x_label, panel.y_label), size)
+    title = wrapped(panel.title, 8.0, width + 6.0)
     if legend and any(line.label for line in panel.lines):
-        _legend(axis, axis, title, width, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+        above = _legend(axis, axis, title, width, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     else:
-        axis.set_title(title)
+        axis.set_title(title, pad=3.0)
+        above = block(title, 8.0) + 3.0 * POINT
+    return Place(axis, above, upright, bar)
 
 
-def _plain_ticks(axis: Any, labels: tuple[str, str] = ("", ""), size: tuple[float, float] = (0.0, 0.0)) -> None:
-    """Write the numbers of linear axes as plain text, and a power of ten that they share before the unit of the label.
-
-    Without a label the power stays beside the axis.
-    """
-    from matplotlib.ticker import ScalarFormatter
-
-    for one, label, room in zip((axis.xaxis, axis.yaxis), labels, size, strict=True):
-        if type(one.get_major_formatter()) is ScalarFormatter:
-            one.set_major_formatter(_plain_numbers(one, label, room))
-
-
-def _plain_numbers(along: Any, label: str, room: float) -> Any:
-    """A formatter of ticks without mathtext, whose parsing took a third of the time of a figure."""
-    from matplotlib.ticker import ScalarFormatter
-
-    class PlainNumbers(ScalarFormatter):
-        beside = ""  # a factor of all numbers that is not in the label
-
-        def __call__(self, x: float, pos: int | None = None) -> str:
-            return str(super().__call__(x, pos)).removeprefix(r"$\mathdefault{").removesuffix("}$")
-
-        def set_locs(self, locs: Any) -> None:
-            super().set_locs(locs)
-            self.beside = str(super().get_offset())
-            power = re.search(r"10\^\{([-\N{MINUS SIGN}]?\d+)\}", self.beside)
-            if label:
-                text = with_power(label, int(power[1].replace("\N{MINUS SIGN}", "-"))) if power else label
-                along.set_label_text(_wrapped(axis_label(text), 8.0, room))
-                self.beside = "" if power else self.beside
-
-        def get_offset(self) -> str:
-            return self.beside
-
-    return PlainNumbers()
-
-
-def _legend(parent: Any, axis: Any, title: str, width: float, **place: Any) -> None:
-    """A legend off the axes, of a panel below its title, in as many columns as are `width` wide, mm."""
+def _legend(parent: Any, axis: Any, title: str, width: float, **place: Any) -> float:
+    """A legend off the axes, of a panel below its title, in as many columns as are `width` wide, mm; its height, mm."""
     handles, labels = axis.get_legend_handles_labels()
     rows = 1
     while rows < len(labels) and _legend_width(labels, rows) > width:
         rows += 1
     columns = -(-len(labels) // rows)
     parent.legend(handles, labels, ncols=columns, title=title or None, title_fontsize=8, alignment="left", **place)
+    return block(title, 8.0) + rows * 1.25 * 7.5 * POINT + 5.0 * POINT
 
 
 def _legend_width(labels: Sequence[str], rows: int) -> float:
@@ -350,8 +293,8 @@ def _note(axis: Any, note: Note) -> None:
         axis.annotate(note.text, xy=note.points_to, xytext=note.at, arrowprops=arrow, **middle)
 
 
-def _map(axis: Any, drawn: Map) -> None:
-    """Draw a map with its colour bar and contour lines."""
+def _map(axis: Any, drawn: Map) -> Any:
+    """Draw a map with its colour bar, whose axes are returned, and contour lines."""
     from matplotlib.colors import LogNorm, Normalize
 
     low, high = drawn.limits or (None, None)
@@ -363,12 +306,14 @@ def _map(axis: Any, drawn: Map) -> None:
     )  # fmt: skip
     axis.set_facecolor("0.85")
     axis.grid(visible=False)
-    bar = axis.figure.colorbar(mesh, ax=axis, label=axis_label(drawn.label))
+    beside = axis.figure.add_axes((0.9, 0.2, 0.02, 0.7), label=f"bar {axis.get_label()}")
+    bar = axis.figure.colorbar(mesh, cax=beside, label=axis_label(drawn.label))
     bar.outline.set_linewidth(0.5)
-    _plain_ticks(bar.ax)
+    set_plain_ticks(beside)
     for level, color in drawn.contours.items():
         if min(values.shape) > 1 and np.any(values < level) and np.any(values > level):
             axis.contour(drawn.x, drawn.y, values.T, levels=[level], colors=[color], linewidths=0.8)
+    return beside
 
 
 def _color(line: Line) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,9 +13,10 @@ import xarray as xr
 from evolvent import results
 from evolvent.base.errors import InputError
 from evolvent.base.units import unit_text
-from evolvent.results import variables
+from evolvent.results import display, happened, variables
 from evolvent.results.figures import Figure, Line, Number, Panel, stacked
 from evolvent.results.motion import prefixed_unit, quantity
+from evolvent.view import balance
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion
@@ -26,12 +27,8 @@ _NAMED = 7
 _LONGEST_LABEL = 30
 #: Share of a variable's largest value in any part, below which it is round-off.
 _NOISE = 1e-12
-#: Units of energy in figures: largest energy above which one is taken (J), its factor and name.
-_ENERGY_UNITS = ((0.1, 1.0, "J"), (1e-4, 1e3, "mJ"), (0.0, 1e6, "µJ"))
-#: Smallest stored energy that is drawn, of the largest energy: less is round-off.
-_STORED_SHOWN = 1e-6
-#: Least length of the axis of the balance's defect, of the largest energy: it is drawn over ±0.1 % or more.
-_DEFECT_SCALE = 2e-3
+#: Most times of events of one kind in a row of the table.
+_EVENTS = 4
 #: Most rows of the table that parts take.
 _ROWS = 14
 #: Share of the largest value below which another is shown as 0.
@@ -51,9 +48,11 @@ def label_of(found: xr.DataArray, fallback: str = "") -> str:
     return f"{text}, {unit_text(unit)}" if unit and unit != "1" else text
 
 
-def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = None, first: int = 0) -> list[Line]:
-    """A variable over time as lines, one for each component or entry."""
-    found = variables.get(run, name)
+def lines_of(
+    run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = None, first: int = 0, units: str = display.USUAL
+) -> list[Line]:
+    """A variable over time as lines, one for each component or entry; angles in the `units` of `display.UNITS`."""
+    found = display.shown(variables.get(run, name), units)
     if "time" not in found.dims:
         raise InputError(f"{name!r} does not change over time; name a variable over time")
     time = variables.root_dataset(run)["time"].values
@@ -86,39 +85,50 @@ def _tags(found: xr.DataArray, count: int) -> list[str]:
     return tags if len(tags) == count else [f"[{k}]" for k in range(count)]
 
 
-def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "variables", title: str = "") -> Figure:
+def figure(
+    run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "variables", title: str = "",
+    units: str = display.USUAL,
+) -> Figure:  # fmt: skip
     """A figure of variables over time: those of one unit share a panel.
 
     Parameters
     ----------
     names : full names, as of `evolvent.results.variables.get`
+    units : str, of angles and rates, one of `evolvent.results.display.UNITS`
 
     Raises
     ------
     InputError
-        If a variable is not there, or does not change over time.
+        If a variable is not there, or does not change over time, or for other units.
     """
     if not names:
         raise InputError("no variable is named; give names such as 'hub.rate'")
     panels: dict[str, list[tuple[str, xr.DataArray]]] = {}
     for full in names:
-        found = variables.get(run, full)
+        found = display.shown(variables.get(run, full), units)
         panels.setdefault(str(found.attrs.get("units", "")), []).append((full, found))
     drawn = []
     for group in panels.values():
         lines: list[Line] = []
         for full, _ in group:
-            lines += lines_of(run, full, label=_short(full, [other for other, _ in group]), first=len(lines))
-        one = group[0][1]
-        label = (
-            _panel_label(one, str(one.name).rpartition(".")[2])
-            if len(group) == 1
-            else unit_text(str(one.attrs.get("units", "")))
-        )
-        drawn.append(Panel(x_label="", y_label=label, lines=lines))
+            own = _short(full, [other for other, _ in group])
+            lines += lines_of(run, full, label=own, first=len(lines), units=units)
+        drawn.append(Panel(x_label="", y_label=_shared_label(group), lines=lines))
     last = drawn[-1]
     drawn[-1] = Panel(x_label="time, s", y_label=last.y_label, lines=last.lines)
     return Figure(name=name, title=title or ", ".join(names[:4]), panels=drawn, height=stacked(len(drawn)))
+
+
+def _shared_label(group: Sequence[tuple[str, xr.DataArray]]) -> str:
+    """Axis label of variables of one unit: what they are, with the component where one is drawn, and the unit."""
+    words: dict[str, list[str]] = {}
+    for full, found in group:
+        match = variables.matched(full)
+        axis = match["axis"] if match is not None else None
+        text, comma, unit = panel_label(found, str(found.name).rpartition(".")[2]).partition(", ")
+        words.setdefault(text, []).extend([axis] if axis else [])
+    both = " / ".join(f"{text} {', '.join(dict.fromkeys(axes))}".rstrip() for text, axes in words.items())
+    return f"{both}{comma}{unit}" if len(group) == 1 or len(both) <= _LONGEST_LABEL else unit
 
 
 def _short(full: str, names: Sequence[str]) -> str:
@@ -167,16 +177,21 @@ def spectrum(lines: Sequence[Line], *, unit: str, marks: Sequence[float] = (), t
     return Figure(name="spectrum", title=f"{title} (Hann window)", panels=[panel], height=90.0)
 
 
-def figures(run: xr.DataTree) -> list[Figure]:
-    """Default figures of a run: one a kind of part, and one of the balances; of one state, of all that is long."""
+def figures(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Figure]:
+    """Figures of a run: one a kind of part, and one of the balances; of one state, of all that is long.
+
+    Parameters
+    ----------
+    without : names of variables that are not drawn
+    """
     if run.sizes.get("time", 1) < 2:
         return figures_along(run)
     kinds: dict[str, list[str]] = {}
     for part in variables.parts(run):
         if plots_of(run, part):
             kinds.setdefault(str(run[part].attrs.get("kind", "part")), []).append(part)
-    drawn = [_kind_figure(run, kind, own) for kind, own in kinds.items()]
-    return [figure for figure in drawn if figure.panels] + [balance_figure(run)]
+    drawn = [_kind_figure(run, kind, own, without) for kind, own in kinds.items()]
+    return [figure for figure in drawn if figure.panels] + [balance.balance_figure(run)]
 
 
 def figures_along(run: xr.DataTree) -> list[Figure]:
@@ -203,35 +218,35 @@ def figures_along(run: xr.DataTree) -> list[Figure]:
 
 def _panel_along(group: xr.Dataset, name: str) -> Panel:
     """The last values of a variable over the length at which they are, a line a component."""
-    variable = group[name]
+    variable = display.shown(group[name])
     place = variable.dims[1]
     arc = next(c for c in group.coords.values() if c.dims == (place,) and c.attrs.get("units") == "m")
     columns = variable.values[-1].reshape(arc.size, -1)
     tags = _tags(variable.isel({place: 0}), columns.shape[1])
     lines = [Line(x=arc.values, y=y, label=tag.lstrip(".")) for y, tag in zip(columns.T, tags, strict=True)]
-    return Panel(x_label="", y_label=_panel_label(variable, name), lines=_coloured(_moving(lines, 0.0)))
+    return Panel(x_label="", y_label=panel_label(variable, name), lines=coloured(moving(lines, 0.0)))
 
 
-def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
+def _kind_figure(run: xr.DataTree, kind: str, parts: list[str], without: Collection[str]) -> Figure:
     """The default variables of all parts of one kind, a panel each; of vectors of many parts, one a component."""
     order: dict[str, list[str]] = {}
     for part in parts:
         for variable in plots_of(run, part):
-            if variable in run[part].data_vars:
+            if variable in run[part].data_vars and f"{part}.{variable}" not in without:
                 order.setdefault(variable, []).append(part)
     panels = []
     for variable, owners in order.items():
-        every = [variables.get(run, f"{part}.{variable}") for part in owners]
+        every = [display.shown(variables.get(run, f"{part}.{variable}")) for part in owners]
         found = every[0]
         same_text = len({label_of(one) for one in every}) == 1  # that of a joint names what it holds
-        label = _panel_label(found, variable, short=not same_text)
+        label = panel_label(found, variable, short=not same_text)
         least = _NOISE * _largest(run, variable)
-        lines = {part: _moving(lines_of(run, f"{part}.{variable}", label=part), least) for part in owners}
+        lines = {part: moving(lines_of(run, f"{part}.{variable}", label=part), least) for part in owners}
         if not any(lines.values()):
             continue
         if len(owners) < 3 or found.ndim == 1:
             panels.append(
-                Panel(x_label="", y_label=label, lines=_coloured([one for own in lines.values() for one in own]))
+                Panel(x_label="", y_label=label, lines=coloured([one for own in lines.values() for one in own]))
             )
             continue
         for tag in dict.fromkeys(one.label.removeprefix(part) for part, own in lines.items() for one in own):
@@ -242,7 +257,7 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
                 if one.label == part + tag
             ]
             panels.append(
-                Panel(x_label="", y_label=f"{tag.lstrip('.')} of {label}" if tag else label, lines=_coloured(same))
+                Panel(x_label="", y_label=f"{tag.lstrip('.')} of {label}" if tag else label, lines=coloured(same))
             )
     if panels:
         panels[-1] = dataclasses.replace(panels[-1], x_label="time, s")
@@ -250,7 +265,7 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
     return Figure(name=kind, title=title, panels=panels, height=stacked(len(panels)))
 
 
-def _panel_label(found: xr.DataArray, variable: str, *, short: bool = False) -> str:
+def panel_label(found: xr.DataArray, variable: str, *, short: bool = False) -> str:
     """Axis label of a variable; of one with a long text, or `short`, its name, so that it fits beside a panel."""
     label = label_of(found)
     if len(label) <= _LONGEST_LABEL and not short:
@@ -259,7 +274,7 @@ def _panel_label(found: xr.DataArray, variable: str, *, short: bool = False) -> 
     return variable.replace("_", " ") + (f", {unit}" if unit != "1" else "")
 
 
-def _moving(lines: list[Line], least: float) -> list[Line]:
+def moving(lines: list[Line], least: float = 0.0) -> list[Line]:
     """Lines of the components of one variable, without those that stay at zero beside the others.
 
     None where all are round-off, below `least` and not 0.
@@ -274,11 +289,11 @@ def _moving(lines: list[Line], least: float) -> list[Line]:
 def _largest(run: xr.DataTree, variable: str) -> float:
     """Largest value that any part has of a variable, such as of a position."""
     groups = (variables.group_of(run, part) for part in variables.parts(run))
-    held = (group[variable].values for group in groups if variable in group)
+    held = (display.shown(group[variable]).values for group in groups if variable in group)
     return max((float(np.nanmax(np.abs(values), initial=0.0)) for values in held), default=0.0)
 
 
-def _coloured(lines: list[Line]) -> list[Line]:
+def coloured(lines: list[Line]) -> list[Line]:
     """Lines of one panel in distinguishable colours; of many, along a scale, the first and last one named."""
     if len(lines) <= _NAMED:
         return [dataclasses.replace(line, color=k) for k, line in enumerate(lines)]
@@ -289,133 +304,76 @@ def _coloured(lines: list[Line]) -> list[Line]:
     ]
 
 
-#: Energies, work and losses of the balance, with their labels.
-_BALANCE = {
-    "energy_kinetic": "kinetic",
-    "energy_elastic": "elastic",
-    "energy_dissipated": "dissipated",
-    "work_loads": "work of loads",
-    "work_drives": "work of drives",
-    "work_spools": "work of spools",
-    "energy_released": "brought in at releases",
-}
-
-
-def balance_figure(run: xr.DataTree, rows: Mapping[str, str] | None = None) -> Figure:
-    """Energies, work and losses, by kind where there are several, and how well they balance.
-
-    Parameters
-    ----------
-    rows : mapping, variable of the root -> label; those of any run if left out
-    """
-    rows, root = _BALANCE if rows is None else rows, variables.root_dataset(run)
-    time = root["time"].values
-    peak = max(float(np.nanmax(np.abs(root[name].values), initial=0.0)) for name in rows)
-    factor, unit = next((f, u) for least, f, u in _ENERGY_UNITS if peak > least or least == 0.0)
-
-    def lines_of_all(columns: list[tuple[str, np.ndarray]], least: float) -> list[Line]:
-        seen = [(text, y) for text, y in columns if np.nanmax(np.abs(y), initial=0.0) > least * peak]
-        return [Line(x=time, y=factor * y, label=text, color=k) for k, (text, y) in enumerate(seen)]
-
-    lines = lines_of_all([(text, root[name].values) for name, text in rows.items()], 1e-6)
-    panels = [Panel(x_label="", y_label=f"energy, {unit}", lines=lines, y_zero=True)]
-    stored = lines_of_all(list(stored_energies(run).items()), _STORED_SHOWN)
-    if len(stored) > 1:
-        for k, line in enumerate(stored):
-            stored[k] = dataclasses.replace(line, y=np.where(line.y > _STORED_SHOWN * factor * peak, line.y, np.nan))
-        panels.append(Panel(x_label="", y_label=f"energy stored, {unit}", lines=stored, log=True))
-    causes = [str(name) for name in root["cause"].values] if "energy_losses" in root else []
-    losses = lines_of_all([(name, root["energy_losses"].values[:, k]) for k, name in enumerate(causes)], 1e-9)
-    if len(losses) > 1:
-        panels.append(Panel(x_label="", y_label=f"dissipated, {unit}", lines=losses))
-    defect, span = Line(x=time, y=factor * root["energy_defect"].values, color=0), _DEFECT_SCALE * factor * peak
-    panels.append(Panel(x_label="time, s", y_label=f"defect, {unit}", lines=[defect], y_span=span))
-    heights = (*[3.0] * (len(panels) - 1), 1.5)
-    height = stacked(len(panels))
-    return Figure(name="energy-balance", title="Energy balance", panels=panels, height=height, heights=heights)
-
-
-def stored_energies(run: xr.DataTree | xr.Dataset) -> dict[str, np.ndarray]:
-    """Elastic energies over time (J) of all beams, by what strains them, and of all contacts; those that there are."""
-    found: dict[str, np.ndarray] = {}
-    for part in variables.parts(run):
-        group = variables.group_of(run, part)
-        if "energy_bending" in group:
-            bending, elastic = group["energy_bending"].values, group["energy_elastic"].values
-            found["bending"] = found.get("bending", 0.0) + bending
-            found["stretch and shear"] = found.get("stretch and shear", 0.0) + elastic - bending
-        elif "normal_force" in group and "energy_elastic" in group:
-            found["contacts"] = found.get("contacts", 0.0) + group["energy_elastic"].values
-    return found
-
-
-def balance_numbers(run: xr.DataTree) -> list[Number]:
-    """Rows of the table: energies at the end, what dissipated energy, and how well the balance closes."""
-    root = variables.root_dataset(run)
-    kinds = {"kinetic": root["energy_kinetic"].values}
-    kinds |= stored_energies(run) or {"elastic": root["energy_elastic"].values}
-    found = [("energy at the end", ", ".join(f"{kind} {quantity(float(y[-1]), 'J')}" for kind, y in kinds.items()))]
-    if "energy_losses" in root:
-        taken = dict(zip(root["cause"].values, root["energy_losses"].values[-1], strict=True))
-        defect = float(root["energy_defect"].values[-1])
-        taken |= {"numerical damping": -defect} if defect < 0.0 else {}
-        largest = max([abs(value) for value in taken.values()] or [0.0])
-        causes = [
-            f"{name} {quantity(value, 'J')}" for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0
-        ]
-        found += [("energy dissipated by", ", ".join(causes))] if causes else []
-    worst = float(np.nanmax(np.abs(root["energy_defect"].values), initial=0.0))
-    closes = f"closes to {quantity(worst, 'J', 2)}"
-    if "energy_moved" in root:
-        moved = float(np.nanmax(root["energy_moved"].values, initial=0.0))
-        closes += f", {worst / max(moved, 1e-300):.2g} of the {quantity(moved, 'J', 3)} that were moved"
-    found.append(("energy balance", closes))
-    return [Number(label=label, value=value) for label, value in found]
+def event_numbers(run: xr.DataTree) -> list[Number]:
+    """Rows of the table: when events of parts happened other than latches, the first ones of many."""
+    found: dict[tuple[str, str], list[float]] = {}
+    events = happened.events_of(run)
+    for time, part, what in zip(events.time.values, events.part.values, events.what.values, strict=True):
+        if what != happened.LATCHED:
+            found.setdefault((str(part), str(what)), []).append(float(time))
+    rows = []
+    for (part, what), times in found.items():
+        more = f", and {len(times) - _EVENTS} more" if len(times) > _EVENTS else ""
+        value = f"{what} at {', '.join(f'{time:.5g}' for time in times[:_EVENTS])} s{more}"
+        rows.append(Number(label=part or "event", value=value.removeprefix("event ")))
+    return rows
 
 
 def latch_numbers(run: xr.DataTree) -> list[Number]:
-    """Rows of the table: when each latch locked, how fast the joint moved, and the latch's largest force or torque."""
-    found = []
+    """Rows of the table: when each latch locked, how fast the joint moved, and the latch's largest force or torque.
+
+    In order of time, those that have not locked first.
+    """
+    found: list[tuple[float, Number]] = []
     for part in variables.parts(run):
         group = variables.group_of(run, part)
         if "latch_rate" not in group:
             continue
         time, rate = (float(group[name].values.flat[-1]) for name in ("latch_time", "latch_rate"))
         if not np.isfinite(time):
-            found.append(Number(label=f"{part}, latch", value="has not locked"))
+            found.append((-np.inf, Number(label=f"{part}, latch", value="has not locked")))
             continue
         peak = next(name for name in ("latch_torque_peak", "latch_force_peak") if name in group)
         kind = peak.split("_")[1]
         largest = quantity(float(group[peak].values.flat[-1]), unit_text(str(group[peak].attrs["units"])))
-        speed = quantity(abs(rate), unit_text(str(group["latch_rate"].attrs["units"])))
+        factor, unit = display.shown_unit(str(group["latch_rate"].attrs["units"]))
+        speed = quantity(abs(factor * rate), unit_text(unit))
         value = f"locks at {quantity(time, 's')} with a rate of {speed}, largest {kind} {largest}"
-        found.append(Number(label=f"{part}, latch", value=value))
-    return found
+        found.append((time, Number(label=f"{part}, latch", value=value)))
+    return [number for _, number in sorted(found, key=lambda row: row[0])]
 
 
-def numbers(run: xr.DataTree) -> list[Number]:
-    """Rows of the table on the screen: what the parts' default variables reach, balances, and how it was run."""
+def numbers(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Number]:
+    """Rows of the table on the screen: latches, events, what variables reach and when, balances, how it was run.
+
+    Parameters
+    ----------
+    without : names of variables that are not listed
+    """
     root = variables.root_dataset(run)
     names = [
         (rank, f"{part}.{variable}")
         for part in variables.parts(run)
         for rank, variable in enumerate(v for v in plots_of(run, part) if v in run[part].data_vars)
+        if f"{part}.{variable}" not in without
     ]
     shown = {name for _, name in sorted(names, key=lambda ranked: ranked[0])[:_ROWS]}  # of each part the first ones
-    found = [Number(label=name, value=_reached(variables.get(run, name))) for _, name in names if name in shown]
+    listed = [name for _, name in names if name in shown]
+    times = root["time"].values if "time" in root else np.zeros(1)
+    found = latch_numbers(run) + event_numbers(run)
+    found += [Number(label=name, value=_reached(display.shown(variables.get(run, name)), times)) for name in listed]
     if len(names) > len(shown):
         found.append(Number(label="more variables", value=f"{len(names) - len(shown)}; `evolvent info` lists them all"))
-    found += latch_numbers(run)
     if run.sizes.get("time", 1) > 1:
-        found += balance_numbers(run)
+        found += balance.balance_numbers(run)
     reason = run.attrs.get("method_reason", "")
     if reason and reason != "as asked for":
         found.append(Number(label="method", value=f"{run.attrs['method']}: {reason}"))
     return found + results.closing_numbers(root)
 
 
-def _reached(found: xr.DataArray) -> str:
-    """Last and largest value of a variable, with its unit; of a vector, its components at the end."""
+def _reached(found: xr.DataArray, times: np.ndarray) -> str:
+    """Last and largest value of a variable, with its unit and time; of a vector, its components at the end."""
     unit = unit_text(str(found.attrs.get("units", "")))
     columns = variables.values(found)
     finite = columns[np.isfinite(columns)]
@@ -426,9 +384,9 @@ def _reached(found: xr.DataArray) -> str:
     columns = np.where(np.abs(columns) < _ROUND_OFF * size, 0.0, columns) / factor
     finite, unit = columns[np.isfinite(columns)], f" {unit}" if unit else ""
     if found.ndim == 1:
-        largest = float(finite[np.argmax(np.abs(finite))])
+        k = int(np.nanargmax(np.abs(columns[:, 0])))
         return (
-            f"{columns[-1, 0]:.5g}{unit} at the end, largest {largest:.5g}{unit}"
+            f"{columns[-1, 0]:.5g}{unit} at the end, largest {columns[k, 0]:.5g}{unit}{_at(times, k)}"
             if len(columns) > 1
             else f"{columns[-1, 0]:.5g}{unit}"
         )
@@ -437,8 +395,14 @@ def _reached(found: xr.DataArray) -> str:
     end = ", ".join(f"{v:.5g}" for v in columns[-1])
     if len(columns) == 1:
         return f"({end}){unit}"
-    size = float(np.nanmax(np.linalg.norm(columns, axis=1)))
-    return f"({end}){unit} at the end, largest magnitude {size:.5g}{unit}"
+    sizes = np.linalg.norm(columns, axis=1)
+    k = int(np.nanargmax(sizes))
+    return f"({end}){unit} at the end, largest magnitude {sizes[k]:.5g}{unit}{_at(times, k)}"
+
+
+def _at(times: np.ndarray, k: int) -> str:
+    """When a largest value was reached; '' at the start and at the end, of which the table tells."""
+    return f" at {times[k]:.4g} s" if 0 < k < len(times) - 1 else ""
 
 
 def motion(run: xr.DataTree) -> Motion | None:

@@ -12,7 +12,7 @@ from evolvent import cases, results
 from evolvent.results.figures import Figure, Line, Number, Panel, spline, stacked
 from evolvent.systems.heliogyro.case import Case
 from evolvent.systems.heliogyro.free_figures import nutation_figure
-from evolvent.view import show
+from evolvent.view import balance, show
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion
@@ -98,7 +98,7 @@ def numbers(run: Any) -> list[Number]:
             ("largest offset of the mass centre", f"{1e3 * offset.max():.4g} mm at {time[offset.argmax()]:.4g} s")
         )
     found = [Number(label=label, value=value) for label, value in rows]
-    return found + show.balance_numbers(run) + results.closing_numbers(run)
+    return found + balance.balance_numbers(run) + results.closing_numbers(run)
 
 
 def _hub_rows(run: Any) -> list[tuple[str, str]]:
@@ -144,7 +144,7 @@ def figures(run: Any) -> list[Figure]:
     if run.sizes["time"] < 2:
         return []
     found = [_rate_figure(run), _lag_figure(run), _shape_figure(run), _tension_figure(run), _momentum_figure(run)]
-    found.append(show.balance_figure(run))
+    found.append(balance.balance_figure(run))
     if "position" in show.plots_of(run, "body"):
         found.append(show.figure(run, ["body.position", "body.tilt"], name="body", title="Motion of the body"))
     if "nutation" in run:

@@ -11,7 +11,7 @@ from evolvent import cases
 from evolvent.massprops import mode_figures
 from evolvent.results.figures import Figure, Line, Number, Panel
 from evolvent.systems.inertia_stand.case import Case
-from evolvent.view import show
+from evolvent.view import balance, show
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion
@@ -101,7 +101,7 @@ def figures(run: Any) -> list[Figure]:
         _shapes(run, names),
         _inertia(run),
         _motion(run),
-        show.balance_figure(run, rows | {"energy_dissipated": "dissipated"}),
+        balance.balance_figure(run, rows | {"energy_dissipated": "dissipated"}),
     ]
 
 

@@ -14,7 +14,7 @@ from evolvent.results.figures import Figure, Line, Number, Panel, stacked
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
 from evolvent.systems.wrapped_rib.keys import IMPLICIT
-from evolvent.view import show
+from evolvent.view import balance, show
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -126,7 +126,7 @@ def numbers(run: xr.DataTree) -> list[Number]:
     if case.method not in IMPLICIT:
         rows.append(("roots held by penalties of", f"{case.penalty[0]:.4g} N/m, in place of joints"))
     found = [Number(label=label, value=value) for label, value in rows]
-    return found + show.balance_numbers(run) + closing_numbers(run)
+    return found + balance.balance_numbers(run) + closing_numbers(run)
 
 
 def _wound(root: xr.Dataset, strip: closed_forms.Strip) -> str:
@@ -229,7 +229,7 @@ def figures(run: xr.DataTree) -> list[Figure]:
     found = [_shape_figure(run, root, case), _tip_figure(run, root, case)]
     if any(np.any(_of(run, f"contact-{k}.points") > 0.0) for k in root.rib.values):
         found.append(_contact_figure(run, root, case))
-    found += [_along_figure(run, root, case), show.balance_figure(run)]
+    found += [_along_figure(run, root, case), balance.balance_figure(run)]
     hub = ["hub_torque"] if case.hub.motion == "fixed" else ["hub_torque", "hub_angle", "angular_momentum"]
     if len(hub) > 1 or np.any(root.hub_torque.values):
         found.append(show.figure(run, hub, name="hub", title="Hub"))

@@ -1,0 +1,56 @@
+"""The units in which people read angles and rates: degrees, or revolutions; data and files keep radians."""
+
+from __future__ import annotations
+
+import math
+
+import xarray as xr
+
+from evolvent.base.errors import InputError, nearest
+
+_DEG, _RPM = 180.0 / math.pi, 30.0 / math.pi
+_OF_DEGREES = {"rad": (_DEG, "deg"), "rad s-1": (_DEG, "deg s-1"), "rad s-2": (_DEG, "deg s-2")}
+#: Words for units in figures -> what a unit of the data is multiplied by, and what it becomes.
+UNITS: dict[str, dict[str, tuple[float, str]]] = {
+    "deg": _OF_DEGREES,
+    "rpm": _OF_DEGREES | {"rad s-1": (_RPM, "rpm")},
+    "rad": {},
+}
+#: What people read unless they ask for others.
+USUAL = "deg"
+
+
+def shown_unit(unit: str, units: str = USUAL) -> tuple[float, str]:
+    """What values in a unit of the data are multiplied by where they are shown, and the unit that they are shown in.
+
+    Parameters
+    ----------
+    unit : str, as variables have it: "rad", "rad s-1"
+    units : str, one of `UNITS`: "rpm" shows rates as revolutions per minute and angles in degrees
+
+    Raises
+    ------
+    InputError
+        If `units` is none of them.
+    """
+    if units not in UNITS:
+        raise InputError(f"units is {units!r}; {nearest(str(units), UNITS)}")
+    return UNITS[units].get(unit, (1.0, unit))
+
+
+def shown(found: xr.DataArray, units: str = USUAL) -> xr.DataArray:
+    """A variable in the unit in which it is shown.
+
+    Parameters
+    ----------
+    found : xarray.DataArray, with its unit in the attribute `units`
+    units : str, one of `UNITS`
+
+    Raises
+    ------
+    InputError
+        If `units` is none of them.
+    """
+    unit = str(found.attrs.get("units", ""))
+    factor, name = shown_unit(unit, units)
+    return found if name == unit else found.copy(data=factor * found.values).assign_attrs(units=name)

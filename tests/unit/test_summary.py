@@ -1,0 +1,81 @@
+"""The page of a run that answers what is asked of a deployment, and the order of its table."""
+
+import numpy as np
+import pytest
+
+import evolvent
+from evolvent import System, cases, parts
+from evolvent.view import show, summary
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def array():
+    return evolvent.run("solar-array")
+
+
+def test_the_table_begins_with_latches_in_order_of_time(array):
+    rows = cases.presenter(array).numbers(array)
+    labels = [row.label for row in rows]
+    assert labels[:3] == ["hinge 2, latch", "hinge 3, latch", "hinge 1, latch"]
+    rate = float(array["hinge 2"]["latch_rate"][-1])
+    assert f"with a rate of {abs(np.degrees(rate)):.3g} deg/s" in rows[0].value
+    assert "pivot 1.angle" not in labels  # hinge 1 shows this motion
+    k = int(np.argmax(np.linalg.norm(array["panel 3"]["rate"], axis=1)))
+    values = {row.label: row.value for row in rows}
+    assert values["panel 3.rate"].endswith(f"at {float(array.time[k]):.4g} s")
+
+
+def test_the_summary_answers_what_is_asked(array):
+    figures = cases.presenter(array).figures(array)
+    assert [figure.name for figure in figures] == ["summary", "rigid-body", "rotational-spring", "energy-balance"]
+    angles, torques, rate, turn, energy = figures[0].panels
+    assert [panel.y_label for panel in figures[0].panels] == [
+        "angle, deg", "latch torque, N m", "rate of satellite about z, deg/s", "turn of satellite, deg", "energy, J",
+    ]  # fmt: skip
+    marks = {float(line.x[0]): line for line in angles.lines if line.marker == "o"}
+    held = array.ev.latches
+    np.testing.assert_allclose(sorted(marks), held.time)
+    for time in marks:
+        assert marks[time].y == pytest.approx(0.0, abs=1.0)  # they latch at 0
+    # the torque that the table states, which is between samples, is marked, and not only the largest sample
+    peaks = sorted(abs(float(line.y[0])) for line in torques.lines if line.marker == "o")
+    np.testing.assert_allclose(peaks, np.sort(np.abs(held.peak)))
+    sampled = max(float(np.abs(line.y).max()) for line in torques.lines if line.marker != "o")
+    assert sampled < peaks[-1]
+    # the page ends where nothing changes any more
+    end = float(angles.lines[0].x[-1])
+    assert float(held.time.max()) < end < 0.6 * float(array.time[-1])
+    later = array["satellite"]["rate"].values[array.time.values > end]
+    assert np.abs(later).max() < 0.01 * np.abs(array["satellite"]["rate"].values).max()
+    assert rate.lines[0].y.max() == pytest.approx(np.degrees(array["satellite"]["rate"][:, 2].values.max()))
+    attitude = array["satellite"]["attitude"].values
+    assert turn.lines[0].y.max() == pytest.approx(np.degrees(2.0 * np.arccos(np.abs(attitude[:, 0]))).max(), rel=0.02)
+    assert energy.lines[0].label == "kinetic"
+    (torque,) = figures[2].panels  # the angles are in the summary
+    assert torque.y_label.endswith("N m")
+
+
+def test_roots_of_beams_show_their_largest_loads():
+    run = evolvent.run("boom-slew", {"simulate.until": 3.0})
+    force, moment, *_ = summary.figures(run)[0].panels
+    size = np.linalg.norm(run["clamp"]["moment"], axis=1)
+    (line,) = moment.lines
+    np.testing.assert_allclose(line.y, size)
+    assert line.label.endswith(f"at {float(run.time[int(size.argmax())]):.4g} s")
+    assert force.y_label == "force in joints, N"
+
+
+def test_what_has_no_latch_spring_or_root_has_no_summary():
+    system = System()
+    system.add(parts.Point(position=(1.0, 0.0, 0.0), mass=1.0), "mass")
+    system.add(parts.Spring(a=("ground", (0.0, 0.0, 0.0)), b="mass", stiffness=1.0, length=0.5), "spring")
+    run = system.simulate(until=1.0)
+    assert [figure.name for figure in summary.figures(run)] == [figure.name for figure in show.figures(run)]
+
+
+def test_events_stand_in_the_table():
+    run = evolvent.run("heliogyro", {"solver.duration": "30 s"})
+    rows = {row.label: row.value for row in show.event_numbers(run)}
+    assert any("released at" in value for value in rows.values())
