@@ -104,13 +104,10 @@ html_sidebars = {
         "index",
         "quickstart",
         "gallery",
-        "scope",
-        "accuracy",
         "glossary",
         "changelog",
         "validation",
         "credibility",
-        "comparison",
     )
 }
 
