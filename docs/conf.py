@@ -31,10 +31,13 @@ warnings.filterwarnings("ignore", message="First-class function type")
 _here = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(_here.parent / "tests"))
 import book  # noqa: E402  (tests/book.py)
+import pages  # noqa: E402  (docs/_ext/pages.py)
 from evolvent.laboratory import credibility  # noqa: E402
 
 (_here / "validation.md").write_text(book.table(book.shipped()))
 (_here / "credibility.md").write_text(credibility.page())
+# one page a part, a case, a command, a module
+pages.write()
 
 # ------------------------------------------------------------------------------------------------ project
 

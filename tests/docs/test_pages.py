@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import pathlib
 import re
@@ -20,9 +21,11 @@ from evolvent.design import studies
 
 ROOT = pathlib.Path(__file__).parents[2]
 DOCS = ROOT / "docs"
+#: Pages that a build writes: others are written by hand.
+MADE = {DOCS / "validation.md", DOCS / "credibility.md", DOCS / "examples", *DOCS.glob("reference/*/")}
 WRITTEN = [
     ROOT / "README.md",
-    *sorted(path for path in DOCS.rglob("*.md") if not {"_build", "examples"} & set(path.relative_to(DOCS).parts)),
+    *sorted(path for path in DOCS.rglob("*.md") if not {DOCS / "_build", *MADE} & {path, *path.parents}),
 ]
 TUTORIALS = sorted(
     path for folder in ("tutorials", "how-to") for path in (DOCS / folder).glob("*.md") if path.stem != "index"
@@ -86,10 +89,9 @@ def test_a_command_of_the_pages_exists_with_its_options(line, page):
 
 @pytest.mark.parametrize("path", WRITTEN, ids=name_of)
 def test_links_to_files_lead_somewhere(path):
-    made = {DOCS / "validation.md", DOCS / "credibility.md", DOCS / "examples"}
     for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", path.read_text(encoding="utf-8")):
         found = (path.parent / target).resolve()
-        if found in made or made & set(found.parents):
+        if MADE & {found, *found.parents}:
             continue
         assert found.exists() or found.with_suffix(".md").exists(), target
 
@@ -173,6 +175,28 @@ def test_the_gallery_has_a_picture_of_every_built_in_case():
     assert pictures == set(cases.built_in())
     text = (DOCS / "images" / "cases.py").read_text(encoding="utf-8")
     assert set(re.findall(r'^    "([a-z-]+)": Frame', text, flags=re.MULTILINE)) == set(cases.built_in())
+
+
+def test_the_reference_has_a_page_for_each_part_case_and_command(monkeypatch: pytest.MonkeyPatch):
+    """The pages that a build writes, with keys and class; what `evolvent.parts` has beside kinds is on a page by hand."""
+    pytest.importorskip("sphinx")
+    from evolvent import parts
+    from evolvent.parts import registry
+
+    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
+    pages = importlib.import_module("pages").every()
+    assert len({(page.folder, page.name) for page in pages}) == len(pages)
+    found = {folder: {page.name: page for page in pages if page.folder == folder} for folder in ("parts", "cases")}
+    own = {name: kind for name, kind in registry.kinds().items() if kind.__module__.startswith("evolvent.")}
+    assert own.keys() <= found["parts"].keys()
+    assert set(cases.systems()) <= found["cases"].keys()
+    for name, kind in own.items():
+        assert f".. autoclass:: evolvent.parts.{kind.__name__}\n" in found["parts"][name].text
+        assert all(f"| `{key}` |" in found["parts"][name].text for key in kind.model_fields), name
+    assert "| `parts" not in found["cases"]["structure"].text
+    by_hand = (DOCS / "reference" / "profiles.md").read_text(encoding="utf-8")
+    others = {name for name in parts.__all__ if name not in {kind.__name__ for kind in own.values()}}
+    assert set(re.findall(r"evolvent\.parts\.(\w+)", by_hand)) == others
 
 
 def test_the_table_of_layers_is_that_of_the_import_linter():
