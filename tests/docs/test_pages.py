@@ -13,6 +13,7 @@ import sys
 import tomllib
 
 import click
+import numpy as np
 import pytest
 
 from evolvent import cases
@@ -166,6 +167,23 @@ def check(tutorial: str, names: dict) -> None:
             assert found == pytest.approx(expected, rel=5e-4)
             assert iterations < 15.0
             assert defect < 1e-7
+    elif tutorial == "hold-down":
+        assert names["found"] == pytest.approx(names["by_hand"], rel=1e-4)
+        assert float(names["run"]["hold-down"].closed[-1]) == 0.0
+    elif tutorial == "motor":
+        assert float(names["rate"][-1]) == pytest.approx(names["steady"], rel=1e-3)
+        assert names["margins"].least == pytest.approx(names["stall"] / names["required"] - 1, rel=1e-9)
+        assert names["margins"].least < 0.0
+    elif tutorial == "monte-carlo":
+        assert names["found"].upper.value == np.sort(names["found"].values)[-2]
+        assert 0.95 < names["covered"] < 1.0
+        assert names["found"].moments["mean"] == pytest.approx(names["times"].mean(), rel=0.01)
+        expected = np.array([0.5 * 0.05, 0.5 * 0.03 / 3**0.5]) / np.hypot(0.5 * 0.05, 0.5 * 0.03 / 3**0.5)
+        assert np.abs(names["found"].regression.coefficients) == pytest.approx(expected, abs=0.1)
+    elif tutorial == "optimise":
+        assert names["stiffness"] == pytest.approx(names["by_hand"], rel=1e-3)
+        assert names["rate"] == pytest.approx(names["expected"], rel=1e-3)
+        assert float(names["run"]["hinge"].latch_time[-1]) <= names["LIMIT"] * (1 + 1e-9)
     else:
         pytest.fail(f"no check of the tutorial {tutorial}")
 
