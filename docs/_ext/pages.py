@@ -56,7 +56,7 @@ def case_pages() -> list[Page]:
     for name in cases.systems():
         text = sphinxext.keys_table(name)
         if name == "structure":
-            text += "\n\n`parts` holds the parts by their names; [each kind of part](../parts.md) has a page with its keys.\n"
+            text += "\n\n`parts` holds the parts by name; [each kind of part](../parts.md) has a page with its keys.\n"
         found.append(Page("cases", name, name, summary(cases.system(name).Case), text))
     return found
 

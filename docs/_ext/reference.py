@@ -1,4 +1,4 @@
-"""Docstrings of this package (parameters with shapes and units, fields of named tuples), the gallery, lists of pages."""
+"""Docstrings of this package (parameters with shapes and units, fields of named tuples), gallery, lists of pages."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def gallery_text() -> str:
 
 
 class PageList(SphinxDirective):
-    """``{pages} parts``: the pages of a folder of the reference, each with a line on it, as list and in the navigation."""
+    """``{pages} parts``: the pages of a folder of the reference, each with a line on it, as list and in navigation."""
 
     required_arguments = 1
 

@@ -98,7 +98,7 @@ def keys_text(names: Iterable[str]) -> str:
 
 
 def keys_table(name: str) -> str:
-    """Tables of the keys of one system or kind of part in Markdown, without a heading and without the parts of a system.
+    """Tables of the keys of a system or kind of part in Markdown, without a heading and without the parts of a system.
 
     Raises
     ------

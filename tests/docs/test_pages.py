@@ -196,7 +196,7 @@ def test_the_gallery_has_a_picture_of_every_built_in_case():
 
 
 def test_the_reference_has_a_page_for_each_part_case_and_command(monkeypatch: pytest.MonkeyPatch):
-    """The pages that a build writes, with keys and class; what `evolvent.parts` has beside kinds is on a page by hand."""
+    """Those that a build writes have keys and class; what else `evolvent.parts` has is on a page by hand."""
     pytest.importorskip("sphinx")
     from evolvent import parts
     from evolvent.parts import registry
