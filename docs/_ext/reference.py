@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import pathlib
 import re
 from typing import Any
 
@@ -9,6 +11,7 @@ import pages
 from docutils import nodes
 from sphinx.util.docutils import SphinxDirective
 
+import evolvent
 from evolvent import cases
 
 
@@ -43,6 +46,27 @@ class PageList(SphinxDirective):
         return self.parse_text_to_nodes("\n".join(text))
 
 
+class Measured(SphinxDirective):
+    """``{measured} comparison.json``: when and with which version the numbers of a page were measured."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Write a sentence."""
+        _, path = self.env.relfn2path(self.arguments[0])
+        self.env.note_dependency(path)
+        return self.parse_text_to_nodes(measured(json.loads(pathlib.Path(path).read_text(encoding="utf-8"))))
+
+
+def measured(found: dict[str, Any]) -> str:
+    """Date and version of a measurement, beside the version of these pages."""
+    theirs = found["versions"]["evolvent"]
+    text = f"**Measured on {found['date']} with evolvent {theirs}.**"
+    if theirs != evolvent.__version__:
+        text += f" This is the documentation of evolvent {evolvent.__version__}, which has not been measured."
+    return text
+
+
 def _skip(app: Any, what: str, name: str, item: Any, skip: bool, options: Any) -> bool | None:
     """Fields of named tuples are documented in the docstring of their class."""
     return True if (getattr(item, "__doc__", "") or "").startswith("Alias for field number") else None
@@ -72,6 +96,7 @@ def _plain_types(app: Any, what: str, name: str, item: Any, options: Any, lines:
 def setup(app: Any) -> dict[str, Any]:
     """Register the directive and the hooks of autodoc."""
     app.add_directive("case-gallery", CaseGallery)
+    app.add_directive("measured", Measured)
     app.add_directive("pages", PageList)
     app.connect("autodoc-skip-member", _skip)
     app.connect("autodoc-process-docstring", _plain_types, priority=600)  # after napoleon
