@@ -25,7 +25,7 @@ FILES = {
 
 
 def summary(result: dict[str, Any]) -> dict[str, Any]:
-    """What the figures show: per run the step (s), time of a step (median and least, s) and error (m); when and of what."""
+    """What the figures show: per run the step (s), time of a step (median, least, s), error (m); when and of what."""
     works = []
     for work in result["works"]:
         rows = []
