@@ -6,7 +6,7 @@ For each mass damping alpha the winding is run to 20 s after the tip is fastest.
 largest climb of the energy balance, and the least that it falls to, in per cent of the largest energy or work; error of
 the tip's path (root of the mean square over time, against energy-momentum with the shortest step halved) up to 1 s
 before the tip is fastest; iterations a step; divided steps; when the tip is fastest; CPU time of one core without
-compilation; how the run ended. It prints the Markdown of docs/guide/energy-momentum.md.
+compilation; how the run ended. It prints the Markdown of docs/theory/energy-momentum.md.
 """
 
 from __future__ import annotations

@@ -30,11 +30,15 @@ warnings.filterwarnings("ignore", message="First-class function type")
 # the validation book, and the statement of credibility that builds on it
 _here = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(_here.parent / "tests"))
+import pages  # noqa: E402  (docs/_ext/pages.py)
+
 import book  # noqa: E402  (tests/book.py)
 from evolvent.laboratory import credibility  # noqa: E402
 
 (_here / "validation.md").write_text(book.table(book.shipped()))
 (_here / "credibility.md").write_text(credibility.page())
+# one page a part, a case, a command, a module
+pages.write()
 
 # ------------------------------------------------------------------------------------------------ project
 
@@ -104,13 +108,10 @@ html_sidebars = {
         "index",
         "quickstart",
         "gallery",
-        "scope",
-        "accuracy",
         "glossary",
         "changelog",
         "validation",
         "credibility",
-        "comparison",
     )
 }
 

@@ -21,6 +21,10 @@ The same work in evolvent and in other programs, measured on one machine. Each p
 start, imports and compilation are not counted. `python3 start.py bench compare` installs the other programs in an
 environment of their own, measures, and writes this page.
 """
+#: Sphinx reads date and version from the file beside the page (docs/_ext/reference.py).
+MEASURED = """```{measured} comparison.json
+```
+"""
 FIGURES = """![Bars: time of a step of each program, for the three works](images/comparison-time.png)
 
 ![Error over cost: each program at its steps, for the three works](images/comparison-error.png)
@@ -164,6 +168,7 @@ def page(result: dict[str, Any]) -> str:
     versions = ", ".join(f"{NAMES[name]} {text}" for name, text in result["versions"].items())
     lines = [
         HEAD,
+        MEASURED,
         f"Measured on {result['date']}: {machine['kind']}, {machine['cores']} cores, Python {machine['python']}.",
     ]
     lines += [f"Programs: {versions}.", ""]

@@ -25,7 +25,7 @@ FILES = {
 
 
 def summary(result: dict[str, Any]) -> dict[str, Any]:
-    """What the figures show: per run the step (s), time of a step (median and least, s) and error (m)."""
+    """What the figures show: per run the step (s), time of a step (median, least, s), error (m); when and of what."""
     works = []
     for work in result["works"]:
         rows = []
@@ -43,7 +43,7 @@ def summary(result: dict[str, Any]) -> dict[str, Any]:
             if runs:
                 rows.append({"program": way["program"], "label": way["label"], "runs": runs})
         works.append({"title": work["title"], "rows": rows})
-    return {"date": result["date"], "works": works}
+    return {key: result[key] for key in ("date", "machine", "repeat", "versions", "missing")} | {"works": works}
 
 
 def draw(found: dict[str, Any], folder: pathlib.Path) -> None:

@@ -36,24 +36,32 @@ class Commands(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Write the sections."""
-        root = click.Context(cli.commands, info_name="evolvent")
-        text = []
-        for name in cli.commands.list_commands(root):
-            command = cli.commands.get_command(root, name)
-            assert command is not None
-            context = click.Context(command, info_name=name, parent=root)
-            lines = [f"## evolvent {name}", "", "```text", " ".join(command.get_usage(context).split()[1:]), "```", ""]
-            for paragraph in inspect.cleandoc(command.help or "").split("\n\n"):
-                if paragraph.startswith("\b"):  # click's mark of lines that stay as they are
-                    lines += ["```text", *paragraph.removeprefix("\b").strip().splitlines(), "```", ""]
-                else:
-                    lines += [_prose(paragraph), ""]
-            for option in command.params:
-                record = option.get_help_record(context)
-                if record is not None and record[1]:
-                    lines += [f"`{record[0]}`", f": {_prose(record[1])}", ""]
-            text += lines
+        text = [f"## evolvent {name}\n\n{command_text(name)}" for name in command_names()]
         return self.parse_text_to_nodes("\n".join(text), allow_section_headings=True)
+
+
+def command_names() -> list[str]:
+    """The commands of `evolvent`, in the order of its help."""
+    return cli.commands.list_commands(click.Context(cli.commands, info_name="evolvent"))
+
+
+def command_text(name: str) -> str:
+    """Usage, help and options of a command of `evolvent`, in Markdown."""
+    root = click.Context(cli.commands, info_name="evolvent")
+    command = cli.commands.get_command(root, name)
+    assert command is not None
+    context = click.Context(command, info_name=name, parent=root)
+    lines = ["```text", " ".join(command.get_usage(context).split()[1:]), "```", ""]
+    for paragraph in inspect.cleandoc(command.help or "").split("\n\n"):
+        if paragraph.startswith("\b"):  # click's mark of lines that stay as they are
+            lines += ["```text", *paragraph.removeprefix("\b").strip().splitlines(), "```", ""]
+        else:
+            lines += [_prose(paragraph), ""]
+    for option in command.params:
+        record = option.get_help_record(context)
+        if record is not None and record[1]:
+            lines += [f"`{record[0]}`", f": {_prose(record[1])}", ""]
+    return "\n".join(lines)
 
 
 class Keys(SphinxDirective):
@@ -81,18 +89,35 @@ def keys_text(names: Iterable[str]) -> str:
     """
     text: list[str] = []
     for name in names:
-        if name in registry.kinds():
-            kind: type[Section] = registry.kinds()[name]
-        elif name in cases.systems():
-            kind = cases.system(name).Case
-        else:
-            known = nearest(name, [*cases.systems(), *registry.kinds()])
-            raise InputError(f"no system and no kind of part is called {name!r}; {known}")
+        kind = _kind_of(name)
         text += [f"## {name.replace('-', ' ').capitalize()}", ""]
         if issubclass(kind, Part):
             text += [_cell(_first_line(kind)), ""]
         _section(kind, "", text)
     return "\n".join(text)
+
+
+def keys_table(name: str) -> str:
+    """Tables of the keys of a system or kind of part in Markdown, without a heading and without the parts of a system.
+
+    Raises
+    ------
+    InputError
+        If the name is neither.
+    """
+    text: list[str] = []
+    _section(_kind_of(name), "", text, parts=False)
+    return "\n".join(text)
+
+
+def _kind_of(name: str) -> type[Section]:
+    """The section that holds the keys of a system or of a kind of part."""
+    if name in registry.kinds():
+        return registry.kinds()[name]
+    if name in cases.systems():
+        return cases.system(name).Case
+    known = nearest(name, [*cases.systems(), *registry.kinds()])
+    raise InputError(f"no system and no kind of part is called {name!r}; {known}")
 
 
 class BuiltIn(SphinxDirective):
@@ -182,8 +207,8 @@ def _prose(text: str) -> str:
     return " ".join(text.replace("\b", "").split()).replace("*", "\\*").replace("_", "\\_").replace("<", "\\<")
 
 
-def _section(kind: type[Section], before: str, text: list[str]) -> None:
-    """Add a table of the keys of `kind`, then those of its sections."""
+def _section(kind: type[Section], before: str, text: list[str], *, parts: bool = True) -> None:
+    """Add a table of the keys of `kind`, then those of its sections, and where asked those of every kind of part."""
     rows, inner = [], []
     texts = descriptions(kind)
     for name, field in kind.model_fields.items():
@@ -210,12 +235,12 @@ def _section(kind: type[Section], before: str, text: list[str]) -> None:
         text += [f"| `{key}` | {kind_} | {default} | {_cell(what)} |" for key, kind_, default, what in rows]
         text += ["", ":::", ""]
     for below, path in inner:
-        if below is Part:
+        if below is Part and parts:
             for name, part in sorted(registry.kinds().items()):
                 text += ["", f"### {name}", "", _cell(_first_line(part)), ""]
                 _section(part, "", text)
-        else:
-            _section(below, path, text)
+        elif below is not Part:
+            _section(below, path, text, parts=parts)
 
 
 def _below(annotation: Any) -> tuple[type[Section] | None, bool]:
@@ -285,8 +310,10 @@ def _value(default: Any) -> str:
 
 
 def _cell(text: str) -> str:
-    """Text for a cell of a table."""
-    return text.replace("|", "\\|").replace("_", "\\_").replace("*", "\\*").replace("<", "\\<")
+    """Text for a cell of a table; in code only the mark between cells is escaped."""
+    pieces = text.replace("|", "\\|").split("`")
+    pieces[::2] = [piece.replace("_", "\\_").replace("*", "\\*").replace("<", "\\<") for piece in pieces[::2]]
+    return "`".join(pieces)
 
 
 class Ledger(SphinxDirective):

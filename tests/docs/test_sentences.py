@@ -243,7 +243,8 @@ def slit_tube() -> list[float]:
 # ------------------------------------------------------------------------------------------------ the table
 
 STAND = ("docs/systems/inertia-stand.md",)
-ACCURACY, PAGE, ENERGY = ("docs/accuracy.md",), ("docs/systems/wrapped-rib.md",), ("docs/guide/energy-momentum.md",)
+ACCURACY, PAGE, ENERGY = ("docs/accuracy.md",), ("docs/systems/wrapped-rib.md",), ("docs/theory/energy-momentum.md",)
+PAPER = ("docs/theory/wrapped-rib-paper.md",)
 SENTENCES = (
     Sentence("off by up to {4.3} % (20 nodes) or {4.0} % (40 nodes)", ACCURACY, lambda: gaps("body_rate_paper")),
     Sentence(
@@ -311,10 +312,10 @@ SENTENCES = (
     Sentence(
         "It takes {13} J to lay the locked mesh on the hub, {2.35} million times as much as the rib; {0.2} N m over "
         "the {20} rad of the winding give {4} J",
-        PAGE,
+        PAPER,
         of_the_lock,
     ),
-    Sentence("The rib's length makes {3.18} turns", PAGE, lambda: [strip().length / strip().radius / (2.0 * math.pi)]),
+    Sentence("The rib's length makes {3.18} turns", PAPER, lambda: [strip().length / strip().radius / (2.0 * math.pi)]),
     Sentence(
         "The force on the hub in hold is {3.3393} N (without turns on one another {3.3408} N; T L/2R^2 = {3.3333} "
         "N), and changes by less than {<1e-7} N from 200 s to 1000 s",

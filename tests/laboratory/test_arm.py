@@ -82,7 +82,7 @@ def test_records_are_those_of_the_package_or_of_a_folder(tmp_path) -> None:
 
 @pytest.mark.slow
 def test_the_records_of_the_package() -> None:
-    """`docs/guide/laboratory/driven-arm.md` and the table of `docs/guide/laboratory.md` state these numbers."""
+    """`docs/laboratory/driven-arm.md` and the table of `docs/guide/laboratory.md` state these numbers."""
     found = laboratory.found("driven-arm").validate()
     motion, largest, torque = found.comparisons
     assert motion.predicted == pytest.approx(0.034, abs=0.003)

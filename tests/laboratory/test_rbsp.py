@@ -15,7 +15,7 @@ SHIPPED = SYSTEM.data_files["rbsp-a.csv"]
 
 
 def test_the_log_of_the_package() -> None:
-    """`docs/guide/laboratory/rbsp.md` and the table of `docs/guide/laboratory.md` state these numbers."""
+    """`docs/laboratory/rbsp.md` and the table of `docs/guide/laboratory.md` state these numbers."""
     found = laboratory.found("rbsp").validate()
     rates, fit, start = found.comparisons[:8], found.comparisons[8], found.comparisons[9]
     assert [one.what.split(",")[0] for one in rates] == [f"rate after step {k}" for k in range(13, 21)]

@@ -61,7 +61,7 @@ def test_other_folders_are_refused(tmp_path) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(len(list(FOLDER.glob("5s_*.csv"))) != 11, reason=f"the eleven recordings are not in {FOLDER}")
 def test_the_real_pendulum() -> None:
-    """`docs/guide/laboratory/trifilar.md` states these numbers."""
+    """`docs/laboratory/trifilar.md` states these numbers."""
     found = laboratory.found("trifilar").validate(data=str(FOLDER))
     moment, *frequencies = found.comparisons
     assert moment.predicted == pytest.approx(0.23486, abs=1e-5)

@@ -71,6 +71,7 @@ def test_page(module: ModuleType) -> None:
 @pytest.mark.parametrize("module", ["plots"], indirect=True)
 def test_figures(module: ModuleType, tmp_path: pathlib.Path) -> None:
     shown = module.summary(RESULT)
+    assert (shown["date"], shown["versions"]["evolvent"]) == ("2001-01-01", "0")
     rows = shown["works"][0]["rows"]
     assert rows[0]["runs"] == [{"step": 1e-3, "median": 3e-6, "least": 2e-6, "error": 1e-6}]
     assert [row["program"] for row in rows] == ["evolvent", "mujoco", "exudyn"]
@@ -88,7 +89,12 @@ def test_the_figures_show_the_numbers_of_the_page(module: ModuleType) -> None:
     """The file beside the page, from which the figures are drawn, and the page's tables."""
     docs = PEERS.parents[1] / "docs"
     page, shown = (docs / "comparison.md").read_text(), json.loads((docs / "comparison.json").read_text())
-    assert f"Measured on {shown['date']}" in page
+    machine = shown["machine"]
+    assert (
+        f"Measured on {shown['date']}: {machine['kind']}, {machine['cores']} cores, Python {machine['python']}." in page
+    )
+    assert f"Programs: {', '.join(f'{module.NAMES[name]} {text}' for name, text in shown['versions'].items())}." in page
+    assert "```{measured} comparison.json\n```\n" in page
     for work in shown["works"]:
         table = page.partition(f"## {work['title']}\n")[2]
         for row in work["rows"]:
