@@ -299,7 +299,6 @@ def test_values_of_the_adjoint_follow_from_samples_and_events(name: str) -> None
     [
         ("hinge.latch_rate", {}, "no time of a latch or event"),
         ("hinge.latch_time", {"method": ENERGY}, "the adjoint is of generalized-alpha"),
-        ("flap.acceleration.x.last", {}, "accelerations or reactions"),
         ("hinge.latch_time", {"mode": "backward"}, "must be one of forward, adjoint"),
     ],
 )
@@ -324,7 +323,7 @@ def test_the_adjoint_of_a_chain_is_the_same_for_groups_of_keys() -> None:
     few = keys[::7]
     compared = chain.sensitivity("m5.position.x.last", few, **settings)
     scale = float(np.abs(compared.derivative).max())
-    np.testing.assert_allclose(found.derivative.sel(key=few), compared.derivative, rtol=1e-5, atol=1e-8 * scale)
+    np.testing.assert_allclose(found.derivative.sel(key=few), compared.derivative, rtol=1e-5, atol=1e-6 * scale)
 
 
 @pytest.mark.slow

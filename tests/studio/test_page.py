@@ -167,7 +167,7 @@ def test_compare_saved_runs(page, shots):
     page.wait_for_selector(part("comparison"))
     page.wait_for_selector(f"{part('charts')} canvas")
     text = page.locator(part("main")).inner_text()
-    assert re.search(r"spool.rate\s+3.0 rad/s\s+4.0 rad/s", text)
+    assert re.search(r"spool.rate\s+3.0\srad/s\s+4.0\srad/s", text)
     page.wait_for_function("document.querySelector('.ev-motion').viewer?.motions.length === 2")
     page.wait_for_timeout(600)
     page.screenshot(path=shots / "compare.png")

@@ -26,6 +26,7 @@ SHORT = {
     "orbit-tether": {"simulate.until": 20.0},
     "rib-reflector": {"simulate.until": 0.2},
     "solar-array": {"simulate.until": 4.0},
+    "solar-array-flexible": {"simulate.until": 1.0},
     "spinning-tether": {"simulate.until": 5.0},
     "two-booms": {"simulate.until": 0.2},
     "wire-boom-satellite": {"simulate.until": 2.0},

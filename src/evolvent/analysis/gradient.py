@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.base.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels.blocks import displace
 from evolvent.results.kept import Kept, kept_of, reduce, split
-from evolvent.solvers.adjoint import Adjoint
+from evolvent.solvers.adjoint import Adjoint, OtherEquations
 from evolvent.solvers.laws import law_failure
 
 if TYPE_CHECKING:
@@ -63,7 +63,11 @@ def gradient(
 
     adjoint = Adjoint(make, keys)
     try:
-        status, message = adjoint.run(progress)
+        try:
+            status, message = adjoint.run(progress)
+        except OtherEquations:
+            adjoint = Adjoint(make, keys, grouped=False)
+            status, message = adjoint.run(progress)
     except EvolventError:
         raise
     except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)

@@ -12,7 +12,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 
 from evolvent.base.errors import InputError, counted
 
@@ -176,6 +175,8 @@ def mean_axes(model: ReducedModel, key: str) -> MeanAxes:
     motions have the eigenvalues K u = w^2 (M - s D) u. Nothing is left out: the linear model is that of the matrices.
     Frequencies of rigid motions by round-off do not enter.
     """
+    import scipy.linalg
+
     K, M = 0.5 * (model.stiffness + model.stiffness.T), 0.5 * (model.mass + model.mass.T)
     Z, nodes = model.rigid_motions, len(model.positions)
     whole = Z.T @ M @ Z
@@ -210,6 +211,8 @@ def mean_axes(model: ReducedModel, key: str) -> MeanAxes:
 
 def _held_frequency(K: Array, M: Array, nodes: int) -> float:
     """Lowest frequency (rad/s) with one node held, whichever is the softest."""
+    import scipy.linalg
+
     found = math.inf
     for k in range(nodes):
         rest = np.delete(np.arange(len(K)), np.s_[6 * k : 6 * k + 6])

@@ -62,8 +62,18 @@ def check(method: str, model: Any) -> None:
         raise InputError("joints have friction, which the adjoint does not support; take mode 'forward'")
 
 
+class OtherEquations(Exception):
+    """A parameter changes other equations than at the start, in a group with others."""
+
+
 class Adjoint:
     """A run by generalized-alpha that keeps its steps.
+
+    Parameters
+    ----------
+    make : returns a plan of the run, another one each time
+    parameters : name, change, and the systems with the parameter changed by it to both sides
+    grouped : bool, whether parameters that change different equations are evaluated together
 
     Attributes
     ----------
@@ -72,7 +82,10 @@ class Adjoint:
     begins : (m, parameters) float, derivatives of the state with which the run starts
     """
 
-    def __init__(self, make: Callable[[], Any], parameters: Sequence[tuple[str, float, Assembly, Assembly]]) -> None:
+    def __init__(
+        self, make: Callable[[], Any], parameters: Sequence[tuple[str, float, Assembly, Assembly]], *,
+        grouped: bool = True,
+    ) -> None:  # fmt: skip
         plans = [make() for _ in range(3)]
         for one in plans:
             one.options.corrects = 0
@@ -108,7 +121,7 @@ class Adjoint:
             needs.load(run.model, *roots, implicit_loop.begin, implicit_loop.restart, without=others)
         self.jumps = Jumps(self.lead, self.middle, self.room, self.parameters)
         self.parts: list[tuple[Tape, int] | Jump] = []
-        self.bytes = 0
+        self.bytes, self.grouped = 0, grouped
         self.shifted = False
         self.begins = np.zeros((4 * self.n_v + 1, len(self.parameters)))
 
@@ -121,6 +134,8 @@ class Adjoint:
         ------
         InputError
             Where the motion has no derivative.
+        OtherEquations
+            Where parameters cannot be grouped.
         """
         model, work = self.lead.model.copy(), self.lead.work.copy()
         failure = self.lead.begin()
@@ -184,7 +199,7 @@ class Adjoint:
         for one in self.parameters:
             own = [other.rows for other in self.parameters if other.group == one.group]
             if len(own) > 1 and np.any(outside[one.group] & ~np.any(own, axis=0)):
-                raise AssertionError(f"{one.name} changes other equations than at the start")
+                raise OtherEquations(one.name)
         self.parts.append((tape, steps))
         self.bytes += sum(value.nbytes for value in tape)
         if self.bytes > MOST_BYTES:
@@ -229,12 +244,16 @@ class Adjoint:
                 one.rows |= sides[0] != sides[1]
         taken: list[Array] = []
         for one in self.parameters:
-            if not np.any(one.rows):
+            if not self.grouped or not np.any(one.rows):
                 one.rows[:] = True
             one.group = next((k for k, rows in enumerate(taken) if not np.any(rows & one.rows)), len(taken))
             if one.group == len(taken):
                 taken.append(np.zeros(self.n_u, dtype=bool))
             taken[one.group] |= one.rows
+        groups = [one.group for one in self.parameters]
+        for one in self.parameters:
+            if groups.count(one.group) == 1:
+                one.rows[:] = True
 
     def _change_models(self) -> None:
         """Models of the neighbours of each group, from that of the run."""

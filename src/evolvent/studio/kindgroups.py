@@ -8,7 +8,7 @@ from evolvent.parts.registry import kinds
 
 #: Groups of the kinds that are built in.
 GROUPS: dict[str, tuple[str, ...]] = {
-    "bodies, beams and threads": ("rigid-body", "point", "beam", "rod", "reel", "thread"),
+    "bodies, beams and threads": ("rigid-body", "reduced-body", "point", "beam", "rod", "reel", "thread"),
     "joints": ("joint", "link", "gear", "synchronization", "guide", "prescribed-motion", "prescribed-rotation"),
     "springs and resistances": (
         "spring", "rotational-spring", "translational-spring", "tape-spring-hinge", "harness", "bearing", "adhesion",

@@ -34,7 +34,7 @@ def observe_reduced(view: View, name: str) -> Observed:
     found.vector("velocity", pose.v, "m s-1", "velocity of the frame, inertial axes")
     found.vector("rate", turned_back(pose.R, pose.w), "rad s-1", "angular velocity of the frame, its axes")
     poses = [view.pose(b) for b in nodes]
-    found.coordinate("interface", "interface", np.array(part.model.names), "", "names of the interface nodes")
+    found.coordinate("interface", "interface", np.array(part.model.names), "1", "names of the interface nodes")
     x = np.stack([one.x for one in poses], axis=1)
     found.along("interface_position", "interface", x, "m", "positions of the interface nodes, inertial axes")
     q = view.coordinates(int(row["iq"]), int(row["modes"]))
