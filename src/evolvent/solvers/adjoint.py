@@ -53,7 +53,7 @@ def check(method: str, model: Any) -> None:
     """
     if method not in METHODS or METHODS[method].code != METHODS[NAME].code:
         raise InputError(
-            f"the adjoint is of {NAME}, but the method is {method}; name it as `method`, or mode 'forward'"
+            f"the adjoint is of {NAME}, but the method is {method}; take that as `method`, or mode 'forward'"
         )
     for name in mdl.RECORDS:
         if name not in PARTS_OF_OTHERS and name not in SUPPORTED and getattr(model, name).size:
