@@ -89,7 +89,7 @@ RADIUS, SLENDER = 0.5 * math.hypot(WIDTH, HEIGHT), math.atan2(WIDTH, HEIGHT)
 
 
 def rocking(start: float, stiffness: float, step: float, until: float, **law: Any) -> tuple[Array, Array, Array]:
-    """A block let go on one edge: times, tilt (rad) and rate (rad/s)."""
+    """A block released on one edge: times, tilt (rad) and rate (rad/s)."""
     c, s = math.cos(start), math.sin(start)
     x, z = -0.5 * WIDTH, 0.5 * HEIGHT  # of the middle, seen from the corner on which it stands
     system = System(gravity=(0.0, 0.0, -G))
@@ -265,7 +265,7 @@ def stacked(method: str, g: float, upper: tuple[float, float]) -> xr.DataTree:
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("upper", [(0.5, 0.4), (0.3, 0.3)])
 def test_stacked_plates_bear_a_launch(method: str, upper: tuple[float, float]) -> None:
-    """Each contact bears what is above it, with equal shares of the corners: eight of equal plates, else four."""
+    """Each contact carries what is above it, with equal shares of the corners: eight of equal plates, else four."""
     g = 100.0
     run = stacked(method, g, upper)
     np.testing.assert_allclose(run["floor"].normal_force.values[-1], 2.0 * g, rtol=1e-4)

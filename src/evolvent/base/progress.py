@@ -118,7 +118,7 @@ class Lines:
 
 
 class Bar(Lines):
-    """One line with a bar, written anew several times a second and cleared at the end, for terminals and notebooks.
+    """One line with a bar, rewritten several times a second and cleared at the end, for terminals and notebooks.
 
     Parameters
     ----------

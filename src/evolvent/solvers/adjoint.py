@@ -86,12 +86,12 @@ class Adjoint:
         self, make: Callable[[], Any], parameters: Sequence[tuple[str, float, Assembly, Assembly]], *,
         grouped: bool = True,
     ) -> None:  # fmt: skip
-        plans = [make() for _ in range(3)]
+        plans = [make() for _ in range(2)]
         for one in plans:
             one.options.corrects = 0
         base = plans[0].assembly
         check(plans[0].method, base.model)
-        self.lead, self.middle, self.scratch = (Run(one) for one in plans)
+        self.lead, self.middle = (Run(one) for one in plans)
         self.room, model = matrix_of(base.model), base.model
         self.n_v, self.n_u = int(model.info.nv), int(model.info.nv) + model.joints.size
         self.parameters = [
@@ -117,7 +117,7 @@ class Adjoint:
             take_step,
             step_beside,
         ]
-        for run in (self.lead, self.middle, self.scratch):
+        for run in (self.lead, self.middle):
             needs.load(run.model, *roots, implicit_loop.begin, implicit_loop.restart, without=others)
         self.jumps = Jumps(self.lead, self.middle, self.room, self.parameters)
         self.parts: list[tuple[Tape, int] | Jump] = []
@@ -214,19 +214,17 @@ class Adjoint:
         for k, one in enumerate(self.parameters):
             sides = []
             for patch, assembly in zip(one.patches, (one.up, one.down), strict=True):
-                self.scratch.model.take(model)
-                self.scratch.work.take(work)
-                patch.write(self.scratch.model)
-                self.scratch.work.y[:] = assembly.y
-                code = implicit_loop.begin(self.scratch.model, self.scratch.matrix, self.scratch.work)
-                if code != DONE:
-                    raise InputError(f"with another {one.name!r} the run does not start: {reason(code, self.scratch)}")
-                sides.append(state_of(self.scratch.work, model))
+                own, start = model.copy(), work.copy()
+                patch.write(own)
+                start.y[:] = assembly.y
+                if implicit_loop.begin(own, self.room, start) != DONE:
+                    raise InputError(f"with {one.name!r} a little larger or smaller the run does not start")
+                sides.append(state_of(start, model))
             self.begins[:, k] = difference(sides[0], sides[1], 0.5 / one.change, model)
 
     def _group(self) -> None:
         """Parameters that change different equations in one group, by states about the start."""
-        rng, work, model = np.random.default_rng(0), self.lead.work, self.scratch.model
+        rng, work, model = np.random.default_rng(0), self.lead.work, self.lead.model.copy()
         n_q, r, powers = int(model.info.nq), np.zeros(self.n_u), np.zeros(work.powers.shape[1])
         for _ in range(TRIALS):
             y, size = work.y.copy(), 1e-2 * work.weight[: self.n_v]

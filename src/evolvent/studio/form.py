@@ -484,7 +484,7 @@ def problems(found: Mapping[str, str], wrong: Mapping[str, str]) -> dict[str, st
 
     Parameters
     ----------
-    found : what is wrong with its content; where something cannot be read, nothing else is told
+    found : what is wrong with its content; where something cannot be read, nothing else is reported
     wrong : what cannot be read
     """
     return {key: _short(key, sentence) for key, sentence in (wrong or found).items()}
