@@ -9,12 +9,7 @@ import pytest
 import xarray as xr
 from numba import config
 
-import families.beams
-import families.contacts
-import families.coordinates
-import families.loads
-import families.lumped
-import families.rods  # noqa: F401  (all enter their cases)
+import families.plain  # noqa: F401  (all families enter their cases)
 from evolvent import analysis
 from evolvent.assembly import families as table
 from evolvent.base import netcdf
@@ -25,7 +20,7 @@ from observe.seeing import Seen, close
 #: Units of all variables.
 UNITS = {
     "1", "s", "m", "m s-1", "m-1", "rad", "rad s-1", "N", "N m", "N s", "N m-1", "J", "J m-1", "W", "kg m s-1",
-    "kg m2 s-1", "K", "K m-1", "A",
+    "kg m2 s-1", "K", "K m-1", "A", "Hz",
 }  # fmt: skip
 METHODS = ("rk4", "generalized-alpha")
 #: Families whose case has an event, behind which samples lie within steps and are interpolated; or whose bristles are
