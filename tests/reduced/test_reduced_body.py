@@ -247,6 +247,12 @@ def _massless(model: ReducedModel) -> ReducedModel:
     return dataclasses.replace(model, mass=M)
 
 
+def _negative(model: ReducedModel) -> ReducedModel:
+    M = model.mass.copy()
+    M[-1, -2] = M[-2, -1] = 2.0 * np.sqrt(M[-1, -1] * M[-2, -2])
+    return dataclasses.replace(model, mass=M)
+
+
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
@@ -255,7 +261,8 @@ def _massless(model: ReducedModel) -> ReducedModel:
         (_moved, "a rotation about [yz] strains the model"),
         (_degrees, "its mass differs by .* kg with the direction"),
         (_few, "the matrices have 22 coordinates, but 5 interface nodes need 30"),
-        (_massless, "its mass matrix is not positive definite"),
+        (_massless, "coordinate 21 of the modes has the mass 0"),
+        (_negative, "its mass matrix is negative along a motion"),
         (lambda m: dataclasses.replace(m, stiffness=m.stiffness * np.nan), "the stiffness has entries that are not"),
         (lambda m: dataclasses.replace(m, mass=m.mass[:5, :5]), "the mass has the shape"),
         (lambda m: dataclasses.replace(m, recovery=np.ones((1, 3))), "the recovery matrix has the shape"),
@@ -291,7 +298,7 @@ def test_keys_of_a_file_are_checked(
 
 def test_files_that_are_none_are_refused(tmp_path: pathlib.Path) -> None:
     for name, raw, sentence in (
-        ("beam.txt", b"", "must end with .npz or .json"),
+        ("beam.txt", b"", r"must end with \.npz, \.json, \.op4"),
         ("beam.npz", b"no archive", "it is no archive of NumPy"),
         ("beam.json", b"[1, 2]", "is no object of JSON"),
         ("beam.json", b"{", "cannot read"),

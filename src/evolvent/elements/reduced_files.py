@@ -1,4 +1,4 @@
-"""Files of reduced models: archives of NumPy and text in JSON."""
+"""Files of reduced models: archives of NumPy, text in JSON, and files of Nastran."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from evolvent.base import safe_open
 from evolvent.base.errors import InputError, nearest
+from evolvent.elements import nastran
 from evolvent.elements.reduced_models import ReducedModel, check_model
 
 #: Keys of a file: names, and whether it must have them.
@@ -24,15 +25,18 @@ _TEXTS = ("names", "recovery_names", "recovery_units")
 SHIPPED = pathlib.Path(__file__).parent / "models"
 #: Endings of files that are read.
 ENDINGS = (".npz", ".json")
+READ = (*ENDINGS, *nastran.ENDINGS)
 
 
-def read_model(path: str, length: float = 1.0, mass: float = 1.0) -> ReducedModel:
+def read_model(path: str, length: float = 1.0, mass: float = 1.0, bulk: str | None = None) -> ReducedModel:
     """A reduced model of a file.
 
     Parameters
     ----------
-    path : str, ending with .npz (an archive of `numpy.savez`) or .json (an object of lists), with the keys `KEYS`; or
-        the name of a model that is shipped, without an ending: solar-panel
+    path : str, ending with .npz (an archive of `numpy.savez`) or .json (an object of lists), with the keys `KEYS`; a
+        file of Nastran (`evolvent.elements.nastran`); or the name of a model that is shipped, without an ending:
+        solar-panel
+    bulk : str, optional; bulk data with the points of Nastran's matrices
     length, mass : float, m and kg, units in which the file is written
 
     Raises
@@ -43,11 +47,17 @@ def read_model(path: str, length: float = 1.0, mass: float = 1.0) -> ReducedMode
     ending = pathlib.Path(path).suffix.lower()
     if not ending and path in shipped_models():
         path, ending = str(SHIPPED / f"{path}.npz"), ".npz"
-    if ending not in ENDINGS:
+    if ending not in READ:
         raise InputError(
-            f"{path!r} is no file of a reduced model; it must end with {' or '.join(ENDINGS)}, or be a shipped one: "
-            f"{', '.join(shipped_models())}"
+            f"{path!r} is no file of a reduced model; it must end with {', '.join(READ[:-1])} or {READ[-1]}, or be a "
+            f"shipped one: {', '.join(shipped_models())}"
         )
+    if ending in nastran.ENDINGS:
+        model = nastran.read_nastran(path, bulk)
+        check_model(model, repr(path))
+        return model.scaled(length, mass)
+    if bulk is not None:
+        raise InputError(f"bulk is {bulk!r}, but {path!r} is no file of Nastran; leave bulk out")
     found = _archive(path) if ending == ".npz" else _text(path)
     for key in found:
         if key not in KEYS:

@@ -19,6 +19,9 @@ Array = np.ndarray
 
 #: What matrices may be off, beside their own entries: symmetry, strain energy of rigid motions, mass of these.
 SYMMETRY, RIGID, MASS = 1e-6, 1e-5, 1e-6
+#: Least inertia of a motion beside the mean of the body; below, it gets so much: interfaces of finite-element models
+#: often have rotations without inertia.
+LEAST = 1e-6
 #: Share of the largest mass that the interface nodes could take, which they get.
 SHARE = 0.5
 #: Words for the rigid motions.
@@ -173,7 +176,8 @@ def mean_axes(model: ReducedModel, key: str) -> MeanAxes:
     A share of the mass matrix stands at the nodes, s D with D = diag(m/p, m/p r^2/p): half of the most that leaves
     M - s D positive definite. Of the rest, Z are the rigid motions; with Z^T (M - s D) u = 0 (mean axes) the remaining
     motions have the eigenvalues K u = w^2 (M - s D) u. Nothing is left out: the linear model is that of the matrices.
-    Frequencies of rigid motions by round-off do not enter.
+    Frequencies of rigid motions by round-off do not enter. Motions without inertia get the share `LEAST` of the mean of
+    the body; rigid motions keep theirs.
     """
     import scipy.linalg
 
@@ -186,13 +190,8 @@ def mean_axes(model: ReducedModel, key: str) -> MeanAxes:
     own = np.array([1.0, 1.0, 1.0, radius**2, radius**2, radius**2]) * mass / nodes
     D = np.zeros(model.size)
     D[: 6 * nodes] = np.tile(own, nodes)
-    try:
-        inverse = scipy.linalg.eigh(np.diag(D), M, eigvals_only=True)
-    except np.linalg.LinAlgError:
-        raise InputError(
-            f"{key}: its mass matrix is not positive definite; every coordinate of an interface node needs inertia"
-        ) from None
-    share = SHARE / float(inverse[-1])
+    M = _definite(M, D, Z, key)
+    share = SHARE / float(scipy.linalg.eigh(np.diag(D), M, eigvals_only=True)[-1])
     rest = M - share * np.diag(D)
     body = Z.T @ rest @ Z
     rest_mass, rest_centre = _centre(body)
@@ -207,6 +206,28 @@ def mean_axes(model: ReducedModel, key: str) -> MeanAxes:
         rest_mass, 0.5 * (inertia + inertia.T), rest_centre, share * mass / nodes, share * own[3], shapes,
         np.maximum(square, 0.0), _held_frequency(K, M, nodes),
     )  # fmt: skip
+
+
+def _definite(M: Array, D: Array, Z: Array, key: str) -> Array:
+    """M (n, n), with inertia `LEAST` beside the mean D (n,) in elastic motions that have less; Z : rigid motions.
+
+    The added matrix is D N a N^T D with motions N that are normal to Z by D, so that it vanishes for rigid motions.
+    """
+    own = np.where(D > 0.0, D, np.diagonal(M))
+    if not np.all(own > 0.0):
+        k = int(np.argmin(own))
+        raise InputError(f"{key}: coordinate {k} of the modes has the mass {M[k, k]:.3g}; it must be above 0")
+    root = np.sqrt(own)
+    values, vectors = np.linalg.eigh(M / np.outer(root, root))
+    if values[0] < -LEAST:
+        raise InputError(f"{key}: its mass matrix is negative along a motion, by {values[0]:.3g} of the mean mass")
+    low = values < LEAST
+    if not low.any():
+        return M
+    N = vectors[:, low] / root[:, None]
+    N -= Z @ np.linalg.solve(Z.T @ (own[:, None] * Z), Z.T @ (own[:, None] * N))
+    W = own[:, None] * N
+    return M + (W * (LEAST - values[low])) @ W.T
 
 
 def _held_frequency(K: Array, M: Array, nodes: int) -> float:

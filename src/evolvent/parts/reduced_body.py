@@ -39,7 +39,11 @@ class ReducedBody(Part):
         File of the model, .npz or .json, or the name of a shipped one, solar-panel: stiffness and mass (n, n),
         positions (p, 3) of the interface nodes in the model's axes, and, if given, names of the nodes, recovery (r, n)
         with recovery_names and recovery_units. The coordinates are three displacements and three rotations of each
-        node, then any others (Craig-Bampton modes).
+        node, then any others (Craig-Bampton modes). Or matrices of Nastran, .op4, .op2, or DMIG entries in .pch, .bdf,
+        .dat or .nas; these need the package pyyeti.
+    bulk : str, optional
+        Bulk data of Nastran with the grids and scalar points of the matrices, where they are not in the file itself or
+        beside it, with the same name and .asm, .pch, .bdf, .dat or .nas.
     length_unit : float, m
         Unit of length of the file: 1 mm where that is in millimetres.
     mass_unit : float, kg
@@ -67,6 +71,7 @@ class ReducedBody(Part):
 
     kind: Literal["reduced-body"] = "reduced-body"
     file: str
+    bulk: str | None = None
     length_unit: units.Length = 1.0
     mass_unit: units.Mass = 1.0
     expected_mass: units.Mass | None = None
@@ -77,14 +82,18 @@ class ReducedBody(Part):
     angular_velocity: units.AngularVelocity = (0.0, 0.0, 0.0)
 
     @property
+    def _changed(self) -> tuple[tuple[int, int], ...]:
+        return tuple(_changed(path) for path in (self.file, self.bulk) if path)
+
+    @property
     def model(self) -> ReducedModel:
         """The model of the file, SI units, checked."""
-        return _read(self.file, self.length_unit, self.mass_unit, _changed(self.file))[0]
+        return _read(self.file, self.bulk, self.length_unit, self.mass_unit, self._changed)[0]
 
     @property
     def axes(self) -> MeanAxes:
         """The model in mean axes."""
-        return _read(self.file, self.length_unit, self.mass_unit, _changed(self.file))[1]
+        return _read(self.file, self.bulk, self.length_unit, self.mass_unit, self._changed)[1]
 
     def write(self, builder: Builder, name: str) -> None:
         """Write frame and nodes into the family `bodies`, modes into `modes`, and rows that hold the nodes."""
@@ -172,7 +181,9 @@ def _changed(path: str) -> tuple[int, int]:
 
 
 @functools.lru_cache(maxsize=32)
-def _read(path: str, length: float, mass: float, _: tuple[int, int]) -> tuple[ReducedModel, MeanAxes]:
-    """A model and its mean axes, read and checked once for each state of the file."""
-    model = read_model(path, length, mass)
+def _read(
+    path: str, bulk: str | None, length: float, mass: float, _: tuple[tuple[int, int], ...]
+) -> tuple[ReducedModel, MeanAxes]:
+    """A model and its mean axes, read and checked once for each state of the files."""
+    model = read_model(path, length, mass, bulk)
     return model, mean_axes(model, repr(path))

@@ -1,0 +1,183 @@
+"""Reduced models of Nastran: matrices and interface points of an external superelement, by the package pyYeti.
+
+Nastran reduces a model by Craig and Bampton, writes its matrices (`EXTSEOUT`, as OUTPUT4, OUTPUT2 or DMIG) and the
+points whose coordinates they have as bulk data: grids, scalar points of the modes, coordinate systems, and the order on
+the entries SECONCT or EXTRN.
+"""
+
+from __future__ import annotations
+
+import pathlib
+from typing import Any
+
+import numpy as np
+
+from evolvent.base import safe_open
+from evolvent.base.errors import InputError
+from evolvent.elements.reduced_models import ReducedModel
+
+#: Endings of files with matrices: OUTPUT4, OUTPUT2, and bulk data with DMIG entries; and of files of points beside.
+MATRICES, DMIG = (".op4", ".op2"), (".pch", ".bdf", ".dat", ".nas")
+ENDINGS = (*MATRICES, *DMIG)
+POINTS = (".asm", *DMIG)
+#: Names of stiffness and mass, most usual first.
+NAMES = (("kaa", "maa"), ("kxx", "mxx"), ("kaax", "maax"), ("k", "m"))
+#: Name of the matrix that recovers element forces.
+FORCES = "mef1"
+
+Rows = list[tuple[int, int]]
+
+
+def read_nastran(path: str, bulk: str | None = None) -> ReducedModel:
+    """A reduced model of Nastran's files, in the units of the files and basic coordinates.
+
+    Parameters
+    ----------
+    path : str, with the matrices (`ENDINGS`): KAA and MAA, KXX and MXX, or KAAX and MAAX
+    bulk : str, optional; bulk data with the points, where they are not in the file of the matrices or in one beside
+        it of the same name
+
+    Returns
+    -------
+    ReducedModel, not checked: nodes are called `grid` and their number; results of the recovery matrix MEF1 of an
+    OUTPUT4 file `element_force1` and so on
+
+    Raises
+    ------
+    InputError
+        Where the files cannot be read, a matrix or point is missing, or a grid has not all six components; one
+        sentence.
+    """
+    nastran = _library()
+    points = bulk or _beside(path)
+    for one in (path, points):
+        safe_open.content(one)
+    ending = pathlib.Path(path).suffix.lower()
+    found = _matrices(nastran, path) if ending in MATRICES else {}
+    K, M, rows = _pair(path, found) if found else _dmig(nastran, path)
+    table = _call(points, lambda: nastran.bulk2uset(points, follow_includes=False)[0])
+    if not rows:
+        rows = _order(nastran, path, points, table)
+    if len(rows) != len(K):
+        raise InputError(f"the points of {points!r} have {len(rows)} components, but the matrices of {path!r} have "
+                         f"{len(K)} rows; give the bulk data of the interface by the key bulk")  # fmt: skip
+    return _model(nastran, points, K, M, rows, table, found.get(FORCES))
+
+
+def _library() -> Any:
+    try:
+        from pyyeti import nastran
+    except ImportError:
+        raise InputError("files of Nastran need the package pyyeti: pip install 'evolvent[nastran]'") from None
+    return nastran
+
+
+def _call(path: str, read: Any) -> Any:
+    """What a reader of the library returns; any failure of it as one sentence."""
+    try:
+        return read()
+    except Exception as error:  # noqa: BLE001  (the library raises what its parsing runs into)
+        why = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"cannot read {path!r} as a file of Nastran: {why}") from None
+
+
+def _beside(path: str) -> str:
+    """The file of points of the same name, or the file itself where it is bulk data."""
+    given = pathlib.Path(path)
+    if given.suffix.lower() in DMIG:
+        return path
+    for ending in POINTS:
+        if given.with_suffix(ending).is_file():
+            return str(given.with_suffix(ending))
+    names = " or ".join(given.with_suffix(ending).name for ending in POINTS)
+    raise InputError(f"{path!r} has matrices alone; the points they belong to must be in {names} beside it, or in the "
+                     f"file of the key bulk")  # fmt: skip
+
+
+def _matrices(nastran: Any, path: str) -> dict[str, np.ndarray]:
+    """Matrices of an OUTPUT4 or OUTPUT2 file by their names; none where an OUTPUT2 file has only DMIG entries."""
+    if path.lower().endswith(".op4"):
+        return {name.lower(): value for name, value in _call(path, lambda: nastran.op4.read(path)).items()}
+
+    def read() -> dict[str, np.ndarray]:
+        with nastran.OP2(path) as file:
+            return dict(file.rdop2mats(lower=True))
+
+    return _call(path, read)
+
+
+def _pair(path: str, found: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, Rows]:
+    for stiffness, mass in NAMES:
+        if stiffness in found and mass in found:
+            return np.asarray(found[stiffness]), np.asarray(found[mass]), []
+    wanted = ", ".join(f"{k.upper()} and {m.upper()}" for k, m in NAMES)
+    raise InputError(f"{path!r} has no pair of matrices {wanted}; it has {', '.join(sorted(found)).upper()}")
+
+
+def _dmig(nastran: Any, path: str) -> tuple[np.ndarray, np.ndarray, Rows]:
+    """Stiffness, mass and their rows (number of a point, component) of DMIG entries."""
+    found = _call(path, lambda: nastran.rddmig(path, square=True, follow_includes=False))
+    for names in NAMES:
+        if all(name in found for name in names):
+            K, M = (found[name] for name in names)
+            rows = sorted(set(K.index) | set(M.index))
+            K, M = (one.reindex(index=rows, columns=rows, fill_value=0.0).to_numpy() for one in (K, M))
+            return K, M, [(int(point), int(component)) for point, component in rows]
+    raise InputError(f"{path!r} has no DMIG entries KAAX and MAAX; it has {', '.join(sorted(found)).upper() or 'none'}")
+
+
+def _order(nastran: Any, path: str, points: str, table: Any) -> Rows:
+    """Rows of matrices that do not name them: those of EXTRN, of SECONCT, or all points in the order of numbers."""
+    for file in dict.fromkeys((points, str(pathlib.Path(path).with_suffix(".pch")))):
+        if pathlib.Path(file).is_file() and _has(file, "EXTRN"):
+            found = _call(file, lambda file=file: nastran.rdextrn(file, follow_includes=False))
+            return [(int(point), int(component)) for point, component in found]
+    scalar = _call(points, lambda: nastran.rdspoints(points, follow_includes=False))
+    grids = dict.fromkeys(int(point) for point in table.index.get_level_values("id"))
+    known = [*grids, *(int(point) for point in (() if scalar is None else scalar))]
+    if _has(points, "SECONCT"):
+        numbers = [int(k) for k in _call(points, lambda: nastran.rdseconct(points, follow_includes=False))[0]]
+    else:
+        numbers = sorted(known)
+    return [(point, part) for point in numbers for part in (range(1, 7) if point in grids else (0,))]
+
+
+def _has(path: str, entry: str) -> bool:
+    """Whether bulk data has an entry."""
+    text = safe_open.content(path).decode("latin-1").upper()
+    return any(line.startswith(entry) for line in text.splitlines())
+
+
+def _model(nastran: Any, path: str, K: np.ndarray, M: np.ndarray, rows: Rows, table: Any,
+           forces: np.ndarray | None) -> ReducedModel:  # fmt: skip
+    """The model with its grids first, their coordinates in basic axes, and without rows of no stiffness and mass."""
+    at = {row: k for k, row in enumerate(rows)}
+    grids = list(dict.fromkeys(point for point, component in rows if component))
+    for point in grids:
+        have = [part for part in range(1, 7) if (point, part) in at]
+        if len(have) < 6:
+            raise InputError(f"grid {point} has the components {''.join(map(str, have))} in the matrices; an interface "
+                             f"node needs all six, 123456")  # fmt: skip
+        if (point, 1) not in table.index:
+            raise InputError(f"{path!r} has no entry GRID {point}, which the matrices refer to")
+    if not grids:
+        raise InputError(f"{path!r} gives the matrices no grid; a reduced model needs at least one interface node")
+    order = [at[point, part] for point in grids for part in range(1, 7)]
+    others = [k for row, k in at.items() if not row[1] and (K[k].any() or M[k].any())]
+    size = len(order) + len(others)
+    own = table.loc[[(point, part) for point in grids for part in range(1, 7)]]
+    moves = np.asarray(nastran.rbgeom_uset(own))  # (6 p, 6), of rigid motions of basic axes
+    T, positions = np.eye(size), np.empty((len(grids), 3))
+    for k, point in enumerate(grids):
+        positions[k] = own.loc[(point, 1), ["x", "y", "z"]]
+        rigid = np.eye(6)
+        rigid[:3, 3:] = np.cross(np.eye(3), positions[k]).T
+        T[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = moves[6 * k : 6 * k + 6] @ np.linalg.inv(rigid)
+    pick = np.ix_([*order, *others], [*order, *others])
+    recovery = np.zeros((0, size))
+    if forces is not None and forces.shape[1] == len(rows):
+        recovery = np.asarray(forces)[:, [*order, *others]] @ T
+    return ReducedModel(
+        T.T @ K[pick] @ T, T.T @ M[pick] @ T, positions, tuple(f"grid{point}" for point in grids), recovery,
+        tuple(f"element_force{k + 1}" for k in range(len(recovery))), ("1",) * len(recovery),
+    )  # fmt: skip
