@@ -10,7 +10,9 @@ import pytest
 from evolvent import System, parts
 from evolvent.analysis.margins import factors, mechanism
 from evolvent.base.errors import InputError
+from evolvent.elements.reduced_files import write_model
 from margin_cases import NONE, zero
+from reduced import beam_model
 
 pytestmark = pytest.mark.slow
 
@@ -58,6 +60,29 @@ def test_a_strip_across_that_bends_to_an_arc(kind, elements, off):
     x = table.x[1:]
     along = LENGTH * np.array([(x * np.cos(x) - np.sin(x)) / x**2, (x * np.sin(x) + np.cos(x) - 1.0) / x**2])
     assert table.inertia[1:] == pytest.approx(0.2 + 2.0 * np.sum(along**2, axis=0), rel=0.02)
+
+
+def test_a_reduced_body_across_bends_as_a_beam(tmp_path):
+    """Small angles: off by their square; the arm that carries such a body has its mass."""
+    path = str(tmp_path / "beam.npz")
+    write_model(path, beam_model.reduced())
+    long, stiff = beam_model.LENGTH, beam_model.YOUNG * beam_model.I_Z
+    system = System()
+    system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2), position=(long, 0.0, 0.0)), "end")
+    system.add(parts.ReducedBody(file=path), "strip")
+    system.add(parts.Joint(a="ground", b="strip.root", type="fixed"), "clamp")
+    system.add(parts.Joint(a="strip.tip", b="end", type="fixed"), "weld")
+    spring = {"stiffness": 1.0, "rest": 2.0, "latch": 0.01, "latch_stiffness": 500.0}
+    system.add(parts.RotationalSpring(a="ground", b="end", axis=(0, 0, 1), **spring), "hinge")
+    table = system.margin(zero=NONE, **STILL)["hinge"]
+    assert of(table, "strip") == pytest.approx(-stiff * table.x / long, rel=3e-5, abs=1e-12)
+    arm = System()
+    arm.add(parts.ReducedBody(file=path), "strip")
+    arm.add(parts.Joint(a="ground", b="strip.root", type="revolute", axis=(0, 0, 1)), "pin")
+    arm.add(parts.RotationalSpring(a="ground", b="strip.root", axis=(0, 0, 1), **spring | {"latch": 1.0}), "hinge")
+    table = arm.margin(zero=NONE, **STILL)["hinge"]
+    assert of(table, "strip") == pytest.approx(0.0, abs=1e-9)
+    assert table.inertia == pytest.approx(beam_model.MASS * long**2 / 3.0, rel=1e-3)
 
 
 def test_the_error_of_the_beam_across_falls_with_its_elements():

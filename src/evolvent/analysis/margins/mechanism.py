@@ -146,13 +146,15 @@ class Mechanism:
         weightless["gravity"] = 0.0
         for field in ("stiffness", "damping"):
             threads[field] = 0.0
+        modes = model.modes.copy()
+        modes["stiffness"] = modes["damping"] = 0.0
         H, h = np.zeros_like(model.H), np.zeros_like(model.h)
         forms = model.elements["form"][model.elements["stretch"] != 0]  # whose first rows are no stiffness
         H[forms, :3], h[forms] = model.H[forms, :3], model.h[forms]
         #: The model without any force but those of constraints.
         self.bare = model._replace(
             coordinates=still, bristles=model.bristles.copy(), info=weightless, threads=threads,
-            thrusters=thrusters, H=H, h=h,
+            thrusters=thrusters, modes=modes, H=H, h=h,
             **{name: mdl.zeros(name, 0) for name in forces},
         )  # fmt: skip
         #: The same with one coordinate, whose spring has a torque or force of 1 where `rest` is the value less 1.
@@ -291,6 +293,8 @@ class Mechanism:
             threads = self.bare.threads.copy()
             threads["stiffness"][k] = whole.threads["stiffness"][k]
             model = self._once(share.label, threads=threads)
+        elif share.family == "reduced_bodies":
+            model = self._once(share.family, modes=whole.modes)
         elif share.family == "rods":
             names = ("rods", "rod_elements", "thermal_loads")
             model = self._once(share.family, **{name: getattr(whole, name) for name in names})
@@ -300,11 +304,18 @@ class Mechanism:
         y = at.y.copy()
         y[self.n_q : self.n_q + self.n_v] = 0.0
         force = (self.left(at.t, y, model, factor=1.0) - self.left(at.t, y, self.bare, factor=1.0))[: self.n_v]
-        if share.family != "threads":  # forces of elements are those on nodes of their own
+        if share.family == "reduced_bodies":  # the force is that on its modes
+            row = whole.reduced_bodies[k]
+            own = slice(int(row["iv"]) - self.n_q, int(row["iv"] + row["modes"]) - self.n_q)
+        elif share.family != "threads":  # forces of elements are those on nodes of their own
             from evolvent.solvers.static_work import velocity_slice
 
             own = velocity_slice(whole, share.family, k) or slice(0)
-            force[: own.start] = force[own.stop :] = 0.0
+        else:
+            own = slice(None)
+        force[: own.start] = 0.0
+        if own.stop is not None:
+            force[own.stop :] = 0.0
         return np.asarray(at.zero + force)
 
     def _coordinate(self, share: Share, at: Position, direction: Direction) -> Array:
@@ -527,10 +538,10 @@ def _elastic(mechanism: Mechanism) -> Elastic:
 
 
 def _has_elastic_parts(model: Any) -> bool:
-    """Whether parts follow the coordinates by their stiffness: beams, rods, threads, and points on springs."""
+    """Whether parts follow the coordinates by their stiffness: elastic parts, and points on springs."""
     held = model.springs.size + model.custom_forces.size
     points = bool(np.any(model.points["mass"] > 0.0)) and held > 0
-    return bool(model.elements.size + model.rods.size + model.threads.size) or points
+    return bool(model.elements.size + model.rods.size + model.threads.size + model.reduced_bodies.size) or points
 
 
 def _digest(model: Any, ties: Array, spin: Array) -> str:

@@ -66,13 +66,14 @@ RULES: dict[str, tuple[Rule, ...]] = {
     "beams": (Rule(of.ELASTIC),),
     "rods": (Rule(of.ELASTIC),),
     "threads": (Rule(of.ELASTIC),),
+    "reduced_bodies": (Rule(of.ELASTIC),),
     "loads": (Rule(of.LOAD),),
     "thrusters": (Rule(of.LOAD),),
     "beam_loads": (Rule(of.LOAD),),
     "fields": (Rule(of.INERTIA),),
 }
 #: Families of elastic parts, one record each, whose forces are those of the equilibrium (`elastic`).
-ELASTIC_FAMILIES = ("beams", "rods", "threads")
+ELASTIC_FAMILIES = ("beams", "rods", "threads", "reduced_bodies")
 #: Families that hold or carry and make no force of their own along a motion that the constraints allow.
 _WITHOUT_FORCE = (
     "bodies",
@@ -132,7 +133,7 @@ def refuse_unsupported(assembly: Assembly, *, spins: bool) -> None:
             who = families.owner(assembly, name, 0)
             raise InputError(
                 f"{who!r} is one of the {name.replace('_', ' ')}, which margins of hinges and slides do not support; "
-                f"they support rigid bodies and points, beams, rods and threads with joints, gears, springs, "
+                f"they support rigid and reduced bodies, points, beams, rods and threads with joints, gears, springs, "
                 f"synchronizations, motors, resistances and bearings of joints, loads and fields, wheels without a "
                 f"torque, and contacts that do not touch"
             )
