@@ -25,9 +25,9 @@ environment of their own, measures, and writes this page.
 MEASURED = """```{measured} comparison.json
 ```
 """
-FIGURES = """![Bars: time of a step of each program, for the three works](images/comparison-time.png)
+FIGURES = """![Bars: time of a step of each program, for each work](images/comparison-time.png)
 
-![Error over cost: each program at its steps, for the three works](images/comparison-error.png)
+![Error over cost: each program at its steps, for each work](images/comparison-error.png)
 
 In the second figure, left and low is better: less time, less error. Each line connects the steps of one method; steps
 that were refused or stopped are missing. The figures show the numbers of the tables below.
@@ -43,7 +43,7 @@ HOW = """How to read the tables:
 - SciPy has no methods of fixed step: its RK45 (fifth order) runs at the step without error control.
   MuJoCo restarts from its first state after a warning; Exudyn divides a step whose iteration fails.
 - **against evolvent** is the time per step over that of evolvent's first row with the same step: above 1, evolvent is
-  faster.
+  faster; of rows with several threads, over that of evolvent with as many.
 """
 
 
@@ -83,6 +83,11 @@ def outcome(found: dict[str, Any], size: float) -> str:
     return f"ended {ending}, error {number(error)} m"
 
 
+def threads(way: dict[str, Any]) -> int:
+    """Threads of a row, 1 where it says nothing."""
+    return int(way["options"].get("threads", 1))
+
+
 def table(work: dict[str, Any]) -> list[str]:
     """Times and errors of one work."""
     lines = [
@@ -93,7 +98,7 @@ def table(work: dict[str, Any]) -> list[str]:
     for way in work["rows"]:
         for run in way["runs"]:
             if way["program"] == "evolvent" and run.get("stepping"):
-                ours.setdefault(run["step"], median(run["stepping"]))
+                ours.setdefault((run["step"], threads(way)), median(run["stepping"]))
     for way in work["rows"]:
         for run in way["runs"]:
             cells = [NAMES[way["program"]], way["label"], number(run["step"])]
@@ -101,8 +106,9 @@ def table(work: dict[str, Any]) -> list[str]:
                 least, middle = min(run["stepping"]), median(run["stepping"])
                 cells += [f"{number(1e6 * middle)} ({number(1e6 * least)})", number(1e3 * median(run["all"]))]
                 cells.append(number(run["error"], 2))
-                same = way["program"] == "evolvent" or run["step"] not in ours
-                cells.append("" if same else number(middle / ours[run["step"]], 2))
+                key = run["step"], threads(way)
+                same = way["program"] == "evolvent" or key not in ours
+                cells.append("" if same else number(middle / ours[key], 2))
             else:
                 cells += ["", "", outcome(run, work["size"]), ""]
             lines.append(row(cells))
@@ -131,7 +137,7 @@ def losses(works: list[dict[str, Any]]) -> list[str]:
             if theirs["program"] == "evolvent":
                 continue
             for mine in work["rows"]:
-                if mine["program"] != "evolvent":
+                if mine["program"] != "evolvent" or threads(mine) != threads(theirs):
                     continue
                 if mine["reference"] == theirs["reference"]:
                     lines += carried(work, mine, theirs)
@@ -182,8 +188,10 @@ def page(result: dict[str, Any]) -> str:
             f"Reference ({name}): {one['text']}, accurate to {number(one['sure'], 1)} m."
             for name, one in work["references"].items()
         ]
-        lines += ["", *table(work), "", "A step that is too large:", ""]
-        lines += [row(["program", "method", "step, s", "outcome"]), row(["---", "---", "---:", "---"])]
+        lines += ["", *table(work), ""]
+        if any(way["large"] for way in work["rows"]):
+            lines += ["A step that is too large:", ""]
+            lines += [row(["program", "method", "step, s", "outcome"]), row(["---", "---", "---:", "---"])]
         for way in work["rows"]:
             for run in way["large"]:
                 lines.append(

@@ -61,8 +61,36 @@ def body(spec: dict[str, Any], options: dict[str, Any], step: float) -> str:
     return world(spec, options, step, "".join(ground) + inner, springs)
 
 
+def variants(spec: dict[str, Any], options: dict[str, Any], step: float) -> Callable[[], dict[str, Any]]:
+    """All masses by `mujoco.rollout`, a model each and the data of each thread."""
+    import numpy as np
+    from mujoco import rollout
+
+    models = [
+        mujoco.MjModel.from_xml_string(body(spec | {"mass": mass}, {"integrator": "RK4"}, step))
+        for mass in spec["masses"]
+    ]
+    data = [mujoco.MjData(models[0]) for _ in range(options["threads"])]
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    start = np.zeros((len(models), mujoco.mj_stateSize(models[0], kind)))
+    for k, model in enumerate(models):
+        first = mujoco.MjData(model)
+        first.qvel[3:6] = spec["spin"]
+        mujoco.mj_getState(model, first, start[k], kind)
+    count = round(spec["samples"][-1] / step)
+
+    def run() -> dict[str, Any]:
+        with rollout.Rollout(nthread=options["threads"] if options["threads"] > 1 else 0) as pool:
+            state, _ = pool.rollout(models, data, start, nstep=count)
+        return {"places": np.asarray(state)[:, -1, 1:4].tolist(), "steps": len(models) * count}
+
+    return run
+
+
 def prepare(work: str, spec: dict[str, Any], options: dict[str, Any], step: float) -> Callable[[], dict[str, Any]]:
     """Steps counted by `mj_step(model, data, nstep)`, in one call for each sample."""
+    if work == "variants":
+        return variants(spec, options, step)
     model = mujoco.MjModel.from_xml_string({"line": line, "body": body}[work](spec, options, step))
     data = mujoco.MjData(model)
     site = f"s{spec['segments']}" if work == "line" else "s0"

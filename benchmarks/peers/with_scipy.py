@@ -82,7 +82,13 @@ def body(spec: dict[str, Any]) -> tuple[Callable, np.ndarray, Callable]:
     return rates, start, lambda s: s[:3] + rotation(s[3:7]) @ corners[0]
 
 
-EQUATIONS = {"line": line, "body": body}
+def centre(spec: dict[str, Any]) -> tuple[Callable, np.ndarray, Callable]:
+    """The body, with the place of its centre."""
+    rates, start, _ = body(spec)
+    return rates, start, lambda s: s[:3]
+
+
+EQUATIONS = {"line": line, "body": body, "centre": centre}
 
 
 def tight(work: str, spec: dict[str, Any], rtol: float) -> np.ndarray:

@@ -47,6 +47,8 @@ BODY = {
     "gravity": G,
     "samples": [0.0, 1.0, 2.0],
 }
+#: The same body with masses from 1.5 to 2.5 kg; the centres at the end are compared.
+VARIANTS = BODY | {"masses": [1.5 + k / 99.0 for k in range(100)], "samples": [0.0, 2.0]}
 
 WORKS: dict[str, dict[str, Any]] = {
     "cable": {
@@ -71,6 +73,15 @@ WORKS: dict[str, dict[str, Any]] = {
         "text": "2 kg on four springs of 400 N/m, released while rotating at about 1 rad/s; a corner is compared "
         "over 2 s.",
         "spec": BODY,
+        "size": 0.36,
+    },
+    "variants": {
+        "title": "100 variants of the body",
+        "text": "The body above with masses from 1.5 to 2.5 kg, each for 2 s; the centres at the end are compared. "
+        "evolvent: `simulate_many`, whose time includes the building of every variant, its checks and the values that "
+        "are kept. MuJoCo: `mujoco.rollout` with its pool of threads, models compiled beforehand (in the total). A "
+        "step is one of one variant.",
+        "spec": VARIANTS,
         "size": 0.36,
     },
 }
@@ -145,6 +156,19 @@ WAYS: list[dict[str, Any]] = [
             ("mujoco", "Euler (its default)", {"integrator": "Euler"}),
             ("scipy", "the same equations in NumPy, RK45 with a fixed step", {}),
         )
+    ),
+    *(
+        {
+            "work": "variants",
+            "program": program,
+            "label": f"{label}, {threads} {'threads' if threads > 1 else 'thread'}",
+            "reference": "variants",
+            "options": {"threads": threads},
+            "steps": [1e-3, 5e-4],
+            "large": [],
+        }
+        for threads in (1, 2)
+        for program, label in (("evolvent", "simulate_many, RK4"), ("mujoco", "rollout, RK4"))
     ),
 ]
 
@@ -254,4 +278,7 @@ def references() -> dict[str, dict[str, Any]]:
             "sure": float(np.abs(tight - tighter).max()),
             "text": "the same equations under SciPy's DOP853 at 1e-12",
         }
+    tight, tighter = (np.array([with_scipy.tight("centre", VARIANTS | {"mass": mass}, rtol)[0] for mass in
+                                VARIANTS["masses"]]) for rtol in (1e-10, 1e-12))  # fmt: skip
+    known["variants"] = known["body"] | {"places": tighter.tolist(), "sure": float(np.abs(tight - tighter).max())}
     return known
