@@ -199,6 +199,19 @@ def test_files_keep_a_model(model: ReducedModel, tmp_path: pathlib.Path, ending:
         assert np.array_equal(kept, given) if isinstance(given, np.ndarray) else kept == given
 
 
+def test_results_are_those_of_the_file_that_was_read(model: ReducedModel, tmp_path: pathlib.Path) -> None:
+    """A file that changes or goes after the assembly changes no result, and the next run reads it."""
+    path = tmp_path / "beam.npz"
+    write_model(str(path), model)
+    system = clamped(str(path))
+    first = system.modes(count=2).frequency_hz
+    run = system.simulate(until=1e-3, every=1e-3, method="generalized-alpha", step=1e-3)
+    write_model(str(path), dataclasses.replace(model, stiffness=4.0 * model.stiffness))
+    assert system.modes(count=2).frequency_hz == pytest.approx(2.0 * first, rel=1e-9)
+    path.unlink()
+    assert run["beam"]["displacement"].shape == (2, 2, 3)
+
+
 def test_units_of_a_file(model: ReducedModel, tmp_path: pathlib.Path) -> None:
     """A file in millimetres and tonnes (with newtons) holds the same body."""
     path = str(tmp_path / "beam.npz")

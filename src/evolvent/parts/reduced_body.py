@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 import os
 from typing import Any, Literal
 
 import numpy as np
+from pydantic import PrivateAttr
 
 from evolvent.assembly.assembled import Pose
 from evolvent.assembly.builder import Builder
@@ -25,6 +27,14 @@ from evolvent.parts.joint import Side, add_row
 
 #: Rotations of a node: the axes of frame and node whose product it changes, its axis, and the sign.
 _TURNS = ((0, 1, 2, -1.0), (0, 2, 1, 1.0), (1, 2, 0, -1.0))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Read:
+    """A file's model, and in mean axes."""
+
+    model: ReducedModel
+    axes: MeanAxes
 
 
 class ReducedBody(Part):
@@ -81,24 +91,32 @@ class ReducedBody(Part):
     velocity: units.Velocity = (0.0, 0.0, 0.0)
     angular_velocity: units.AngularVelocity = (0.0, 0.0, 0.0)
 
-    @property
-    def _changed(self) -> tuple[tuple[int, int], ...]:
-        return tuple(_changed(path) for path in (self.file, self.bulk) if path)
+    _found: _Read | None = PrivateAttr(default=None)
 
     @property
     def model(self) -> ReducedModel:
-        """The model of the file, SI units, checked."""
-        return _read(self.file, self.bulk, self.length_unit, self.mass_unit, self._changed)[0]
+        """The model of the file, SI units, checked; of a part of an assembled system as it was read then."""
+        return self._contents().model
 
     @property
     def axes(self) -> MeanAxes:
         """The model in mean axes."""
-        return _read(self.file, self.bulk, self.length_unit, self.mass_unit, self._changed)[1]
+        return self._contents().axes
+
+    def _contents(self) -> _Read:
+        if self._found is not None:
+            return self._found
+        changed = tuple(_changed(path) for path in (self.file, self.bulk) if path)
+        return _read(self.file, self.bulk, self.length_unit, self.mass_unit, changed)
 
     def write(self, builder: Builder, name: str) -> None:
         """Write frame and nodes into the family `bodies`, modes into `modes`, and rows that hold the nodes."""
-        model, own = self.model, self.axes
+        read = self._contents()
+        model, own = read.model, read.axes
         self._check(name, model)
+        kept = self.model_copy()  # results are those of the model that was read now
+        object.__setattr__(kept, "__pydantic_private__", {"_found": read})
+        builder.specs[name] = kept
         R = np.empty((3, 3))
         rotation_from_quaternion(*unit(self.orientation), R)
         w = product(R, np.array(self.angular_velocity))
@@ -181,9 +199,7 @@ def _changed(path: str) -> tuple[int, int]:
 
 
 @functools.lru_cache(maxsize=32)
-def _read(
-    path: str, bulk: str | None, length: float, mass: float, _: tuple[tuple[int, int], ...]
-) -> tuple[ReducedModel, MeanAxes]:
+def _read(path: str, bulk: str | None, length: float, mass: float, _: tuple[tuple[int, int], ...]) -> _Read:
     """A model and its mean axes, read and checked once for each state of the files."""
     model = read_model(path, length, mass, bulk)
-    return model, mean_axes(model, repr(path))
+    return _Read(model, mean_axes(model, repr(path)))
