@@ -97,7 +97,7 @@ class Adjoint:
         self.parameters = [
             Parameter(
                 name, change, up, down,
-                (Patch.between(model, up.model, name), Patch.between(model, down.model, name)),
+                (Patch.between(base, up, name), Patch.between(base, down, name)),
                 (stops_of(up, plans[0].times), stops_of(down, plans[0].times)),
                 np.zeros(self.n_u, dtype=bool),
             )
