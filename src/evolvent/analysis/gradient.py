@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.base.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels.blocks import displace
 from evolvent.results.kept import Kept, kept_of, reduce, split
-from evolvent.solvers.adjoint import Adjoint, OtherEquations
+from evolvent.solvers.adjoint import Adjoint
 from evolvent.solvers.laws import law_failure
 
 if TYPE_CHECKING:
@@ -44,8 +44,8 @@ class Gradient:
 
 def gradient(
     assembly: Assembly, make: Callable[[], Any], keys: Sequence[tuple[str, float, Assembly, Assembly]],
-    together: Callable[[Mapping[int, float]], Assembly], names: Sequence[str], read: Callable[[Solution], tuple[Kept, Array]],
-    progress: Callable[[float], None] | None,
+    together: Callable[[Mapping[int, float]], Assembly], names: Sequence[str],
+    read: Callable[[Solution], tuple[Kept, Array]], progress: Callable[[float], None] | None,
 ) -> Gradient:  # fmt: skip
     """Run, and find derivatives of values by keys.
 
@@ -66,11 +66,7 @@ def gradient(
 
     adjoint = Adjoint(make, keys)
     try:
-        try:
-            status, message = adjoint.run(progress)
-        except OtherEquations:
-            adjoint = Adjoint(make, keys, grouped=False)
-            status, message = adjoint.run(progress)
+        status, message = adjoint.run(progress)
     except EvolventError:
         raise
     except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)

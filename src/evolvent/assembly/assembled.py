@@ -40,8 +40,8 @@ class Assembly:
         segments of fixed length (`evolvent.solvers.fixed_lengths`)
     shared : dict, what follows from the structure and was found for a variant of it, by name; None of a system that has
         no variants (`evolvent.assembly.variants`)
-    touched : frozenset of str, arrays of the model in which it may differ from the first one of its variants; None where
-        that is not known
+    touched : frozenset of str, arrays of the model in which it may differ from the first of its variants; None where it
+        is not known
     """
 
     model: mdl.Model

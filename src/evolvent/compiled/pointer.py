@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import ctypes
 import itertools
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -168,8 +168,8 @@ class Struct:
                 headers[at] = copied.address if isinstance(copied, Struct) else _address(copied)
         return found
 
-    def take(self, other: Struct) -> None:
-        """Take the values of another struct, whose arrays are as large."""
+    def take(self, other: Struct, *, without: Collection[str] = ()) -> None:
+        """Take the values of another struct, whose arrays are as large, but for some attributes."""
         own: Any
         others: Any
         places: Any = self._places
@@ -180,6 +180,8 @@ class Struct:
             own, others = self.__dict__["_headers"].tolist(), other.__dict__["_headers"].tolist()
         for name, at in places.items():
             value = self.__dict__[name]
+            if name in without:
+                continue
             if isinstance(value, Struct):
                 value.take(other.__dict__[name])
             elif value.nbytes:

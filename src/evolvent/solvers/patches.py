@@ -97,3 +97,10 @@ class Patch:
             words = _words(getattr(model, key))
             same = words[at] == before
             words[at[same]] = after[same].view(np.int64)
+
+    def undo(self, model: Struct) -> None:
+        """Restore the numbers of the first model, in one that `write` has changed."""
+        for key, at, before, after in self.changes:
+            words = _words(getattr(model, key))
+            same = words[at] == after.view(np.int64)
+            words[at[same]] = before[same]
