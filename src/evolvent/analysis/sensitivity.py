@@ -127,7 +127,9 @@ def sensitivity(
     if mode not in MODES:
         raise InputError(f"mode is {mode!r}; it must be one of {', '.join(MODES)}")
     assembly, settings = _checked(system, of, settings, mode)
-    simulation.check_kept(assembly, values, method=settings["method"])
+    if not system._found.issuperset(values):
+        simulation.check_kept(assembly, values, method=settings["method"])
+        system._found.update(values)
     samples = analysis.sample_times(until, every, values=assembly.y.size)
     analysis.check_run(assembly, samples, settings.get("step"))
     if mode == "adjoint":

@@ -301,6 +301,7 @@ class Adjoint:
         n, m, lead = by_sample.shape[0], 4 * self.n_v + 1, self.lead
         now, found = np.zeros((n, m)), np.zeros((n, len(self.parameters)))
         states, move, event = np.zeros((4, lead.work.y.size)), np.zeros(self.n_v), by_event.shape[1]
+        seeded = np.flatnonzero(np.any(by_sample, axis=(0, 2)))
         change, linear, groups = np.zeros(2 * self.n_v), self._linear(), self._sides().size
         changed: tuple[Any, Any, Any] = None, None, None
         for part in reversed(self.parts):
@@ -308,21 +309,21 @@ class Adjoint:
                 if not math.isnan(part.event):
                     event -= 1
                     now[:, -1] += by_event[:, event]
-                seeds = by_sample[:, part.first : part.first + part.samples.shape[0]]
-                found += now @ part.by_parameter + np.einsum("vsi,sik->vk", seeds, part.sampled)
-                now = now @ part.by_state + np.einsum("vsi,sim->vm", seeds, part.samples)
+                seeds = by_sample[:, part.first : part.last]
+                if np.any(now) or np.any(seeds):
+                    dense = part.dense()
+                    found += now @ dense.by_parameter + np.einsum("vsi,sik->vk", seeds, dense.sampled)
+                    now = now @ dense.by_state + np.einsum("vsi,sim->vm", seeds, dense.samples)
                 continue
             tape, steps, model = part
             if changed[0] is not model:
                 changed = model, *self._changed_models(model)
             rows = np.zeros((n * groups, self.n_u))
             last = steps - 1
-            for k in range(steps - 1, -1, -1):
-                numbers, starts = tape.numbers[k], np.zeros((n, m))
-                inside = range(int(numbers[tapes.FIRST_SAMPLE]), int(numbers[tapes.END_SAMPLE]))
-                own = [sample for sample in inside if np.any(by_sample[:, sample])]
-                if not own:
-                    continue
+            of = np.searchsorted(tape.numbers[:steps, tapes.END_SAMPLE], seeded, side="right")
+            of[seeded < tape.numbers[0, tapes.FIRST_SAMPLE]] = steps
+            for k in np.unique(of[of < steps])[::-1].tolist():
+                numbers, starts, own = tape.numbers[k], np.zeros((n, m)), seeded[of == k].tolist()
                 self._pull(k + 1, last, part, changed[2], linear, now, rows)
                 h = float(numbers[tapes.LENGTH])
                 for sample in own:

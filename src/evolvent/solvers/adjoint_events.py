@@ -67,22 +67,36 @@ class Parameter:
 
 
 @dataclasses.dataclass(frozen=True)
-class Jump:
-    """A step that ends on an event, as a dense map.
+class Dense:
+    """Steps as a dense map.
 
     Attributes
     ----------
-    by_state : (m, m) float, of the state at its start, m = 4 nv + 1; by_parameter : (m, parameters) float
-    first, samples : int and (n, 2 nv, m) float, samples in the step, by the state; sampled : (n, 2 nv, parameters)
-    event : float, s, time of the event at its end, NaN of none
+    by_state : (m, m) float, of the state at the start, m = 4 nv + 1; by_parameter : (m, parameters) float
+    samples : (n, 2 nv, m) float, samples in the steps, by the state; sampled : (n, 2 nv, parameters) float
     """
 
     by_state: Array
     by_parameter: Array
-    first: int
     samples: Array
     sampled: Array
+
+
+@dataclasses.dataclass(frozen=True)
+class Jump:
+    """Steps that end on an event.
+
+    Attributes
+    ----------
+    first, last : int, samples in the steps, from the first up to the last
+    event : float, s, time of the event at their end, NaN of none
+    dense : returns them as a map
+    """
+
+    first: int
+    last: int
     event: float
+    dense: Callable[[], Dense]
 
 
 def state_of(work: Any, model: Any) -> tuple[Array, Array]:
@@ -191,7 +205,7 @@ class Jumps:
                 factored,
             )  # fmt: skip
             if found <= 0 or pace[UNLIKE]:
-                raise self._left()
+                raise self._left(float(middle.work.loop.time))
             own = [one.copy() for one in (lead.model, lead.work, middle.work, middle.matrix, factored)]
             steps.append(_Step(kind, latch, *own))
             if latch != TRIED and not (kind == EVENT and latch == NONE and code == BUDGET):  # just short of an event
@@ -201,12 +215,13 @@ class Jumps:
             if failure:
                 return code, failure, None
         event = float(lead.reached) if int(lead.work.loop.latches) > latches else math.nan
-        found = self._dense(start, steps, code == AT_RESTART, first, event)
-        if code == AT_RESTART:
+        last, restarts = int(lead.work.loop.sample), code == AT_RESTART
+        dense = functools.partial(self._dense, start, steps, restarts, first, last)
+        if restarts:
             code = BUDGET
         if code == BUDGET and int(lead.work.loop.sample) == lead.work.samples.size:
             code = DONE
-        return code, "", found
+        return code, "", Jump(first, last, event, dense)
 
     def _changes(self, model: Any, work: Any) -> tuple[list[Callable[[Any, Any, float], None]], Array]:
         """What changes a model and a workspace to a side, 1 or -1, of numbers of the start, and sizes of the changes.
@@ -268,15 +283,16 @@ class Jumps:
             found[:, j] = (sides[0] - sides[1]) / (2.0 * CHANGE)
         return found
 
-    def _left(self) -> InputError:
+    @staticmethod
+    def _left(t: float) -> InputError:
         return InputError(
-            f"the motion has no derivative at t = {self.lead.reached:.6g} s, where a neighbour does not take the step; "
+            f"the motion has no derivative at t = {t:.6g} s, where a neighbour does not take the step; "
             f"take another step"
         )
 
     def _dense(
-        self, start: tuple[Any, Any], steps: Sequence[_Step | float], restarts: bool, first: int, event: float
-    ) -> Jump:  # fmt: skip
+        self, start: tuple[Any, Any], steps: Sequence[_Step | float], restarts: bool, first: int, last: int
+    ) -> Dense:  # fmt: skip
         """The steps as a map, by neighbours that take them one after another.
 
         Parameters
@@ -284,9 +300,9 @@ class Jumps:
         start : Model and Workspace with which the steps start
         steps : steps, and factors by which the length is divided between them
         restarts : bool, whether the run starts again behind them
-        first : int, first sample in the steps; event : as of `Jump`
+        first, last : as of `Jump`
         """
-        n_v, m, last = self.n_v, 4 * self.n_v + 1, int(self.lead.work.loop.sample)
+        n_v, m = self.n_v, 4 * self.n_v + 1
         changes, sizes = self._changes(*start)
         model, work = (one.copy() for one in start)
         found, samples = np.zeros((sizes.size, m)), np.zeros((sizes.size, last - first, 2 * n_v))
@@ -303,7 +319,7 @@ class Jumps:
             for n in range(last - first):
                 samples[k, n] = between(above[n], below[n], model) * (0.5 / size)
         found, sampled = found.T, np.moveaxis(samples, 0, 2)
-        return Jump(found[:, :m], found[:, m:], first, sampled[..., :m], sampled[..., m:], event)
+        return Dense(found[:, :m], found[:, m:], sampled[..., :m], sampled[..., m:])
 
     def _take_beside(self, model: Any, work: Any, steps: Sequence[_Step | float], restarts: bool) -> None:
         """Have a neighbour take the steps of the run."""
@@ -318,8 +334,8 @@ class Jumps:
                 one.kind, one.latch, False, one.model, one.work, one.middle, model, one.matrix, work, pace, one.factored
             )
             if found <= 0 or pace[UNLIKE]:
-                raise self._left()
+                raise self._left(float(work.loop.time))
         if restarts:
             after = float(work.loop.time) + max(1e-9 * float(work.loop.last), 20.0 * float(work.options.smallest))
             if implicit_loop.restart(after, model, self.room, work) != DONE:
-                raise InputError(f"a neighbour does not start again at t = {self.lead.reached:.6g} s")
+                raise InputError(f"a neighbour does not start again at t = {after:.6g} s")

@@ -252,23 +252,32 @@ def _transpose(K, C, M, c_mass, matrix):
 
 
 @inlined
-def _multiply(values, matrix, x, out):
-    """Product of the transpose of a matrix, given by its values, with x, by unknowns."""
-    table, later, unknown = matrix.table, matrix.later, matrix.unknown
-    for i in range(out.size):
-        out[i] = 0.0
+def _multiply(linear, matrix, x, out):
+    """Products of the transposes of K, C and M with x, by unknowns."""
+    table, later, unknown, K, C, M = matrix.table, matrix.later, matrix.unknown, linear.K, linear.C, linear.M
+    for i in range(x.size):
+        out[0, i] = out[1, i] = out[2, i] = 0.0
     for b in range(table.shape[0]):
         m, w, at, start = table[b, SIZE], table[b, WIDTH], table[b, AT], table[b, START]
-        for r in range(m):
-            i = unknown[start + r]
-            for c in range(m):
-                out[unknown[start + c]] += values[at + r * m + c] * x[i]
-            for k in range(table[b, FIRST], table[b, FIRST] + table[b, COUNT]):
-                first, column = table[later[k, BLOCK], START], later[k, COLUMN]
-                for c in range(table[later[k, BLOCK], SIZE]):
+        for c in range(m):
+            k, d, e = 0.0, 0.0, 0.0
+            for r in range(m):
+                entry, xr = at + r * m + c, x[unknown[start + r]]
+                k, d, e = k + K[entry] * xr, d + C[entry] * xr, e + M[entry] * xr
+            j = unknown[start + c]
+            out[0, j], out[1, j], out[2, j] = out[0, j] + k, out[1, j] + d, out[2, j] + e
+        for p in range(table[b, FIRST], table[b, FIRST] + table[b, COUNT]):
+            first, column = table[later[p, BLOCK], START], later[p, COLUMN]
+            for r in range(m):
+                i = unknown[start + r]
+                xi, k, d, e = x[i], 0.0, 0.0, 0.0
+                for c in range(table[later[p, BLOCK], SIZE]):
                     j, entry = unknown[first + c], at + m * m + r * w + column + c
-                    out[j] += values[entry] * x[i]
-                    out[i] += values[entry + m * w] * x[j]
+                    out[0, j], out[1, j] = out[0, j] + K[entry] * xi, out[1, j] + C[entry] * xi
+                    out[2, j] += M[entry] * xi
+                    entry += m * w
+                    k, d, e = k + K[entry] * x[j], d + C[entry] * x[j], e + M[entry] * x[j]
+                out[0, i], out[1, i], out[2, i] = out[0, i] + k, out[1, i] + d, out[2, i] + e
 
 
 @inlined
@@ -333,9 +342,7 @@ def _solve_transposed(dq, c_mass, linear, matrix, model):
         for i in range(size):
             W[i] += r[i]
             change, largest = max(change, abs(r[i])), max(largest, abs(W[i]))
-        _multiply(linear.K, matrix, W, parts[0])
-        _multiply(linear.C, matrix, W, parts[1])
-        _multiply(linear.M, matrix, W, parts[2])
+        _multiply(linear, matrix, W, parts)
         if not turns or not change > CONVERGED * largest:
             return True
         _turn_transposed(dq, False, model, parts[0], turned)
