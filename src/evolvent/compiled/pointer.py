@@ -170,6 +170,11 @@ class Struct:
 
     def take(self, other: Struct, *, without: Collection[str] = ()) -> None:
         """Take the values of another struct, whose arrays are as large, but for some attributes."""
+        for to, of, size in self.moves(other, without=without):
+            ctypes.memmove(to, of, size)
+
+    def moves(self, other: Struct, *, without: Collection[str] = ()) -> list[tuple[int, int, int]]:
+        """Address, address in another struct, and bytes of what `take` copies, to do so many times."""
         own: Any
         others: Any
         places: Any = self._places
@@ -178,14 +183,16 @@ class Struct:
             places = {name: name for name in self._places}
         else:
             own, others = self.__dict__["_headers"].tolist(), other.__dict__["_headers"].tolist()
+        found = []
         for name, at in places.items():
             value = self.__dict__[name]
             if name in without:
                 continue
             if isinstance(value, Struct):
-                value.take(other.__dict__[name])
+                found += value.moves(other.__dict__[name])
             elif value.nbytes:
-                ctypes.memmove(own[at], others[at], value.nbytes)
+                found.append((own[at], others[at], value.nbytes))
+        return found
 
 
 def _rebuild(kind: type[Struct], values: dict[str, Any]) -> Any:

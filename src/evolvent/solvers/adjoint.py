@@ -6,6 +6,7 @@ or the end of the run are found by neighbours that take them from states and par
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -30,14 +31,14 @@ from evolvent.solvers.implicit_state import BUDGET, DONE, SAMPLED, STOPPED
 from evolvent.solvers.messages import reason
 from evolvent.solvers.patches import Patch
 from evolvent.solvers.steps_beside import TOGETHER, step_beside, take_step
-from evolvent.solvers.tape import FULL, KIND, LANDS, LATCH, SEARCHES, SHIFTED, STEPS, Linear, Tape
+from evolvent.solvers.tape import FULL, KIND, LANDS, LATCH, SEARCHES, SHIFTED, STEPS, TIMED, Linear, Tape
 
 Array = np.ndarray
 #: Steps of a tape, and bytes of all at most.
 STEPS_OF_TAPE, MOST_BYTES = 256, 4e9
-#: States that are tried for the equations that a parameter changes, and difference of the changes to both sides beside
-#: them below which these are as large: one side is then evaluated alone.
-TRIALS, EVEN = 3, 1e-8
+#: States that are tried for the equations that a parameter changes; difference of the changes to both sides beside
+#: them, and round-off of the equations, below which they are as large: one side is then evaluated alone.
+TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
 #: Families that are supported: their tangents are exact, and nothing in their records goes on from step to step.
 SUPPORTED = (
     "bodies", "points", "springs", "links", "guides", "beams", "joints", "coordinates", "loads", "beam_loads",
@@ -61,6 +62,18 @@ def check(method: str, model: Any) -> None:
             raise InputError(f"the adjoint does not support {name}, which the system has; take mode 'forward'")
     if np.any(model.coordinates["friction"] > 0.0):
         raise InputError("joints have friction, which the adjoint does not support; take mode 'forward'")
+
+
+def depends_on_time(model: Any) -> bool:
+    """Whether forces or constraints are functions of time, of the families that are supported."""
+    moved = [
+        model.bodies["path"],
+        model.bodies["rate"],
+        model.joints["path"],
+        model.joints["law"],
+        model.springs["law"],
+    ]
+    return model.loads.size + model.beam_loads.size > 0 or any(bool(np.any(field)) for field in moved)
 
 
 class OtherEquations(Exception):
@@ -123,7 +136,7 @@ class Adjoint:
         self.jumps = Jumps(self.lead, self.middle, self.room, self.parameters)
         self.parts: list[tuple[Tape, int, Any] | Jump] = []
         self.bytes = 0
-        self.shifted = False
+        self.shifted, self.timed = False, depends_on_time(model)
         self.begins = np.zeros((4 * self.n_v + 1, len(self.parameters)))
 
     # -------------------------------------------------------------------------------------------- forwards
@@ -176,7 +189,7 @@ class Adjoint:
     def _new_tape(self) -> Tape:
         n, work = STEPS_OF_TAPE, self.lead.work
         counts = np.zeros(tapes.N_COUNTS, dtype=np.int64)
-        counts[SHIFTED] = self.shifted
+        counts[SHIFTED], counts[TIMED] = self.shifted, self.shifted and self.timed
         return Tape(
             counts=counts, numbers=np.zeros((n, tapes.N_NUMBERS)), y0=np.zeros((n, work.y.size)),
             y1=np.zeros((n, work.y.size)), dq=np.zeros((n, self.n_v)), a=np.zeros((n, self.n_v)),
@@ -200,11 +213,12 @@ class Adjoint:
     def _begin_neighbours(self, model: Any, work: Any) -> None:
         """Derivatives of the start by the parameters."""
         own, start = model.copy(), work.copy()
+        moves = own.moves(model) + start.moves(work, without=SAMPLED)
         for k, one in enumerate(self.parameters):
             sides = []
             for patch, assembly in zip(one.patches, (one.up, one.down), strict=True):
-                own.take(model)
-                start.take(work, without=SAMPLED)
+                for move in moves:
+                    ctypes.memmove(*move)
                 patch.write(own)
                 start.y[:] = assembly.y
                 if implicit_loop.begin(own, self.room, start) != DONE:
@@ -220,7 +234,7 @@ class Adjoint:
         for _ in range(TRIALS):
             y, size = work.y.copy(), 1e-2 * work.weight[: self.n_v]
             displace(work.y, size * rng.uniform(-1, 1, self.n_v), False, self.lead.model, y)
-            y[n_q : n_q + self.n_v] += size * rng.uniform(-1, 1, self.n_v) / float(work.options.span)
+            y[n_q : n_q + self.n_v] += 1e2 * size * rng.uniform(-1, 1, self.n_v) / float(work.options.span)
             a, la = rng.uniform(-1, 1, self.n_v), rng.uniform(-1, 1, work.la.size)
             residual(t, y, a, la, 0.0, 1.0, model, r, powers)
             middle = r.copy()
@@ -233,7 +247,8 @@ class Adjoint:
                     sides.append(r.copy())
                 up, down = sides[0] - middle, middle - sides[1]
                 one.rows |= sides[0] != sides[1]
-                one.is_linear &= bool(np.all(np.abs(up - down) <= EVEN * np.abs(up).max(initial=0.0)))
+                same = EVEN * np.abs(up).max(initial=0.0) + ROUND_OFF * np.abs(middle).max(initial=0.0)
+                one.is_linear &= bool(np.all(np.abs(up - down) <= same))
         taken: list[tuple[bool, Array]] = []
         for one in self.parameters:
             if not np.any(one.rows):

@@ -6,6 +6,7 @@ those of sensitivities do (`evolvent.solvers.steps_beside`).
 
 from __future__ import annotations
 
+import ctypes
 import dataclasses
 import functools
 import math
@@ -101,19 +102,19 @@ class Jump:
 
 def state_of(work: Any, model: Any) -> tuple[Array, Array]:
     """The state of a workspace, and (v, a, d, time)."""
-    n_q, n_v = int(model.info.nq), int(model.info.nv)
-    return work.y.copy(), np.concatenate([work.y[n_q : n_q + n_v], work.a1, work.dv1, [work.loop.time]])
+    n_q, n_v = int(model.info["nq"]), work.a1.size
+    return work.y.copy(), np.concatenate([work.y[n_q : n_q + n_v], work.a1, work.dv1, [work.loop["time"]]])
 
 
 def difference(up: tuple[Array, Array], down: tuple[Array, Array], factor: float, model: Any) -> Array:
     """Difference of two states of `state_of`, in coordinates of the state, times a factor: (4 nv + 1,)."""
-    n_v = int(model.info.nv)
+    n_v = int(model.info["nv"])
     return factor * np.concatenate([between(up[0], down[0], model)[:n_v], up[1] - down[1]])
 
 
 def between(up: Array, down: Array, model: Any) -> Array:
     """Change of the coordinates and rates from one state to another near it, (2 nv,)."""
-    found = np.empty(2 * int(model.info.nv))
+    found = np.empty(2 * int(model.info["nv"]))
     tapes.change_of(up - down, down, model, found)
     return found
 
@@ -305,12 +306,13 @@ class Jumps:
         n_v, m = self.n_v, 4 * self.n_v + 1
         changes, sizes = self._changes(*start)
         model, work = (one.copy() for one in start)
+        moves = model.moves(start[0]) + work.moves(start[1], without=SAMPLED)
         found, samples = np.zeros((sizes.size, m)), np.zeros((sizes.size, last - first, 2 * n_v))
         for k, (change, size) in enumerate(zip(changes, sizes, strict=True)):
             ends = []
             for side in (1.0, -1.0):
-                model.take(start[0])
-                work.take(start[1], without=SAMPLED)
+                for move in moves:
+                    ctypes.memmove(*move)
                 change(model, work, side)
                 self._take_beside(model, work, steps, restarts)
                 ends.append((state_of(work, model), work.out_y[first:last].copy()))
@@ -336,6 +338,7 @@ class Jumps:
             if found <= 0 or pace[UNLIKE]:
                 raise self._left(float(work.loop.time))
         if restarts:
-            after = float(work.loop.time) + max(1e-9 * float(work.loop.last), 20.0 * float(work.options.smallest))
+            loop = work.loop
+            after = float(loop["time"] + max(1e-9 * loop["last"], 20.0 * work.options["smallest"]))
             if implicit_loop.restart(after, model, self.room, work) != DONE:
                 raise InputError(f"a neighbour does not start again at t = {after:.6g} s")

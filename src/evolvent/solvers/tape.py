@@ -41,9 +41,9 @@ _I = types.int64
 #: Numbers of a step in `Tape.numbers`: time and length, part of the algorithmic accelerations that it starts from,
 #: scale of the constraints, and its samples, from the first up to another one.
 TIME, LENGTH, PART, SCALE, FIRST_SAMPLE, END_SAMPLE, N_NUMBERS = range(7)
-#: `Tape.counts`: steps that are kept, whether the time of the steps depends on the parameters, kind and latch of the
-#: last step (`steps_beside.step_beside`).
-STEPS, SHIFTED, KIND, LATCH, N_COUNTS = range(5)
+#: `Tape.counts`: steps that are kept, whether the time of the steps depends on the parameters, and forces on that time;
+#: kind and latch of the last step (`steps_beside.step_beside`).
+STEPS, SHIFTED, TIMED, KIND, LATCH, N_COUNTS = range(6)
 #: Status of a tape that is full, before a step to a given time, and behind a step that is taken back to end on an
 #: event.
 FULL, LANDS, SEARCHES = 11, 12, 13
@@ -197,7 +197,7 @@ def _differentiate(n, model, models, work, tape, room, linear):
                 rows[g, i] = linear.r[i] if side == 0 else 0.5 * (rows[g, i] - linear.r[i])
     for i in range(size):
         rows[groups, i] = 0.0
-    if tape.counts[SHIFTED] != 0:
+    if tape.counts[TIMED] != 0:
         for side in (1.0, -1.0):
             _evaluate(t + side * SHIFT * h, n, model, work, tape, linear)
             for i in range(size):
