@@ -122,7 +122,7 @@ def test_a_point_mass_varies_in_the_model_that_is_there() -> None:
     found = heavier.assemble()
     assert first._variants is not None
     assert (first._variants.fast, first._variants.whole) == (1, 1)
-    assert found.touched == {"points", "blocks", "G"}
+    assert found.touched == frozenset({"points", "blocks", "G"})
     assert dict(arrays(found))["G"].tobytes() == dict(arrays(rebuilt(heavier).assemble()))["G"].tobytes()
 
 
