@@ -66,7 +66,7 @@ def rebuilt(system: System) -> System:
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_every_number_may_vary(name: str) -> None:
     system = CASES[name]().system() if name in CASES else evolvent.load(name)
-    system.with_values({}).assemble()  # the one that is there
+    first = dict(arrays(system.with_values({}).assemble()))  # the one that is there
     keys = [found for part in system.parts for found in numbers(system.parts[part], part)]
     for key, value in keys[:: 1 + len(keys) // MOST]:
         for factor in (1.01, -1.0):
@@ -85,6 +85,8 @@ def test_every_number_may_vary(name: str) -> None:
             assert fast.parts == whole.parts
             for (field, a), (_, b) in zip(arrays(fast), arrays(whole), strict=True):
                 assert a.tobytes() == b.tobytes(), f"{key} * {factor}: {field}"
+                if fast.touched is not None and field.partition(".")[0] not in fast.touched:
+                    assert a.tobytes() == first[field].tobytes(), f"{key} * {factor} touches {field}"
 
 
 #: Keys whose values go into the model that is there, and keys that the whole assembly takes.
@@ -109,6 +111,19 @@ def test_what_is_assembled_from_the_model_that_is_there(name: str, key: str, cou
     variants = first._variants
     assert variants is not None
     assert (variants.fast, variants.whole) == counts
+
+
+def test_a_point_mass_varies_in_the_model_that_is_there() -> None:
+    system = System(gravity=(0.0, 0.0, -9.81))
+    system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "stone")
+    first = system.with_values({})
+    first.assemble()
+    heavier = system.with_values({"stone.mass": 2.0})
+    found = heavier.assemble()
+    assert first._variants is not None
+    assert (first._variants.fast, first._variants.whole) == (1, 1)
+    assert found.touched == frozenset({"points", "blocks", "G"})
+    assert dict(arrays(found))["G"].tobytes() == dict(arrays(rebuilt(heavier).assemble()))["G"].tobytes()
 
 
 def test_a_lighter_body_is_checked_against_its_spool() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.base.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels.blocks import displace
 from evolvent.results.kept import Kept, kept_of, reduce, split
-from evolvent.solvers.adjoint import Adjoint, OtherEquations
+from evolvent.solvers.adjoint import Adjoint
 from evolvent.solvers.laws import law_failure
 
 if TYPE_CHECKING:
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 Array = np.ndarray
 #: Changes of keys, beside their sizes, and of coordinates and rates at samples, beside the sizes of the unknowns.
 CHANGE, MOVE, RATE = 1e-6, 1e-5, 1e-4
+#: Keys of which each is tried alone, whether a value depends on it.
+FEW = 2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,8 +44,8 @@ class Gradient:
 
 def gradient(
     assembly: Assembly, make: Callable[[], Any], keys: Sequence[tuple[str, float, Assembly, Assembly]],
-    names: Sequence[str], read: Callable[[Solution], tuple[Kept, Array]],
-    progress: Callable[[float], None] | None,
+    together: Callable[[Mapping[int, float]], Assembly], names: Sequence[str],
+    read: Callable[[Solution], tuple[Kept, Array]], progress: Callable[[float], None] | None,
 ) -> Gradient:  # fmt: skip
     """Run, and find derivatives of values by keys.
 
@@ -51,6 +53,7 @@ def gradient(
     ----------
     make : returns a plan of the run, another one each time
     keys : name, change, and the systems with the key changed by it to both sides
+    together : returns the system with several keys, given by their numbers, changed at once
     names : of the values
     read : returns values of a solution, and as numbers
 
@@ -63,11 +66,7 @@ def gradient(
 
     adjoint = Adjoint(make, keys)
     try:
-        try:
-            status, message = adjoint.run(progress)
-        except OtherEquations:
-            adjoint = Adjoint(make, keys, grouped=False)
-            status, message = adjoint.run(progress)
+        status, message = adjoint.run(progress)
     except EvolventError:
         raise
     except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
@@ -80,7 +79,7 @@ def gradient(
     found = adjoint.gradients(np.array([one[0] for one in seeds]), np.array([one[1] for one in seeds]))
     for k, name in enumerate(names):
         if split(name)[1]:
-            found[k] += _own_change(solution, name, keys)
+            found[k] += _own_change(solution, name, keys, together)
     return Gradient(kept, values, found, adjoint.lead.plan, solution)
 
 
@@ -104,15 +103,31 @@ def _series(solution: Solution, name: str, assembly: Assembly | None = None) -> 
     return values
 
 
-def _own_change(solution: Solution, name: str, keys: Sequence[tuple[str, float, Assembly, Assembly]]) -> Array:
-    """Derivatives of a value by keys where the states stay, (keys,)."""
+def _own_change(
+    solution: Solution, name: str, keys: Sequence[tuple[str, float, Assembly, Assembly]],
+    together: Callable[[Mapping[int, float]], Assembly],
+) -> Array:  # fmt: skip
+    """Derivatives of a value by keys where the states stay, (keys,).
+
+    Keys that leave the value as it is are found many at a time: halves of those that change it are tried in turn.
+    """
     variable, reduction = split(name)
     weights = _weights(_series(solution, variable), solution.t, reduction)
     samples = np.flatnonzero(weights)
     chosen, found = solution.chosen(np.append([0], samples)), np.zeros(len(keys))
-    for j, (_, change, up, down) in enumerate(keys):
-        sides = [weights[samples] @ _series(chosen, variable, one)[1:] for one in (up, down)]
-        found[j] = (sides[0] - sides[1]) / (2.0 * change)
+    values, shares = _series(chosen, variable), np.random.default_rng(0).uniform(0.5, 1.0, len(keys))
+    tried = [list(range(len(keys)))]
+    while tried:
+        some = tried.pop()
+        if len(some) > FEW:
+            one = together({j: float(shares[j]) * keys[j][1] for j in some})
+            if not np.array_equal(_series(chosen, variable, one), values):
+                tried += [some[: len(some) // 2], some[len(some) // 2 :]]
+            continue
+        for j in some:
+            _, change, up, down = keys[j]
+            sides = [weights[samples] @ _series(chosen, variable, one)[1:] for one in (up, down)]
+            found[j] = (sides[0] - sides[1]) / (2.0 * change)
     return found
 
 

@@ -127,7 +127,9 @@ def sensitivity(
     if mode not in MODES:
         raise InputError(f"mode is {mode!r}; it must be one of {', '.join(MODES)}")
     assembly, settings = _checked(system, of, settings, mode)
-    simulation.check_kept(assembly, values, method=settings["method"])
+    if not system._found.issuperset(values):
+        simulation.check_kept(assembly, values, method=settings["method"])
+        system._found.update(values)
     samples = analysis.sample_times(until, every, values=assembly.y.size)
     analysis.check_run(assembly, samples, settings.get("step"))
     if mode == "adjoint":
@@ -155,8 +157,12 @@ def _by_adjoint(
 
     change = gradient.CHANGE
     keys = [(key.name, change * key.size, _changed(system, key, change), _changed(system, key, -change)) for key in of]
+
+    def together(changes: Mapping[int, float]) -> Assembly:
+        return system.with_values({of[k].name: of[k].value + d for k, d in changes.items()})._assembled()
+
     found = gradient.gradient(
-        assembly, lambda: analysis.plan(assembly, samples, **settings)[0], keys, values, read, progress
+        assembly, lambda: analysis.plan(assembly, samples, **settings)[0], keys, together, values, read, progress
     )
     attrs = {"change": change, "mode": "adjoint"}
     return _table(found.kept, values, of, found.values, found.derivative, found.plan, attrs, warning_of(found.solution))
@@ -203,7 +209,7 @@ def _checked(system: System, of: Sequence[Key], settings: dict[str, Any], mode: 
 
     if len(of) > MOST and mode == "forward":
         raise InputError(f"there are {len(of)} keys, of at most {MOST} in a call; take mode 'adjoint'")
-    assembly = system.assemble()
+    assembly = system._assembled()
     method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
     check(assembly, method)
     return assembly, settings | {"method": method}
@@ -256,7 +262,7 @@ def _names(what: str, given: Any) -> list[str]:
 def _changed(system: System, key: Key, side: float) -> Assembly:
     """The system with a key changed to one side, assembled."""
     try:
-        return system.with_values({key.name: key.value + side * key.size}).assemble()
+        return system.with_values({key.name: key.value + side * key.size})._assembled()
     except InputError as error:
         raise InputError(
             f"a derivative by {key.name!r}, which is {key.value:g} {key.unit}, needs values on both sides: {error}"

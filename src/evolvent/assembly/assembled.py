@@ -40,6 +40,8 @@ class Assembly:
         segments of fixed length (`evolvent.solvers.fixed_lengths`)
     shared : dict, what follows from the structure and was found for a variant of it, by name; None of a system that has
         no variants (`evolvent.assembly.variants`)
+    touched : frozenset of str, arrays of the model in which it may differ from the first of its variants; None where it
+        is not known
     """
 
     model: mdl.Model
@@ -52,6 +54,7 @@ class Assembly:
     expressions: dict[int, tuple[Any, str]] = dataclasses.field(default_factory=dict)
     directions: mdl.Model | None = None
     shared: dict[str, Any] | None = None
+    touched: frozenset[str] | None = None
 
     def index(self, name: str, family: str | None = None) -> int:
         """Index of the part called `name` in its family."""

@@ -76,6 +76,20 @@ def _rows(families: Mapping[str, Array], pools: Mapping[str, Any]) -> Iterator[t
         yield RATE, -1, thruster["iv"], THRUSTER, k, 0, 0.0
 
 
+def note_inertia(family: str, row: int, model: Any) -> None:
+    """Take over the inertia of a body or a point mass whose record has changed into the blocks of its coordinates."""
+    owned = {"bodies": BODY, "points": POINT}
+    if family not in owned:
+        return
+    own, blocks = getattr(model, family)[row], model.blocks
+    for k in np.flatnonzero((blocks["family"] == owned[family]) & (blocks["owner"] == row)):
+        kind = blocks["kind"][k]
+        if kind == ROTATION:
+            blocks["inertia"][k] = np.diag(own["inertia"])
+        else:
+            blocks["inertia"][k, : _SIZES[kind]] = own["spin_inertia" if kind == ANGLE else "mass"]
+
+
 def _nodal_masses(beam: np.record, elements: Array, pools: Mapping[str, Any]) -> Array:
     """Diagonal of a beam's mass matrix, a number for each nodal vector, kg and so on."""
     vectors = NODE_VECTORS[beam["kind"]]

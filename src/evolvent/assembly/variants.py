@@ -16,7 +16,7 @@ import numpy as np
 
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly
-from evolvent.assembly.blocks import blocks_of
+from evolvent.assembly.blocks import note_inertia
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.order import in_order
 from evolvent.base.errors import InputError
@@ -27,7 +27,7 @@ OWN_FIELDS: dict[str, frozenset[str]] = {
     family: frozenset(fields.split())
     for family, fields in {
         "bodies": "mass inertia spin_inertia",
-        "points": "mass",
+        "points": "mass compliance",
         "springs": "stiffness damping length lateral_stiffness lateral_damping",
         "coordinates": "stiffness damping rest friction stick low high stop latch_stiffness latch_damping",
         "motors": "position_gain velocity_gain limit rate_limit",
@@ -169,9 +169,12 @@ class Variants:
         if self._base is None:
             model = found.model.copy()
             needs.load(model)  # finds what variants do not need either
-            kept = dataclasses.replace(found, model=model, y=found.y.copy(), s=found.s.copy(), shared={})
+            none: frozenset[str] = frozenset()
+            kept = dataclasses.replace(
+                found, model=model, y=found.y.copy(), s=found.s.copy(), shared={}, touched=none
+            )  # fmt: skip
             self._base = _Base(gravity.copy(), list(parts), builder, written, kept)
-            found.shared = kept.shared
+            found.shared, found.touched = kept.shared, none
         return found
 
 
@@ -297,18 +300,21 @@ def _changed(base: _Base, changes: list[Change], values: Mapping[int, float], pa
         return None
     model = old.model.copy()
     needs.note_alike(old.model, model)
+    touched = {change.family for change in changes} | ({"parameters"} if values else set())
     for change in changes:
         getattr(model, change.family)[change.field][change.row] = change.value
     for index, value in values.items():
         model.parameters[index] = value
     if inert:
-        families = {name: getattr(model, name) for name in base.builder.rows}
-        model.blocks[:] = blocks_of(families, base.builder.pools)
+        touched.add("blocks")
+        for change in changes:
+            note_inertia(change.family, change.row, model)
         if np.any(base.gravity):
+            touched.add("G")
             model.G[:] = 0.0
             needs.load(model, add_weight)
             add_weight(base.gravity, int(model.info.nq), model, model.G)
     return dataclasses.replace(
         old, model=model, y=old.y.copy(), s=old.s.copy(), names=dict(old.names), laws=dict(old.laws), parts=parts,
-        expressions=dict(old.expressions),
+        expressions=dict(old.expressions), touched=frozenset(touched),
     )  # fmt: skip

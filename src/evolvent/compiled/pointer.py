@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import ctypes
 import itertools
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -168,8 +168,13 @@ class Struct:
                 headers[at] = copied.address if isinstance(copied, Struct) else _address(copied)
         return found
 
-    def take(self, other: Struct) -> None:
-        """Take the values of another struct, whose arrays are as large."""
+    def take(self, other: Struct, *, without: Collection[str] = ()) -> None:
+        """Take the values of another struct, whose arrays are as large, but for some attributes."""
+        for to, of, size in self.moves(other, without=without):
+            ctypes.memmove(to, of, size)
+
+    def moves(self, other: Struct, *, without: Collection[str] = ()) -> list[tuple[int, int, int]]:
+        """Address, address in another struct, and bytes of what `take` copies, to do so many times."""
         own: Any
         others: Any
         places: Any = self._places
@@ -178,12 +183,16 @@ class Struct:
             places = {name: name for name in self._places}
         else:
             own, others = self.__dict__["_headers"].tolist(), other.__dict__["_headers"].tolist()
+        found = []
         for name, at in places.items():
             value = self.__dict__[name]
+            if name in without:
+                continue
             if isinstance(value, Struct):
-                value.take(other.__dict__[name])
+                found += value.moves(other.__dict__[name])
             elif value.nbytes:
-                ctypes.memmove(own[at], others[at], value.nbytes)
+                found.append((own[at], others[at], value.nbytes))
+        return found
 
 
 def _rebuild(kind: type[Struct], values: dict[str, Any]) -> Any:

@@ -17,7 +17,7 @@ from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import DRIVEN, add_wrench, point_kinematics
 from evolvent.kernels.rotations import turn_back
 from evolvent.kernels.sides import ON_BODY as ON_SIDE, ON_COORDINATES, add_product, add_turning, side_columns
-from evolvent.kernels.sparse import SPARSE
+from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL, family_type
 
 USED_FOR = "springs"
@@ -259,6 +259,14 @@ def spring_tangents(t, y, h, c_rate, model, matrix):
             for i in range(3):
                 for j in range(3):
                     K[i, j] += by_rate / length * n[i] * (v[j] - rate * n[j])
+        if model.markers[ma].kind == ON_POINT and model.markers[mb].kind == ON_POINT:
+            i, j = model.markers[ma].index, model.markers[mb].index
+            ra, rb = model.points[i].iv - model.info.nq, model.points[j].iv - model.info.nq
+            add_block(matrix, ra, ra, K, 0, 0, 3, 3, 1.0)
+            add_block(matrix, rb, rb, K, 0, 0, 3, 3, 1.0)
+            add_block(matrix, ra, rb, K, 0, 0, 3, 3, -1.0)
+            add_block(matrix, rb, ra, K, 0, 0, 3, 3, -1.0)
+            continue
         ra, na = marker_columns(model, ma, Ja)
         rb, nb = marker_columns(model, mb, Jb)
         add_product(matrix, ra, na, Ja, K, 0, 0, ra, na, Ja, 1.0)

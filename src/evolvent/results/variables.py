@@ -69,12 +69,11 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
     if name in root.variables:
         return root[name]
     match = _NAME.fullmatch(name)
-    known = names(run, over_time=False)
     numbered = _NUMBERED.fullmatch(name)
     if numbered is not None and numbered["variable"] in root.variables:
         return _numbered(root[numbered["variable"]], int(numbered["number"]), name)
     if match is None:
-        raise InputError(f"no variable is called {name!r}; {nearest(name, known)}")
+        raise InputError(f"no variable is called {name!r}; {nearest(name, names(run, over_time=False))}")
     part, variable = match["part"], match["variable"]
     full = f"{part}.{variable}"
     if full in root.variables:  # of `flat`
@@ -82,13 +81,13 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
     if part in root.variables and variable in ("x", "y", "z", "w") and match["axis"] is None:  # a component of the root
         return _component(root[part], name, variable)
     if part not in parts(run):
-        raise InputError(f"no variable is called {name!r}; {nearest(name, known)}")
+        raise InputError(f"no variable is called {name!r}; {nearest(name, names(run, over_time=False))}")
     group = group_of(run, part, inherit=True)
     if variable is None:
-        own = [k.partition(".")[2] for k in known if k.startswith(f"{part}.")]
+        own = [k.partition(".")[2] for k in names(run, over_time=False) if k.startswith(f"{part}.")]
         raise InputError(f"{name!r} is a part; give one of its variables: {', '.join(own)}")
     if variable not in group.variables:
-        raise InputError(f"no variable is called {name!r}; {nearest(full, known)}")
+        raise InputError(f"no variable is called {name!r}; {nearest(full, names(run, over_time=False))}")
     return entry(group[variable], match, name, _texts(group[variable]))
 
 

@@ -6,6 +6,7 @@ or the end of the run are found by neighbours that take them from states and par
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -25,18 +26,19 @@ from evolvent.solvers import implicit_loop, run as runs, tape as tapes
 from evolvent.solvers.adjoint_events import Jump, Jumps, Parameter, difference, state_of
 from evolvent.solvers.implicit_method import METHODS, NAME
 from evolvent.solvers.implicit_run import Run
-from evolvent.solvers.implicit_setup import matrix_of, stops_of
-from evolvent.solvers.implicit_state import BUDGET, DONE, STOPPED
+from evolvent.solvers.implicit_setup import matrix_for, stops_of
+from evolvent.solvers.implicit_state import BUDGET, DONE, SAMPLED, STOPPED
 from evolvent.solvers.messages import reason
 from evolvent.solvers.patches import Patch
 from evolvent.solvers.steps_beside import TOGETHER, step_beside, take_step
-from evolvent.solvers.tape import FULL, KIND, LANDS, LATCH, SEARCHES, SHIFTED, STEPS, Tape
+from evolvent.solvers.tape import FULL, KIND, LANDS, LATCH, SEARCHES, SHIFTED, STEPS, TIMED, Linear, Tape
 
 Array = np.ndarray
 #: Steps of a tape, and bytes of all at most.
 STEPS_OF_TAPE, MOST_BYTES = 256, 4e9
-#: States that are tried for the equations that a parameter changes.
-TRIALS = 3
+#: States that are tried for the equations that a parameter changes; difference of the changes to both sides beside
+#: them, and round-off of the equations, below which they are as large: one side is then evaluated alone.
+TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
 #: Families that are supported: their tangents are exact, and nothing in their records goes on from step to step.
 SUPPORTED = (
     "bodies", "points", "springs", "links", "guides", "beams", "joints", "coordinates", "loads", "beam_loads",
@@ -62,6 +64,18 @@ def check(method: str, model: Any) -> None:
         raise InputError("joints have friction, which the adjoint does not support; take mode 'forward'")
 
 
+def depends_on_time(model: Any) -> bool:
+    """Whether forces or constraints are functions of time, of the families that are supported."""
+    moved = [
+        model.bodies["path"],
+        model.bodies["rate"],
+        model.joints["path"],
+        model.joints["law"],
+        model.springs["law"],
+    ]
+    return model.loads.size + model.beam_loads.size > 0 or any(bool(np.any(field)) for field in moved)
+
+
 class OtherEquations(Exception):
     """A parameter changes other equations than at the start, in a group with others."""
 
@@ -73,18 +87,16 @@ class Adjoint:
     ----------
     make : returns a plan of the run, another one each time
     parameters : name, change, and the systems with the parameter changed by it to both sides
-    grouped : bool, whether parameters that change different equations are evaluated together
 
     Attributes
     ----------
     lead : Run; parameters : list of Parameter
-    parts : list of (Tape, number of steps) and Jump, in the order of time
+    parts : list of (Tape, number of steps, Model at them) and Jump, in the order of time
     begins : (m, parameters) float, derivatives of the state with which the run starts
     """
 
     def __init__(
-        self, make: Callable[[], Any], parameters: Sequence[tuple[str, float, Assembly, Assembly]], *,
-        grouped: bool = True,
+        self, make: Callable[[], Any], parameters: Sequence[tuple[str, float, Assembly, Assembly]]
     ) -> None:  # fmt: skip
         plans = [make() for _ in range(2)]
         for one in plans:
@@ -92,12 +104,12 @@ class Adjoint:
         base = plans[0].assembly
         check(plans[0].method, base.model)
         self.lead, self.middle = (Run(one) for one in plans)
-        self.room, model = matrix_of(base.model), base.model
+        self.room, self.transposed, model = matrix_for(base), matrix_for(base), base.model
         self.n_v, self.n_u = int(model.info.nv), int(model.info.nv) + model.joints.size
         self.parameters = [
             Parameter(
                 name, change, up, down,
-                (Patch.between(model, up.model, name), Patch.between(model, down.model, name)),
+                (Patch.between(base, up, name), Patch.between(base, down, name)),
                 (stops_of(up, plans[0].times), stops_of(down, plans[0].times)),
                 np.zeros(self.n_u, dtype=bool),
             )
@@ -112,6 +124,8 @@ class Adjoint:
         roots = [
             tapes.advance_keeping,
             tapes.note_start,
+            tapes.change_of,
+            tapes.find_mass,
             tapes.pull_back,
             tapes.pull_back_sample,
             take_step,
@@ -120,9 +134,9 @@ class Adjoint:
         for run in (self.lead, self.middle):
             needs.load(run.model, *roots, implicit_loop.begin, implicit_loop.restart, without=others)
         self.jumps = Jumps(self.lead, self.middle, self.room, self.parameters)
-        self.parts: list[tuple[Tape, int] | Jump] = []
-        self.bytes, self.grouped = 0, grouped
-        self.shifted = False
+        self.parts: list[tuple[Tape, int, Any] | Jump] = []
+        self.bytes = 0
+        self.shifted, self.timed = False, depends_on_time(model)
         self.begins = np.zeros((4 * self.n_v + 1, len(self.parameters)))
 
     # -------------------------------------------------------------------------------------------- forwards
@@ -134,8 +148,6 @@ class Adjoint:
         ------
         InputError
             Where the motion has no derivative.
-        OtherEquations
-            Where parameters cannot be grouped.
         """
         model, work = self.lead.model.copy(), self.lead.work.copy()
         failure = self.lead.begin()
@@ -145,12 +157,10 @@ class Adjoint:
             raise InputError("constraints are redundant, which the adjoint does not support; take mode 'forward'")
         self._begin_neighbours(model, work)
         self._group()
-        self._change_models()
         lead, tape, code = self.lead, self._new_tape(), BUDGET
+        self._at_steps = lead.model.copy()
         while code not in (DONE, STOPPED):
-            code = tapes.advance_keeping(
-                200, lead.model, lead.matrix, lead.work, tape, self.room, self._addresses
-            )  # fmt: skip
+            code = tapes.advance_keeping(200, lead.model, lead.matrix, lead.work, tape)
             searched = (BUDGET, int(tape.counts[KIND]), int(tape.counts[LATCH])) if code == SEARCHES else None
             if code in (FULL, LANDS, SEARCHES):
                 tape = self._close(tape)
@@ -165,8 +175,7 @@ class Adjoint:
                 self.parts.append(jump)
                 self.shifted = True
                 tape = self._new_tape()
-                if code not in (DONE, STOPPED):
-                    self._change_models()
+                self._at_steps = lead.model.copy()
             elif code == FULL:
                 code = BUDGET
             elif code == DONE:
@@ -178,14 +187,13 @@ class Adjoint:
         return lead.stopped() if code == STOPPED else runs.FINISHED
 
     def _new_tape(self) -> Tape:
-        n, work, groups = STEPS_OF_TAPE, self.lead.work, 1 + max((one.group for one in self.parameters), default=-1)
+        n, work = STEPS_OF_TAPE, self.lead.work
         counts = np.zeros(tapes.N_COUNTS, dtype=np.int64)
-        counts[SHIFTED] = self.shifted
-        matrices = {name: np.zeros((n, self.room.values.size)) for name in "KC"}
+        counts[SHIFTED], counts[TIMED] = self.shifted, self.shifted and self.timed
         return Tape(
             counts=counts, numbers=np.zeros((n, tapes.N_NUMBERS)), y0=np.zeros((n, work.y.size)),
-            y1=np.zeros((n, work.y.size)), dq=np.zeros((n, self.n_v)), r=np.zeros(self.n_u),
-            rows=np.zeros((n, groups + 1, self.n_u)), M=np.zeros(self.room.values.size), **matrices,
+            y1=np.zeros((n, work.y.size)), dq=np.zeros((n, self.n_v)), a=np.zeros((n, self.n_v)),
+            la=np.zeros((n, work.la.size)), switches=np.zeros((n, self.lead.model.switches.size), dtype=np.int64),
         )  # fmt: skip
 
     def _close(self, tape: Tape) -> Tape:
@@ -193,14 +201,7 @@ class Adjoint:
         steps = int(tape.counts[STEPS])
         if not steps:
             return tape
-        if self.room.counts[INNER]:
-            raise InputError("torques spread over a beam are not supported by the adjoint; take mode 'forward'")
-        outside = np.any(tape.rows[:steps] != 0.0, axis=0)
-        for one in self.parameters:
-            own = [other.rows for other in self.parameters if other.group == one.group]
-            if len(own) > 1 and np.any(outside[one.group] & ~np.any(own, axis=0)):
-                raise OtherEquations(one.name)
-        self.parts.append((tape, steps))
+        self.parts.append((tape, steps, self._at_steps))
         self.bytes += sum(value.nbytes for value in tape)
         if self.bytes > MOST_BYTES:
             raise InputError(
@@ -211,10 +212,13 @@ class Adjoint:
 
     def _begin_neighbours(self, model: Any, work: Any) -> None:
         """Derivatives of the start by the parameters."""
+        own, start = model.copy(), work.copy()
+        moves = own.moves(model) + start.moves(work, without=SAMPLED)
         for k, one in enumerate(self.parameters):
             sides = []
             for patch, assembly in zip(one.patches, (one.up, one.down), strict=True):
-                own, start = model.copy(), work.copy()
+                for move in moves:
+                    ctypes.memmove(*move)
                 patch.write(own)
                 start.y[:] = assembly.y
                 if implicit_loop.begin(own, self.room, start) != DONE:
@@ -226,43 +230,56 @@ class Adjoint:
         """Parameters that change different equations in one group, by states about the start."""
         rng, work, model = np.random.default_rng(0), self.lead.work, self.lead.model.copy()
         n_q, r, powers = int(model.info.nq), np.zeros(self.n_u), np.zeros(work.powers.shape[1])
+        t = float(self.lead.reached)
         for _ in range(TRIALS):
             y, size = work.y.copy(), 1e-2 * work.weight[: self.n_v]
             displace(work.y, size * rng.uniform(-1, 1, self.n_v), False, self.lead.model, y)
-            y[n_q : n_q + self.n_v] += size * rng.uniform(-1, 1, self.n_v) / float(work.options.span)
+            y[n_q : n_q + self.n_v] += 1e2 * size * rng.uniform(-1, 1, self.n_v) / float(work.options.span)
             a, la = rng.uniform(-1, 1, self.n_v), rng.uniform(-1, 1, work.la.size)
-            t = float(self.lead.reached)
+            residual(t, y, a, la, 0.0, 1.0, model, r, powers)
+            middle = r.copy()
             for one in self.parameters:
                 sides = []
                 for patch in one.patches:
-                    model.take(self.lead.model)
                     patch.write(model)
                     residual(t, y, a, la, 0.0, 1.0, model, r, powers)
+                    patch.undo(model)
                     sides.append(r.copy())
+                up, down = sides[0] - middle, middle - sides[1]
                 one.rows |= sides[0] != sides[1]
-        taken: list[Array] = []
+                same = EVEN * np.abs(up).max(initial=0.0) + ROUND_OFF * np.abs(middle).max(initial=0.0)
+                one.is_linear &= bool(np.all(np.abs(up - down) <= same))
+        taken: list[tuple[bool, Array]] = []
         for one in self.parameters:
-            if not self.grouped or not np.any(one.rows):
-                one.rows[:] = True
-            one.group = next((k for k, rows in enumerate(taken) if not np.any(rows & one.rows)), len(taken))
+            if not np.any(one.rows):
+                one.rows[:], one.is_linear = True, False
+            alike = (
+                k for k, (linear, rows) in enumerate(taken) if linear == one.is_linear and not any(rows & one.rows)
+            )
+            one.group = next(alike, len(taken))
             if one.group == len(taken):
-                taken.append(np.zeros(self.n_u, dtype=bool))
-            taken[one.group] |= one.rows
+                taken.append((one.is_linear, np.zeros(self.n_u, dtype=bool)))
+            taken[one.group][1][:] |= one.rows
         groups = [one.group for one in self.parameters]
         for one in self.parameters:
             if groups.count(one.group) == 1:
                 one.rows[:] = True
 
-    def _change_models(self) -> None:
-        """Models of the neighbours of each group, from that of the run."""
+    def _part(self) -> None:
+        """Each parameter in a group of its own."""
+        for k, one in enumerate(self.parameters):
+            one.group, one.rows[:] = k, True
+
+    def _changed_models(self, model: Any) -> tuple[list[Any], Any]:
+        """Models of the neighbours of each group, from that of the run, and their addresses."""
         groups = 1 + max((one.group for one in self.parameters), default=-1)
-        self._models = [self.lead.model.copy() for _ in range(2 * groups)]
+        models = [model.copy() for _ in range(2 * groups)]
         for one in self.parameters:
             for side, patch in enumerate(one.patches):
-                patch.write(self._models[2 * one.group + side])
-        self._addresses: Any = self._models
-        if not config.DISABLE_JIT:
-            self._addresses = np.array([one.address for one in self._models], dtype=np.int64)
+                patch.write(models[2 * one.group + side])
+        if config.DISABLE_JIT:
+            return models, models
+        return models, np.array([one.address for one in models], dtype=np.int64)
 
     # -------------------------------------------------------------------------------------------- backwards
 
@@ -283,52 +300,97 @@ class Adjoint:
         InputError
             Where a step has no derivative.
         """
+        try:
+            return self._gradients(by_sample, by_event)
+        except OtherEquations:
+            self._part()
+            return self._gradients(by_sample, by_event)
+
+    def _gradients(self, by_sample: Array, by_event: Array) -> Array:
+        """As `gradients`.
+
+        Raises
+        ------
+        OtherEquations
+        """
         n, m, lead = by_sample.shape[0], 4 * self.n_v + 1, self.lead
         now, found = np.zeros((n, m)), np.zeros((n, len(self.parameters)))
-        parts, vectors = np.zeros((5, self.n_u)), np.zeros((2, self.n_u))
         states, move, event = np.zeros((4, lead.work.y.size)), np.zeros(self.n_v), by_event.shape[1]
+        seeded = np.flatnonzero(np.any(by_sample, axis=(0, 2)))
+        change, linear, groups = np.zeros(2 * self.n_v), self._linear(), self._sides().size
+        changed: tuple[Any, Any, Any] = None, None, None
         for part in reversed(self.parts):
             if isinstance(part, Jump):
                 if not math.isnan(part.event):
                     event -= 1
                     now[:, -1] += by_event[:, event]
-                seeds = by_sample[:, part.first : part.first + part.samples.shape[0]]
-                found += now @ part.by_parameter + np.einsum("vsi,sik->vk", seeds, part.sampled)
-                now = now @ part.by_state + np.einsum("vsi,sim->vm", seeds, part.samples)
+                seeds = by_sample[:, part.first : part.last]
+                if np.any(now) or np.any(seeds):
+                    dense = part.dense()
+                    found += now @ dense.by_parameter + np.einsum("vsi,sik->vk", seeds, dense.sampled)
+                    now = now @ dense.by_state + np.einsum("vsi,sim->vm", seeds, dense.samples)
                 continue
-            tape, steps = part
-            rows = np.zeros((n * tape.rows.shape[1], self.n_u))
+            tape, steps, model = part
+            if changed[0] is not model:
+                changed = model, *self._changed_models(model)
+            rows = np.zeros((n * groups, self.n_u))
             last = steps - 1
-            for k in range(steps - 1, -1, -1):
-                numbers, starts = tape.numbers[k], np.zeros((n, m))
-                inside = range(int(numbers[tapes.FIRST_SAMPLE]), int(numbers[tapes.END_SAMPLE]))
-                own = [sample for sample in inside if np.any(by_sample[:, sample])]
-                if not own:
-                    continue
-                self._pull(k + 1, last, tape, now, rows, parts, vectors)
+            of = np.searchsorted(tape.numbers[:steps, tapes.END_SAMPLE], seeded, side="right")
+            of[seeded < tape.numbers[0, tapes.FIRST_SAMPLE]] = steps
+            for k in np.unique(of[of < steps])[::-1].tolist():
+                numbers, starts, own = tape.numbers[k], np.zeros((n, m)), seeded[of == k].tolist()
+                self._pull(k + 1, last, part, changed[2], linear, now, rows)
                 h = float(numbers[tapes.LENGTH])
                 for sample in own:
                     theta = (float(lead.work.samples[sample]) - float(numbers[tapes.TIME])) / h
                     for q in range(n):
                         tapes.pull_back_sample(
                             1.0 if theta > 1.0 - 1e-9 else max(theta, 0.0), h, tape.y0[k], tape.y1[k],
-                            by_sample[q, sample], lead.model, states, move, starts[q], now[q],
+                            by_sample[q, sample], lead.model, states, move, change, starts[q], now[q],
                         )  # fmt: skip
-                self._pull(k, k, tape, now, rows, parts, vectors)
+                self._pull(k, k, part, changed[2], linear, now, rows)
                 now += starts
                 last = k - 1
-            self._pull(0, last, tape, now, rows, parts, vectors)
+            self._pull(0, last, part, changed[2], linear, now, rows)
             by_group = rows.reshape(n, -1, self.n_u)
             for k, one in enumerate(self.parameters):
                 found[:, k] -= np.sum(by_group[:, one.group] * one.rows, axis=1) / one.change
+        for one in self.parameters:
+            own_rows = [other.rows for other in self.parameters if other.group == one.group]
+            if len(own_rows) > 1 and np.any((linear.changes[one.group] != 0) & ~np.any(own_rows, axis=0)):
+                raise OtherEquations(one.name)
         now[:, : 2 * self.n_v] += by_sample[:, 0]
         return found + now @ self.begins
 
-    def _pull(self, first: int, last: int, tape: Tape, now: Array, rows: Array, parts: Array, vectors: Array) -> None:
-        if last < first:
+    def _sides(self) -> Array:
+        """Neighbours that are evaluated of each group, (groups,) int."""
+        found = np.full(1 + max((one.group for one in self.parameters), default=-1), 2, dtype=np.int64)
+        for one in self.parameters:
+            if one.is_linear:
+                found[one.group] = 1
+        return found
+
+    def _linear(self) -> Linear:
+        """Room for a step as a linear map, with the mass matrix."""
+        size, sides = self.room.values.size, self._sides()
+        found = Linear(
+            K=np.zeros(size), C=np.zeros(size), M=np.zeros(size), rows=np.zeros((sides.size + 1, self.n_u)),
+            changes=np.zeros((sides.size, self.n_u), dtype=np.int64), sides=sides, r=np.zeros(self.n_u),
+            right=np.zeros(self.n_u), W=np.zeros(self.n_u), parts=np.zeros((5, self.n_u)),
+        )  # fmt: skip
+        first = next((part for part in self.parts if not isinstance(part, Jump)), None)
+        if first is not None:
+            tapes.find_mass(0, first[2], self.lead.work, first[0], self.room, found)
+            if self.room.counts[INNER]:
+                raise InputError("torques spread over a beam are not supported by the adjoint; take mode 'forward'")
+        return found
+
+    def _pull(self, first: int, last: int, part: Any, models: Any, linear: Linear, now: Array, rows: Array) -> None:
+        if last < first or not np.any(now):
             return
+        tape, _, model = part
         left = tapes.pull_back(
-            first, last, tape, self.room, self.lead.model, self.lead.work, now, rows, parts, vectors
+            first, last, tape, self.room, self.transposed, model, models, self.lead.work, linear, now, rows
         )  # fmt: skip
         if left >= 0:
             t = float(tape.numbers[left - 1, tapes.TIME])

@@ -6,20 +6,22 @@ those of sensitivities do (`evolvent.solvers.steps_beside`).
 
 from __future__ import annotations
 
+import ctypes
 import dataclasses
+import functools
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual
-from evolvent.kernels.blocks import RATE, ROTATION, displace
+from evolvent.kernels.blocks import displace
 from evolvent.solvers import implicit_loop, tape as tapes
 from evolvent.solvers.implicit_run import Run
-from evolvent.solvers.implicit_state import AT_RESTART, BUDGET, DONE, STOPPED
+from evolvent.solvers.implicit_state import AT_RESTART, BUDGET, DONE, SAMPLED, STOPPED
 from evolvent.solvers.messages import reason
 from evolvent.solvers.patches import Patch
 from evolvent.solvers.steps_beside import (
@@ -51,6 +53,7 @@ class Parameter:
     name : str; change : float, of the parameter to both sides
     up, down : Assembly, with it; patches : (2,) Patch, of the models; stops : times on which their steps land
     rows : (nv + nj,) bool, equations that it changes; group : int, of parameters that change others
+    is_linear : bool, whether they change as much to both sides
     """
 
     name: str
@@ -61,49 +64,78 @@ class Parameter:
     stops: tuple[Array, Array]
     rows: Array
     group: int = -1
+    is_linear: bool = True
 
 
 @dataclasses.dataclass(frozen=True)
-class Jump:
-    """A step that ends on an event, as a dense map.
+class Dense:
+    """Steps as a dense map.
 
     Attributes
     ----------
-    by_state : (m, m) float, of the state at its start, m = 4 nv + 1; by_parameter : (m, parameters) float
-    first, samples : int and (n, 2 nv, m) float, samples in the step, by the state; sampled : (n, 2 nv, parameters)
-    event : float, s, time of the event at its end, NaN of none
+    by_state : (m, m) float, of the state at the start, m = 4 nv + 1; by_parameter : (m, parameters) float
+    samples : (n, 2 nv, m) float, samples in the steps, by the state; sampled : (n, 2 nv, parameters) float
     """
 
     by_state: Array
     by_parameter: Array
-    first: int
     samples: Array
     sampled: Array
+
+
+@dataclasses.dataclass(frozen=True)
+class Jump:
+    """Steps that end on an event.
+
+    Attributes
+    ----------
+    first, last : int, samples in the steps, from the first up to the last
+    event : float, s, time of the event at their end, NaN of none
+    dense : returns them as a map
+    """
+
+    first: int
+    last: int
     event: float
+    dense: Callable[[], Dense]
 
 
 def state_of(work: Any, model: Any) -> tuple[Array, Array]:
     """The state of a workspace, and (v, a, d, time)."""
-    n_q, n_v = int(model.info.nq), int(model.info.nv)
-    return work.y.copy(), np.concatenate([work.y[n_q : n_q + n_v], work.a1, work.dv1, [work.loop.time]])
+    n_q, n_v = int(model.info["nq"]), work.a1.size
+    return work.y.copy(), np.concatenate([work.y[n_q : n_q + n_v], work.a1, work.dv1, [work.loop["time"]]])
 
 
 def difference(up: tuple[Array, Array], down: tuple[Array, Array], factor: float, model: Any) -> Array:
     """Difference of two states of `state_of`, in coordinates of the state, times a factor: (4 nv + 1,)."""
-    return factor * np.concatenate([between(up[0], down[0], model), up[1] - down[1]])
+    n_v = int(model.info["nv"])
+    return factor * np.concatenate([between(up[0], down[0], model)[:n_v], up[1] - down[1]])
 
 
 def between(up: Array, down: Array, model: Any) -> Array:
-    """Change of the coordinates from one state to another near it, (nv,)."""
-    blocks, n_q, found = model.blocks, int(model.info.nq), np.zeros(int(model.info.nv))
-    for kind, q, v, count in zip(blocks["kind"], blocks["iq"], blocks["iv"], blocks["count"], strict=True):
-        at = v - n_q
-        if kind == ROTATION:
-            a, b = down[q : q + 4], up[q : q + 4] - down[q : q + 4]
-            found[at : at + 3] = 2.0 * (a[0] * b[1:] - a[1:] * b[0] - np.cross(a[1:], b[1:]))
-        elif kind != RATE:
-            found[at : at + count] = up[q : q + count] - down[q : q + count]
+    """Change of the coordinates and rates from one state to another near it, (2 nv,)."""
+    found = np.empty(2 * int(model.info["nv"]))
+    tapes.change_of(up - down, down, model, found)
     return found
+
+
+class _Step(NamedTuple):
+    """A step that the run has taken or tried, and its middle: what neighbours need to take it.
+
+    Attributes
+    ----------
+    kind, latch : as of `steps_beside.step_beside`
+    model, work : of the run behind the step
+    middle, matrix, factored : of the middle
+    """
+
+    kind: int
+    latch: int
+    model: Any
+    work: Any
+    middle: Any
+    matrix: Any
+    factored: Array
 
 
 @dataclasses.dataclass(frozen=True)
@@ -152,12 +184,11 @@ class Jumps:
         middle.work.take(lead.work)
         if searched is not None:
             middle.work.loop.event_step = math.inf
-        sides, sizes = self._changed()
-        pace, factored = np.zeros((1 + len(sides), N_PACE)), np.zeros(N_FACTORED)
-        pace[:, RATIO], pace[:, SINCE] = 1.0, math.inf
+        start = middle.model.copy(), middle.work.copy()
+        pace, factored = np.zeros(N_PACE), np.zeros(N_FACTORED)
+        pace[RATIO], pace[SINCE] = 1.0, math.inf
         first, latches = int(lead.work.loop.sample), int(lead.work.loop.latches)
-        code = BUDGET
-        taken = searched
+        code, taken, steps = BUDGET, searched, list[_Step | float]()
         while True:
             step = float(lead.work.loop.step)
             code, kind, latch = taken or take_step(lead.model, lead.matrix, lead.work)
@@ -167,128 +198,147 @@ class Jumps:
             if code not in (BUDGET, DONE, STOPPED, AT_RESTART):
                 return code, reason(code, lead), None
             if latch == TRIED and not math.isfinite(lead.work.loop.event_step):
-                for _, work in [(None, middle.work), *sides]:
-                    work.loop.step *= float(lead.work.loop.step) / step
+                steps.append(float(lead.work.loop.step) / step)
+                middle.work.loop.step *= steps[-1]
                 continue
-            self._step_neighbours(kind, latch, sides, pace, factored)
+            found = step_beside(
+                kind, latch, True, lead.model, lead.work, lead.work, middle.model, middle.matrix, middle.work, pace,
+                factored,
+            )  # fmt: skip
+            if found <= 0 or pace[UNLIKE]:
+                raise self._left(float(middle.work.loop.time))
+            own = [one.copy() for one in (lead.model, lead.work, middle.work, middle.matrix, factored)]
+            steps.append(_Step(kind, latch, *own))
             if latch != TRIED and not (kind == EVENT and latch == NONE and code == BUDGET):  # just short of an event
                 break
         if code == AT_RESTART:
             failure = lead.restart() or middle.restart()
             if failure:
                 return code, failure, None
-            self._restart_neighbours(sides)
-            code = BUDGET
         event = float(lead.reached) if int(lead.work.loop.latches) > latches else math.nan
+        last, restarts = int(lead.work.loop.sample), code == AT_RESTART
+        dense = functools.partial(self._dense, start, steps, restarts, first, last)
+        if restarts:
+            code = BUDGET
         if code == BUDGET and int(lead.work.loop.sample) == lead.work.samples.size:
             code = DONE
-        return code, "", self._dense(sides, sizes, first, event)
+        return code, "", Jump(first, last, event, dense)
 
-    def _changed(self) -> tuple[list[tuple[Any, Any]], Array]:
-        """Models and workspaces from which neighbours start, to both sides, and the sizes of the changes.
+    def _changes(self, model: Any, work: Any) -> tuple[list[Callable[[Any, Any, float], None]], Array]:
+        """What changes a model and a workspace to a side, 1 or -1, of numbers of the start, and sizes of the changes.
 
         Positions are changed as far as the constraints allow, which all states at the ends of steps fit: what does not
         fit would be large rates in a short step.
         """
-        middle, n_v, n_q = self.middle, self.n_v, int(self.lead.model.info.nq)
-        h, weight = float(middle.work.loop.last), middle.work.weight[:n_v]
+        n_v, n_q = self.n_v, int(model.info.nq)
+        h, weight = float(work.loop.last), work.weight[:n_v]
         sizes = np.concatenate([CHANGE * weight, CHANGE * weight / h, CHANGE * weight / h**2, CHANGE * weight / h**2])
         sizes = np.append(sizes, CHANGE * h)
-        G = self._constraints(weight)
+        G = self._constraints(model, work)
         inverse = np.linalg.pinv(G)
         allowed = CHANGE * weight[:, None] * (np.eye(n_v) - inverse @ G)
-        found = []
-        for j in range(4 * n_v + 1):
-            for sign in (1.0, -1.0):
-                model, work = middle.model.copy(), middle.work.copy()
-                kind, at, d = j // n_v, j % n_v, sign * sizes[j]
-                if kind == 0:
-                    displace(middle.work.y, sign * np.ascontiguousarray(allowed[:, at]), False, model, work.y)
-                elif kind == 1:
-                    work.y[n_q + at] += d
-                elif kind == 2:
-                    work.a1[at] += d
-                elif kind == 3:
-                    work.dv1[at] += d
-                else:
-                    work.loop.time += d
-                found.append((model, work))
-        for one in self.parameters:
-            for patch, stops in zip(one.patches, one.stops, strict=True):
-                model, work = middle.model.copy(), middle.work.copy()
-                patch.write(model)
-                work.stops[:] = stops
-                if np.any(one.rows[n_v:]):
-                    gaps = self._gaps(model, work.y)
-                    displace(middle.work.y, -weight * (inverse @ gaps), False, model, work.y)
-                found.append((model, work))
-        for model, work in found:
-            tapes.note_start(model, work)
+
+        def number(j: int, own: Any, at: Any, side: float) -> None:
+            kind, i, d = j // n_v, j % n_v, side * sizes[j]
+            if kind == 0:
+                displace(work.y, side * np.ascontiguousarray(allowed[:, i]), False, own, at.y)
+            elif kind == 1:
+                at.y[n_q + i] += d
+            elif kind == 2:
+                at.a1[i] += d
+            elif kind == 3:
+                at.dv1[i] += d
+            else:
+                at.loop.time += d
+
+        def parameter(one: Parameter, own: Any, at: Any, side: float) -> None:
+            k = 0 if side > 0.0 else 1
+            one.patches[k].write(own)
+            at.stops[:] = one.stops[k]
+            if np.any(one.rows[n_v:]):
+                displace(work.y, -weight * (inverse @ self._gaps(own, work, at.y)), False, own, at.y)
+
+        found = [functools.partial(number, j) for j in range(4 * n_v + 1)]
+        found += [functools.partial(parameter, one) for one in self.parameters]
         return found, np.concatenate([sizes, [one.change for one in self.parameters]])
 
-    def _gaps(self, model: Any, y: Array) -> Array:
+    def _gaps(self, model: Any, work: Any, y: Array) -> Array:
         """What joints leave of their constraints in a state, (nj,); 0 of those that do not hold."""
-        work, r = self.middle.work, np.zeros(self.n_u)
+        r = np.zeros(self.n_u)
         residual(float(work.loop.time), y, work.dv1, work.la, 0.0, 1.0, model, r, np.zeros(work.powers.shape[1]))
         joints, t = model.joints, float(work.loop.time)
         held = (joints["stiffness"] <= 0.0) & (t <= joints["until"])
         return np.where(held, r[self.n_v :], 0.0)
 
-    def _constraints(self, weight: Array) -> Array:
+    def _constraints(self, base: Any, work: Any) -> Array:
         """Derivatives of the gaps by the coordinates, beside their sizes: (nj, nv)."""
-        model, y, found = self.middle.model.copy(), self.middle.work.y, np.zeros((self.n_u - self.n_v, self.n_v))
+        model, y, weight = base.copy(), work.y, work.weight[: self.n_v]
+        found = np.zeros((self.n_u - self.n_v, self.n_v))
         for j in range(self.n_v if found.size else 0):
             sides = []
             for sign in (CHANGE, -CHANGE):
                 move, state = np.zeros(self.n_v), y.copy()
                 move[j] = sign * weight[j]
                 displace(y, move, False, model, state)
-                sides.append(self._gaps(model, state))
+                sides.append(self._gaps(model, work, state))
             found[:, j] = (sides[0] - sides[1]) / (2.0 * CHANGE)
         return found
 
-    def _step_neighbours(self, kind: int, latch: int, sides: list[Any], pace: Array, factored: Array) -> None:
-        """Have the neighbours take the last step of the run."""
-        lead, middle = self.lead, self.middle
-        found = step_beside(
-            kind, latch, True, lead.model, lead.work, lead.work, middle.model, middle.matrix, middle.work, pace[0],
-            factored,
-        )  # fmt: skip
-        for k, (model, work) in enumerate(sides):
-            if found <= 0:
-                break
+    @staticmethod
+    def _left(t: float) -> InputError:
+        return InputError(
+            f"the motion has no derivative at t = {t:.6g} s, where a neighbour does not take the step; "
+            f"take another step"
+        )
+
+    def _dense(
+        self, start: tuple[Any, Any], steps: Sequence[_Step | float], restarts: bool, first: int, last: int
+    ) -> Dense:  # fmt: skip
+        """The steps as a map, by neighbours that take them one after another.
+
+        Parameters
+        ----------
+        start : Model and Workspace with which the steps start
+        steps : steps, and factors by which the length is divided between them
+        restarts : bool, whether the run starts again behind them
+        first, last : as of `Jump`
+        """
+        n_v, m = self.n_v, 4 * self.n_v + 1
+        changes, sizes = self._changes(*start)
+        model, work = (one.copy() for one in start)
+        moves = model.moves(start[0]) + work.moves(start[1], without=SAMPLED)
+        found, samples = np.zeros((sizes.size, m)), np.zeros((sizes.size, last - first, 2 * n_v))
+        for k, (change, size) in enumerate(zip(changes, sizes, strict=True)):
+            ends = []
+            for side in (1.0, -1.0):
+                for move in moves:
+                    ctypes.memmove(*move)
+                change(model, work, side)
+                self._take_beside(model, work, steps, restarts)
+                ends.append((state_of(work, model), work.out_y[first:last].copy()))
+            (up, above), (down, below) = ends
+            found[k] = difference(up, down, 0.5 / size, model)
+            for n in range(last - first):
+                samples[k, n] = between(above[n], below[n], model) * (0.5 / size)
+        found, sampled = found.T, np.moveaxis(samples, 0, 2)
+        return Dense(found[:, :m], found[:, m:], sampled[..., :m], sampled[..., m:])
+
+    def _take_beside(self, model: Any, work: Any, steps: Sequence[_Step | float], restarts: bool) -> None:
+        """Have a neighbour take the steps of the run."""
+        tapes.note_start(model, work)
+        pace = np.zeros(N_PACE)
+        pace[RATIO], pace[SINCE] = 1.0, math.inf
+        for one in steps:
+            if isinstance(one, float):
+                work.loop.step *= one
+                continue
             found = step_beside(
-                kind, latch, False, lead.model, lead.work, middle.work, model, middle.matrix, work, pace[1 + k],
-                factored,
-            )  # fmt: skip
-        if found <= 0 or np.any(pace[:, UNLIKE]):
-            raise InputError(
-                f"the motion has no derivative at t = {lead.reached:.6g} s, where a neighbour does not take the step; "
-                f"take another step"
+                one.kind, one.latch, False, one.model, one.work, one.middle, model, one.matrix, work, pace, one.factored
             )
-
-    def _restart_neighbours(self, sides: list[Any]) -> None:
-        """Start the neighbours again behind a latch, a release or a change of loads."""
-        for model, work in sides:
-            after = float(work.loop.time) + max(1e-9 * float(work.loop.last), 20.0 * float(work.options.smallest))
+            if found <= 0 or pace[UNLIKE]:
+                raise self._left(float(work.loop.time))
+        if restarts:
+            loop = work.loop
+            after = float(loop["time"] + max(1e-9 * loop["last"], 20.0 * work.options["smallest"]))
             if implicit_loop.restart(after, model, self.room, work) != DONE:
-                raise InputError(f"a neighbour does not start again at t = {self.lead.reached:.6g} s")
-
-    def _dense(self, sides: list[Any], sizes: Array, first: int, event: float) -> Jump:
-        """Differences of neighbours as a map."""
-        model, m, last = self.lead.model, 4 * self.n_v + 1, int(self.lead.work.loop.sample)
-        n_q = int(model.info.nq)
-        columns, samples = [], []
-        for k, size in enumerate(sizes):
-            (_, up), (_, down) = sides[2 * k], sides[2 * k + 1]
-            columns.append(difference(state_of(up, model), state_of(down, model), 0.5 / size, model))
-            samples.append([
-                np.concatenate([
-                    between(up.out_y[n], down.out_y[n], model),
-                    (up.out_y[n] - down.out_y[n])[n_q : n_q + self.n_v],
-                ]) * (0.5 / size)
-                for n in range(first, last)
-            ])  # fmt: skip
-        found = np.array(columns).T
-        sampled = np.moveaxis(np.array(samples).reshape(len(sizes), last - first, 2 * self.n_v), 0, 2)
-        return Jump(found[:, :m], found[:, m:], first, sampled[..., :m], sampled[..., m:], event)
+                raise InputError(f"a neighbour does not start again at t = {after:.6g} s")

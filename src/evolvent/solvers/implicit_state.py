@@ -51,6 +51,12 @@ OPTIONS = np.dtype(
 )  # fmt: skip
 
 
+#: Attributes of a workspace that samples alone are written into.
+SAMPLED = (
+    "ends", "end_times", "out_y", "out_s", "out_a", "out_la", "out_balance", "out_momenta", "out_forces", "out_points",
+)  # fmt: skip
+
+
 class Workspace(Struct):
     """What the loop carries from step to step. Of a pair, 0 is the start of the step and 1 its end.
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
 
@@ -59,11 +60,12 @@ class Patch:
     changes: tuple[tuple[str, Array, Array, Array], ...]
 
     @classmethod
-    def between(cls, base: Struct, changed: Struct, name: str) -> Patch:
-        """What differs between two models of a system.
+    def between(cls, base: Assembly, changed: Assembly, name: str) -> Patch:
+        """What differs between the models of two systems.
 
         Parameters
         ----------
+        base, changed : of variants of one system, arrays that neither of them has touched are not compared
         name : str, of the parameter, for messages
 
         Raises
@@ -72,8 +74,12 @@ class Patch:
             Where the parameter changes what the model is made of.
         """
         found = []
-        for key, value in base._asdict().items():
-            before, after = _words(value), _words(getattr(changed, key))
+        known = base.shared is not None and base.shared is changed.shared
+        both = None if not known or base.touched is None or changed.touched is None else base.touched | changed.touched
+        for key, value in base.model._asdict().items():
+            if both is not None and key not in both:
+                continue
+            before, after = _words(value), _words(getattr(changed.model, key))
             if before.size != after.size:
                 raise InputError(f"{name!r} changes what the system is made of, by which there is no derivative")
             at = np.flatnonzero(before != after)
@@ -91,3 +97,10 @@ class Patch:
             words = _words(getattr(model, key))
             same = words[at] == before
             words[at[same]] = after[same].view(np.int64)
+
+    def undo(self, model: Struct) -> None:
+        """Restore the numbers of the first model, in one that `write` has changed."""
+        for key, at, before, after in self.changes:
+            words = _words(getattr(model, key))
+            same = words[at] == after.view(np.int64)
+            words[at[same]] = before[same]

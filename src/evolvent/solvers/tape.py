@@ -9,8 +9,8 @@ change u of its increments but for the turns::
     e1 = T u + E e0,   v1 = r u + ...,   a1 = u/(beta h^2) + ...,   d1 = c u + ...          T = Jr(dq), E = exp(-dq)
     K e1 + C v1 + M d1 + G^T mu + R_p dp = 0,   G e1 + g_p dp = 0                           r, c: `alpha.rates`
 
-K, C and M are kept, with R_p of each parameter. Backwards, with the derivatives (x, y, z, w) of a value by z1, the
-transposed equations have one solution W for all parameters::
+The states are kept, from which K, C, M and R_p of each parameter follow. Backwards, with the derivatives
+(x, y, z, w) of a value by z1, the transposed equations have one solution W for all parameters::
 
     (K T + r C + c M)^T W = T^T x + r y + z/(beta h^2) + c w,        dvalue -= W^T R_p dp
 
@@ -41,9 +41,9 @@ _I = types.int64
 #: Numbers of a step in `Tape.numbers`: time and length, part of the algorithmic accelerations that it starts from,
 #: scale of the constraints, and its samples, from the first up to another one.
 TIME, LENGTH, PART, SCALE, FIRST_SAMPLE, END_SAMPLE, N_NUMBERS = range(7)
-#: `Tape.counts`: steps that are kept, whether the time of the steps depends on the parameters, kind and latch of the
-#: last step (`steps_beside.step_beside`).
-STEPS, SHIFTED, KIND, LATCH, N_COUNTS = range(5)
+#: `Tape.counts`: steps that are kept, whether the time of the steps depends on the parameters, and forces on that time;
+#: kind and latch of the last step (`steps_beside.step_beside`).
+STEPS, SHIFTED, TIMED, KIND, LATCH, N_COUNTS = range(6)
 #: Status of a tape that is full, before a step to a given time, and behind a step that is taken back to end on an
 #: event.
 FULL, LANDS, SEARCHES = 11, 12, 13
@@ -61,11 +61,8 @@ class Tape(Struct):
     ----------
     counts : (N_COUNTS,) int; numbers : (n, N_NUMBERS) float
     y0, y1 : (n, ny) float, states at the ends; dq : (n, nv) float, increments
-    K, C : (n, nz) float, values of the matrices, C times r, constraints times their scale
-    M : (nz,) float, values of the mass matrix, which is constant
-    rows : (n, parameters + 1, nv + nj) float, half the differences of the residuals of neighbours of each group of
-        parameters, and the derivative by the time last
-    r : (nv + nj,) float, scratch
+    a : (n, nv) float, true accelerations at the end; la : (n, nj) float, multipliers there
+    switches : (n, ns) int, with which the step was solved
     """
 
     counts: np.ndarray = array(1, np.int64)
@@ -73,34 +70,40 @@ class Tape(Struct):
     y0: np.ndarray = array(2)
     y1: np.ndarray = array(2)
     dq: np.ndarray = array(2)
-    K: np.ndarray = array(2)
-    C: np.ndarray = array(2)
+    a: np.ndarray = array(2)
+    la: np.ndarray = array(2)
+    switches: np.ndarray = array(2, np.int64)
+
+
+class Linear(Struct):
+    """A step as a linear map, and scratch memory.
+
+    Attributes
+    ----------
+    K, C, M : (nz,) float, values of the matrices: C times `alpha.rates`, constraints times their scale
+    rows : (groups + 1, nv + nj) float, the residual of neighbours of each group of parameters less that of the run, or
+        half the difference of both sides; and the derivative by the time last
+    changes : (groups, nv + nj) int, 1 where rows have been other than 0
+    sides : (groups,) int, how many neighbours are evaluated
+    r, right, W : (nv + nj,) float; parts : (5, nv + nj) float
+    """
+
+    K: np.ndarray = array(1)
+    C: np.ndarray = array(1)
     M: np.ndarray = array(1)
-    rows: np.ndarray = array(3)
+    rows: np.ndarray = array(2)
+    changes: np.ndarray = array(2, np.int64)
+    sides: np.ndarray = array(1, np.int64)
     r: np.ndarray = array(1)
+    right: np.ndarray = array(1)
+    W: np.ndarray = array(1)
+    parts: np.ndarray = array(2)
 
 
-TAPE = Tape._numba_type_
+TAPE, LINEAR = Tape._numba_type_, Linear._numba_type_
 
 
 # ------------------------------------------------------------------------------------------------ forwards
-
-
-@inlined
-def _add_residual(t, factor, scale, n, group, own, work, tape):
-    """Add `factor` times the residual of a model at the end of the step, at time t, to a row of the tape."""
-    n_v = own.info.nv
-    residual(t, work.y, work.dv1, work.la, 0.0, 1.0, own, tape.r, work.powers[1])
-    for i in range(tape.r.size):
-        tape.rows[n, group, i] += factor * tape.r[i] * (1.0 if i < n_v else scale)
-
-
-@inlined
-def _keep_matrix(t, c_mass, c_rate, scale, model, room, work, values, less):
-    """Values of the tangent into `values`, less those of `less`."""
-    tangent(t, work.y, work.la, c_mass, c_rate, scale, model, room)
-    for i in range(values.size):
-        values[i] = room.values[i] - less[i]
 
 
 @indirect(void(MODEL, WORKSPACE))
@@ -115,53 +118,26 @@ def note_start(model, work):
             model.events[k].value = model.events[k].now
 
 
-@indirect(void(REAL, REAL, REAL, _I, MODEL, WORKSPACE, TAPE, SPARSE, INTEGERS))
-def keep_step(t0, part, h, first, model, work, tape, room, models):
-    """Keep the step of length h from t0 that a run has taken.
+@inlined
+def _keep_step(t0, part, h, first, model, work, tape):
+    """Keep the step of length h from t0 that a run has taken, with `part` of its algorithmic accelerations.
 
-    Parameters
-    ----------
-    part : float, of the algorithmic accelerations; first : int, its first sample
-    room : SparseBlocks as the run's, scratch
-    models : (2 groups,) int, addresses of the models of neighbours, at larger and smaller parameters
+    `first` is its first sample. Its switches stand in the tape: those of the model are counted on at its end.
     """
-    n, t = tape.counts[STEPS], t0 + h
-    c_mass, c_rate = alpha.rates(h, work.options)
-    scale, numbers = method.scale_of(h, work.options), tape.numbers[n]
-    numbers[TIME], numbers[LENGTH], numbers[PART], numbers[SCALE] = t0, h, part, scale
+    n, numbers = tape.counts[STEPS], tape.numbers[tape.counts[STEPS]]
+    numbers[TIME], numbers[LENGTH], numbers[PART], numbers[SCALE] = t0, h, part, method.scale_of(h, work.options)
     numbers[FIRST_SAMPLE], numbers[END_SAMPLE] = first, work.loop.sample
     for i in range(work.y.size):
         tape.y0[n, i], tape.y1[n, i] = work.y0[i], work.y[i]
     for i in range(work.dq.size):
-        tape.dq[n, i] = work.dq[i]
-    groups, shifted = len(models) // 2, tape.counts[SHIFTED] != 0
-    for k in range(len(models)):
-        own = _model_at(models[k])
-        for i in range(model.switches.size):
-            own.switches[i] = model.switches[i]
-        if k % 2 == 0:
-            for i in range(tape.r.size):
-                tape.rows[n, k // 2, i] = 0.0
-        _add_residual(t, 0.5 - (k % 2), scale, n, k // 2, own, work, tape)
-    for i in range(tape.r.size):
-        tape.rows[n, groups, i] = 0.0
-    if shifted:
-        for side in (1.0, -1.0):
-            _add_residual(t + side * SHIFT * h, 0.5 * side / (SHIFT * h), scale, n, groups, model, work, tape)
-    residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, tape.r, work.powers[1])
-    for i in range(tape.K.shape[1]):
-        tape.K[n, i] = 0.0
-    _keep_matrix(t, 0.0, 0.0, scale, model, room, work, tape.K[n], tape.K[n])
-    _keep_matrix(t, 0.0, c_rate, scale, model, room, work, tape.C[n], tape.K[n])
-    if n == 0:
-        _keep_matrix(t, c_mass, 0.0, scale, model, room, work, tape.M, tape.K[n])
-        for i in range(tape.M.size):
-            tape.M[i] /= c_mass
+        tape.dq[n, i], tape.a[n, i] = work.dq[i], work.dv1[i]
+    for i in range(work.la.size):
+        tape.la[n, i] = work.la[i]
     tape.counts[STEPS] += 1
 
 
-@indirect(_I(_I, MODEL, SPARSE, WORKSPACE, TAPE, SPARSE, INTEGERS))
-def advance_keeping(budget, model, matrix, work, tape, room, models):
+@indirect(_I(_I, MODEL, SPARSE, WORKSPACE, TAPE))
+def advance_keeping(budget, model, matrix, work, tape):
     """Go on for `budget` steps, and keep them; returns a status.
 
     That is one of `steps_beside.take_step`; `FULL` or `LANDS` before a step that is not taken yet; or `SEARCHES` behind
@@ -170,7 +146,8 @@ def advance_keeping(budget, model, matrix, work, tape, room, models):
     loop, near = work.loop, 10.0 * work.options.smallest
     end = work.samples[work.samples.size - 1]
     for _ in range(budget):
-        if tape.counts[STEPS] == tape.numbers.shape[0]:
+        n = tape.counts[STEPS]
+        if n == tape.numbers.shape[0]:
             return FULL
         stops = loop.stop < work.stops.size and work.stops[loop.stop] < end - near
         target = work.stops[loop.stop] if stops else end
@@ -178,11 +155,13 @@ def advance_keeping(budget, model, matrix, work, tape, room, models):
         if lands and (stops or tape.counts[SHIFTED] != 0):
             return LANDS
         t0, steps, first, last = loop.time, loop.steps, loop.sample, loop.last
+        for i in range(model.switches.size):
+            tape.switches[n, i] = model.switches[i]
         code, tape.counts[KIND], tape.counts[LATCH] = take_step(model, matrix, work)
         if loop.steps > steps:
             if tape.counts[LATCH] != NONE:
                 return TOGETHER
-            keep_step(t0, min(loop.last / last, 1.0), loop.last, first, model, work, tape, room, models)
+            _keep_step(t0, min(loop.last / last, 1.0), loop.last, first, model, work, tape)
         elif tape.counts[LATCH] == TRIED and math.isfinite(loop.event_step) and code == BUDGET:
             return SEARCHES
         if code != BUDGET:
@@ -191,6 +170,68 @@ def advance_keeping(budget, model, matrix, work, tape, room, models):
 
 
 # ------------------------------------------------------------------------------------------------ backwards
+
+
+@inlined
+def _evaluate(t, n, model, work, tape, linear):
+    """Residual of a model at the end of step n, at time t, into `linear.r`."""
+    residual(t, tape.y1[n], tape.a[n], tape.la[n], 0.0, 1.0, model, linear.r, work.powers[1])
+
+
+@inlined
+def _differentiate(n, model, models, work, tape, room, linear):
+    """The equations of step n of a tape as a linear map: `Linear.rows`, K and C."""
+    n_v, h, scale = model.info.nv, tape.numbers[n, LENGTH], tape.numbers[n, SCALE]
+    t, y, la, size = tape.numbers[n, TIME] + h, tape.y1[n], tape.la[n], linear.r.size
+    _, c_rate = alpha.rates(h, work.options)
+    groups, rows = linear.sides.size, linear.rows
+    for i in range(model.switches.size):
+        model.switches[i] = tape.switches[n, i]
+    for g in range(groups):
+        for side in range(linear.sides[g]):
+            own = _model_at(models[2 * g + side])
+            for i in range(model.switches.size):
+                own.switches[i] = model.switches[i]
+            _evaluate(t, n, own, work, tape, linear)
+            for i in range(size):
+                rows[g, i] = linear.r[i] if side == 0 else 0.5 * (rows[g, i] - linear.r[i])
+    for i in range(size):
+        rows[groups, i] = 0.0
+    if tape.counts[TIMED] != 0:
+        for side in (1.0, -1.0):
+            _evaluate(t + side * SHIFT * h, n, model, work, tape, linear)
+            for i in range(size):
+                rows[groups, i] += 0.5 * side / (SHIFT * h) * linear.r[i]
+    _evaluate(t, n, model, work, tape, linear)
+    for g in range(groups + 1):
+        for i in range(size):
+            if g < groups and linear.sides[g] == 1:
+                rows[g, i] -= linear.r[i]
+            if g < groups and rows[g, i] != 0.0:
+                linear.changes[g, i] = 1
+            if i >= n_v:
+                rows[g, i] *= scale
+    tangent(t, y, la, 0.0, 0.0, scale, model, room)
+    for i in range(linear.K.size):
+        linear.K[i] = room.values[i]
+    tangent(t, y, la, 0.0, c_rate, scale, model, room)
+    for i in range(linear.K.size):
+        linear.C[i] = room.values[i] - linear.K[i]
+
+
+@indirect(void(_I, MODEL, WORKSPACE, TAPE, SPARSE, LINEAR))
+def find_mass(n, model, work, tape, room, linear):
+    """The mass matrix, which is constant, from step n of a tape."""
+    h, scale = tape.numbers[n, LENGTH], tape.numbers[n, SCALE]
+    t, y, la = tape.numbers[n, TIME] + h, tape.y1[n], tape.la[n]
+    c_mass, _ = alpha.rates(h, work.options)
+    _evaluate(t, n, model, work, tape, linear)
+    tangent(t, y, la, 0.0, 0.0, scale, model, room)
+    for i in range(linear.K.size):
+        linear.K[i] = room.values[i]
+    tangent(t, y, la, c_mass, 0.0, scale, model, room)
+    for i in range(linear.K.size):
+        linear.M[i] = (room.values[i] - linear.K[i]) / c_mass
 
 
 @inlined
@@ -211,23 +252,32 @@ def _transpose(K, C, M, c_mass, matrix):
 
 
 @inlined
-def _multiply(values, matrix, x, out):
-    """Product of the transpose of a matrix, given by its values, with x, by unknowns."""
-    table, later, unknown = matrix.table, matrix.later, matrix.unknown
-    for i in range(out.size):
-        out[i] = 0.0
+def _multiply(linear, matrix, x, out):
+    """Products of the transposes of K, C and M with x, by unknowns."""
+    table, later, unknown, K, C, M = matrix.table, matrix.later, matrix.unknown, linear.K, linear.C, linear.M
+    for i in range(x.size):
+        out[0, i] = out[1, i] = out[2, i] = 0.0
     for b in range(table.shape[0]):
         m, w, at, start = table[b, SIZE], table[b, WIDTH], table[b, AT], table[b, START]
-        for r in range(m):
-            i = unknown[start + r]
-            for c in range(m):
-                out[unknown[start + c]] += values[at + r * m + c] * x[i]
-            for k in range(table[b, FIRST], table[b, FIRST] + table[b, COUNT]):
-                first, column = table[later[k, BLOCK], START], later[k, COLUMN]
-                for c in range(table[later[k, BLOCK], SIZE]):
+        for c in range(m):
+            k, d, e = 0.0, 0.0, 0.0
+            for r in range(m):
+                entry, xr = at + r * m + c, x[unknown[start + r]]
+                k, d, e = k + K[entry] * xr, d + C[entry] * xr, e + M[entry] * xr
+            j = unknown[start + c]
+            out[0, j], out[1, j], out[2, j] = out[0, j] + k, out[1, j] + d, out[2, j] + e
+        for p in range(table[b, FIRST], table[b, FIRST] + table[b, COUNT]):
+            first, column = table[later[p, BLOCK], START], later[p, COLUMN]
+            for r in range(m):
+                i = unknown[start + r]
+                xi, k, d, e = x[i], 0.0, 0.0, 0.0
+                for c in range(table[later[p, BLOCK], SIZE]):
                     j, entry = unknown[first + c], at + m * m + r * w + column + c
-                    out[j] += values[entry] * x[i]
-                    out[i] += values[entry + m * w] * x[j]
+                    out[0, j], out[1, j] = out[0, j] + K[entry] * xi, out[1, j] + C[entry] * xi
+                    out[2, j] += M[entry] * xi
+                    entry += m * w
+                    k, d, e = k + K[entry] * x[j], d + C[entry] * x[j], e + M[entry] * x[j]
+                out[0, i], out[1, i], out[2, i] = out[0, i] + k, out[1, i] + d, out[2, i] + e
 
 
 @inlined
@@ -276,12 +326,13 @@ def _turns(dq, model):
 
 
 @inlined
-def _solve_transposed(n, c_mass, tape, matrix, model, right, W, parts):
+def _solve_transposed(dq, c_mass, linear, matrix, model):
     """Solve (K T + C + c_mass M)^T W = right with the factors of the same without T; whether that converges.
 
     Then `parts` are K^T W, C^T W and M^T W.
     """
-    n_v, size, turns = model.info.nv, right.size, _turns(tape.dq[n], model)
+    right, W, parts = linear.right, linear.W, linear.parts
+    n_v, size, turns = model.info.nv, right.size, _turns(dq, model)
     r, turned, change, largest = parts[3], parts[4], 0.0, 0.0
     for i in range(size):
         W[i], r[i] = 0.0, right[i]
@@ -291,61 +342,62 @@ def _solve_transposed(n, c_mass, tape, matrix, model, right, W, parts):
         for i in range(size):
             W[i] += r[i]
             change, largest = max(change, abs(r[i])), max(largest, abs(W[i]))
-        _multiply(tape.K[n], matrix, W, parts[0])
-        _multiply(tape.C[n], matrix, W, parts[1])
-        _multiply(tape.M, matrix, W, parts[2])
+        _multiply(linear, matrix, W, parts)
         if not turns or not change > CONVERGED * largest:
             return True
-        _turn_transposed(tape.dq[n], False, model, parts[0], turned)
+        _turn_transposed(dq, False, model, parts[0], turned)
         for i in range(size):
             r[i] = right[i] - (turned[i] if i < n_v else parts[0, i]) - parts[1, i] - c_mass * parts[2, i]
     return change <= 1e-9 * largest
 
 
-@indirect(_I(_I, _I, TAPE, SPARSE, MODEL, WORKSPACE, MATRIX, MATRIX, MATRIX, MATRIX))
-def pull_back(first, last, tape, matrix, model, work, derivatives, found, parts, vectors):
+@indirect(_I(_I, _I, TAPE, SPARSE, SPARSE, MODEL, INTEGERS, WORKSPACE, LINEAR, MATRIX, MATRIX))
+def pull_back(first, last, tape, room, matrix, model, models, work, linear, derivatives, found):
     """Take derivatives of values by the state at the end of step `last` back to the start of step `first`.
 
     Parameters
     ----------
-    matrix : scratch; work : Workspace, of the method's constants
+    room, matrix : SparseBlocks as the run's, scratch
+    model : Model, as the run's at these steps
+    models : (2 groups,) int, addresses of the models of neighbours, at larger and smaller parameters
+    work : Workspace, of the method's constants
     derivatives : (values, 4 nv + 1) float, by (e, v, a, d) and the time by which the steps are shifted
-    found : (values (groups + 1), nv + nj) float, to which products of W and the rows are added
-    parts : (5, nv + nj) float, scratch; vectors : (2, nv + nj) float, scratch
+    found : (values groups, nv + nj) float, to which products of W and the rows are added
 
     Returns
     -------
     int, the number of steps that are left where one is singular; -1 where all are done
     """
-    options, n_v, groups = work.options, model.info.nv, tape.rows.shape[1]
+    options, n_v, groups = work.options, model.info.nv, linear.sides.size
     am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
     k, half = (1.0 - am) / (1.0 - af), 1.0 / (2.0 * beta) - 1.0
-    right, W = vectors[0], vectors[1]
+    right, W, rows, parts = linear.right, linear.W, linear.rows, linear.parts
     for n in range(last, first - 1, -1):
-        h, part = tape.numbers[n, LENGTH], tape.numbers[n, PART]
+        h, part, dq = tape.numbers[n, LENGTH], tape.numbers[n, PART], tape.dq[n]
         c_mass, c_rate = alpha.rates(h, options)
         c_step = 1.0 / (beta * h * h)
-        _transpose(tape.K[n], tape.C[n], tape.M, c_mass, matrix)
+        _differentiate(n, model, models, work, tape, room, linear)
+        _transpose(linear.K, linear.C, linear.M, c_mass, matrix)
         if sparse_lu.factor(matrix) != 0:
             return n + 1
         for q in range(derivatives.shape[0]):
             x, y = derivatives[q, :n_v], derivatives[q, n_v : 2 * n_v]
             z, w = derivatives[q, 2 * n_v : 3 * n_v], derivatives[q, 3 * n_v : 4 * n_v]
-            _turn_transposed(tape.dq[n], False, model, x, parts[4])
+            _turn_transposed(dq, False, model, x, parts[4])
             for i in range(right.size):
                 right[i] = parts[4, i] + c_rate * y[i] + c_step * z[i] + c_mass * w[i] if i < n_v else 0.0
-            if not _solve_transposed(n, c_mass, tape, matrix, model, right, W, parts):
+            if not _solve_transposed(dq, c_mass, linear, matrix, model):
                 return n + 1
             for g in range(groups):
                 for i in range(right.size):
-                    found[q * groups + g, i] += W[i] * tape.rows[n, g, i]
+                    found[q * groups + g, i] += W[i] * rows[g, i]
             for i in range(right.size):
-                derivatives[q, 4 * n_v] -= W[i] * tape.rows[n, groups - 1, i]
+                derivatives[q, 4 * n_v] -= W[i] * rows[groups, i]
             for i in range(n_v):
                 x[i] -= parts[0, i]
                 y[i] -= parts[1, i] / c_rate
                 w[i] -= parts[2, i]
-            _turn_transposed(tape.dq[n], True, model, x, parts[4])
+            _turn_transposed(dq, True, model, x, parts[4])
             for i in range(n_v):
                 x[i] = parts[4, i]
                 yi, zi, wi = y[i], z[i], w[i]
@@ -356,35 +408,44 @@ def pull_back(first, last, tape, matrix, model, work, derivatives, found, parts,
     return -1
 
 
-@inlined
-def _along(difference, y, seed, model):
-    """Product of a difference of two states near y, with the derivatives by changes of its coordinates and rates."""
-    blocks, n_q, n_v, found = model.blocks, model.info.nq, model.info.nv, 0.0
+@indirect(void(VECTOR, VECTOR, MODEL, VECTOR))
+def change_of(difference, y, model, out):
+    """Changes of the coordinates and rates, (2 nv,), from a difference of two states near y."""
+    blocks, n_q, n_v = model.blocks, model.info.nq, model.info.nv
+    for i in range(n_v):
+        out[i], out[n_v + i] = 0.0, difference[n_q + i]
     for k in range(blocks.size):
-        q, v, at = blocks[k].iq, blocks[k].iv, blocks[k].iv - n_q
-        for i in range(blocks[k].count):
-            found += seed[n_v + at + i] * difference[v + i]
+        q, at = blocks[k].iq, blocks[k].iv - n_q
         if blocks[k].kind == ROTATION:  # twice the vector of the conjugate of y times the difference
             a, b, c, d = y[q], y[q + 1], y[q + 2], y[q + 3]
             p, r, s, u = difference[q], difference[q + 1], difference[q + 2], difference[q + 3]
-            found += 2.0 * seed[at] * (a * r - b * p - c * u + d * s)
-            found += 2.0 * seed[at + 1] * (a * s - c * p - d * r + b * u)
-            found += 2.0 * seed[at + 2] * (a * u - d * p - b * s + c * r)
+            out[at] = 2.0 * (a * r - b * p - c * u + d * s)
+            out[at + 1] = 2.0 * (a * s - c * p - d * r + b * u)
+            out[at + 2] = 2.0 * (a * u - d * p - b * s + c * r)
         elif blocks[k].kind != RATE:
             for i in range(blocks[k].count):
-                found += seed[at + i] * difference[q + i]
+                out[at + i] = difference[q + i]
+
+
+@inlined
+def _along(difference, y, seed, model, change):
+    """Product of a difference of two states near y, with the derivatives by changes of its coordinates and rates."""
+    change_of(difference, y, model, change)
+    found = 0.0
+    for i in range(change.size):
+        found += seed[i] * change[i]
     return found
 
 
-@indirect(void(REAL, REAL, VECTOR, VECTOR, VECTOR, MODEL, MATRIX, VECTOR, VECTOR, VECTOR))
-def pull_back_sample(theta, h, y0, y1, seed, model, states, move, start, end):
+@indirect(void(REAL, REAL, VECTOR, VECTOR, VECTOR, MODEL, MATRIX, VECTOR, VECTOR, VECTOR, VECTOR))
+def pull_back_sample(theta, h, y0, y1, seed, model, states, move, change, start, end):
     """Add to derivatives by the ends of a step those of a value by a sample between them.
 
     Parameters
     ----------
     theta : float, part of the step of length h
     seed : (2 nv,) float, derivatives by coordinates and rates at the sample
-    states : (4, ny) float, scratch; move : (nv,) float, scratch
+    states : (4, ny) float, scratch; move : (nv,) float, scratch; change : (2 nv,) float, scratch
     start, end : (4 nv + 1,) float, as of `pull_back`
     """
     n_q, n_v = model.info.nq, model.info.nv
@@ -411,11 +472,11 @@ def pull_back_sample(theta, h, y0, y1, seed, model, states, move, start, end):
                     interpolate(theta, h, y0, moved, model, out)
             for i in range(at.size):
                 up[i] -= down[i]
-            to[j] += _along(up, at, seed, model) / (2.0 * CHANGE if j < n_v else 2.0 * CHANGE / h)
+            to[j] += _along(up, at, seed, model, change) / (2.0 * CHANGE if j < n_v else 2.0 * CHANGE / h)
     if theta < 1.0:  # at a given time
         d = min(1e-4, 0.5 * theta, 0.5 * (1.0 - theta))
         interpolate(theta + d, h, y0, y1, model, up)
         interpolate(theta - d, h, y0, y1, model, down)
         for i in range(at.size):
             up[i] -= down[i]
-        start[4 * n_v] -= _along(up, at, seed, model) / (2.0 * d * h)
+        start[4 * n_v] -= _along(up, at, seed, model, change) / (2.0 * d * h)
