@@ -42,7 +42,7 @@ KNOWN |= {("threads that go slack", method): 0.05 for method in (STATIC, IMPLICI
 KNOWN |= {("threads on a moving mesh", IMPLICIT): 1e-4}
 KNOWN |= {("loads on threads on a moving mesh", method): 1e-4 for method in (STATIC, IMPLICIT)}
 KNOWN |= {
-    ("free spools of threads on a moving mesh", IMPLICIT): 2e-3,
+    ("free spools of threads on a moving mesh", IMPLICIT): 5e-3,
     ("a thread on a moving mesh and a free spool", IMPLICIT): 1e-3,
 }
 

@@ -280,8 +280,8 @@ class Thread(Part):
         least = kernels.LEAST_OUT * self.length
         if out < least * (1.0 - 1e-9):
             raise InputError(
-                f"{name}.mesh is 'moving', but {out:g} m are out at the start; it needs at least {least:g} m: a "
-                f"`start_length`, or an `angle` of {self.reel}.drive above 0"
+                f"{name}.mesh is 'moving', but {out:g} m are out at the start; start with "
+                f"at least {least:g} m (`angle` of {self.reel}.drive)"
             )
 
     def _check_body(self, builder: Builder, name: str, reel: Reel, body: int) -> None:
