@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from book import Book
-from evolvent import InputError, System, parts
+from book import ROOT, Book
+from evolvent import InputError, System, model as mdl, parts
 from evolvent.assembly.assembled import Assembly
+from evolvent.flow.impulse import impulse, prepare
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.modes import modes
 from helpers import L0, R, Run, V, fitted_order, heliogyro, observe, run
@@ -19,6 +20,9 @@ Array = np.ndarray
 CHAPTER = "Threads, reels, tethers"
 #: Rates of a spool that pays out, stops and reels in (rad/s), and a free one with motor and friction.
 REVERSING = parts.RampDrive(angle=20.0, rate=2.0, steps=((0.05, 0.1, 12.0), (0.2, 0.2, -12.0)))
+BRAKED = parts.FreeSpool(
+    inertia=2e-3, angle=20.0, rate=4.0, brake=0.1, profile={"table": [[0.0, 0.0], [0.2, 0.6], [0.4, -0.6], [0.6, 0.0]]}
+)
 FREE = parts.FreeSpool(inertia=2e-3, angle=20.0, rate=4.0, torque=0.02, viscous_damping=1e-3)
 
 
@@ -52,20 +56,23 @@ def blade(elements: int, **given: Any) -> Assembly:
 
 
 @pytest.mark.parametrize("motion", ["free", "spin", "driven"])
-@pytest.mark.parametrize("drive", [REVERSING, FREE], ids=["both ways", "free"])
+@pytest.mark.parametrize("drive", [REVERSING, FREE, BRAKED], ids=["both ways", "free", "brake"])
 def test_balances(drive: Any, motion: str, book: Book) -> None:
     """Energy with what drive, motor, dampers and weight do, and momenta: to the error of the integration."""
     gravity = (0.0, 0.0, -9.81) if motion == "spin" else (0.0, 0.0, 0.0)
     found = run(craft(motion, drive, damping=0.1, gravity=gravity), np.linspace(0.0, 0.6, 11), rtol=1e-10, atol=1e-12)
     out = found.seen.spool[:, 0, 0]
-    assert out.max() > 21.5
-    assert drive is FREE or out[-1] < out.max() - 1.0
+    assert out.max() > (20.1 if drive is BRAKED else 21.5)
+    assert drive is not REVERSING or out[-1] < out.max() - 1.0
     energy = np.abs(found.energy_defect).max() / found.energy.max()
     assert energy < 1e-8
-    assert found.solution.event_times.size == 0
+    assert (found.solution.event_times.size > 0) == (drive is BRAKED and motion == "free")  # where it sticks and slips
     if motion == "free":
         H, P = found.momentum + found.wound_momentum, found.linear_momentum
         error = max(np.abs(H - H[0]).max() / np.linalg.norm(H[0]), np.abs(P - P[0]).max() / np.abs(P).max())
+        if drive is BRAKED:
+            assert error < 1e-8
+            return
         name = "free spool" if drive is FREE else "pay-out and reeling in"
         book(
             CHAPTER, f"Moving mesh, {name}: momenta and energy", reference="conserved", source="closed form",
@@ -86,6 +93,22 @@ def test_generalized_alpha_is_of_second_order(drive: Any) -> None:
         defects.append(np.abs(found.energy_defect).max())
     assert fitted_order(steps, np.array(errors)) == pytest.approx(2.0, abs=0.15)
     assert fitted_order(steps, np.array(defects)) == pytest.approx(2.0, abs=0.3)
+
+
+def test_an_impulse_on_the_body() -> None:
+    """Linear and angular momentum of the whole change by it, and the nodes' velocities jump with the exit."""
+    assembly = craft("free", REVERSING)
+    model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
+    before = observe(model, np.zeros(1), y[None], s[None]).inventory[0]
+    prepare(0.0, y, s, model)
+    ship = int(assembly.names["ship"][1])
+    model.bodies["F"][ship] = (0.3, -0.2, 0.1, 0.02, 0.05, -0.04)
+    impulse(y, s, model)
+    after = observe(model, np.zeros(1), y[None], s[None]).inventory[0]
+    angular = [slice(at, at + 3) for at in (mdl.H_BODY, mdl.H_RELEASED, mdl.H_WOUND)]
+    assert after[mdl.P_ALL :][:3] - before[mdl.P_ALL :][:3] == pytest.approx([0.3, -0.2, 0.1], abs=1e-12)
+    gained = sum(after[at] - before[at] for at in angular)
+    assert gained == pytest.approx([0.02, 0.05, -0.04], abs=1e-12)
 
 
 def test_time_reversed() -> None:
@@ -192,7 +215,10 @@ def test_tension_does_not_ring() -> None:
         found = system.simulate(until=20.0, every=0.1, method="generalized-alpha", step=2.5e-3, spectral_radius=0.3)
         hub = np.interp(t, found.time.values, found["blade"].hub_tension.values)
         ripples[mesh] = np.abs(np.diff(hub, 3)).max() / hub.mean()
-    assert ripples["moving"] < 2e-4
+    page = (ROOT / "docs" / "theory" / "moving-nodes.md").read_text(encoding="utf-8")
+    assert "are 5e-5 of the tension; with 20 nodes on a material mesh they are 0.045" in page
+    assert ripples["moving"] == pytest.approx(5e-5, rel=0.3)
+    assert ripples["material"] == pytest.approx(0.045, rel=0.2)
     assert ripples["material"] > 100.0 * ripples["moving"]
 
 
