@@ -423,6 +423,41 @@ def fixed_thread() -> Case:
     )  # fmt: skip
 
 
+@of("a thread on a moving mesh")
+def moving_thread() -> Case:
+    """One element of 1 m: a third of its mass moves with the tip, and half of its weight pulls there."""
+    c, moved, m = 200.0, 0.5 + 0.1 / 3.0, 0.55
+    w, x = math.sqrt(c / moved), 1.0 + m * G / c
+    return Case(
+        part="thread", seen=outer_node, end=1.0, step=1e-3, still=(x, 0.0, 0.0),
+        poles=springs_poles(w**2, *[m * G / (x * moved)] * 2),
+        motion=lambda t: columns(1.0 + m * G / c * (1.0 - np.cos(w * t)), 0.0, 0.0),
+        system=lambda: reeled(
+            parts.ConstantDrive(rate=0.0, angle=10.0), gravity=(G, 0.0, 0.0), length=2.0, nodes=1, stiffness=0.5 * c,
+            mesh="moving",
+        ),
+    )  # fmt: skip
+
+
+@of("a thread on a moving mesh and a free spool")
+def moving_free_spool() -> Case:
+    """A drum with a heavy rope and a weight: (x + M/q) = (x0 + M/q) cosh(k t), k^2 = q g/(I/R^2 + q L + M).
+
+    The rope starts without strain, and its spring is stiff: it rings by a ten-thousandth of the motion.
+    """
+    q, M, inertia, r, length = 0.1, 0.5, 0.005, 0.1, 2.0
+    k = math.sqrt(q * G / (inertia / r**2 + q * length + M))
+    return Case(
+        part="thread", end=0.5, step=5e-5, theory=3e-4,
+        seen=lambda assembly, y: r * y[..., int(assembly.model.threads["spool_q"][0])][..., None],
+        motion=lambda t: columns((0.5 + M / q) * np.cosh(k * t) - M / q),
+        system=lambda: reeled(
+            parts.FreeSpool(inertia=inertia, angle=5.0), gravity=(G, 0.0, 0.0), length=length, nodes=2, stiffness=1e5,
+            damping=1.0, mesh="moving",
+        ),
+    )  # fmt: skip
+
+
 @of("a thread on a free spool")
 def free_spool() -> Case:
     """A drum with a load on a spring: it falls at m g R^2/(I + m R^2) in the mean, and rings about that."""

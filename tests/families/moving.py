@@ -365,13 +365,26 @@ enter("threads of fixed length")(threaded(segments="inextensible", ends=LOOSE))
 enter("loads on threads")(threaded(loaded=True))
 enter("loads on threads of fixed length")(threaded(loaded=True, segments="inextensible", ends=LOOSE))
 enter("carried threads")(threaded(wound_mass="carried", thickness=1e-3, ends=LOOSE))
+enter("threads on a moving mesh")(threaded(mesh="moving", damping=3.0, ends=LOOSE))
+enter("loads on threads on a moving mesh")(threaded(mesh="moving", loaded=True, ends=LOOSE))
 
 
 @enter("free spools")
 def spools(system: System) -> None:
     """On a free and a spinning body, with a motor by a law."""
+    spools_with(system, wound_mass="carried")
+
+
+def spools_with(system: System, **given: Any) -> None:
+    """Free spools on two bodies, and what their threads have beside the common."""
     for k, body in enumerate(("free", "spin")):
         drive = parts.FreeSpool(inertia=0.01, angle=10.0, rate=0.4, law="0.1*sin(x) - 0.2*v", viscous_damping=0.02)
         system.add(parts.Reel(body=body, centre=(0.5, 0.1, 0.2), radius=0.05, drive=drive), f"reel {k}")
         own: dict[str, Any] = {"length": 1.2, "line_density": 0.1, "nodes": 4, "stiffness": 50.0, "tip_mass": 0.2}
-        system.add(parts.Thread(reel=f"reel {k}", damping=0.5, wound_mass="carried", **own))
+        system.add(parts.Thread(reel=f"reel {k}", damping=0.5, **own | given))
+
+
+@enter("free spools of threads on a moving mesh")
+def feeding_spools(system: System) -> None:
+    """On a free and a spinning body."""
+    spools_with(system, mesh="moving")

@@ -38,6 +38,13 @@ OFF = {STATIC: 1e-7, IMPLICIT: 1e-8, ENERGY: TURNED}
 KNOWN = {("a contact with friction", method): 1e-5 for method in (STATIC, IMPLICIT)}
 #: Differences reach over the kink of a segment that is about to go slack.
 KNOWN |= {("threads that go slack", method): 0.05 for method in (STATIC, IMPLICIT)}
+#: Momentum of wound thread that is paid out, and inertia by the rate of a free spool.
+KNOWN |= {("threads on a moving mesh", IMPLICIT): 1e-4}
+KNOWN |= {("loads on threads on a moving mesh", method): 1e-4 for method in (STATIC, IMPLICIT)}
+KNOWN |= {
+    ("free spools of threads on a moving mesh", IMPLICIT): 5e-3,
+    ("a thread on a moving mesh and a free spool", IMPLICIT): 1e-3,
+}
 
 
 #: A path whose body cannot be at rest; friction without a step, over which bristles bend.
@@ -53,7 +60,7 @@ def cells() -> list[tuple[str, Callable[[], System], str]]:
                 found.append((row.name, CASES[row.name]().system, method))
     for name, system in SYSTEMS.items():
         for method in (STATIC, IMPLICIT, ENERGY):
-            if not (method == STATIC and "spool" in name):
+            if not (method == STATIC and "spool" in name) and not (method == ENERGY and "moving mesh" in name):
                 found.append((name, system, method))
     return found
 

@@ -17,6 +17,7 @@ LINKS: dict[str, Any] = {
     "blade.segments": "inextensible", "solver.method": "dopri5", "solver.rtol": 1e-6, "solver.atol": 1e-8,
     "solver.step": "auto", "output.fine": False,
     "blade.boundary_segment": "constant", "blade.shortest_fraction": 0.1,
+    "blade.mesh": "material",
 }  # fmt: skip
 
 

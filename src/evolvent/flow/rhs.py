@@ -96,7 +96,11 @@ def apply_forces(t, y, s, model, dy):
             else:
                 thread.spring_points(y, s, threads, model.nodes, p)
             load_power += thread.node_loads(t, s, model, p)
-        if threads[p].kind == thread.SPRINGS:
+        if threads[p].moving != 0:
+            d, power = thread.hold_root(y, loaded, p, model, dy)
+            dissipated += d
+            load_power += power
+        elif threads[p].kind == thread.SPRINGS:
             d, power = thread.spring_thread(y, 0.0, s, model, p, loaded, dy)
             dissipated += d
             spool_power += power
@@ -134,6 +138,9 @@ def accelerate(t, y, s, model, dissipated, load_power, spool_power, loaded, dy):
                 info.step = min(info.step, thread.boundary_step(s, threads, nodes, p))
     if threads.size > 0:
         thread.spring_spools(y, s, model, dy)
+        for p in range(threads.size):
+            if threads[p].moving != 0:
+                spool_power += thread.moving_rates(y, p, model, dy)
         spool_power += thread.carry_power(s, model)
     for b in range(bodies.size):
         drive_power += rigid.write_rates(y, bodies, b, dy)

@@ -150,6 +150,10 @@ def _finish(builder: Builder) -> None:
                 f"{thread!r} has wound_mass 'carried' on a free spool, which the field {field!r} does not support; "
                 f"take wound_mass 'ignored', or a drive that prescribes the spool's angle"
             )
+        if row["moving"]:
+            raise InputError(
+                f"{thread!r} has mesh 'moving', which the field {field!r} does not support; use mesh 'material'"
+            )
         if row["copies"] > 1:
             raise InputError(
                 f"{thread!r} stands for {row['copies']} copies, but the field {field!r} is not the same for all of "

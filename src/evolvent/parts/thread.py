@@ -64,6 +64,10 @@ class Thread(Part):
         Springs, or segments of fixed length.
     stiffness, damping : float, N/m and N s/m
         Of one segment (springs).
+    mesh : {"material", "moving"}
+        Whether nodes are fixed to the material and leave the spool one by one, or all stand on the deployed length, in
+        equal parts, and material flows through the mesh (springs). A moving mesh carries wound thread. It needs a
+        deployed length of at least a thousandth of `length`.
     slack : bool
         Whether a spring segment only pulls: it is slack below its natural length, and while its damper would push
         harder than its spring pulls. Otherwise it carries compression. Under generalized-alpha let the steps follow
@@ -117,11 +121,17 @@ class Thread(Part):
     """
 
     applies: ClassVar[Applies] = {
+        **{key: (one_of("segments", "springs"),) for key in ("stiffness", "damping", "mesh")},
         **{
-            key: (one_of("segments", "springs"),)
-            for key in ("end", "stiffness", "damping", "slack", "boundary_segment", "rotate_velocity")
+            key: (one_of("segments", "springs"), one_of("mesh", "material"))
+            for key in ("end", "slack", "boundary_segment", "rotate_velocity")
         },
-        "shortest_fraction": (one_of("boundary_segment", "by-length"), one_of("segments", "springs")),
+        **{key: (one_of("mesh", "material"),) for key in ("wound_mass", "separates", "capture_fraction", "thickness")},
+        "shortest_fraction": (
+            one_of("boundary_segment", "by-length"),
+            one_of("segments", "springs"),
+            one_of("mesh", "material"),
+        ),
         "direction": (left_out("end"),),
     }
     kind: Literal["thread"] = "thread"
@@ -134,6 +144,7 @@ class Thread(Part):
     segments: Literal["springs", "inextensible"] = "springs"
     stiffness: units.StiffnessOrZero = 1e4
     damping: units.DampingOrZero = 0.0
+    mesh: Literal["material", "moving"] = "material"
     slack: bool = False
     boundary_segment: Literal["constant", "by-length"] = "constant"
     shortest_fraction: units.PositiveNumber = SHORTEST_FRACTION
@@ -166,6 +177,10 @@ class Thread(Part):
         out = angle * (reel.radius - 0.25 * self.thickness / np.pi * angle)
         self._check_wound(name, reel, core, out, still=angle == 0.0 and rate == 0.0)
         released = min(int(np.ceil(round(out / l0, 9))), n)
+        moving = self.mesh == "moving"
+        if moving:
+            self._check_mesh(name, out)
+            released = n
         departure = centre + reel.radius * Z
         direction, distance, end = X if self.direction is None else unit(self.direction), out, -1
         if self.end is not None:
@@ -177,6 +192,7 @@ class Thread(Part):
         first = len(builder.rows["nodes"])
         for i in range(n):
             span = l0 if i > 0 else 0.5 * l0
+            span *= out / length if moving else 1.0
             mass = self.line_density * span + (tip if i == 0 else 0.0)
             builder.add("nodes", mass=mass, compliance=1.0 / mass, span=span)
         if end >= 0:
@@ -207,7 +223,10 @@ class Thread(Part):
             spool_inertia=drive.inertia,
             spool_torque=drive.torque,
             turned=int(self.rotate_velocity),
-            carried=int(self.wound_mass == "carried"),
+            carried=int(self.wound_mass == "carried" or moving),
+            moving=int(moving),
+            density=self.line_density,
+            tip_mass=tip,
             separates=int(self.separates),
             capture=self.capture_fraction,
             end=end,
@@ -249,9 +268,28 @@ class Thread(Part):
         if self.slack and kind != kernels.SPRINGS:
             raise InputError(f"{name}.slack is true; it needs {name}.segments 'springs', not {self.segments!r}")
 
+    def _check_mesh(self, name: str, out: float) -> None:
+        """Refuse keys that do not fit a moving mesh, and a start with too little out."""
+        if self.segments != "springs":
+            raise InputError(f"{name}.mesh is 'moving'; it needs {name}.segments 'springs', not {self.segments!r}")
+        for key, allowed in (("slack", False), ("end", None), ("separates", False), ("thickness", 0.0),
+                             ("boundary_segment", "constant")):  # fmt: skip
+            if getattr(self, key) != allowed:
+                raise InputError(f"{name}.{key} is {getattr(self, key)!r}, which mesh 'moving' does not support; "
+                                 f"leave it out, or use mesh 'material'")  # fmt: skip
+        least = kernels.LEAST_OUT * self.length
+        if out < least * (1.0 - 1e-9):
+            raise InputError(
+                f"{name}.mesh is 'moving', but {out:g} m are out at the start; start with "
+                f"at least {least:g} m (`angle` of {self.reel}.drive)"
+            )
+
     def _check_body(self, builder: Builder, name: str, reel: Reel, body: int) -> None:
         """Refuse a body whose motion does not fit the thread."""
         row = builder.rows["bodies"][body]
+        if self.mesh == "moving" and row.get("path"):
+            raise InputError(f"{name}.mesh is 'moving', which carries wound thread, but {reel.body!r} is driven along "
+                             f"a line; use 'material', or a free body")  # fmt: skip
         if self.wound_mass == "carried" and row.get("path"):
             raise InputError(f"{name}.wound_mass is 'carried', but {reel.body!r} is driven along a line; "
                              f"use 'ignored', or a free body")  # fmt: skip
@@ -308,6 +346,8 @@ class Thread(Part):
         given = f"{key} is {where!r}"
         if self.segments != "springs":
             raise InputError(f"{given}; it needs {name}.segments 'springs', not {self.segments!r}")
+        if self.mesh == "moving":
+            raise InputError(f"{given}; it needs {name}.mesh 'material', not 'moving'")
         if self.multiplicity > 1:
             raise InputError(f"{given}; it needs {name}.multiplicity 1, which is {self.multiplicity!r}")
         if builder.released[builder.names[name][1]] == 0:
@@ -391,7 +431,11 @@ class Thread(Part):
             q[0], v[0] = 0.0, 0.0  # not used: the first node is that point
         else:
             for i in range(released):
+                share = 1.0
                 arm = d + (out - i * l0) * e
+                if self.mesh == "moving":  # whose nodes move less than their material
+                    share = 1.0 - i / n
+                    arm = d + share * out * e
                 q[i] = pose.x + arm
-                v[i] = pose.v + np.cross(pose.w, arm) + speed * e
+                v[i] = pose.v + np.cross(pose.w, arm) + share * speed * e
         return builder.coordinates(list(q.ravel()), list(v.ravel()))

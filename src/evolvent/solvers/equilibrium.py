@@ -20,7 +20,7 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow.implicit import energies, residual, tangent
 from evolvent.flow.powers import COUPLED_ENERGY
-from evolvent.kernels import attitude, bearing, contact, coordinate, coordinate_laws, loads, rigid, sparse_lu
+from evolvent.kernels import attitude, bearing, contact, coordinate, coordinate_laws, loads, rigid, sparse_lu, thread
 from evolvent.kernels.ancf_beams import NODE_VECTORS, is_finite
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE, displace, is_idle
 from evolvent.kernels.rotations import cross, turn_back
@@ -116,6 +116,9 @@ def turning(factor, spin, y, model, a):
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
     n_q, blocks, bodies = model.info.nq, model.blocks, model.bodies
+    for k in range(model.threads.size):
+        if model.threads[k].moving != 0:
+            thread.note_drift(factor, spin, k, model)
     for k in range(blocks.size):
         kind, q, at, b = blocks[k].kind, blocks[k].iq, blocks[k].iv - n_q, blocks[k].owner
         if kind <= SLOPE and not is_idle(k, model.switches, model):
@@ -186,6 +189,9 @@ def add_turning_tangent(factor, spin, y, model, matrix):
     for k in range(points.size):
         _add_centrifugal(factor * points[k].mass, points[k].iv - n_q, spin, matrix)
     for k in range(model.threads.size):
+        if model.threads[k].moving != 0:
+            thread.add_turning_elements(factor, spin, k, model, matrix)
+            continue
         for i in range(1 if model.threads[k].end >= 0 else 0, model.switches[k]):
             mass = factor * model.nodes[model.threads[k].node + i].mass
             _add_centrifugal(mass, model.threads[k].iv + 3 * i - n_q, spin, matrix)

@@ -120,6 +120,53 @@ def _from_spool(t, y, k, q, model):
     return y[q] - x[0] - dx, y[q + 1] - x[1] - dy, y[q + 2] - x[2] - dz, max(rest, 0.0)
 
 
+@inlined
+def keep_strains(theta, t, h, k, y, model, work):
+    """Move the nodes of thread k, on a mesh that moves, to where its elements' strains lie on straight lines."""
+    q, last = model.threads[k].iq, model.threads[k].n - 1
+    first, rest0 = _exit(t, work.y0, k, model)
+    end, rest1 = _exit(t + h, work.y, k, model)
+    place, rest = _exit(t + theta * h, y, k, model)
+    moved = old = place
+    for i in range(last, -1, -1):
+        at = q + 3 * i
+        a = _distance(work.y0, at, first) / rest0
+        b = _distance(work.y, at, end) / rest1
+        first, end = _at(work.y0, at), _at(work.y, at)
+        size, here = _distance(y, at, old), _at(y, at)
+        scale = (a + theta * (b - a)) * rest / size if size > 0.0 else 1.0
+        moved = (
+            moved[0] + scale * (here[0] - old[0]), moved[1] + scale * (here[1] - old[1]),
+            moved[2] + scale * (here[2] - old[2]),
+        )  # fmt: skip
+        old = here
+        y[at], y[at + 1], y[at + 2] = moved
+
+
+@inlined
+def _at(y, q):
+    """A place in a state: three floats."""
+    return y[q], y[q + 1], y[q + 2]
+
+
+@inlined
+def _distance(y, q, x):
+    """Distance of a place in a state from a point, m."""
+    a, b, c = y[q] - x[0], y[q + 1] - x[1], y[q + 2] - x[2]
+    return math.sqrt(a * a + b * b + c * c)
+
+
+@inlined
+def _exit(t, y, k, model):
+    """Place (three floats) where thread k leaves its spool, and the rest length of an element of its moving mesh."""
+    rigid.kinematics(t, y, model)
+    b, d = model.threads[k].body, model.threads[k].departure
+    R, x = model.bodies[b].R, model.bodies[b].x
+    dx, dy, dz = turn(R, d[0], d[1], d[2])
+    phi, _, _ = spool(t, y, model.threads, model.parameters, k)
+    return (x[0] + dx, x[1] + dy, x[2] + dz), paid_out(model.threads, k, phi) / model.threads[k].n
+
+
 @indirect(void(REAL, REAL, REAL, VECTOR, MODEL, WORKSPACE), used_for="threads")
 def keep_lengths_at_spools(theta, t, h, y, model, work):
     """Move threads to where the elongations of their segments at the spools lie on straight lines (see `dense`).
@@ -129,6 +176,9 @@ def keep_lengths_at_spools(theta, t, h, y, model, work):
     for k in range(model.threads.size):
         count = model.switches[k]
         held = is_end(model.threads, k, 0)  # what the end is fixed to stays where it is
+        if model.threads[k].moving != 0:
+            keep_strains(theta, t, h, k, y, model, work)
+            continue
         if count <= (1 if held else 0) or model.switches[model.threads.size + k] != 0:  # wound, or gone
             continue
         q = model.threads[k].iq

@@ -7,6 +7,7 @@ import numpy as np
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.kernels.drive import FREE, drive_angles
+from evolvent.kernels.thread import LEAST_OUT
 from evolvent.model import Model
 
 #: Times at which a drive is evaluated over a run.
@@ -104,6 +105,14 @@ def check(assembly: Assembly, end: float) -> None:
                 f"but `length` is {whole[p]:g} m, all out at about {times[beyond[0]]:.6g} s; shorten `until`, slow "
                 f"down the `drive`, or set `separates`"
             )
+        if row["moving"]:
+            short = np.flatnonzero(out[:, p] < whole[p] * (LEAST_OUT - _ROUND_OFF))
+            if short.size:
+                raise InputError(
+                    f"the drive leaves too little of the thread {thread!r} out at about {times[short[0]]:.6g} s: its "
+                    f"`mesh` 'moving' needs {LEAST_OUT * whole[p]:g} m ({LEAST_OUT:g} of `length`); shorten "
+                    f"`until`, or end the reeling in `drive` before"
+                )
         below = np.flatnonzero(out[:, p] < -_ROUND_OFF * whole[p])
         if below.size:
             raise InputError(

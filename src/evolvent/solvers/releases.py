@@ -46,7 +46,9 @@ def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
     inner = model.breaks[(model.breaks > start) & (model.breaks < end)]
     times = np.union1d(np.linspace(start, end, _INTERVALS + 1), inner)
     found = []
-    for row in model.threads[model.threads["drive"] != FREE]:  # the loop finds those of free spools
+    for row in model.threads[
+        (model.threads["drive"] != FREE) & (model.threads["moving"] == 0)
+    ]:  # the loop finds those of free spools
         parameters = model.parameters[int(row["first"]) : int(row["last"])]
 
         def paid(t: float, row: Any = row, parameters: np.ndarray = parameters) -> float:

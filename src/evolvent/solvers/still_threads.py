@@ -87,6 +87,13 @@ def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
         out, l0, first, released = float(lengths[p]), float(row["segment"]), int(row["iq"]), int(s[p])
         if row["drive"] == FREE or s[model.threads.size + p]:
             continue
+        if row["moving"]:
+            if time != 0.0 and not given:
+                n, (Q0, R0), (Q, R) = int(row["n"]), before[p], now[p]
+                nodes = state[first : first + 3 * n].reshape(-1, 3)
+                away = R0.T @ (nodes[0] - Q0)
+                nodes[:] = Q + np.outer(out * (1.0 - np.arange(n) / n), R @ away / np.linalg.norm(away))
+            continue
         if not (released - 1.0 - _FITS) * l0 <= out <= (released + _FITS) * l0 or (released == 0 and out > 0.0):
             s[p] = min(max(int(np.ceil(round(out / l0, 9))), int(row["end"] >= 0)), int(row["n"]))
         if out > row["n"] * l0 * (1.0 + _FITS):  # which `payout.check` allows of a thread that separates

@@ -11,9 +11,10 @@ their nodes as well, and each segment is a constraint.
 
 Source: Tenenbaum (2014), equations 1 to 15; see `evolvent.systems.heliogyro`.
 
-`wound` : the drive, the departure point and the thread on the spool; `springs`, `chain` : the released part by the kind
-of its segments; `joined` : those of fixed length under implicit methods; `loads` : on released nodes; `energy` :
-energies and momenta; `implicit` : residual and tangent; `free` : free spools there; `bound` : of the explicit step.
+`wound` : the drive, the departure point and the thread on the spool; `springs`, `chain` : the released part by the
+kind of its segments; `joined` : those of fixed length under implicit methods; `loads` : on released nodes; `energy` :
+energies and momenta; `moving` : spring segments on a mesh that moves; `implicit` : residual and tangent; `free` :
+free spools there; `bound` : of the explicit step.
 """
 
 from evolvent.kernels.drive import FREE as FREE_SPOOL
@@ -39,6 +40,15 @@ from evolvent.kernels.thread.free import add_spool_tangent, has_release, until_r
 from evolvent.kernels.thread.implicit import add_thread_residual, add_thread_tangent
 from evolvent.kernels.thread.joined import has_springs, leaves_spool, note_tensions, pull_joined
 from evolvent.kernels.thread.loads import add_node_load_tangents, evaluate_thread_loads, node_loads
+from evolvent.kernels.thread.moving import (
+    LEAST_OUT,
+    add_turning_elements,
+    carry_root,
+    hold_root,
+    kick_moving,
+    moving_rates,
+    note_drift,
+)
 from evolvent.kernels.thread.results import note_results
 from evolvent.kernels.thread.spool import (
     hold_torque,
@@ -69,6 +79,7 @@ __all__ = [
     "FREE_SPOOL",
     "INEXTENSIBLE",
     "JOINED",
+    "LEAST_OUT",
     "SHORT",
     "SPRINGS",
     "TINY",
@@ -81,8 +92,10 @@ __all__ = [
     "add_thread_step",
     "add_thread_step_tangent",
     "add_thread_tangent",
+    "add_turning_elements",
     "boundary_step",
     "carry_power",
+    "carry_root",
     "carry_wound",
     "chain_links",
     "chain_matrix",
@@ -94,16 +107,20 @@ __all__ = [
     "evaluate_thread_loads",
     "has_release",
     "has_springs",
+    "hold_root",
     "hold_torque",
     "is_end",
     "is_loose",
     "kick_chain",
+    "kick_moving",
     "leave_spool",
     "leaves_spool",
     "lock_spools",
     "longest_step",
     "measure_threads",
+    "moving_rates",
     "node_loads",
+    "note_drift",
     "note_results",
     "note_tensions",
     "paid_out",

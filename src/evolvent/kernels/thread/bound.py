@@ -7,6 +7,28 @@ from evolvent.kernels.thread.end import add_end_bound
 from evolvent.kernels.thread.wound import SPRINGS
 
 
+def _moving_bound(row, body):
+    """As `add_thread_bound`, of the elements of a mesh that moves, at the length that is out at the start.
+
+    Notes
+    -----
+    Of an element with the consistent mass m, stiffness k and damping d alone: 12 k/m and 12 d/m. No mode of the mesh is
+    faster than that of its fastest element. Its pull on the body acts through the mass that is left at Q, as that of
+    an element that ends there.
+    """
+    n, length = int(row["n"]), float(row["b"][0])
+    m, factor = float(row["density"]) * length / n, float(row["segment"]) * n / length
+    J = np.concatenate([row["X"], np.cross(row["d"], row["X"])])
+    for what, value in enumerate((row["stiffness"], row["damping"])):
+        body[what, int(row["body"])] += 2.0 * factor * value * row["copies"] * np.outer(J, J)
+    squared, damping = 12.0 * factor * row["stiffness"] / m, 12.0 * factor * row["damping"] / m
+    found = [(float(squared), float(damping))]
+    if row["drive"] == FREE_SPOOL:
+        compliance = 2.0 * factor * float(row["radius"]) ** 2 / float(row["spool_inertia"])
+        found.append((float(compliance * row["stiffness"]), float(compliance * row["damping"])))
+    return found
+
+
 def add_thread_bound(model, p, body, point):
     """Bounds of the fastest modes of thread p, all its nodes taken as released.
 
@@ -29,6 +51,8 @@ def add_thread_bound(model, p, body, point):
     row = model.threads[p]
     first, n, b = int(row["node"]), int(row["n"]), int(row["body"])
     masses = model.nodes["mass"][first : first + n]
+    if row["moving"]:
+        return _moving_bound(row, body)
     if row["kind"] == SPRINGS:
         stiffer = float(row["segment"] / row["shortest"]) if row["shortest"] > 0.0 else 1.0
         ends = 2.0 * stiffer + np.where(np.arange(n) > 0, 2.0, 0.0)

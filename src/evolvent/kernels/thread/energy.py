@@ -10,6 +10,7 @@ from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.springs import spring_energy
 from evolvent.kernels.thread.chain import chain_points
+from evolvent.kernels.thread.moving import moving_inventory
 from evolvent.kernels.thread.spool import ring_radius, spool_direction
 from evolvent.kernels.thread.springs import natural_segment, spring_points
 from evolvent.kernels.thread.wound import INEXTENSIBLE, SPRINGS, reels, spool_axis, wound_mass
@@ -32,6 +33,9 @@ def thread_inventory(y, s, model, p, out):
     for i in range(N_INVENTORY):
         part[i] = 0.0
     elastic = 0.0
+    if threads[p].moving != 0:
+        elastic = moving_inventory(y, p, model, part)
+        j = 0
     for i in range(j):
         k = first + i
         x, v, m = nodes[k].x, nodes[k].v, nodes[k].mass

@@ -17,6 +17,7 @@ from evolvent.kernels.rotor import acceleration_about, add_reaction
 from evolvent.kernels.sparse import SPARSE, add_entry
 from evolvent.kernels.thread.boundary import pull_slopes
 from evolvent.kernels.thread.end import TINY
+from evolvent.kernels.thread.moving import LEAST_OUT, add_feed
 from evolvent.kernels.thread.spool import paid_out, spool_direction, spool_pull, spool_torques
 from evolvent.kernels.thread.springs import damper_slope, paid_rates, segment_columns, segment_vector, turning_columns
 from evolvent.model import MODEL, having
@@ -118,7 +119,9 @@ def add_spool_tangent(t, y, h, c_mass, c_rate, along, p, model, matrix):
             inertia = c_mass * copies * S * Y[c]
             add_entry(matrix, k, at + 3 + c, inertia)
             add_entry(matrix, at + 3 + c, k, inertia)
-    if s[p] > 0 and s[threads.size + p] == 0 and along != 0.0:
+    if threads[p].moving != 0:
+        own += add_feed(y, c_mass, c_rate, p, model, matrix)
+    elif s[p] > 0 and s[threads.size + p] == 0 and along != 0.0:
         r = threads[p].r
         tension_by_out, pull_by_length, pull_by_out = pull_slopes(h, along, p, model)
         damped = _paid_slope(y, h, c_rate, rate, p, model)
@@ -213,6 +216,8 @@ def next_levels(s, threads, p):
         up += OVERRUN
     if s[p] == 0 or (s[p] == 1 and threads[p].end >= 0):
         down = -OVERRUN
+    if threads[p].moving != 0:
+        down = LEAST_OUT * threads[p].n - OVERRUN
     return up, down
 
 

@@ -50,6 +50,9 @@ def note_results(y, s, model, p):
     threads[p].torque = spool_pull(s, model, p) * threads[p].reach
     last = first + max(s[p] - 1, 0)
     _note_pull(threads[p].Q, nodes[last].x, threads[p].hub, threads[p].hub_pull)
+    if threads[p].moving != 0:
+        for c in range(3):
+            threads[p].hub_pull[c] = threads[p].exit[c]
     tension = nodes[first].tension if s[p] > 0 else 0.0
     if s[p] > 1:
         _note_pull(nodes[first].x, nodes[first + 1].x, tension, threads[p].end_pull)

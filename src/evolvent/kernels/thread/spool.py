@@ -94,7 +94,7 @@ def spool_direction(threads, bodies, p):
 def carry_spool(model, p):
     """Free spool p, its inertia `spool` known, onto its body; the thread's tension is added by `pull_spool`."""
     threads, bodies = model.threads, model.bodies
-    if not is_loose(threads, p):
+    if not is_loose(threads, p) or threads[p].moving != 0:  # see `moving.hold_root`
         return
     b, copies = threads[p].body, float(threads[p].copies)
     nx, ny, nz = spool_direction(threads, bodies, p)
@@ -125,11 +125,23 @@ def spool_acceleration(model, p, T):
 
 
 @inlined
+def exit_tension(model, p):
+    """Tension at the exit of thread p on a mesh that moves, N: its pull there along the innermost element."""
+    k, Q, f = model.threads[p].node + model.threads[p].n - 1, model.threads[p].Q, model.threads[p].exit
+    x = model.nodes[k].x
+    dx, dy, dz = x[0] - Q[0], x[1] - Q[1], x[2] - Q[2]
+    size = math.sqrt(dx * dx + dy * dy + dz * dz)
+    return (f[0] * dx + f[1] * dy + f[2] * dz) / size if size > 0.0 else 0.0
+
+
+@inlined
 def held_tension(s, model, p):
     """Tension that thread p puts on its spool, of the last evaluation of its forces, N."""
     threads = model.threads
     if s[p] == 0 or s[threads.size + p] != 0:
         return 0.0
+    if threads[p].moving != 0:
+        return exit_tension(model, p)
     return model.nodes[threads[p].node + s[p] - 1].tension
 
 
@@ -138,6 +150,8 @@ def spool_pull(s, model, p):
     """Force by which thread p turns its spool, N: its tension there, and W (see `boundary`)."""
     if s[p] == 0 or s[model.threads.size + p] != 0:
         return 0.0
+    if model.threads[p].moving != 0:
+        return model.threads[p].pull
     return held_tension(s, model, p) + model.threads[p].line_energy
 
 
@@ -146,7 +160,7 @@ def spring_spools(y, s, model, dy):
     """Rates of the free spools of threads with segments of springs, their bodies' a known."""
     threads = model.threads
     for p in range(threads.size):
-        if threads[p].drive == FREE_SPOOL and threads[p].kind == 0:
+        if threads[p].drive == FREE_SPOOL and threads[p].kind == 0 and threads[p].moving == 0:
             k = threads[p].spool_v
             rate = y[k]
             dy[threads[p].spool_q] = rate

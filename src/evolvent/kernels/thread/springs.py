@@ -36,6 +36,12 @@ def spring_points(y, s, threads, nodes, p):
         for c in range(3):
             nodes[first + i].x[c] = y[q + 3 * i + c]
             nodes[first + i].v[c] = y[v + 3 * i + c]
+    if threads[p].moving != 0:  # whose material moves on along the mesh
+        part, last = 0.5 * threads[p].b[1] / threads[p].b[0], first + threads[p].n - 1
+        for i in range(1, threads[p].n):
+            for c in range(3):
+                inner = nodes[first + i + 1].x[c] if first + i < last else threads[p].Q[c]
+                nodes[first + i].v[c] += part * i * (nodes[first + i - 1].x[c] - inner)
 
 
 @inlined
@@ -48,7 +54,10 @@ def segment_count(s, threads, p):
 def natural_segment(s, threads, p, i):
     """Natural length and stiffness of segment i of thread p in a state."""
     rest, stiffness = threads[p].segment, threads[p].stiffness
-    if i == s[p] - 1:
+    if threads[p].moving != 0:
+        rest = threads[p].b[0] / threads[p].n
+        stiffness *= threads[p].segment / rest
+    elif i == s[p] - 1:
         rest = threads[p].b[0]
         stiffness *= length_factor(threads, p, rest)[0]
     return rest, stiffness
@@ -80,7 +89,9 @@ def segment_force(y, h, s, p, i, model):
     """
     threads, nodes, at_spool = model.threads, model.nodes, i == s[p] - 1
     k, rest, longer = threads[p].node + i, threads[p].segment, 0.0
-    if at_spool:
+    if threads[p].moving != 0:
+        rest = threads[p].b[0] / threads[p].n
+    elif at_spool:
         rest, longer = threads[p].b[0], threads[p].b[1]
     ex, ey, ez, vx, vy, vz = segment_vector(y, s, p, i, model)
     length = math.sqrt(ex * ex + ey * ey + ez * ez)
@@ -103,7 +114,9 @@ def segment_force(y, h, s, p, i, model):
     if h != 0.0:
         stretch_rate = (nodes[k].length1 - nodes[k].length0) / h
     rate = stretch_rate
-    if at_spool:
+    if threads[p].moving != 0:
+        rate -= length * threads[p].b[1] / threads[p].b[0]
+    elif at_spool:
         rate -= longer * (threads[p].X[0] * ex + threads[p].X[1] * ey + threads[p].X[2] * ez)
     extension = length - rest
     if h != 0.0 and threads[p].slack != 0:
@@ -112,7 +125,9 @@ def segment_force(y, h, s, p, i, model):
     else:
         nodes[k].along = 1.0
     nodes[k].length, stiffness, damping = length, threads[p].stiffness, threads[p].damping
-    if at_spool and threads[p].shortest != 0.0:
+    if threads[p].moving != 0:
+        stiffness, damping = stiffness * threads[p].segment / rest, damping * threads[p].segment / rest
+    elif at_spool and threads[p].shortest != 0.0:
         factor, slope, _, _ = interval_factor(h, threads, p)
         squares, _ = mean_square(h, p, k, model)
         threads[p].line_energy = -0.5 * stiffness * slope * squares
@@ -253,6 +268,17 @@ def spring_thread(y, h, s, model, p, loaded, dy):
 
 
 @inlined
+def stiffness_factor(h, threads, p, leaves):
+    """Stiffness of a segment of thread p over that of a whole one; `leaves`: it is the one at the spool."""
+    if threads[p].moving != 0:
+        return threads[p].segment * threads[p].n / threads[p].b[0]
+    if leaves:
+        factor, _, _, _ = interval_factor(h, threads, p)
+        return factor
+    return 1.0
+
+
+@inlined
 def segment_slope(h, c_rate, p, i, model):
     """Derivative of the tension of segment i of thread p by its length, and c_rate times that by the rate, N/m.
 
@@ -261,10 +287,8 @@ def segment_slope(h, c_rate, p, i, model):
     threads, k = model.threads, model.threads[p].node + i
     if threads[p].slack != 0 and model.nodes[k].tension == 0.0:
         return 0.0
-    stiffness, damping = threads[p].stiffness, threads[p].damping
-    if i == model.switches[p] - 1:
-        factor, _, _, _ = interval_factor(h, threads, p)
-        stiffness, damping = factor * stiffness, factor * damping
+    factor = stiffness_factor(h, threads, p, i == model.switches[p] - 1)
+    stiffness, damping = factor * threads[p].stiffness, factor * threads[p].damping
     if h == 0.0:
         return stiffness + c_rate * damping
     return stiffness * model.nodes[k].along + c_rate * damping
@@ -286,7 +310,7 @@ def segment_columns(p, i, s, model, Ja, Jb):
 def paid_rates(h, p, v, model):
     """Rate v of a vector, three floats, less the length that thread p pays out along X; over a step that alone."""
     threads, of_state = model.threads, 1.0 if h == 0.0 else 0.0
-    X, longer = threads[p].X, threads[p].b[1]
+    X, longer = threads[p].X, threads[p].b[1] if threads[p].moving == 0 else 0.0
     return of_state * v[0] - longer * X[0], of_state * v[1] - longer * X[1], of_state * v[2] - longer * X[2]
 
 
@@ -320,7 +344,7 @@ def damper_slope(h, p, i, model):
         return 0.0
     if threads[p].slack != 0 and model.nodes[threads[p].node + i].tension == 0.0:
         return 0.0
-    return threads[p].damping * (interval_factor(h, threads, p)[0] if leaves else 1.0)
+    return threads[p].damping * stiffness_factor(h, threads, p, leaves)
 
 
 @indirect(void(VECTOR, REAL, REAL, REAL, _I, _I, MODEL, SPARSE))
@@ -360,6 +384,8 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
         for r in range(3):
             for c in range(3):
                 K[r, c] += damper / length * n[r] * (v[c] - rate * m[c])
+                if threads[p].moving != 0:
+                    K[r, c] -= damper * threads[p].b[1] / threads[p].b[0] * n[r] * n[c]
     if not (held or whole):
         outer = threads[p].iv + 3 * i - model.info.nq
         inner = outer + 3

@@ -36,6 +36,8 @@ def reels(t, y, s, model):
         r = threads[p].r = outer_radius(threads, p, phi)
         threads[p].phi = phi
         threads[p].b[0] = max(paid_out(threads, p, phi) - (s[p] - 1) * threads[p].segment, 0.0)
+        if threads[p].moving != 0:
+            spread(threads, model.nodes, p, paid_out(threads, p, phi))
         threads[p].b[1] = r * rate
         threads[p].b[2] = r * acceleration - threads[p].coiling * rate * rate
         note_spool(t, y, s, model, p)
@@ -52,6 +54,21 @@ def reels(t, y, s, model):
         threads[p].X[0], threads[p].X[1], threads[p].X[2] = turn(bodies[b].R, X[0], X[1], X[2])
         if threads[p].end >= 0:
             place_end(y, model, p)
+
+
+@inlined
+def spread(threads, nodes, p, out):
+    """Length `out` (m) of thread p, on a mesh that moves, spread over its elements: lumped masses and spans of nodes.
+
+    These carry loads; inertia is that of `moving`.
+    """
+    n, first = threads[p].n, threads[p].node
+    threads[p].b[0] = max(out, 1e-9 * n * threads[p].segment)
+    span = threads[p].b[0] / n
+    for i in range(n):
+        nodes[first + i].span = span if i > 0 else 0.5 * span
+        mass = threads[p].density * nodes[first + i].span + (threads[p].tip_mass if i == 0 else 0.0)
+        nodes[first + i].mass, nodes[first + i].compliance = mass, 1.0 / mass
 
 
 @inlined
@@ -92,6 +109,8 @@ def spool_axis(threads, bodies, p):
 def wound_mass(s, threads, nodes, p):
     """Mass of the wound part of thread p, kg."""
     mass = 0.0
+    if threads[p].moving != 0:
+        return threads[p].density * max(threads[p].n * threads[p].segment - threads[p].b[0], 0.0)
     for i in range(s[p], threads[p].n):
         mass += nodes[threads[p].node + i].mass
     return mass

@@ -47,6 +47,10 @@ class Blade(Section):
     )
     thickness: units.Length | None = Field(None, description="of the film, needed for young_modulus")
     damping: units.DampingOrZero = Field(1e-3, description="of one segment (springs)")
+    mesh: Literal["material", "moving"] = Field(
+        "material",
+        description="nodes fixed to the material, or a mesh through which it flows, which needs start_length (springs)",
+    )
     boundary_segment: Literal["constant", "by-length"] = Field(
         "constant",
         description="stiffness and damping of the segment at the spool: of a whole one, or of its length (springs)",
@@ -238,4 +242,4 @@ class Case(Section):
     @property
     def carried(self) -> bool:
         """Whether wound thread acts on the body."""
-        return self.blade.wound_mass == "carried" or self.body.motion == "free"
+        return self.blade.wound_mass == "carried" or self.body.motion == "free" or self.blade.mesh == "moving"

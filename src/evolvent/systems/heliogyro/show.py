@@ -107,7 +107,7 @@ def _hub_rows(run: Any) -> list[tuple[str, str]]:
     time, hub, count = run.time.values, run.hub_tension.values.max(axis=1), _window(run)
     k = int(np.argmax(hub))
     text = f"{hub[k]:.4g} N at {time[k]:.6g} s"
-    if case_of(run).blade.segments != "springs":
+    if not _rings(case_of(run)):
         return [("largest hub tension", text)]
     found = [("largest hub tension, one sample", f"{text} (the springs ring)")]
     if count:
@@ -116,6 +116,11 @@ def _hub_rows(run: Any) -> list[tuple[str, str]]:
         text = f"{means[:, k].max():.4g} N about {_running(time, count)[0][k]:.4g} s"
         found.insert(0, (f"largest hub tension, mean of {time[count - 1]:.2g} s", text))
     return found
+
+
+def _rings(case: Any) -> bool:
+    """Whether tensions ring: springs on a mesh whose nodes leave the spool one by one."""
+    return bool(case.blade.segments == "springs" and case.blade.mesh == "material")
 
 
 def _window(run: Any) -> int:
@@ -228,7 +233,7 @@ def _tension_figure(run: Any) -> Figure:
     """Tension at the hub over time, and along the thread at several times."""
     run = results.regular(run)
     case, time, first = case_of(run), run.time.values, _blade(run, 0)
-    hub, springs = np.where(_separated(run), np.nan, 1e3 * run.hub_tension.values), case.blade.segments == "springs"
+    hub, springs = np.where(_separated(run), np.nan, 1e3 * run.hub_tension.values), _rings(case)
     shown, count = _unlike(hub), _window(run) if springs else 0
     lines, along, segment = [], [], case.blade.length / case.blade.nodes
     for c, b in enumerate(shown):
@@ -243,6 +248,8 @@ def _tension_figure(run: Any) -> Figure:
     for k in _moments(run):
         out = int(np.sum(first.released.values[k] > 0.0))
         tension, color = 1e3 * first.tension.values[k, :out], float(time[k] / time[-1])
+        if case.blade.mesh == "moving":
+            segment = float(first.deployed_length.values[k]) / out
         x = segment * (np.arange(out) + 0.5)
         along.append(Line(x=x, y=tension, label=f"{time[k]:.4g} s", color=color, marker="."))
     beside = "along blade 1" + (", at these instants" if springs else "")
