@@ -39,6 +39,13 @@ def chromium() -> str | None:
     return os.environ.get("EVOLVENT_CHROMIUM") or next((p for n in names if (p := shutil.which(n))), None)
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests with a browser or a served studio are slow."""
+    for item in items:
+        if {"browser", "server"} & set(getattr(item, "fixturenames", ())):
+            item.add_marker("slow")
+
+
 @pytest.fixture(scope="session", autouse=True)
 def state_of_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """A state folder for the secret of the user, so that tests leave nothing in the home folder."""
