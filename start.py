@@ -74,6 +74,11 @@ def call(command: list[str], output: IO[bytes] | None = None, **environment: str
                 continue
 
 
+def use_one_thread() -> None:
+    """Let the linear algebra use one thread: the matrices are small, and threads only get into each other's way."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
 def keep_bytecode() -> None:
     """Keep bytecode in the virtual environment where the user wants none beside the sources.
 
@@ -150,6 +155,7 @@ def test(arguments: list[str]) -> int:
     chosen = [] if release else ["-m", "not release" if arguments else "not release and not (slow and digits)"]
     if code := set_up("test"):
         return code
+    use_one_thread()
     if not arguments:  # the validation book is that of a whole run
         shutil.rmtree(BOOK, ignore_errors=True)
     os.environ.setdefault("EVOLVENT_BOOK", str(BOOK))
@@ -223,6 +229,7 @@ def docs(arguments: list[str]) -> int:
     """The documentation; its examples and tutorials run, which takes a minute or two."""
     if code := set_up("docs"):
         return code
+    use_one_thread()
     program, *options = SPHINX
     say("building the pages; their examples and tutorials run, which takes a minute or two ...")
     code = call([str(BIN / program), *arguments, *options])
