@@ -52,6 +52,7 @@ OTHER_PROCESSOR = {
     "EVOLVENT_ROUND_OFF": "1",
     "EVOLVENT_BOOK": "",
 }
+COMPILE = ["python", "-c", "from evolvent.compiled import precompile; precompile.load_all()"]
 #: Benchmarks that run only where they are named: they install other programs, and write a page of the documentation.
 BY_NAME = ("compare",)
 DOCTREES = PAGES.parent / "doctrees"
@@ -170,8 +171,17 @@ def test(arguments: list[str]) -> int:
     }
     tests = {"tests": ["pytest", "-q", "-rs", f"--junitxml={DURATIONS}", *in_parallel(), *chosen, *arguments]}
     failed: dict[str, list[str]] = {}
-    other = threading.Thread(target=run_steps, args=(checks | {"docs": SPHINX}, failed), kwargs={"shown": False})
+    compiled = threading.Event()  # before tests and pages, which would each compile the same functions
+
+    def beside() -> None:
+        run_steps(checks, failed, shown=False)
+        compiled.wait()
+        run_steps({"docs": SPHINX}, failed, shown=False)
+
+    other = threading.Thread(target=beside)
     other.start()
+    run_steps({"compile": COMPILE}, failed, shown=True)
+    compiled.set()
     run_steps(tests, failed, shown=True)
     if not arguments:
         whole = [] if "tests" in failed else ["--whole"]  # a test that failed has not entered all of its rows

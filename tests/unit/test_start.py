@@ -80,10 +80,12 @@ def test_all_steps_run_and_a_failure_names_its_tests_at_the_end(start: Any, monk
     monkeypatch.setattr(start, "find_browser", lambda: None)
     assert start.test([]) == 1
     names = [name for name, *_ in calls]
-    steps = ["ruff", "ruff", "mypy", "lint-imports", "pytest", "python", "pytest", "sphinx-build"]
+    steps = ["ruff", "ruff", "mypy", "lint-imports", "python", "pytest", "python", "pytest", "sphinx-build"]
     assert sorted(names) == sorted(steps)
     assert ["python", "tests/book.py", str(start.BOOK)] in calls, "without --whole, since tests have failed"
-    assert [name for name in names if name in ("pytest", "python")] == ["pytest", "python", "pytest"]
+    assert [name for name in names if name in ("pytest", "python")] == ["python", "pytest", "python", "pytest"]
+    assert "precompile" in calls[names.index("python")][-1]
+    assert names.index("sphinx-build") > names.index("python"), "which loads compiled functions"
     (again,) = (words for words in calls if "digits" in words)
     assert "tests/docs/test_sentences.py" in again
     assert "tests/unit/test_run.py" not in again, "which has none"
