@@ -19,11 +19,15 @@ LONG = (
     "stand-plan",
     "stand-prony-accuracy",
     "stand-scheme",
+    "stand-signals",
+    "stand-step-error",
     "stand-step-6",
     "stand-step-7",
     "thread-boundary-along",
+    "thread-figure-4-4",
     "thread-momentum-kept",
     "thread-one-rotation",
+    "thread-only",
     "thread-stiffness-lowered",
 )
 

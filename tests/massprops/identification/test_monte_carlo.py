@@ -70,7 +70,8 @@ def test_intervals_cover(key: str, length: int, book: Book) -> None:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("key", "length"), CASES)
+@pytest.mark.parametrize("length", [100, pytest.param(1000, marks=pytest.mark.release)])
+@pytest.mark.parametrize("key", SETUPS)
 def test_order_is_found(key: str, length: int) -> None:
     """In at least 99 of 100 records."""
     setup = SETUPS[key]()
