@@ -2,7 +2,7 @@
 """Set up a virtual environment beside this file and run evolvent, its tests, benchmarks or documentation in it.
 
     python3 start.py run heliogyro     results, figures, animation and report in heliogyro-run/
-    python3 start.py quick             the fast tests of all folders, under a minute
+    python3 start.py quick             fast tests of every folder, under a minute
     python3 start.py test              lint, types, layers, tests, documentation; `test --release`: long tests, too
     python3 start.py docs              documentation as HTML in docs/_build/html/
     python3 start.py wheel             a wheel with compiled functions for this Python and platform, in dist/
@@ -39,6 +39,8 @@ USAGE = (
     "test [--release] [options of pytest] | docs | wheel | lowest [EXTRA ...] [-- options of pytest] | "
     "bench [NAME [options]]"
 )
+#: Of the files of a folder of tests `quick` runs the last, and every so manyth before it.
+QUICK = 4
 #: Pages; a warning is an error.
 PAGES = ROOT / "docs" / "_build" / "html"
 #: Where tests write the rows of the validation book, from which `tests/book.py` renews the table that is shipped.
@@ -135,13 +137,27 @@ def in_parallel() -> list[str]:
 
 
 def quick(arguments: list[str]) -> int:
-    """The fast tests of all folders alone: without lint, types, documentation, and tests with the marker `slow`."""
+    """The fast tests alone, without lint, types, documentation: of some files of each folder, or of what is named."""
     if code := set_up("test"):
         return code
     began = time.perf_counter()
-    code = call([str(BIN / "pytest"), "-q", "-m", "not slow and not release", *in_parallel(), *arguments])
+    files = [] if arguments else quick_files()
+    code = call([str(BIN / "pytest"), "-q", "-m", "not slow and not release", *in_parallel(), *files, *arguments])
     say(f"{'ok' if code == 0 else 'FAILED'} in {time.perf_counter() - began:.0f} s")
     return code
+
+
+def quick_files() -> list[str]:
+    """Every `QUICK`th file of each folder of tests, which take under a minute on two cores."""
+    folders = sorted({path.parent for path in (ROOT / "tests").rglob("test_*.py")})
+    files = [sorted(filter(has_fast, folder.glob("test_*.py"))) for folder in folders]
+    return [str(path) for several in files for path in several[::-QUICK]]
+
+
+def has_fast(path: pathlib.Path) -> bool:
+    """Whether a file has tests without the marker `slow`."""
+    text = path.read_text(encoding="utf-8")
+    return "pytestmark = pytest.mark.slow" not in text and text.count("mark.slow") < text.count("\ndef test_")
 
 
 def test(arguments: list[str]) -> int:

@@ -59,6 +59,7 @@ def test_help_and_list_load_no_large_library(words, tmp_path):
     assert not found & (NEVER | {"h5py", "matplotlib", "numba", "numpy", "pandas", "rich", "scipy", "xarray"})
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("compiled")
 def test_a_run_loads_what_it_needs(tmp_path):
     case = ("run", "heliogyro", *TINY, "--no-figures", "-o", "run.nc")
@@ -69,6 +70,7 @@ def test_a_run_loads_what_it_needs(tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("compiled")
 def test_figures_load_no_windows_and_no_scipy(tmp_path):
     """And no tables of properties, which can be had; they are drawn after the table of results is printed."""
@@ -80,6 +82,7 @@ def test_figures_load_no_windows_and_no_scipy(tmp_path):
     assert not found & (NEVER | {"matplotlib.pyplot", "scipy.interpolate", "scipy.linalg", "scipy.optimize"})
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("compiled")
 def test_units_that_need_the_library_find_it_in_a_run(tmp_path):
     found = loaded(

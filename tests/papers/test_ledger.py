@@ -32,6 +32,7 @@ LONG = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "one",
     [pytest.param(one, marks=pytest.mark.release if one.name in LONG else (), id=one.name) for one in QUICK],

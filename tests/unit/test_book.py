@@ -16,6 +16,7 @@ ENTRY: dict[str, Any] = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_every_test_that_enters_rows_has_some_in_the_table_that_is_shipped() -> None:
     rows = book.shipped()
     assert book.missing(rows) == [], f"these tests have no row in the table; {book.RENEW}"
@@ -66,6 +67,7 @@ def test_fresh_entries_agree_with_the_table_or_the_run_says_so(tmp_path: pathlib
     assert book.main([]) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("error", "allowed", "held", "shown"),
     [

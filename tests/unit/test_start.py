@@ -31,12 +31,12 @@ def test_quick_runs_pytest_alone(start: Any, monkeypatch: pytest.MonkeyPatch) ->
     calls: list[list[str]] = []
     monkeypatch.setattr(start, "call", lambda command: calls.append(command) or 0)
     monkeypatch.setattr(start, "in_parallel", lambda: ["-n", "2"])
-    for words in ([], ["-k", "rotation"], ["tests/rib", "-x"]):
+    for words, files in (([], start.quick_files()), (["-k", "rotation"], []), (["tests/rib", "-x"], [])):
         calls.clear()
         assert start.quick(words) == 0
         ((program, *options),) = calls
         assert pathlib.Path(program).stem == "pytest"
-        assert options == ["-q", "-m", "not slow and not release", "-n", "2", *words]
+        assert options == ["-q", "-m", "not slow and not release", "-n", "2", *files, *words]
 
 
 def is_slow(path: pathlib.Path) -> list[bool]:
@@ -47,9 +47,19 @@ def is_slow(path: pathlib.Path) -> list[bool]:
     return [whole or any("mark.slow" in ast.unparse(one) for one in test.decorator_list) for test in tests]
 
 
-def test_quick_has_tests_of_every_folder() -> None:
+def test_quick_has_tests_of_every_folder(start: Any) -> None:
+    chosen = [pathlib.Path(name) for name in start.quick_files()]
     for folder in {path.parent for path in (ROOT / "tests").rglob("test_*.py")}:
-        assert not all(slow for path in folder.glob("test_*.py") for slow in is_slow(path)), folder.name
+        assert not all(slow for path in chosen if path.parent == folder for slow in is_slow(path)), folder.name
+
+
+def test_what_runs_under_another_processor_alone_enters_no_rows(start: Any) -> None:
+    """The step `digits` has no book: a test that asks for it may not be `slow` and `digits`."""
+    for name in start.with_digits():
+        for node in ast.parse((ROOT / name).read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef) and "book" in [argument.arg for argument in node.args.args]:
+                marks = {ast.unparse(one) for one in node.decorator_list}
+                assert not {"pytest.mark.slow", "pytest.mark.digits"} <= marks, node.name
 
 
 def test_all_steps_run_and_a_failure_names_its_tests_at_the_end(start: Any, monkeypatch: Any, tmp_path: Any) -> None:

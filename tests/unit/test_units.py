@@ -59,6 +59,7 @@ def registry():
     return pint.UnitRegistry()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [unit for unit in units.COMMON if unit])
 def test_units_read_without_the_library_agree_with_it(unit, registry):
     for name, factor in units.COMMON[unit].items():
