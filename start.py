@@ -2,7 +2,7 @@
 """Set up a virtual environment beside this file and run evolvent, its tests, benchmarks or documentation in it.
 
     python3 start.py run heliogyro     results, figures, animation and report in heliogyro-run/
-    python3 start.py quick             the fast tests alone, under a minute
+    python3 start.py quick             fast tests of every folder, under a minute
     python3 start.py test              lint, types, layers, tests, documentation; `test --release`: long tests, too
     python3 start.py docs              documentation as HTML in docs/_build/html/
     python3 start.py wheel             a wheel with compiled functions for this Python and platform, in dist/
@@ -39,8 +39,8 @@ USAGE = (
     "test [--release] [options of pytest] | docs | wheel | lowest [EXTRA ...] [-- options of pytest] | "
     "bench [NAME [options]]"
 )
-#: Folders of tests that `quick` runs unless others are named.
-QUICK = ("tests/unit", "tests/elements", "tests/loads", "tests/massprops/signals")
+#: Of the files of a folder of tests `quick` runs the last, and every so manyth before it.
+QUICK = 4
 #: Pages; a warning is an error.
 PAGES = ROOT / "docs" / "_build" / "html"
 #: Where tests write the rows of the validation book, from which `tests/book.py` renews the table that is shipped.
@@ -54,6 +54,7 @@ OTHER_PROCESSOR = {
     "EVOLVENT_ROUND_OFF": "1",
     "EVOLVENT_BOOK": "",
 }
+COMPILE = ["python", "-c", "from evolvent.compiled import precompile; precompile.load_all()"]
 #: Benchmarks that run only where they are named: they install other programs, and write a page of the documentation.
 BY_NAME = ("compare",)
 DOCTREES = PAGES.parent / "doctrees"
@@ -74,6 +75,11 @@ def call(command: list[str], output: IO[bytes] | None = None, **environment: str
                 return process.wait()
             except KeyboardInterrupt:
                 continue
+
+
+def use_one_thread() -> None:
+    """Let the linear algebra use one thread: the matrices are small, and threads only get into each other's way."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def keep_bytecode() -> None:
@@ -131,27 +137,42 @@ def in_parallel() -> list[str]:
 
 
 def quick(arguments: list[str]) -> int:
-    """The fast tests alone: without lint, types, documentation, and tests with the marker `slow`."""
+    """The fast tests alone, without lint, types, documentation: of some files of each folder, or of what is named."""
     if code := set_up("test"):
         return code
-    named = any((ROOT / word.partition("::")[0]).exists() for word in arguments)
     began = time.perf_counter()
-    folders = [] if named else [str(ROOT / name) for name in QUICK]
-    code = call([str(BIN / "pytest"), "-q", "-m", "not slow", *in_parallel(), *folders, *arguments])
+    files = [] if arguments else quick_files()
+    code = call([str(BIN / "pytest"), "-q", "-m", "not slow and not release", *in_parallel(), *files, *arguments])
     say(f"{'ok' if code == 0 else 'FAILED'} in {time.perf_counter() - began:.0f} s")
     return code
+
+
+def quick_files() -> list[str]:
+    """Every `QUICK`th file of each folder of tests, which take under a minute on two cores."""
+    folders = sorted({path.parent for path in (ROOT / "tests").rglob("test_*.py")})
+    files = [sorted(filter(has_fast, folder.glob("test_*.py"))) for folder in folders]
+    return [str(path) for several in files for path in several[::-QUICK]]
+
+
+def has_fast(path: pathlib.Path) -> bool:
+    """Whether a file has tests without the marker `slow`."""
+    text = path.read_text(encoding="utf-8")
+    return "pytestmark = pytest.mark.slow" not in text and text.count("mark.slow") < text.count("\ndef test_")
 
 
 def test(arguments: list[str]) -> int:
     """Lint, format, types, layers, tests and documentation; all are run, and any failure counts.
 
-    Tests with the marker `release` run only with the option `--release`. What has one process runs beside what has
-    several, which at times leave a core idle.
+    Tests with the marker `release` run only with the option `--release`. The other steps run beside the tests, which at
+    times leave a core idle; the pages too, for the book changes only where the step `book` fails.
     """
-    chosen = [] if "--release" in arguments else ["-m", "not release"]
+    release = "--release" in arguments
     arguments = [word for word in arguments if word != "--release"]
+    # a slow test of digits runs once, in the step `digits`
+    chosen = [] if release else ["-m", "not release" if arguments else "not release and not (slow and digits)"]
     if code := set_up("test"):
         return code
+    use_one_thread()
     if not arguments:  # the validation book is that of a whole run
         shutil.rmtree(BOOK, ignore_errors=True)
     os.environ.setdefault("EVOLVENT_BOOK", str(BOOK))
@@ -165,19 +186,33 @@ def test(arguments: list[str]) -> int:
         "layers": ["lint-imports", "--no-logo"],
     }
     tests = {"tests": ["pytest", "-q", "-rs", f"--junitxml={DURATIONS}", *in_parallel(), *chosen, *arguments]}
-    digits = {} if arguments else {"digits": ["pytest", "-q", "-m", "digits", *in_parallel()]}
     failed: dict[str, list[str]] = {}
-    for shown, beside in ((tests, checks), (digits, {"docs": SPHINX})):  # the pages show what the tests have found
-        if shown is digits and not arguments:
-            whole = [] if "tests" in failed else ["--whole"]  # a test that failed has not entered all of its rows
-            run_steps({"book": ["python", "tests/book.py", str(BOOK), *whole]}, failed, shown=True)
-        other = threading.Thread(target=run_steps, args=(beside, failed), kwargs={"shown": False})
-        other.start()
-        run_steps(shown, failed, shown=True)
-        other.join()
+    compiled = threading.Event()  # before tests and pages, which would each compile the same functions
+
+    def beside() -> None:
+        run_steps(checks, failed, shown=False)
+        compiled.wait()
+        run_steps({"docs": SPHINX}, failed, shown=False)
+
+    other = threading.Thread(target=beside)
+    other.start()
+    run_steps({"compile": COMPILE}, failed, shown=True)
+    compiled.set()
+    run_steps(tests, failed, shown=True)
+    if not arguments:
+        whole = [] if "tests" in failed else ["--whole"]  # a test that failed has not entered all of its rows
+        run_steps({"book": ["python", "tests/book.py", str(BOOK), *whole]}, failed, shown=True)
+        run_steps({"digits": ["pytest", "-q", "-m", "digits", *in_parallel(), *with_digits()]}, failed, shown=True)
+    other.join()
     names = [test for tests_of_step in failed.values() for test in tests_of_step]
     say("all passed" if not failed else "\n  ".join([f"failed: {', '.join(failed)}", *names]))
     return 1 if failed else 0
+
+
+def with_digits() -> list[str]:
+    """Files that have a test with the marker `digits`: to collect all of the others takes ten seconds."""
+    paths = sorted((ROOT / "tests").rglob("test_*.py"))
+    return [str(path.relative_to(ROOT)) for path in paths if "@pytest.mark.digits" in path.read_text(encoding="utf-8")]
 
 
 def run_steps(steps: dict[str, list[str]], failed: dict[str, list[str]], *, shown: bool) -> None:
@@ -220,6 +255,7 @@ def docs(arguments: list[str]) -> int:
     """The documentation; its examples and tutorials run, which takes a minute or two."""
     if code := set_up("docs"):
         return code
+    use_one_thread()
     program, *options = SPHINX
     say("building the pages; their examples and tutorials run, which takes a minute or two ...")
     code = call([str(BIN / program), *arguments, *options])

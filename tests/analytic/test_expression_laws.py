@@ -35,6 +35,7 @@ def oscillator(**law: Any) -> System:
     return system
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk4", "dopri5", "generalized-alpha"])
 def test_spring_as_by_a_python_law(method: str) -> None:
     found = []

@@ -40,6 +40,7 @@ def formulas(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return paper, corrected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nodes", [20, 40, 80])
 def test_mean_tip_lag(nodes: int, book: Book) -> None:
     """Mean lags 13.46, 13.32, 12.94, 12.3 deg (thread.md): their last digit at n >= 40; 0.06 deg below at n = 20.
@@ -110,6 +111,7 @@ def test_energy_and_hub_tension() -> None:
     assert TIMES[hub.argmax()] == pytest.approx(29.5, abs=0.5)
 
 
+@pytest.mark.slow
 def test_springs_at_1e7_are_inextensible_from_the_start() -> None:
     """c = 1e7, n = 20 against rigid segments, 5 s of deployment: rate to 1e-5, lag to 0.01 deg after 1 s (issue 2)."""
     t = np.arange(0.0, 5.0, 0.02)
@@ -119,6 +121,7 @@ def test_springs_at_1e7_are_inextensible_from_the_start() -> None:
     assert np.max(np.abs(springs.lag() - rigid.lag())[t >= 1.0]) < 0.01
 
 
+@pytest.mark.slow
 def test_springs_at_1e7_are_inextensible_farther_out() -> None:
     """As above from 3 m out, through a release: rate to 1e-5, lag to 0.01 deg (issue 2)."""
     t = np.arange(0.0, 7.0, 0.05)
@@ -130,6 +133,7 @@ def test_springs_at_1e7_are_inextensible_farther_out() -> None:
     assert np.max(np.abs(springs.lag() - rigid.lag())[t >= 1.0]) < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stiffness", "difference", "tolerance"),
     [(1e2, 0.15, 0.02), pytest.param(1e3, 0.016, 0.003, marks=pytest.mark.release), (1e4, 0.0016, 0.001)],
@@ -148,6 +152,7 @@ def test_stiffness_hardly_matters(stiffness: float, difference: float, tolerance
         assert np.max(off[after_first_second]) < 0.005
 
 
+@pytest.mark.slow
 def test_damping_hardly_matters() -> None:
     """d between 1e-6 and 1 N s/m changes the lag by less than 0.002 deg (thread.md): c = 1e4, [20, 60] s, mean."""
     t = np.arange(0.0, 60.0, 0.05)
@@ -156,6 +161,7 @@ def test_damping_hardly_matters() -> None:
     assert np.ptp(lags) < 0.002
 
 
+@pytest.mark.slow
 def test_the_rotation_of_velocities_hardly_matters() -> None:
     """Leaving (12) out changes the mean lag by less than 0.006 deg (thread.md); c = 1e4.
 

@@ -473,6 +473,7 @@ def test_a_rolled_boom_is_clamped_as_well() -> None:
     assert found[1] == pytest.approx(found[0], abs=1e-7)
 
 
+@pytest.mark.slow
 def test_modes_of_a_right_angled_frame() -> None:
     """As with a light stiff body between the booms."""
     direct = np.abs(modes(frame(0.5 * math.pi, 4, np.zeros(3)).assemble(), count=4).pole)
@@ -592,6 +593,7 @@ def test_refusals_name_the_joint_and_the_key(given: dict[str, Any], words: str) 
 RELEASE = math.asin(0.5) / 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized-alpha", "energy-momentum"])
 @pytest.mark.parametrize("control", ["step", "tolerance"])
 @pytest.mark.parametrize("stiffness", [0.0, 1e5])

@@ -64,6 +64,7 @@ def test_impulse_of_a_torque(kind: str, step: float) -> None:
     assert 2.0 * rate == pytest.approx(IMPULSES[kind], rel=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PROFILES)
 def test_impulse_by_quadrature(kind: str) -> None:
     """The integral over time of the values that the kernel returns, by another rule."""
@@ -137,6 +138,7 @@ LOADS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PROFILES)
 def test_beam_by_both_methods(kind: str) -> None:
     """Explicit and implicit methods agree on a beam under a profile, and account for all energy."""

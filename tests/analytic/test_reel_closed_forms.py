@@ -42,6 +42,7 @@ def straight(segments: str, out: float, spool: float, rate: float = W0, **thread
     return heliogyro(motion="driven", rate=rate, spool=spool, out=out, direction=direction, segments=segments, **thread)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("out", [1.35, 3.0 * L / 20.0])
 @pytest.mark.parametrize(("segments", "method"), [("inextensible", "dopri5"), ("springs", "rk4")])
 def test_straight_blade_stays_straight(segments: str, method: str, out: float, book: Book) -> None:

@@ -39,6 +39,7 @@ def test_angular_momentum_of_body_and_wheels(method: str, book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("P", "D"), [(2.0, 1.0), (2.0, 8.0)])
 def test_slew_by_a_controller(P: float, D: float, book: Book) -> None:
     """About one axis the error is a damped oscillator: J e'' + D e' + P e = 0, over a large angle too."""

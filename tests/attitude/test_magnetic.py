@@ -40,6 +40,7 @@ LOADS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", LOADS)
 @pytest.mark.parametrize("method", ["dopri5", "generalized-alpha", "energy-momentum"])
 def test_a_compass_needle_swings_as_a_pendulum(form: str, method: str) -> None:
@@ -62,6 +63,7 @@ def test_its_modes(form: str) -> None:
     np.testing.assert_allclose(w, np.sort([math.sqrt(M * B / 0.2), math.sqrt(M * B / J)]), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_rate_and_an_attitude_in_the_axes_of_the_body() -> None:
     """A damper about the body's own axis and a spring towards an inertial direction, against the exact motion."""
 

@@ -86,6 +86,7 @@ PLACES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("coal")
 @pytest.mark.parametrize("whole", [False, True])
 @pytest.mark.parametrize(("first", "second", "x", "q", "distance"), PLACES)

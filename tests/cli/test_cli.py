@@ -83,6 +83,7 @@ def test_parts_and_their_keys(call):
     assert (code, err) == (2, "evolvent: no part is of the kind 'baem'; did you mean 'beam'?\n")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 def test_run_leaves_table_results_and_figures(call, tmp_path):
     code, out, err = call("run", "heliogyro", *QUICK, "-o", "run.nc", "--figures", "figures")
@@ -114,6 +115,7 @@ def test_run_leaves_table_results_and_figures(call, tmp_path):
         assert {p.name for p in (tmp_path / folder).iterdir()} == FIGURES
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 def test_a_run_without_output_keeps_everything_in_a_new_folder(call, tmp_path):
     quick = [*QUICK, "--set", "blade.nodes=3"]
@@ -135,6 +137,7 @@ def test_a_run_without_output_keeps_everything_in_a_new_folder(call, tmp_path):
     assert evolvent.open(tmp_path / "heliogyro-run" / "run.nc").attrs["status"] == "success"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 def test_figures_are_left_beside_the_results(call, tmp_path):
     quick = [*QUICK, "--set", "blade.nodes=3", "--quiet"]
@@ -154,6 +157,7 @@ def compiled():
     evolvent.run("heliogyro", {"blade.segments": "inextensible", "solver.method": "dopri5", "solver.duration": 0.1})
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("compiled")
 @pytest.mark.parametrize(
     ("shell", "code", "words"),
@@ -185,6 +189,7 @@ def test_quiet_is_quiet(call):
     assert "compiling" in err or err == ""
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 def test_a_free_body_gets_its_own_figure(call, tmp_path):
     free = ["--set", "body.motion=free", "--set", "body.mass=2 kg", "--set", "spool.rate=[3.5, 3.4]"]
@@ -260,6 +265,7 @@ BAD = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BAD)
 def test_bad_input_is_one_line_and_code_2(call, tmp_path, name):
     words, message = BAD[name]
@@ -295,6 +301,7 @@ def test_unwritable_folder_is_refused_before_the_run(call, monkeypatch, tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_failed_run_is_labelled_on_its_pictures_and_its_page_needs_nothing_else(call, monkeypatch):
     from evolvent.solvers import balance
 
@@ -318,6 +325,7 @@ def test_a_failed_run_is_labelled_on_its_pictures_and_its_page_needs_nothing_els
     assert not any(word in page for word in ("http", "src=", "@DATA@"))
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_was_computed(tmp_path):
     slow = ["--set", "blade.stiffness=1e7 N/m", "--set", "output.every=1 ms", "-o", "run.nc", "--no-figures"]
     command = [sys.executable, "-W", "ignore", "-m", "evolvent", "run", "heliogyro", *slow]

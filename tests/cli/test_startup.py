@@ -23,6 +23,9 @@ if "--no-figures" not in sys.argv and "-o" in sys.argv:
 try:
     cli.main()
 finally:
+    if "matplotlib" in sys.modules:
+        from matplotlib import artist, lines
+        print("tables:", "antialiased" in lines.Line2D.set.__doc__, "antialiased" in artist.kwdoc(lines.Line2D))
     print("loaded:", *(name for name, module in sys.modules.items() if module is not None))
 """
 #: What no command here needs.
@@ -56,6 +59,7 @@ def test_help_and_list_load_no_large_library(words, tmp_path):
     assert not found & (NEVER | {"h5py", "matplotlib", "numba", "numpy", "pandas", "rich", "scipy", "xarray"})
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("compiled")
 def test_a_run_loads_what_it_needs(tmp_path):
     case = ("run", "heliogyro", *TINY, "--no-figures", "-o", "run.nc")
@@ -66,16 +70,19 @@ def test_a_run_loads_what_it_needs(tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("compiled")
 def test_figures_load_no_windows_and_no_scipy(tmp_path):
-    """And they are drawn after the table is printed."""
+    """And no tables of properties, which can be had; they are drawn after the table of results is printed."""
     printed, found = started("run", "heliogyro", *TINY, "-o", "run.nc", cwd=tmp_path)
     assert printed.startswith("False status")
     assert "\nTrue results: run.nc\nTrue figures: body_rate.png, " in printed
     assert "matplotlib.figure" in found
+    assert "\ntables: False True\n" in printed
     assert not found & (NEVER | {"matplotlib.pyplot", "scipy.interpolate", "scipy.linalg", "scipy.optimize"})
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("compiled")
 def test_units_that_need_the_library_find_it_in_a_run(tmp_path):
     found = loaded(

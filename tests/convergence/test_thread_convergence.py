@@ -16,6 +16,7 @@ from helpers import END, R, Run, V, fitted_order, heliogyro, observe, run
 NODES = np.array([20, 40, 80, 160])
 
 
+@pytest.mark.slow
 def test_tip_lag_converges_with_the_nodes() -> None:
     """Successive differences of the tip lag after 7 s for n = 20, 40, 80: 0.31, 0.046 deg.
 
@@ -28,6 +29,7 @@ def test_tip_lag_converges_with_the_nodes() -> None:
     assert 2.4 < fitted_order(1.0 / nodes[1:], differences) < 2.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("carried", [False, True])
 def test_continuum_is_reached(carried: bool, book: Book) -> None:
     """An ALE continuum of 4 Legendre modes, solved apart by SciPy, from 5 mm, 40 s: lag and rate converge to it.
@@ -68,6 +70,7 @@ def test_continuum_is_reached(carried: bool, book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_free_spool_reaches_the_continuum(book: Book) -> None:
     """A braked spool on a turning body, its wound thread carried, from 0.3 m, 10 s: second order in n."""
     t = np.linspace(0.0, 10.0, 101)

@@ -6,6 +6,7 @@ VARY = ["--vary", "spool.rate=5%"]
 KEEP = ["--keep", "body_rate.last"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

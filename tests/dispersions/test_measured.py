@@ -106,6 +106,7 @@ def test_files_are_named_from_another_folder():
     assert measured.file_of("table(1, 2)") is None
 
 
+@pytest.mark.slow
 def test_the_command_takes_a_file_of_the_current_folder(folder, call, monkeypatch):
     (folder / "own.yaml").write_text(json.dumps(case()))
     below = folder / "below"

@@ -106,6 +106,7 @@ def test_the_filter_costs_few_steps_and_no_accuracy(build, steps: float) -> None
     assert gained(found) < 1e-11
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
 def test_the_filter_of_strains_follows_the_tolerance(tolerance: float) -> None:
     """A soft free rod that turns and bends: as accurate with the filter as without, and the energy only falls."""

@@ -46,6 +46,7 @@ def kept(run: xr.DataTree) -> None:
         assert np.abs(values - values[0]).max() <= 1e-9 * max(np.abs(values).max(), 0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", [0.1, 1.0, 3.0])
 def test_a_sphere_bounces(part: float, book: Book) -> None:
     """Law conservative: the speed comes back at any step."""

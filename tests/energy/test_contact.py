@@ -229,6 +229,7 @@ def capstan(rate: float, on: int = 96, off: int = 8) -> System:
     return system
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.5, -0.5])
 def test_capstan(rate: float, book: Book) -> None:
     """The cable rests and the drum slips under all of it: T2 = T1 e^(+- mu beta), beta exactly a quarter of a turn."""
@@ -289,6 +290,7 @@ def test_a_cable_in_equilibrium_stays_there(step: float) -> None:
 # ------------------------------------------------------------------------------------------------ pulley and peg
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("friction", "step"), [(0.8, 1e-3), (0.8, 5e-3), (0.0, 1e-3)])
 def test_masses_over_a_pulley(friction: float, step: float, book: Book) -> None:
     """Atwood's machine, the cable's mass included: M x'' = (m1 - m0) g + 2 rho A g x; the pulley turns if it rubs."""
@@ -338,6 +340,7 @@ def wrapping(t: Array) -> Array:
     return np.stack([-R * np.cos(theta) + line * np.sin(theta), -R * np.sin(theta) - line * np.cos(theta)], axis=-1)
 
 
+@pytest.mark.slow
 def test_a_pendulum_that_wraps_on_a_peg_at_fixed_steps(book: Book) -> None:
     """1 ms steps from the start on, where the string already lies on the peg without a gap."""
     R, L, theta, count = 0.1, 1.0, 1.0, 57
@@ -454,6 +457,7 @@ class Slider(NamedTuple):
             slips = not slips
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shaken", [0.0, 2.0])
 @pytest.mark.parametrize("rho", [THIRD, 1.0])
 def test_stick_and_slip(shaken: float, rho: float, book: Book) -> None:
@@ -485,6 +489,7 @@ def rib(name: str, **changes: Any) -> tuple[Any, System]:
     return case, cases.system("wrapped-rib").build(case)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("step", "until"), [(0.5, 1000.0), (0.1, 60.0), (0.02, 30.0)])
 def test_a_held_rib_presses_as_its_tension_does(step: float, until: float, book: Book) -> None:
     """T L/(2 R^2) of a wound rib that does not stretch, T = 0.2 N m; it rests to the end."""
@@ -503,6 +508,7 @@ def test_a_held_rib_presses_as_its_tension_does(step: float, until: float, book:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_rib_springs_open(book: Book) -> None:
     """2000 s of the built-in deployment at a tolerance of 1e-3: energy falls by less than 0.8 %."""
     case, system = rib("wrapped-rib-deploy")

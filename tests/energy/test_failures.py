@@ -42,6 +42,7 @@ def no_solution(system: System, step: float | None) -> Solution:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("step", "wanted"), [(0.01, "use a smaller `step`, or None"), (None, "smaller `tolerance`")])
 def test_a_step_without_a_solution(step: float | None, wanted: str) -> None:
     message = no_solution(ball(jumping), step).message
@@ -71,6 +72,7 @@ def pressed() -> System:
     return system
 
 
+@pytest.mark.slow
 def test_contact_and_node_are_named() -> None:
     message = no_solution(pressed(), 1e-3).message
     assert re.search(r"is at 'strip', node \d of 4, with contact at 'drum'; ", message)

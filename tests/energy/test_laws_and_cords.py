@@ -20,6 +20,7 @@ def ran(system: System, end: float, step: float, rho: float = 1.0) -> Solution:
     return found
 
 
+@pytest.mark.slow
 def test_a_custom_force_is_that_of_springs() -> None:
     """Laws that say what springs say: the same motion and energy to second order."""
     off, defect = [], []
@@ -34,6 +35,7 @@ def test_a_custom_force_is_that_of_springs() -> None:
     assert defect[1] < 0.3 * defect[0] < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.05, 0.02])
 def test_a_law_between_free_places_keeps_momenta(step: float) -> None:
     found = ran(triangle(), 4.0, step)

@@ -57,6 +57,7 @@ def test_pressed_turns_spring_apart_and_keep_energy_and_momenta(count: int, step
     assert np.abs(momentum.drift_angular).max() < 1e-9 * np.abs(momentum.angular).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1e-2, 1e-3])
 def test_friction_between_turns_takes_energy_and_keeps_momenta(step: float) -> None:
     given = {"friction": 0.4, "bristle_stiffness": 100.0, "damping": 0.5, "points": 3}
@@ -164,6 +165,7 @@ def rib(name: str, own: bool) -> tuple[Any, Assembly]:
     return case, cases.system("wrapped-rib").build(case).assemble()
 
 
+@pytest.mark.slow
 def test_hold_in_steps_of_half_a_second() -> None:
     """The force on the hub is that of the tension, T L/(2 R^2), and that of a rib without turns on one another."""
     forces = []
@@ -180,6 +182,7 @@ def test_hold_in_steps_of_half_a_second() -> None:
     assert forces[0] == pytest.approx(theory, rel=3e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, 0.2])
 def test_winding_never_gains_energy(friction: float) -> None:
     case, _ = rib("wrapped-rib", True)

@@ -86,6 +86,7 @@ def test_order(method: str, order: int, book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["cable", "assumed_strain", "full"])
 def test_free_beam_keeps_energy_and_momentum(formulation: str, book: Book) -> None:
     found = run(thrown(formulation), np.linspace(0.0, 1.0, 6), "dopri5", rtol=1e-10, atol=1e-12)

@@ -166,6 +166,7 @@ def test_what_a_module_cannot_be_of_is_refused() -> None:
         SpacecraftModule(stepper, results=["hub.rat.z"])
 
 
+@pytest.mark.slow
 def test_without_basilisk_one_sentence_names_the_package() -> None:
     code = f"import sys; sys.modules['Basilisk'] = None; import runpy; runpy.run_path({str(FILE)!r})"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

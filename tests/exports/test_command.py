@@ -5,6 +5,7 @@ import pathlib
 import pytest
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 def test_writes_every_format_beside_the_run(call, files, tmp_path):
     here = tmp_path / "run.nc"
@@ -71,6 +72,7 @@ BAD = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BAD)
 def test_bad_input_is_one_line_and_code_2(call, files, tmp_path, name):
     words, message = BAD[name]

@@ -58,6 +58,7 @@ def steps(folder, kind):
 # ------------------------------------------------------------------------------------------------ ParaView
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_vtk_holds_points_values_and_forces(runs, tmp_path, name):
     run, wanted = runs[name], motion(runs[name])
@@ -246,6 +247,7 @@ def test_mat_holds_the_run(runs, tmp_path, name):
 # ------------------------------------------------------------------------------------------------ films
 
 
+@pytest.mark.slow
 def test_gif_opens_again(runs, tmp_path):
     path = str(tmp_path / "a.gif")
     said = moving.gif(runs["rib"], path, Request(frames=9, speed=2.0))
@@ -259,6 +261,7 @@ def test_gif_opens_again(runs, tmp_path):
 
 
 # the reader leaves the pipes of its ffmpeg to the collector
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:Exception ignored in:pytest.PytestUnraisableExceptionWarning")
 def test_mp4_opens_again(runs, tmp_path):
     path = str(tmp_path / "a.mp4")
@@ -352,6 +355,7 @@ def test_a_run_that_failed_is_written_with_its_label(failed, tmp_path, kind):
         assert "- FAILED: the energy balance is off" in path.read_text()
 
 
+@pytest.mark.slow
 def test_a_film_of_a_failed_run_is_labelled(runs, failed, tmp_path):
     moving.gif(failed, str(tmp_path / "a.gif"), Request(frames=2))
     moving.gif(runs["heliogyro"], str(tmp_path / "b.gif"), Request(frames=2))

@@ -157,6 +157,7 @@ def until(condition, seconds=20.0):
 # ------------------------------------------------------------------------------------------------ contents
 
 
+@pytest.mark.slow
 def test_the_unit_is_valid(unit):
     assert validate_fmu(unit.path) == []
     kinds = [v.causality for v in unit.about.modelVariables]
@@ -191,6 +192,7 @@ def test_units_in_base_units(unit_text, exponents):
     assert base_units(unit_text) == exponents
 
 
+@pytest.mark.slow
 def test_the_shim_declares_what_the_standard_does(tmp_path):
     """A compiler refuses a function that is declared in two ways."""
     headers = pathlib.Path(fmpy.__file__).with_name("c-code")
@@ -364,6 +366,7 @@ def test_an_interpreter_that_does_not_serve_is_named(unit, tmp_path, monkeypatch
 # ------------------------------------------------------------------------------------------------ processes
 
 
+@pytest.mark.slow
 def test_a_killed_worker_is_fatal_for_its_instance_alone(unit, instance):
     other = unit.made()
     (server,) = servers()
@@ -421,6 +424,7 @@ print("done")
 """
 
 
+@pytest.mark.slow
 def test_cycles_leave_nothing_behind(unit, tmp_path):
     """A host of its own, whose allocator fills what is freed, ends well; its worker has the allocator's defaults."""
     python = tmp_path / "python"
@@ -462,6 +466,7 @@ def command(pid):
 # ------------------------------------------------------------------------------------------------ the command
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_unit_that_can_be_compiled_elsewhere(call, tmp_path):
     code, out, err = call(
         "fmu", "boom-slew", "--inputs", "hub", "--outputs", "boom.tip.position, boom.tip_deflection.y"
@@ -526,6 +531,7 @@ def test_names_of_libraries():
     assert found == ["boom_slew", "fmu_3_booms", "fmu__a"]
 
 
+@pytest.mark.slow
 def test_no_results_no_unit(tmp_path):
     case = tmp_path / "case.yaml"
     case.write_text(

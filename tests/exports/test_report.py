@@ -67,6 +67,7 @@ def reported(runs, tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["heliogyro", "stand", "rib"])
 def test_holds_everything_and_needs_nothing(runs, reported, name):
     run, path = runs[name], reported(name)
@@ -110,6 +111,7 @@ def test_a_failed_run_is_labelled_at_the_top(failed, write):
     assert "is no result of the whole case" in text
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 def test_interrupted_warned_and_old_runs(runs, write):
     old = runs["rib"].isel(time=[0, 1])
@@ -137,6 +139,7 @@ def browser():
     return found
 
 
+@pytest.mark.slow
 def test_it_fits_a_narrow_screen(reported, browser):
     playwright = pytest.importorskip("playwright.sync_api")
     path = reported("rib")
@@ -148,6 +151,7 @@ def test_it_fits_a_narrow_screen(reported, browser):
         opened.close()
 
 
+@pytest.mark.slow
 def test_chromium_renders_it(reported, tmp_path, browser):
     path = reported("heliogyro")
     shot = tmp_path / "shot.png"
@@ -167,6 +171,7 @@ def test_chromium_renders_it(reported, tmp_path, browser):
     assert len(np.unique(animation.reshape(-1, 3), axis=0)) > 50
 
 
+@pytest.mark.slow
 def test_the_report_shows_the_figures_that_were_written(runs, tmp_path, monkeypatch):
     """None is drawn a second time, and the titles that the images have are not repeated above them."""
     run = runs["heliogyro"]

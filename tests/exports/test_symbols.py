@@ -103,6 +103,7 @@ def test_symbols_move_with_their_bodies(craft, name, body, place):
     assert np.abs(found.attitude - craft[body].attitude.values).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_rotors_turn_and_plumes_follow_the_thrust(craft):
     wheel, motor, jet = (symbols(craft, name)[0] for name in ("wheel", "motor", "jet"))
     assert np.array_equal(wheel.solids[0].turned, craft["wheel"].angle.values)

@@ -45,7 +45,13 @@ VARIANTS = {
 }
 #: Methods of variants whose messages name them.
 METHODS = {"alpha-step": NAME, "alpha-tolerance": NAME, "hht-step": HHT, "hht-tolerance": HHT}
-CELLS = [pytest.param(row, variant, id=f"{row.name}-{variant}") for row in FAMILIES for variant in VARIANTS]
+#: Variants whose steps are those of another with another method's coefficients, both of which faster tests hold.
+LONG = ("hht-tolerance",)
+CELLS = [
+    pytest.param(row, name, id=f"{row.name}-{name}", marks=pytest.mark.release if name in LONG else ())
+    for row in FAMILIES
+    for name in VARIANTS
+]
 
 
 def solved(case: Case, variant: str) -> Any:
@@ -117,6 +123,7 @@ def check_poles(case: Case) -> None:
     assert found[order] == pytest.approx(exact, rel=case.theory + VARIANTS["modes"][1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("row", "variant"), CELLS)
 def test_cell(row: Family, variant: str, monkeypatch: pytest.MonkeyPatch) -> None:
     case, solver = CASES[row.name](), VARIANTS[variant][0]
@@ -154,6 +161,7 @@ def test_every_family_of_records_has_a_row() -> None:
     assert {row.records for row in FAMILIES} == set(mdl.RECORDS) - set(families.PARTS_OF_OTHERS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", FAMILIES, ids=lambda row: row.name)
 def test_what_no_row_covers_is_refused(row: Family, monkeypatch: pytest.MonkeyPatch) -> None:
     others = [dataclasses.replace(other, solvers=families.EVERY) for other in FAMILIES if other is not row]
@@ -167,6 +175,7 @@ def test_what_no_row_covers_is_refused(row: Family, monkeypatch: pytest.MonkeyPa
         assert re.match(f"{alone}|{several} {row.records}", str(refused.value))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")
 def test_without_compilation() -> None:
     """Rates, residuals, energies and a few steps of every case are the same in plain Python."""

@@ -257,6 +257,7 @@ def bounce(law: int, exponent: float, damping: float, stop: Callable[[float, flo
         states.append(following)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.05, 0.3, 0.7])
 def test_restitution_of_the_paper_law(ratio: float, book: Book) -> None:
     damping = 2.0 * ratio * math.sqrt(K * MASS)
@@ -368,6 +369,7 @@ def test_friction_without_normal_force_lets_go() -> None:
     assert_allclose(still[4], -1e4 * np.eye(3))
 
 
+@pytest.mark.slow
 def test_stuck_point_does_not_creep() -> None:
     """A mass on a slope below the angle of friction, shaken: implicit steps, 1e5 of them."""
     normal, mu, k, c, h, mass = 9.0, 0.4, 1e4, 60.0, 1e-3, 1.0
@@ -390,6 +392,7 @@ def test_stuck_point_does_not_creep() -> None:
     assert_allclose(np.mean(places), load / k, rtol=0.1)
 
 
+@pytest.mark.slow
 def test_constant_load_below_the_limit_moves_nothing_at_all() -> None:
     u, load, k = 0.0, 3.5, 1e4
     x = 0.0
@@ -466,6 +469,7 @@ def test_block_on_a_belt_is_caught_carried_and_let_go(book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_capstan(rng: np.random.Generator, book: Book) -> None:
     """Tension of a string that slides on a drum, point by point, with the friction of each under its own pressure."""
     mu, turn, points = 0.3, 2.0 * math.pi, 400

@@ -77,6 +77,7 @@ def connected(law: bool, *, gravity: float = 0.0) -> System:
     return system
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk4", "dopri5", "alpha-step"])
 def test_equal_to_springs(method: str) -> None:
     times = np.linspace(0.0, 1.0, 5)
@@ -119,6 +120,7 @@ def test_a_force_on_a_beams_tip() -> None:
     assert force[0] == pytest.approx([0.0, k * (d - sunk), 0.0], abs=1e-7)
 
 
+@pytest.mark.slow
 def test_tangent_against_differences(rng: np.random.Generator) -> None:
     """Points of every kind: bodies of all motions, points, a beam's node, the ground."""
     system = System()
@@ -185,6 +187,7 @@ def push(t, x, v, p, f):  # type: ignore[no-untyped-def]
     return 0.0, power
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_law_that_gives_energy(method: str) -> None:
     """v = v0 exp(k t/m); what it gives is a loss below zero, so that the balance closes."""
@@ -248,6 +251,7 @@ def held(**fields: Any) -> System:
     return system
 
 
+@pytest.mark.slow
 def test_bad_laws() -> None:
     for law, parameters, words in (
         (too_far, (), r"'element' at t = 0 s: the law 'too_far' \(.*\) fails: IndexError: .*; 0 parameters are given"),

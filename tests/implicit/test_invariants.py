@@ -201,6 +201,7 @@ def test_a_free_mass_flies_straight() -> None:
     assert solution.y[:, 3:6] == pytest.approx(np.tile([-1.2, 0.0, 0.3], (5, 1)), abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized-alpha", "energy-momentum"])
 @pytest.mark.parametrize("part", ["spring", "hinge", "rod"])
 def test_a_structure_at_rest_without_load_stays_at_rest(part: str, method: str) -> None:

@@ -63,6 +63,7 @@ def layer_forces(assembly: Assembly, y: Array, step: float = 0.0) -> tuple[Array
     return found[0] - found[1], energy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sense", [1, -1])
 def test_gap_of_a_spiral(sense: int) -> None:
     """All of the second turn and what there is of the third lie a pitch above the turn below; the first has none."""
@@ -75,6 +76,7 @@ def test_gap_of_a_spiral(sense: int) -> None:
     assert assembly.model.contact_surfaces["touching"][0] == over.sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sense", [1, -1])
 def test_gap_of_neighbours(sense: int) -> None:
     """Three ribs wind over one another: each lies a third of the pitch above the next, from a third of a turn on."""
@@ -194,6 +196,7 @@ def test_refusals(fields: dict[str, Any], words: str) -> None:
         wound(0.0015, **fields)
 
 
+@pytest.mark.slow
 def test_a_pressed_coil_springs_apart_without_gaining() -> None:
     """A free coil whose turns are pressed into one another: what the account gains falls with the step's square."""
     gained = []
@@ -224,6 +227,7 @@ def test_stuck_turns_stay_stuck_where_the_coil_turns_on_its_hub() -> None:
     assert energies == pytest.approx([energies[0]] * 4, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["hunt-crossley"])
 def test_the_account_of_turns_that_rub_closes(law: str) -> None:
     """A pressed coil that springs apart and rubs: what friction takes is booked, to second order in the step."""

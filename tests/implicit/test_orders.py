@@ -103,6 +103,7 @@ SOURCES = {NAME: "Arnold & Bruls 2007", HHT: "Negrut et al. 2007"}
 RADII = [*((NAME, rho) for rho in (0.0, 0.3, 0.9, 1.0)), *((HHT, rho) for rho in (0.5, 0.9, 1.0))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "rho"), RADII)
 @pytest.mark.parametrize("name", sorted(PENDULUMS))
 def test_orders_of_pendulums(name: str, method: str, rho: float, book: Book) -> None:

@@ -63,6 +63,7 @@ def least(stiffness: float = 0.0, mass: float = 0.0, inertia: float = 0.0, offse
     return brentq(tip_condition, at[first], at[first + 1], (stiffness, mass, inertia, offset), xtol=1e-14) ** 4
 
 
+@pytest.mark.slow
 def test_two_cantilevers_on_one_spring(book: Book) -> None:
     """Tip to tip: both in step do not feel the spring, against one another each feels twice its stiffness."""
     k, d = 40.0, 0.3

@@ -55,6 +55,7 @@ def test_tangent(motion: str, rng: np.random.Generator) -> None:
     assert tangent_error(assembly, y, rng) < 1e-4
 
 
+@pytest.mark.slow
 def test_order_against_the_chain_of_fixed_links(book: Book) -> None:
     """At 1e7 N/m the springs are as good as links; the lag's error is of order 2 in the step, through releases."""
     samples = np.linspace(0.0, 12.0, 61)
@@ -77,6 +78,7 @@ def test_order_against_the_chain_of_fixed_links(book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_soft_springs_as_rk4_has_them() -> None:
     samples = np.linspace(0.0, 4.0, 21)
     system = heliogyro(segments="springs", stiffness=1e2, damping=0.02, out=1.1)
@@ -120,6 +122,7 @@ def test_reels_in_again() -> None:
     assert np.array_equal(found.solution.s, explicit.solution.s)
 
 
+@pytest.mark.slow
 def test_the_whole_deployment_of_the_system(book: Book) -> None:
     """The case heliogyro at 1e7 N/m and steps of 2.5 ms: mean lags of the reference, in seconds not minutes."""
     found = evolvent.run(

@@ -302,6 +302,7 @@ def capstan(
     return system.assemble()
 
 
+@pytest.mark.slow
 def test_capstan_pulled(book: Book) -> None:
     """Force ratio e^(mu beta); pulled so slowly that nothing else counts."""
     solution = run(capstan(speed=0.01), [0.0, 0.1, 0.5, 0.8], tolerance=1e-5)
@@ -313,6 +314,7 @@ def test_capstan_pulled(book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [-1.0, 1.0])
 def test_a_turning_drum_drags_the_cable(way: float, book: Book) -> None:
     """The held end bears e^(mu beta) of the load where the drum turns away from it, else its inverse."""
@@ -371,6 +373,7 @@ def test_a_small_tolerance_does_not_make_friction_ring(solve: Any) -> None:
     assert solution.statistics["steps"] < 80_000
 
 
+@pytest.mark.slow
 def test_what_sticks_does_not_creep(book: Book) -> None:
     assembly = capstan(pull=1.2)
     solution = run(assembly, [0.0, 1.0, 2.0, 10.0], tolerance=1e-5)

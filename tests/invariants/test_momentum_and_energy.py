@@ -43,6 +43,7 @@ def drift(seen: Run, total: np.ndarray) -> float:
     return float(np.max(np.abs(kept - kept[0])))
 
 
+@pytest.mark.slow
 def test_springs_keep_angular_momentum_between_releases(book: Book) -> None:
     """To 1e-10 of the body's momentum, over the whole deployment (issue 2)."""
     seen = springs()
@@ -64,6 +65,7 @@ def test_inextensible_keeps_angular_momentum_to_the_tolerance(rtol: float, book:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("segments", "turn"), [("inextensible", True), ("springs", True), ("springs", False)])
 def test_jumps_at_releases(segments: str, turn: bool) -> None:
     """A node that appears at Q with the velocity v_Q + v e brings k m_i L0 (W L0 + v e_y), k = 2 blades.
@@ -90,6 +92,7 @@ def test_jumps_at_releases(segments: str, turn: bool) -> None:
         assert jumps[k + 1] - jumps[k] == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_gains_of_the_papers_model() -> None:
     """Appearing nodes bring 0.15 % of the momentum, (12) takes 0.011 %; 0.43 % stay wound without acting (thread.md).
 
@@ -123,6 +126,7 @@ def test_energy_account_of_springs(share: float, limit: float) -> None:
     assert np.max(np.abs(seen.energy_defect)) < limit * 0.5 * J * W0**2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("segments", ["inextensible", "springs"])
 def test_carried_wound_thread_keeps_the_momentum_of_a_spinning_body(segments: str) -> None:
     """wound_mass='carried': body, released and wound thread together keep their momentum through every release."""
@@ -175,6 +179,7 @@ def two_blades(
     return system.assemble()
 
 
+@pytest.mark.slow
 def test_free_body_with_two_blades_is_the_planar_case() -> None:
     """A free body in 3-D with two equal blades does what the spinning body does in the plane (issue 2).
 
@@ -190,6 +195,7 @@ def test_free_body_with_two_blades_is_the_planar_case() -> None:
     assert np.max(np.abs(free.seen.body_rate[:, 1, :2])) < 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("segments", ["inextensible", "springs"])
 def test_one_blade_slower(segments: str) -> None:
     """One blade pays out at 0.7 of the rate of the other: the body moves and wobbles; momenta are kept to 1e-9.
@@ -219,6 +225,7 @@ def test_one_blade_slower(segments: str) -> None:
     assert np.max(np.abs(seen.energy_defect)) < limit * seen.energy[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("capture", [1e-3, 1e-4])
 @pytest.mark.parametrize("segments", ["inextensible", "springs"])
 def test_out_stop_and_in_again(segments: str, capture: float) -> None:
@@ -252,6 +259,7 @@ def test_out_stop_and_in_again(segments: str, capture: float) -> None:
     assert angle[-1] == pytest.approx(1.1 + V * 9.0 - V * 10.0, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("capture", [1e-2, 1e-3, 1e-4])
 @pytest.mark.parametrize("segments", ["inextensible", "springs"])
 def test_impulses_keep_both_momenta_of_a_free_body(segments: str, capture: float) -> None:
@@ -275,6 +283,7 @@ def test_impulses_keep_both_momenta_of_a_free_body(segments: str, capture: float
     assert np.max(np.abs(p - p[0])) < 1e-9 * RHO * L * 2.0 * L0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("motion", "axis"), [("spin", (0, 0, 1)), ("driven", (0, 0, 1)), ("driven", (0, 0.6, 0.8))])
 @pytest.mark.parametrize("segments", ["inextensible", "springs"])
 def test_free_spool_that_carries_its_thread(segments: str, motion: str, axis: tuple[float, float, float]) -> None:

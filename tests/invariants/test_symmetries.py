@@ -68,6 +68,7 @@ def compose(
     return system.assemble()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("motion", "segments"), [("free", "inextensible"), ("spin", "inextensible"), ("free", "springs")]
 )
@@ -92,6 +93,7 @@ def test_rotated_case(rng: np.random.Generator, motion: str, segments: str) -> N
     assert turned.seen.tension == pytest.approx(plain.seen.tension, abs=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("motion", "segments"), [("free", "inextensible"), ("spin", "inextensible"), ("free", "springs")]
 )
@@ -134,6 +136,7 @@ def test_mirrored_drive() -> None:
     assert b.rate() == pytest.approx(-a.rate(), abs=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("segments", "wound_mass"), [("inextensible", "ignored"), ("springs", "carried")])
 def test_copies_are_threads(segments: str, wound_mass: str) -> None:
     """multiplicity=2 is two threads half a turn apart, in motion, momentum and energy."""

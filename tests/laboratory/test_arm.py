@@ -42,6 +42,7 @@ def record() -> arm.Record:
     return made(ARM, 3.0)
 
 
+@pytest.mark.slow
 def test_motion_is_that_of_the_equation(record) -> None:
     pieces = record.pieces()
     assert len(pieces) == 6
@@ -51,6 +52,7 @@ def test_motion_is_that_of_the_equation(record) -> None:
     assert arm.rms([arm.motion(ARM, whole) - record.angle]) < 1e-2
 
 
+@pytest.mark.slow
 def test_torque_is_that_of_the_motion(record) -> None:
     inner, measured = record.inner, record.smooth[2]
     size = arm.rms([measured[inner]])

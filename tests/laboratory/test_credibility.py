@@ -17,6 +17,7 @@ from evolvent.laboratory.credibility import Compared
 VERDICTS = sorted((credibility.DATA / "verdicts").glob("*.json"))
 
 
+@pytest.mark.slow
 def test_the_statement_of_results_is_that_of_what_is_shipped() -> None:
     shipped = book.STATEMENT.read_text(encoding="utf-8").strip()
     assert shipped == credibility.statement(), book.RENEW

@@ -14,6 +14,7 @@ from evolvent.systems.wire_booms import SYSTEM, log
 SHIPPED = SYSTEM.data_files["rbsp-a.csv"]
 
 
+@pytest.mark.slow
 def test_the_log_of_the_package() -> None:
     """`docs/laboratory/rbsp.md` and the table of `docs/guide/laboratory.md` state these numbers."""
     found = laboratory.found("rbsp").validate()
@@ -49,6 +50,7 @@ def second_log(path, masses: np.ndarray, start: float, *, clicks: bool) -> None:
         writer.writerows(rows)
 
 
+@pytest.mark.slow
 def test_a_second_log_is_predicted_by_the_first(tmp_path) -> None:
     """All rates after steps by the wires that the package's log gives; the length that the log lacks is found again."""
     masses = rbsp.fitted(SHIPPED).values[:2]
@@ -65,6 +67,7 @@ def test_a_second_log_is_predicted_by_the_first(tmp_path) -> None:
     assert found.comparisons[20].predicted < 1e-5
 
 
+@pytest.mark.slow
 def test_without_clicks_the_strokes_are_taken(tmp_path) -> None:
     second_log(tmp_path / "b.csv", rbsp.fitted(SHIPPED).values[:2], 7.0, clicks=False)
     assert rbsp.hidden_starts(str(tmp_path / "b.csv")) == {}

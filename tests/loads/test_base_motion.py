@@ -23,6 +23,7 @@ def table(amplitude: float, w: float) -> parts.RigidBody:
     return parts.RigidBody(motion="driven", drive=drive, direction=(0.0, 0.0, 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
 def test_transmissibility(ratio: float, method: str, book: Book) -> None:

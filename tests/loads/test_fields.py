@@ -198,6 +198,7 @@ def everything(gravity: Any = (0.0, 0.0, 0.0)) -> System:
     return system
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["dopri5", "generalized-alpha"])
 def test_a_constant_field_is_gravity(method: str) -> None:
     """On points, bodies, beams, threads with tip masses and wound thread."""
@@ -214,6 +215,7 @@ def test_a_constant_field_is_gravity(method: str) -> None:
     assert float(run["work_loads"][-1]) == pytest.approx(float(falls["work_loads"][-1]), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["dopri5", "generalized-alpha"])
 def test_the_balance_closes_in_orbit(method: str) -> None:
     """With every kind of mass, the spool's work on wound thread among it."""
@@ -239,6 +241,7 @@ def test_energy_momentum_keeps_the_balance_exactly() -> None:
     assert float(np.abs(run["energy_defect"]).max()) < 1e-10 * float(run["energy_kinetic"].max())
 
 
+@pytest.mark.slow
 def test_a_python_law_and_files(tmp_path: Any) -> None:
     @evolvent.force_law
     def drag(x: Any, v: Any, t: float, p: Any) -> tuple[float, float, float]:

@@ -112,6 +112,7 @@ METHODS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["cable", "assumed_strain"])
 def test_laws_moments_and_follower_forces_on_a_beam_agree_between_methods(formulation: str) -> None:
     soft = elements.Material(young_modulus=2e7, poisson_ratio=0.0, density=1000.0)

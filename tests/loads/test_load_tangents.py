@@ -172,6 +172,7 @@ def spread() -> dict[str, tuple[str, parts.Part]]:
 LOADS = placed() | spread()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["static", "generalized-alpha"])
 @pytest.mark.parametrize("name", LOADS)
 def test_tangent_of_a_load(name: str, method: str, rng: np.random.Generator) -> None:
@@ -198,6 +199,7 @@ def step_columns(assembly: Assembly, dq: Array) -> tuple[Array, Array]:
     return sparse_of(matrix).toarray(), np.array(moved)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name, (target, _) in LOADS.items() if target != THREAD])
 def test_tangent_of_a_load_over_a_step(name: str, rng: np.random.Generator) -> None:
     """Of energy-momentum, but for the angle turned in the step, 1e-3."""

@@ -260,6 +260,7 @@ def centred(mass: float, moments: tuple[float, float, float]) -> Signals:
     return record("a.csv", Body(mass=mass, centre=(0.0, 0.0, 0.0), inertia=moments), seed=1, support="guided")
 
 
+@pytest.mark.slow
 def test_a_known_tare_is_taken_off() -> None:
     """I = 4 k b^2/w^2 - I_tare; the tare's uncertainty is the result's."""
     tare = [{"mass": "40 +- 0.5 kg", "Ixx": "4 +- 0.2 kg m^2", "Iyy": "7 kg m^2", "Izz": "5 +- 0.1 kg m^2"}]
@@ -319,6 +320,7 @@ def test_added_mass_of_shapes(book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_common_factor_is_reported_itself() -> None:
     """The stated start is 1.02, and so are the springs; single recording and combined estimate report the same."""
     true = record("a.csv", Body(mass=160.0, centre=(0.0, 0.0, 0.0), inertia=(13.0, 21.0, 16.0)), seed=1,

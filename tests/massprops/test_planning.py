@@ -32,6 +32,7 @@ KNOWN: dict[str, Any] = {"body.Ixx": "3703 kg m^2", "body.Izz": "43920 kg m^2"}
 LEVEL: dict[str, Any] = EXACT | {"body.offset_x": "0 m", "body.offset_z": "0 m", "stand.support": "guided"}
 
 
+@pytest.mark.slow
 def test_the_promise_is_met_by_simulated_recordings(book: Book) -> None:
     """Recordings with noise, identified and evaluated, scatter as the plan promises.
 
@@ -69,6 +70,7 @@ def test_the_uncertainty_of_one_oscillator_is_the_closed_form(book: Book) -> Non
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_what_a_longer_record_does_not_improve() -> None:
     """Inputs set a floor, which is named; a wanted uncertainty below it is not reached."""
     found = planning.plan(EXAMPLE, 1e-3)
@@ -130,6 +132,7 @@ def test_noise_and_sensitivity_in_the_unit_of_the_column() -> None:
     assert found.sensitivity_std == pytest.approx(np.full(4, 2e-3))
 
 
+@pytest.mark.slow
 def test_a_rate_that_reaches_what_the_usual_one_does_not() -> None:
     """Eight samples in a period are not enough in a short record; the slowest rate that is becomes the plan."""
     found = planning.plan(EXAMPLE, 2e-3, EXACT | {"plan.duration": "2.2 s", "plan.noise": "0.4 mm"})
@@ -138,6 +141,7 @@ def test_a_rate_that_reaches_what_the_usual_one_does_not() -> None:
     assert found.best.rate == min(option.rate for option in found.rates if option.reached)
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path: pathlib.Path) -> None:
     """It prints the recommendation and what was compared, and draws the figure."""
     figure = tmp_path / "plan.png"

@@ -200,6 +200,7 @@ def test_columns_that_are_swapped_or_turned(tmp_path: pathlib.Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_rate_that_is_not_the_files(knock: str, tmp_path: pathlib.Path) -> None:
     refused("signals.rate is 50.5 Hz, but by the column 'time' .* has 50 Hz; leave", knock, {"signals.rate": "50.5 Hz"})
     mass_properties(knock, EXAMPLE, {**rig.SET, "signals.rate": "50.01 Hz"})
@@ -217,6 +218,7 @@ def test_a_sensitivity_in_the_wrong_unit(tmp_path: pathlib.Path) -> None:
     refused(said, path, {"signals.sensors.0.sensitivity": "2 V/mm"})
 
 
+@pytest.mark.slow
 def test_a_drift_and_a_late_release_are_named(tmp_path: pathlib.Path) -> None:
     t, x = rig.knock()
     drifting = rig.write_csv(tmp_path / "a.csv", t, x + 0.01 * t[:, None])
@@ -238,6 +240,7 @@ def test_too_few_modes_are_counted(tmp_path: pathlib.Path) -> None:
         mass_properties(path, EXAMPLE)
 
 
+@pytest.mark.slow
 def test_frequencies_alone_list_all_pairs(knock: str) -> None:
     alone = {"identification.shapes": False}
     refused(r"6 pairs of Ixx and Izz give these frequencies \(.*370\d.* and 439\d\d", knock, alone)
@@ -248,6 +251,7 @@ def test_frequencies_alone_list_all_pairs(knock: str) -> None:
 # ------------------------------------------------------------------------------------------------ stand and body
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -325,6 +329,7 @@ def call(*arguments: str) -> Any:
     return CliRunner().invoke(group, ["identify", *arguments])
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_table_and_writes_one_page(knock: str, tmp_path: pathlib.Path) -> None:
     page = tmp_path / "report.html"
     sets = [word for key, value in rig.SET.items() for word in ("--set", f"{key}={value}")]
@@ -349,6 +354,7 @@ def test_the_command_prints_a_table_and_writes_one_page(knock: str, tmp_path: pa
     assert (quiet.exit_code, quiet.output) == (0, "")
 
 
+@pytest.mark.slow
 def test_nothing_is_written_where_the_data_do_not_support_it(knock: str, tmp_path: pathlib.Path) -> None:
     page = tmp_path / "report.html"
     for change in ("identification.method=prony", "body.Iyy=unknown", "body.Iyy=10000"):
@@ -360,6 +366,7 @@ def test_nothing_is_written_where_the_data_do_not_support_it(knock: str, tmp_pat
     assert "there is no folder" in str(done.exception)
 
 
+@pytest.mark.slow
 def test_methods_without_uncertainty_give_a_table_only(knock: str, tmp_path: pathlib.Path) -> None:
     changes = {**rig.SET, "identification.method": "esprit", "identification.order": 3}
     found = mass_properties(knock, EXAMPLE, changes)
@@ -369,6 +376,7 @@ def test_methods_without_uncertainty_give_a_table_only(knock: str, tmp_path: pat
         write(found, tmp_path / "report.html")
 
 
+@pytest.mark.slow
 def test_an_expected_page_is_the_same_each_time(knock: str, tmp_path: pathlib.Path) -> None:
     import datetime
 

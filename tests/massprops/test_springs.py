@@ -28,6 +28,7 @@ def within(found: object, truth: dict[str, float], *, times: float = 4.0) -> Non
         assert off < times, output.key
 
 
+@pytest.mark.slow
 def test_inertia_with_the_centre_of_mass_known(tmp_path: pathlib.Path, book: Book) -> None:
     path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
     found = mass_properties(path, EXAMPLE, rig.SET)
@@ -48,6 +49,7 @@ def test_inertia_with_the_centre_of_mass_known(tmp_path: pathlib.Path, book: Boo
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_products_of_a_clean_swing_are_no_modes(tmp_path: pathlib.Path, book: Book) -> None:
     run = evolvent.run("inertia-stand")  # without noise, so that what is faint is found too
     evolvent.results.save(run, tmp_path / "swing.nc")
@@ -64,6 +66,7 @@ def test_products_of_a_clean_swing_are_no_modes(tmp_path: pathlib.Path, book: Bo
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_everything_that_vertical_motion_tells(tmp_path: pathlib.Path) -> None:
     path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
     asked = {f"body.{k}": "unknown" for k in ("mass", "offset_x", "offset_z", "Ixz")}
@@ -72,6 +75,7 @@ def test_everything_that_vertical_motion_tells(tmp_path: pathlib.Path) -> None:
     assert found["mass"] == pytest.approx(15190.0, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_stiffness_where_the_mass_is_known(tmp_path: pathlib.Path) -> None:
     path = rig.write_csv(tmp_path / "a.csv", *rig.knock(stiffness=0.98 * rig.K))
     found = mass_properties(path, EXAMPLE, {**rig.THREE, "stand.common_factor": "unknown"})
@@ -79,6 +83,7 @@ def test_the_stiffness_where_the_mass_is_known(tmp_path: pathlib.Path) -> None:
     assert found["common_factor"] == pytest.approx(0.98, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_monte_carlo_agrees_with_the_linear_propagation(tmp_path: pathlib.Path) -> None:
     path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
     linear = mass_properties(path, EXAMPLE, rig.THREE)
@@ -89,6 +94,7 @@ def test_monte_carlo_agrees_with_the_linear_propagation(tmp_path: pathlib.Path) 
     np.testing.assert_allclose(drawn.interval, linear.interval, atol=0.2 * linear.std.max())
 
 
+@pytest.mark.slow
 def test_an_input_gives_what_a_new_evaluation_gives(tmp_path: pathlib.Path) -> None:
     """Signed shares of the budget against differences of whole evaluations."""
     path = rig.write_csv(tmp_path / "a.csv", *rig.knock(noise=1e-6))
@@ -118,6 +124,7 @@ def test_an_input_gives_what_a_new_evaluation_gives(tmp_path: pathlib.Path) -> N
         np.testing.assert_allclose(shares[label], step, atol=tolerance, err_msg=label)
 
 
+@pytest.mark.slow
 def test_recordings_are_averaged_and_share_the_stand(tmp_path: pathlib.Path) -> None:
     paths = [rig.write_csv(tmp_path / f"{k}.csv", *rig.knock(seed=k)) for k in range(4)]
     one, four = mass_properties(paths[0], EXAMPLE, rig.THREE), mass_properties(paths, EXAMPLE, rig.THREE)
@@ -127,6 +134,7 @@ def test_recordings_are_averaged_and_share_the_stand(tmp_path: pathlib.Path) -> 
     np.testing.assert_allclose(four.values, np.mean([e.values for e in four.evaluations], axis=0))
 
 
+@pytest.mark.slow
 def test_gaps_are_bridged_and_told(tmp_path: pathlib.Path) -> None:
     t, x = rig.knock()
     x[100:140, 2] = np.nan
@@ -139,6 +147,7 @@ def test_gaps_are_bridged_and_told(tmp_path: pathlib.Path) -> None:
     assert "sensor 3 lacks 60 of 612 samples" in found.warnings[1]
 
 
+@pytest.mark.slow
 def test_range_units_and_sensitivity(tmp_path: pathlib.Path) -> None:
     t, x = rig.knock()
     volts = x * np.array([500.0, 500.0, 1000.0, -500.0])  # 0.5 V/mm, 1 V/mm, and one turned over
@@ -161,6 +170,7 @@ def test_range_units_and_sensitivity(tmp_path: pathlib.Path) -> None:
     assert "samples from 4 s to 14 s" in found.warnings[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["a.wav", "a.mat", "a.h5", "a.tdms"])
 def test_every_format_gives_the_same(tmp_path: pathlib.Path, name: str) -> None:
     """Columns by number, the rate from the file."""
@@ -189,6 +199,7 @@ def test_every_format_gives_the_same(tmp_path: pathlib.Path, name: str) -> None:
     within(found, {"Ixx": 3703.0, "Izz": 43920.0}, times=1.0)
 
 
+@pytest.mark.slow
 def test_a_run_of_the_package_is_read(tmp_path: pathlib.Path) -> None:
     """The nonlinear simulation of the built-in case, weighed with the example's description."""
     evolvent = pytest.importorskip("evolvent")
@@ -200,6 +211,7 @@ def test_a_run_of_the_package_is_read(tmp_path: pathlib.Path) -> None:
     within(found, {"Ixx": 3703.0, "Izz": 43920.0}, times=2.0)
 
 
+@pytest.mark.slow
 def test_all_ten_numbers_from_six_modes(tmp_path: pathlib.Path) -> None:
     """Three sensors at each of four points, an oblique release: the whole tensor."""
     body = Body(
@@ -228,6 +240,7 @@ def test_all_ten_numbers_from_six_modes(tmp_path: pathlib.Path) -> None:
     assert found["Iyy"] == pytest.approx(43920.0, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_intervals_cover(tmp_path: pathlib.Path) -> None:
     """Coverage of the noise's part: 20 knocks, exact stand, k = 2."""
     content = rig.description()
@@ -248,6 +261,7 @@ def test_descriptions_are_written_back_and_read_again() -> None:
     assert load(rig.EXAMPLES / "trifilar.yaml").recordings["5s_0.25.csv"] == {"tare.0.radius": "0.25 m"}
 
 
+@pytest.mark.slow
 def test_faster_modes_that_look_the_same_are_told(tmp_path: pathlib.Path) -> None:
     """At 6.25 Hz the roll at 24.6 rad/s is seen at 14.7 rad/s, and both are a body's."""
     path = rig.write_csv(tmp_path / "a.csv", *rig.knock(rate=6.25, samples=80, body=CENTRED))
@@ -262,6 +276,7 @@ def test_faster_modes_that_look_the_same_are_told(tmp_path: pathlib.Path) -> Non
         mass_properties(eccentric, EXAMPLE, rig.SET)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [{"body.Ixz": "0 +- 1000 kg m^2"}, {"body.offset_x": "0 +- 60 mm"}])
 def test_inputs_that_act_in_the_second_order_count(tmp_path: pathlib.Path, change: dict[str, str]) -> None:
     """A body in the middle of its springs: first derivatives by its offsets and Ixz are zero."""
@@ -277,6 +292,7 @@ def test_inputs_that_act_in_the_second_order_count(tmp_path: pathlib.Path, chang
     assert not any("in proportion" in w for w in base.warnings)
 
 
+@pytest.mark.slow
 def test_a_noise_stated_too_small_is_told(tmp_path: pathlib.Path) -> None:
     path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
     stated = {f"signals.sensors.{k}.noise": "0.0002 mm" for k in range(4)}
@@ -285,12 +301,14 @@ def test_a_noise_stated_too_small_is_told(tmp_path: pathlib.Path) -> None:
     assert not any("not white" in w for w in told)
 
 
+@pytest.mark.slow
 def test_contributions_that_are_rounding_are_zero(tmp_path: pathlib.Path) -> None:
     path = rig.write_csv(tmp_path / "a.csv", *rig.knock(body=CENTRED))
     sizes = np.abs([s.contribution for s in mass_properties(path, EXAMPLE, {"identification.order": 3}).shares])
     assert sizes[sizes > 0.0].min() > 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("support", ["hanging", "guided"])
 def test_what_the_amplitude_shifts_is_known_and_told(tmp_path: pathlib.Path, support: str) -> None:
     """Ten centimetres on springs of half a metre: the true error of the nonlinear run."""
@@ -310,6 +328,7 @@ def test_a_swing_as_long_as_the_springs_is_refused(tmp_path: pathlib.Path) -> No
         mass_properties(path, EXAMPLE, rig.SET)
 
 
+@pytest.mark.slow
 def test_a_hanging_stand_with_products_and_two_sways_in_one(tmp_path: pathlib.Path) -> None:
     """Six modes at twelve sensors: those of the swing's second order and the two equal sways are set aside."""
     ask = {"sensors.directions": "horizontal and vertical", "sensors.noise": "0.01 mm", "sensors.duration": "20 s"}
@@ -330,6 +349,7 @@ def test_a_hanging_stand_with_products_and_two_sways_in_one(tmp_path: pathlib.Pa
     assert any(w.startswith(told) for w in found.warnings)
 
 
+@pytest.mark.slow
 def test_a_stated_damping_is_said_to_be_unused(tmp_path: pathlib.Path) -> None:
     path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
     found = mass_properties(path, EXAMPLE, rig.SET | {"stand.damping": "200 N s/m"})

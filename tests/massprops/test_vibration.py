@@ -34,6 +34,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     return path
 
 
+@pytest.mark.slow
 def test_modes_of_a_variable_have_the_closed_form(run: pathlib.Path) -> None:
     found = vibration(run, ["right mass.position.x"])
     assert found.modes.frequency == pytest.approx(EXACT, rel=1e-7)
@@ -48,6 +49,7 @@ def test_modes_of_a_variable_have_the_closed_form(run: pathlib.Path) -> None:
     assert later.reading.unit == "N"
 
 
+@pytest.mark.slow
 def test_the_command_on_a_run(run: pathlib.Path) -> None:
     done = call(str(run), "--variables", "left.velocity.x", "--set", "identification.order=2")
     assert done.exit_code == 0, done.output
@@ -56,6 +58,7 @@ def test_the_command_on_a_run(run: pathlib.Path) -> None:
     assert call(str(run), "--variables", "left.velocity.x", "--quiet").output == ""
 
 
+@pytest.mark.slow
 def test_figures_of_every_recording(run: pathlib.Path, tmp_path: pathlib.Path) -> None:
     words = ["--variables", "left.position.x,right mass.position.x", "--set", "identification.order=2", "--quiet"]
     done = call(str(run), *words, "--figures", str(tmp_path / "one"))
@@ -122,6 +125,7 @@ def test_units_of_results_are_read(run: pathlib.Path) -> None:
         parse(f"1 {plain}", plain)
 
 
+@pytest.mark.slow
 def test_modes_of_a_boom_are_those_of_its_linear_model(tmp_path: pathlib.Path) -> None:
     """A clamped beam let go with a speed: the recording's first frequency is that of `System.modes`."""
     system: Any = System()

@@ -29,6 +29,7 @@ def cantilever(force: tuple[float, float, float], couple: float = 0.0, **fields:
     return at_rest(system)
 
 
+@pytest.mark.slow
 def test_a_cantilever_of_a_full_beam() -> None:
     """On the section that faces the tip stands what is applied beyond: force F, moment (L - x) e_x x F."""
     F = np.array([0.003, 0.01, 0.02])

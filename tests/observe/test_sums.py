@@ -50,6 +50,7 @@ def total(found: Seen, variable: str) -> np.ndarray:
     return sum((group[variable].values for group in found.tree.children.values() if variable in group), zero)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("family", sorted(CASES))
 def test_parts_add_up(family: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:

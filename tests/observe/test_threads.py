@@ -190,6 +190,7 @@ def from_a_satellite(drive: parts.RampDrive, *, spool_axis: tuple[float, float, 
     return system
 
 
+@pytest.mark.slow
 def test_lag_of_a_thread_whose_spool_turns_about_the_spin_axis() -> None:
     """Rate of the satellite and lag of the end mass: those of two bodies on a straight thread, by SciPy."""
     every, spin_up = 1.0, 5.0

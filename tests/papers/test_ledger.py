@@ -19,15 +19,20 @@ LONG = (
     "stand-plan",
     "stand-prony-accuracy",
     "stand-scheme",
+    "stand-signals",
+    "stand-step-error",
     "stand-step-6",
     "stand-step-7",
     "thread-boundary-along",
+    "thread-figure-4-4",
     "thread-momentum-kept",
     "thread-one-rotation",
+    "thread-only",
     "thread-stiffness-lowered",
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "one",
     [pytest.param(one, marks=pytest.mark.release if one.name in LONG else (), id=one.name) for one in QUICK],

@@ -17,6 +17,7 @@ def numbers(text):
     return rows[2:]
 
 
+@pytest.mark.slow
 def test_figure_7_shows_the_peaks_of_its_table():
     made = rib_figures.figure_7(QUICK)
     rows = [[float(cell) for cell in row] for row in numbers(made.text)]
@@ -87,6 +88,7 @@ def test_points_that_do_not_touch_at_rest_lie_off_by_what_a_cubic_departs_from_a
     assert made.figure.title.endswith(f"{int(run.points[-1])} of 160 touch")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(1, 6))
 def test_schematics_are_drawn(number, tmp_path):
     made = papers.entry(f"rib-figure-{number}").make(QUICK)

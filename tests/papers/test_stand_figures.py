@@ -21,6 +21,7 @@ def over():
     return stand.grid()
 
 
+@pytest.mark.slow
 def test_the_grid_is_the_papers_999_points_and_holds_the_box(over):
     assert over.x.size * over.z.size == 999
     for offset in (0.0, 0.4, 0.8):
@@ -65,6 +66,7 @@ def bars(panel):
     return np.array([line.y.max() for line in panel.lines if line.fill])
 
 
+@pytest.mark.slow
 def test_figure_2_has_a_bar_a_mode_and_offset(over):
     made = stand.figure_2(QUICK)
     assert "our reading" in made.figure.title
@@ -82,6 +84,7 @@ def test_bars_stand_side_by_side():
     assert ends[3][0] == pytest.approx(0.6)
 
 
+@pytest.mark.slow
 def test_figure_3_obeys_the_energy_of_the_load(over):
     """The energy of a mode is half the load times its amplitude at the loaded spring, and (k/2) times all squares."""
     made = stand.figure_3(QUICK)
@@ -95,6 +98,7 @@ def test_figure_3_obeys_the_energy_of_the_load(over):
         assert bars(panel).reshape(4, 3).T * 1e-3 == pytest.approx(amplitude, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_energies_have_simulated_ones_on_the_curves(over):
     made = stand.energies(QUICK)
     for panel in made.figure.panels:
@@ -104,6 +108,7 @@ def test_energies_have_simulated_ones_on_the_curves(over):
     assert [row[2:5] for row in columns(made.text)][1] == ["30.21", "2.271", "16.24"]
 
 
+@pytest.mark.slow
 def test_amplitudes_obey_the_energy_of_the_load(over):
     made = stand.amplitudes(QUICK)
     amplitude = [float(row[2]) for row in columns(made.text)]
@@ -112,12 +117,14 @@ def test_amplitudes_obey_the_energy_of_the_load(over):
     assert len(made.figure.panels) == 6
 
 
+@pytest.mark.slow
 def test_figure_4_gives_the_numbers_of_the_text():
     rows = columns(stand.figure_4(QUICK).text)
     assert rows[0] == ["spring 1", "1.3e-05", "2.72", "13.4", "82.1"]
     assert rows[1] == ["best spring", "0.17", "7.04", "0.0", "99.1"]
 
 
+@pytest.mark.slow
 def test_figure_5_falls_rises_and_stays():
     made = stand.figure_5(QUICK)
     rows = np.array(columns(made.text), dtype=float)
@@ -139,6 +146,7 @@ def test_every_entry_is_a_function():
         assert callable(getattr(importlib.import_module(f"evolvent.papers.{module}"), name))
 
 
+@pytest.mark.slow
 def test_the_step_makes_the_papers_error():
     """Without offset, by the closed form (w_roll^2 - w_heave^2) dt^2/24; the fit on an exact motion has none."""
     found = stand_error.errors({"identification.method": "varpro"}, stand_error.OFFSETS[:1])[0]
@@ -147,6 +155,7 @@ def test_the_step_makes_the_papers_error():
     assert np.abs(exact).max() < 1e-5
 
 
+@pytest.mark.slow
 def test_the_papers_case_shows_its_printed_frequency():
     run = evolvent.run("inertia-stand-paper")
     assert f"{float(run.mode_frequency[-1]):.2f}" == "24.59"
@@ -154,6 +163,7 @@ def test_the_papers_case_shows_its_printed_frequency():
     assert run.attrs["status"] == "success"
 
 
+@pytest.mark.slow
 def test_prony_is_biased_and_varpro_reaches_the_bound():
     record = stand_prony.Record()
     assert stand_prony.accuracy(stand_prony.plain_prony, record, 40).error > 5.0 * stand_prony.bound(record)
@@ -162,6 +172,7 @@ def test_prony_is_biased_and_varpro_reaches_the_bound():
     assert again == stand_prony.accuracy(stand_prony.plain_prony, record, 40)
 
 
+@pytest.mark.slow
 def test_the_study_of_prony_has_its_table_and_panels(monkeypatch):
     monkeypatch.setattr(stand_prony, "QUICK_TRIALS", 4)
     monkeypatch.setattr(stand_prony, "TABLE_RATES", (2.4, 9.0))

@@ -82,6 +82,7 @@ def test_the_boundary_node_leaves_the_plane_by_eqs_3_4_and_stays_in_it_by_eqs_7_
         assert tip == out
 
 
+@pytest.mark.slow
 def test_figure_4_2_has_a_run_and_eq_18_for_each_damping_and_number_of_nodes(fourteen):
     made, _ = fourteen
     rates, gaps = (panel.lines for panel in made.figure.panels)
@@ -133,6 +134,7 @@ def test_table_4_1_gives_the_paper_s_data_and_the_film_that_they_imply():
         assert values["c = E b h / l0 of that film, N/m"][k] == pytest.approx(1e9 * film / (5.0 / n), rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short")
 def test_figure_4_4_curves_are_equal_to_five_decimals():
     made = thread.figure_4_4(QUICK)
@@ -145,6 +147,7 @@ def test_figure_4_4_curves_are_equal_to_five_decimals():
     assert len({tuple(row[3:5]) for row in cells(made.text)}) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short")
 def test_soft_segments_change_the_lag_by_per_cents_and_the_stiffer_two_coincide():
     rows = cells(thread.soft(QUICK).text)

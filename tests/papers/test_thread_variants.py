@@ -24,6 +24,7 @@ def run(**changes: Any) -> Deployment:
     return deploy(data, **{key: value for key, value in changes.items() if key not in fields})
 
 
+@pytest.mark.slow
 def test_the_papers_scheme_agrees_with_the_engine():
     """Rotating axes and steps that end at releases here, inertial axes and events there: the same motion."""
     own = run()
@@ -39,6 +40,7 @@ def test_momentum_is_kept_between_releases():
     assert np.abs(np.ptp(parts, axis=1)).max() < 1e-9 * parts[0, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", ["departure", "growing"])
 def test_the_lag_of_steady_pay_out(start):
     """sin delta = 2 v/(L0 W) for any masses where W is constant, here by a heavy body (thread.md)."""
@@ -48,6 +50,7 @@ def test_the_lag_of_steady_pay_out(start):
     assert found.mean_lag(20.0, 140.0) == pytest.approx(exact, abs=0.02)
 
 
+@pytest.mark.slow
 def test_the_torque_as_printed_hardly_slows_the_body():
     """Eq. (15) with all forces on the boundary node: about 5 rad/s at the end in place of 0.26 (thread.md)."""
     assert run().rate[-1] == pytest.approx(0.260, abs=0.001)
@@ -55,6 +58,7 @@ def test_the_torque_as_printed_hardly_slows_the_body():
     assert run(printed=True).momentum[-1] > 10.0 * run().momentum[-1]
 
 
+@pytest.mark.slow
 def test_nodes_on_the_spool_as_neighbours_throw_the_thread_off_its_plane():
     """By several radii at 6 nodes a turn, by more than one at 12, not at all with the departure point."""
     for nodes, least in ((477, 2.0), (955, 0.5)):
@@ -64,6 +68,7 @@ def test_nodes_on_the_spool_as_neighbours_throw_the_thread_off_its_plane():
         assert found["departure"].off_plane < 2e-7 * film.radius
 
 
+@pytest.mark.slow
 def test_added_nodes_lead_to_the_same_motion_with_more_nodes():
     """Sazonov's model, as understood: the momentum that it gains falls with l0; the lag of the tip agrees."""
     gain = {n: run(nodes=n, start="growing").momentum[-1] / run(nodes=n).momentum[0] - 1.0 for n in (10, 20)}
@@ -89,6 +94,7 @@ def test_a_thread_without_forces_leaves_straight_with_the_departure_point_only()
     assert np.nanmax(np.abs(found["spool node"].positions[:, :, 2] - film.radius)) > film.radius
 
 
+@pytest.mark.slow
 def test_stiffness_by_the_length_of_the_boundary_segment_keeps_lag_and_peak():
     """Section III.3 leaves open what the constant c of the boundary segment does along the thread.
 
@@ -103,6 +109,7 @@ def test_stiffness_by_the_length_of_the_boundary_segment_keeps_lag_and_peak():
     assert np.nanmax(scaled.pull) == pytest.approx(np.nanmax(constant.pull), rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_node_that_stays_on_the_spool_does_not_act():
     """Node n is held by the paper, released by eq. (1) at 135.7 s: before it the runs are the same."""
     free, held = run(), run(held=True)

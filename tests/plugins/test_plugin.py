@@ -119,6 +119,7 @@ def cable(monkeypatch):
     return importlib.import_module("evolvent_pantograph.cable")
 
 
+@pytest.mark.slow
 def test_the_command_finds_the_system(program, command, tmp_path):
     code, out, err = program("list")
     assert (code, err) == (0, "")
@@ -206,6 +207,7 @@ def test_a_structure_with_the_part(command, tmp_path):
         assert sentence in err
 
 
+@pytest.mark.slow
 def test_pages_of_the_package_show_its_keys(environment, tmp_path):
     pytest.importorskip("sphinx")
     pytest.importorskip("myst_parser")
@@ -223,6 +225,7 @@ def test_pages_of_the_package_show_its_keys(environment, tmp_path):
     assert "no system and no kind of part is called 'pantografh'; did you mean 'pantograph'?" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_package_that_cannot_be_loaded_harms_no_other(environment, tmp_path, installed):
     broken = installed / "broken-0.1.dist-info"
     broken.mkdir()
@@ -315,6 +318,7 @@ def test_plug_ins_can_be_left_out(installed, monkeypatch):
         plugins.entry_points(cases.GROUP)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("cells", "until"), [(1, 0.12), (3, 0.25)])
 def test_the_mast_opens_as_its_one_degree_of_freedom_does(mast, cells, until):
     """The angle against an integration of Lagrange's equation, and the energy by the closed form."""
@@ -353,6 +357,7 @@ def test_the_mast_locks(mast):
     assert np.abs(run["energy_defect"].values).max() < 1e-3 * np.abs(run["energy"].values).max()
 
 
+@pytest.mark.slow
 def test_the_cable_is_a_spring_that_never_pushes(cable):
     """Against a spring while it is tight; no force while it is slack."""
     found = {}

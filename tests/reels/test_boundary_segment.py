@@ -45,6 +45,7 @@ def craft(angle: float, *, free: bool = True, nodes: int = 4, length: float = 1.
 # ------------------------------------------------------------------------------------------------ closed forms
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("nodes", "out"), [(1, 0.3), (4, 0.63), (7, 0.63)])
 def test_a_light_thread_of_any_length_is_one_spring(nodes: int, out: float) -> None:
     """EA/out, whatever the segments: elongation m g out/EA, frequency sqrt(EA/(m out))."""
@@ -150,6 +151,7 @@ def test_energy_closes_in_all_formulations(name: str) -> None:
     assert np.abs(alpha.energy_defect).max() < 1e-3 * alpha.energy.max()
 
 
+@pytest.mark.slow
 def test_the_independent_model_of_the_paper_agrees() -> None:
     """`papers.thread_variants` in rotating axes, with steps that end at releases, over 10 s."""
     own = deploy(Data(stiffness=1e3), "scaled", until=10.0)

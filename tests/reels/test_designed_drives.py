@@ -76,6 +76,7 @@ def test_reeling_in_is_paying_out_backwards() -> None:
     assert other.deployed[other.ended][-1] == pytest.approx(0.2, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_steady_lag_is_that_of_the_hub(book: Book) -> None:
     """In the middle of a deployment, where the start has died out, at the spool."""
     t = task(cases.load("heliogyro", {}), Bounds())

@@ -177,6 +177,7 @@ def test_the_spin_before_the_torque_is_what_the_momentum_at_the_start_leaves() -
     assert straight.start_momentum(cases.load("heliogyro")) == pytest.approx(0.024, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_a_slowly_growing_torque_has_a_limit_too() -> None:
     """Many times that of equilibrium: the spin grows with it."""
     rotor = cf.Rotor(0.004, 0.05, 2, 0.000735, 0.0005)

@@ -64,12 +64,14 @@ def test_the_tilt_of_a_principal_axis(angle: float) -> None:
     assert free_body.principal_tilt(inertia[None]) == pytest.approx(angle, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_equal_blades_do_not_tilt_the_body() -> None:
     found = run(3.5, 3.5)
     assert found.nutation.values.max() < 1e-9
     assert np.abs(found.mass_centre.values[:, :2]).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_the_mass_centre_is_that_of_straight_blades() -> None:
     """And no force acts on it from outside: it moves steadily, but for the height r that a released node jumps by."""
     found = run(3.5, 2.8)
@@ -102,6 +104,7 @@ def test_a_body_with_equal_moments_of_inertia_has_no_steady_axis() -> None:
         free_body.largest_difference(case, 0.01)
 
 
+@pytest.mark.slow
 def test_a_body_that_spins_backwards_is_the_mirror_image() -> None:
     there, back = run(3.5, 2.8), evolvent.run(NAME, HEAVY | {"spool.rate": [3.5, 2.8], "body.rate": -6.0})
     assert back.nutation.values == pytest.approx(there.nutation.values, abs=1e-7)

@@ -120,6 +120,7 @@ def lengths_and_rates(case: Case) -> Callable[[int, float], tuple[float, float, 
     return found
 
 
+@pytest.mark.slow
 def test_a_run_is_a_growing_continuum_and_that_is_nearly_straight(book: Book) -> None:
     """170 s of the flight's second group: lumped wires, a continuum that grows, and straight wires."""
     case = cases.load("wire-booms", SHORT)
@@ -177,6 +178,7 @@ def test_the_formula_with_roots_on_the_axis_is_eq_18() -> None:
     assert inertia(case, lengths, root=0.0) == pytest.approx(eq_18, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slip", ["times", "rates", "pair", "length"])
 def test_a_log_with_slips_is_read_and_noted(tmp_path: pathlib.Path, slip: str) -> None:
     """Rows without a rate, with times in the wrong order, another form of the pair, and a longer wire."""

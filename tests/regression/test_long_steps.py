@@ -8,6 +8,7 @@ import pytest
 from evolvent import System, parts
 
 
+@pytest.mark.slow
 def test_a_steady_torque_turns_a_body_on_a_hinge() -> None:
     """Rate 5 t and angle 2.5 t^2, at every sample and over several turns."""
     system = System()

@@ -51,6 +51,7 @@ def test_unstable_step_fails_where_it_is_taken(out: float) -> None:
     assert well.status == "success"
 
 
+@pytest.mark.slow
 def test_unstable_step_over_the_whole_deployment() -> None:
     """From the all wound start, c = 1e4: the run goes well while few nodes are out, and fails by the end."""
     limit = 2.0 * math.sqrt(2.0) / (2.0 * math.sqrt(1e4 / (RHO * L / 20)))

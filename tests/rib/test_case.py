@@ -69,6 +69,7 @@ def test_defaults_are_those_of_the_built_in_case():
     assert cases.load(WIND, {"solver.duration": 150, "output.every": 0.25}) == cases.load("wrapped-rib")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("phase", "overrides"),
     [

@@ -129,6 +129,7 @@ def test_a_tapered_rib_wound_and_held(k):
     assert closed_forms.root_strain(rib, T) == pytest.approx(strain.max(), rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("alpha", [1.9, 20.0, 1e5])
 def test_strong_drag_winds_a_string_at_a_rate_that_the_drag_allows(alpha):
     """Without inertia the times are in proportion to alpha; by quadrature of the moments' balance."""

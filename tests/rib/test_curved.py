@@ -21,6 +21,7 @@ def _closed_energy(strip: Strip, shape: Parabola) -> float:
     return closed_forms.parabola_energy(strip, shape.focal_length, shape.root_angle, tip)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("focal_length", "offset"), [(1.0, 0.0), (2.0, -3.0), (5.0, 4.0), (1e6, 0.0)])
 def test_the_energy_of_a_wound_parabola_is_that_of_its_change_of_curvature(focal_length, offset):
     shape = Parabola(focal_length=focal_length, offset=offset)

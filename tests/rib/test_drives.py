@@ -33,6 +33,7 @@ def test_the_constant_of_a_short_tail_is_a_root_of_airys_equation():
     assert brentq(off, 1.0, 2.0) ** 3 == pytest.approx(closed_forms.SHORT_TAIL, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_short_tails_are_the_limit_of_the_elastica():
     found = closed_forms.held_tails(STIFF, samples=14)
     short = [closed_forms.short_tail(STIFF, torque) for torque in found.torque[:2]]
@@ -170,6 +171,7 @@ def _study(key: str, values: list[float], unit: str, extra: dict[str, Any]) -> x
     return data
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "values", "unit", "extra"),
     [
@@ -194,6 +196,7 @@ def test_figures_of_studies_over_torque_and_rate(key, values, unit, extra):
     assert system.study_figures(data.drop_vars("wrap_angle")) == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("other", "values", "unit"), [("rib.length", [12.0, 9.0], "m"), ("hub.radius", [0.6, 0.5], "m")]
 )

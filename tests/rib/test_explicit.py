@@ -22,6 +22,7 @@ def both():
     return evolvent.run("wrapped-rib", SHORT | {"solver.tolerance": 1e-5}), evolvent.run("wrapped-rib", RK4)
 
 
+@pytest.mark.slow
 def test_both_methods_wind_alike(both):
     implicit, explicit = both
     assert set(variables.names(explicit)) == {*variables.names(implicit), "root-1.energy_elastic"}
@@ -57,6 +58,7 @@ def test_its_account_closes(both):
     assert 0.0 < root.max() < 3.0 * 3.0 * 0.2 / 0.6 / 540.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -76,6 +78,7 @@ def test_every_kind_of_rib_runs(changes):
     assert np.abs(balance(run)).max() < 1e-4
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_and_is_shown(both, tmp_path):
     path = str(tmp_path / "wound.nc")
     results.save(both[1], path)
@@ -112,6 +115,7 @@ def test_what_it_cannot_do_is_refused_in_a_line(call, changes, words):
     assert "\n" not in message.rstrip()
 
 
+@pytest.mark.slow
 def test_the_number_of_steps_is_reported_before_a_run(call):
     plan = system.SYSTEM.plan(cases.load("wrapped-rib", {"solver.method": "rk4"}))
     assert plan.note.startswith("rk4 takes 1.2e+06 steps of 0.00013 s over 150 s; energy-momentum takes far fewer")

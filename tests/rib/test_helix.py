@@ -43,6 +43,7 @@ def curvature(nodes: np.ndarray, length: float) -> np.ndarray:
 # ------------------------------------------------------------------------------------------------ shape
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("formulation", "pitch"), [("cable", 0.05), ("cable", 0.6), ("cable_stretch", 0.6), ("assumed_strain", 0.6)]
 )
@@ -70,6 +71,7 @@ def test_a_wound_rib_is_a_helix_without_stretch(book, formulation, pitch):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("formulation", "counts"), [("cable", (40, 80)), ("assumed_strain", (160, 320))])
 def test_a_strip_on_a_helix_has_the_energy_of_its_torsion_too(formulation, counts):
     """G J t^2/2 with the torsion t = sin(a) cos(a)/R beside E I k^2/2; errors of the elements fall with l^2."""
@@ -95,6 +97,7 @@ def test_a_helix_of_a_small_pitch_is_a_coil():
     assert low == pytest.approx(flat, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_a_helix_lies_about_the_middle_of_the_hub_or_where_its_root_stands():
     case = cases.load("wrapped-rib-deploy", {"rib.pitch": "0.2 m", "rib.count": 3})
     nodes = initial_state(case).nodes
@@ -173,6 +176,7 @@ def test_a_torque_along_a_screw_pushes_a_rod_along_its_axis():
 # ------------------------------------------------------------------------------------------------ holding
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pitch", "formulation"), [(0.1, "cable"), (0.6, "cable"), (0.6, "assumed_strain")])
 def test_a_helix_is_held_by_its_closed_form(book, pitch, formulation):
     """Sum of the contact forces T L cos(a)/(2 R^2), tension T (1 - s/L)/(R cos(a)), and the height of the helix."""
@@ -199,6 +203,7 @@ def test_a_helix_is_held_by_its_closed_form(book, pitch, formulation):
     assert abs(balance(run)).max() < 2e-3
 
 
+@pytest.mark.slow
 def test_a_torque_about_the_axis_alone_pulls_a_helix_into_the_plane(monkeypatch):
     """Nothing holds the height of the free tip: without friction the tension has no part along the axis."""
     monkeypatch.setattr(structure, "_pitch", lambda case: 0.0)
@@ -208,6 +213,7 @@ def test_a_torque_about_the_axis_alone_pulls_a_helix_into_the_plane(monkeypatch)
     assert abs(z[-1, -1] - z[-1, 0]) < 0.2 * (z[0, -1] - z[0, 0])
 
 
+@pytest.mark.slow
 def test_turns_beside_one_another_do_not_press_on_one_another():
     changes = {"rib.pitch": 0.06, "contact.self": True, "rib.elements": 30, "hold.time": 0.5, "drive.ramp": 0.2}
     run = evolvent.run("wrapped-rib-hold", changes)
@@ -218,6 +224,7 @@ def test_turns_beside_one_another_do_not_press_on_one_another():
 # ------------------------------------------------------------------------------------------------ winding
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pitch", "changes"),
     [
@@ -245,6 +252,7 @@ def test_a_rib_winds_as_a_helix(pitch, changes):
 # ------------------------------------------------------------------------------------------------ deployment
 
 
+@pytest.mark.slow
 def test_a_helix_springs_open_as_a_plane_coil_of_the_same_energy(book):
     """To the first order in the pitch the tip follows the closed form of the rib as seen along the hub's axis."""
     runs = [evolvent.run("wrapped-rib-deploy", {"solver.duration": 150, "rib.pitch": p}) for p in (0.0, 0.05)]
@@ -263,6 +271,7 @@ def test_a_helix_springs_open_as_a_plane_coil_of_the_same_energy(book):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -288,6 +297,7 @@ def test_helices_on_a_free_hub_keep_the_momenta():
     assert np.abs(run.momentum.values).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_from_a_helix(tmp_path):
     held = evolvent.run("wrapped-rib-hold", {"rib.pitch": 0.4, "rib.elements": 20, "hold.time": 2, "drive.ramp": 1})
     path = str(tmp_path / "held.nc")

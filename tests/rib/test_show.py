@@ -115,6 +115,7 @@ def test_a_warning_and_a_free_hubs_momentum_are_told():
     assert found["hub turned by"] == "0 deg"
 
 
+@pytest.mark.slow
 def test_figures_can_be_drawn(run, tmp_path):
     found = system.figures(run)
     names = {figure.name for figure in found}
@@ -124,6 +125,7 @@ def test_figures_can_be_drawn(run, tmp_path):
         assert (tmp_path / path).stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_several_ribs_and_a_turning_hub_are_drawn(tmp_path):
     run = synthetic(WIND, {"rib.count": 3, "hub.motion": "spin", "hub.inertia": 50})
     found = {figure.name: figure for figure in system.figures(run)}
@@ -166,6 +168,7 @@ def test_motion_shows_the_ribs_with_their_width(run, tmp_path):
     assert (tmp_path / animation.write(motion, tmp_path / "rib.html")).stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_motion_of_a_hub_that_turns_and_moves():
     """A rib that rests on a hub which turns by 0.3 rad, is tilted and moves is seen at rest."""
     run = synthetic(HOLD, {"hub.motion": "free", "hub.mass": 200, "hub.inertia": 50})
@@ -196,6 +199,7 @@ def test_motion_of_a_hub_that_turns_and_moves():
     )
 
 
+@pytest.mark.slow
 def test_figures_of_a_study():
     import json
 

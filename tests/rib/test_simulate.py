@@ -28,6 +28,7 @@ def wound(run):
 # ------------------------------------------------------------------------------------------------ winding
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "formulation"), [(1, "cable"), (3, "assumed_strain"), (8, "cable")])
 def test_a_stacked_coil_starts_without_stretch_or_pressure(count, formulation):
     changes = {"contact.self": True, "rib.count": count, "rib.formulation": formulation, "solver.duration": 1e-3}
@@ -42,6 +43,7 @@ def test_a_stacked_coil_starts_without_stretch_or_pressure(count, formulation):
     assert np.all(above - radius[within] > case_of(run).rib.thickness)
 
 
+@pytest.mark.slow
 def test_held_turns_lie_on_one_another(book):
     """Of the turns that lie on others each presses with what pulls beyond it: sum of T L/2 R^2 (1 - 2 pi k R/L)^2."""
     changes = {"rib.elements": 60}
@@ -85,6 +87,7 @@ def test_held_turns_lie_on_one_another(book):
     assert abs(balance(run).max()) < 0.01
 
 
+@pytest.mark.slow
 def test_ribs_that_lie_on_one_another_keep_the_momenta_of_a_free_hub():
     changes = FREE | {"contact.self": True, "rib.count": 2, "rib.elements": 30, "solver.duration": 10}
     run = evolvent.run("wrapped-rib-deploy", changes)
@@ -94,6 +97,7 @@ def test_ribs_that_lie_on_one_another_keep_the_momenta_of_a_free_hub():
     assert np.abs(run.momentum.values).max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("alpha", "time", "end"), [(0.0, 28.39, 30), (0.2, 66.81, 70), (0.5, 146.07, 150)])
 def test_the_tip_is_fastest_when_it_should_be(alpha, time, end, book):
     """rib.md, 6: 40 elements; 20 give the same times within 1 %."""
@@ -117,6 +121,7 @@ def test_the_tip_is_fastest_when_it_should_be(alpha, time, end, book):
     assert np.interp(0.8 * time, run.time, work(run)) == pytest.approx(done, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_rib_that_is_damped_in_part_is_wound_when_a_string_of_that_drag_is():
     """Its inner half: later than without damping (27.6 s), earlier than with all of it (145.9 s)."""
     inner = {"damping.alpha": 0.5, "damping.elements": list(range(1, 11)), "rib.elements": 20}
@@ -143,6 +148,7 @@ def test_all_elements_named_are_the_whole_rib():
     assert named.energy_losses.values == pytest.approx(whole.energy_losses.values, rel=1e-9, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_a_turning_hub_winds_a_rib_that_is_held_back(book):
     drive = {"kind": "hub", "rate": 0.4, "torque": 0.05, "ramp": 2}
     changes = {"rib.elements": 20, "rib.length": 6, "solver.duration": 40, "drive": drive, "hub.motion": "driven"}
@@ -270,6 +276,7 @@ def test_engineering_strain_is_tension_over_stiffness():
     assert found["cable"] == pytest.approx(1.0 - 1.5 * closed_forms.root_strain(strip, 1.0), abs=0.01)
 
 
+@pytest.mark.slow
 def test_friction_bears_a_part_of_the_torque():
     """Of a taut band the tension falls by exp(-mu phi) where it slips; with enough friction the root bears nothing."""
     changes = {"rib.elements": 40, "hold.time": 12, "contact.friction": 0.5, "solver.step": 0.01}
@@ -327,6 +334,7 @@ def test_deployment_follows_the_closed_form(book):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_tail_leaves_the_hub_bent(book):
     """The tail's line passes 4 R/3 from the axis once it is long; less by a part of the order of R over its length."""
     strip = cases.load("wrapped-rib-deploy").strip
@@ -388,6 +396,7 @@ def held(tmp_path_factory):
     return str(path), run
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_from_anothers_end(held):
     path, before = held
     again = evolvent.run("wrapped-rib-hold", {"start": path, "rib.elements": 60, "hold.time": 2, "drive.ramp": 0})
@@ -500,6 +509,7 @@ def test_laws_have_no_place():
         system.SYSTEM.plan(cases.load("wrapped-rib"), laws={"force": abs})
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("sketched")
 def test_a_run_is_kept_shown_and_drawn(tmp_path):
     run = evolvent.run("wrapped-rib", {"rib.elements": 10, "solver.duration": 25})

@@ -34,6 +34,7 @@ def surface(kind: str, **keys: Any) -> Any:
     return parts.CapsuleContact(**at, length=0.5, axis=(0, 1, 0), **keys)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["plane", "sphere", "capsule", "cylinder"])
 def test_a_propped_cantilever_rests_on_a_surface(kind: str, book: Book) -> None:
     """A load P at the middle presses the tip by 5 P/16."""

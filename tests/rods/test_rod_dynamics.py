@@ -81,6 +81,7 @@ def spin_up(t, parameters):  # type: ignore[no-untyped-def]
     return angle, rate / end * (t - np.sin(w * t) / w), rate / end * (1.0 - np.cos(w * t))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", SOLVERS)
 def test_spin_up(method: str, book: Book) -> None:
     thickness = np.sqrt(12.0 * 1.4e4 / 2.8e7)

@@ -122,6 +122,7 @@ def test_a_small_force_beside_a_torque_is_right_to_its_own_size() -> None:
     assert quadratic(r)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("torque", [(0.5, 0.0, 1.0), (1.0, 0.0, 2.0), (2.0, 1.0, 3.0)])
 def test_torque_about_a_fixed_axis(torque: tuple[float, ...], book: Book) -> None:
     r, x, R = found(parts.Torque(at="rod.tip", torque=torque), elements=20, **slender())

@@ -118,6 +118,7 @@ def frequencies(part: Any, count: int, **keys: Any) -> Array:
     return np.asarray(system.modes(count=6).frequency)
 
 
+@pytest.mark.slow
 def test_modes_with_an_offset_mass_are_those_of_a_beam(book: Book) -> None:
     """Bending and torsion are coupled by the offset; both models converge to the same frequencies."""
     own: dict[str, Any] = {"mass_per_length": 0.8, "inertia_y": 2e-4, "inertia_z": 1e-4}

@@ -83,6 +83,7 @@ def test_elastica(load: float, up: float, back: float, book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_thick_cantilever(book: Book) -> None:
     """Surface strains of 14 %, at which elements of Green's strain are 1 % off; 1e-4 with 4 elements already."""
     thick, steel = Rectangle(thickness=0.5, width=0.1), Material(young_modulus=2.07e11, density=7850.0)
@@ -114,6 +115,7 @@ def test_princeton_beam(angle: int, wanted: tuple[float, float], book: Book) -> 
         )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_lateral_buckling(book: Book) -> None:
     """A deep cantilever under a force at its tip turns over at 4.0126 sqrt(EI GJ)/L^2."""
     section = General(area=1.0, Iy=1e-6, Iz=1.0, J=4e-6, shear_y=1e3, shear_z=1e3)

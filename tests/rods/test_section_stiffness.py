@@ -85,6 +85,7 @@ def test_bending_twists_a_coupled_strip() -> None:
     assert 2.0 * turn_of_tip(assembly, solve_static(assembly).y[-1])[1] == pytest.approx(S * 1e-6, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_pull_twists_by_any_angle() -> None:
     """Extension and twist coupled: by a force F along the rod the strains are S F all along, at any twist."""
     C = np.diag([4e4, 2e3, 3e3, 0.4, 0.5, 30.0])

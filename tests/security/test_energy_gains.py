@@ -79,6 +79,7 @@ def test_round_off_is_no_failure(speed: float, method: str, step: float) -> None
     assert "the method itself" not in run.attrs["warning"]
 
 
+@pytest.mark.slow
 def test_energies_above_round_off_are_not_called_so() -> None:
     run = beam(0.1).simulate(until=0.05, every=0.005, method="energy-momentum")
     assert run.attrs["status"] == "success"

@@ -49,6 +49,7 @@ def listed(folder: pathlib.Path) -> list[str]:
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
 
 
+@pytest.mark.slow
 def test_a_run_that_cannot_be_kept_ends_without_a_fault(tmp_path: pathlib.Path) -> None:
     """In its own process: HDF5 files that could not be written ended it with a fault after its message."""
     done = subprocess.run([sys.executable, "-c", CODE], cwd=tmp_path, capture_output=True, text=True, check=False)
@@ -57,6 +58,7 @@ def test_a_run_that_cannot_be_kept_ends_without_a_fault(tmp_path: pathlib.Path) 
     assert not listed(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [
@@ -82,6 +84,7 @@ def test_a_full_disk_is_one_sentence(words, call, structure_run, tmp_path) -> No
     assert not listed(tmp_path)
 
 
+@pytest.mark.slow
 def test_what_was_there_stays(whole_run: pathlib.Path, run_copy: pathlib.Path) -> None:
     before = run_copy.read_bytes()
     with full(5000), pytest.raises(InputError, match=r"cannot write .*: file too large"):
@@ -90,6 +93,7 @@ def test_what_was_there_stays(whole_run: pathlib.Path, run_copy: pathlib.Path) -
     assert listed(run_copy.parent) == ["run.nc"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [0, 300, 900, 2000, 4000])
 def test_a_study_goes_on_once_there_is_room(size: int, whole_study: pathlib.Path, tmp_path: pathlib.Path) -> None:
     study = tmp_path / "study.yaml"

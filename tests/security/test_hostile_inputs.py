@@ -73,6 +73,7 @@ def check_case(found: Any) -> str:
     return "" if again.model_dump() == found.model_dump() else "its text gives another case"
 
 
+@pytest.mark.slow
 def test_texts_of_cases(tmp_path: pathlib.Path) -> None:
     path = tmp_path / "case.yaml"
 
@@ -180,6 +181,7 @@ def recordings(folder: pathlib.Path) -> dict[str, bytes]:
     return found
 
 
+@pytest.mark.slow
 def test_recordings(tmp_path: pathlib.Path) -> None:
     known = recordings(tmp_path)
 
@@ -361,6 +363,7 @@ def change_groups(path: pathlib.Path, random_: random.Random) -> str:
     return f"{how} {one} {other}"
 
 
+@pytest.mark.slow
 def test_runs_of_parts(structure_run: pathlib.Path, tmp_path: pathlib.Path, call: Any) -> None:
     """A run of several parts that was altered is refused, or opened with a warning and shown."""
     path = tmp_path / "run.nc"
@@ -385,6 +388,7 @@ def test_runs_of_parts(structure_run: pathlib.Path, tmp_path: pathlib.Path, call
     check(0.005, one)
 
 
+@pytest.mark.slow
 def test_runs(small_run: bytes, tmp_path: pathlib.Path) -> None:
     """A run that is read is the one that was written, or its warning says that it was altered."""
     path = tmp_path / "run.nc"
@@ -407,6 +411,7 @@ def test_runs(small_run: bytes, tmp_path: pathlib.Path) -> None:
     check(0.015, one)
 
 
+@pytest.mark.slow
 def test_commands_on_altered_runs(small_run: bytes, tmp_path: pathlib.Path, call: Any) -> None:
     commands = (("info", "run.nc"), ("export", "run.nc", "--to", "csv", "-o", "csv"), ("report", "run.nc"))
 
@@ -446,6 +451,7 @@ def change_study(folder: pathlib.Path, random_: random.Random) -> str:
     return f"{how} {path.relative_to(folder)}"
 
 
+@pytest.mark.slow
 def test_studies(whole_study: pathlib.Path, tmp_path: pathlib.Path) -> None:
     """Results that are read are those that were written; a sweep of the same study gives them again, or is refused."""
     whole = studies.open(whole_study)
@@ -474,6 +480,7 @@ def test_studies(whole_study: pathlib.Path, tmp_path: pathlib.Path) -> None:
 # ------------------------------------------------------------------------------------------------ single attacks
 
 
+@pytest.mark.slow
 def test_aliases_and_depths_of_yaml(tmp_path: pathlib.Path, call: Any) -> None:
     """A billion laughs, a text that holds itself, ten thousand brackets, a great file: one sentence each."""
     laughs = "a: &a [x, x, x, x, x, x, x, x, x, x]\n"

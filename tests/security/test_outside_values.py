@@ -164,6 +164,7 @@ def hdf5(path: pathlib.Path, attack: Callable[[h5py.File, pathlib.Path], None], 
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.__name__)
 @pytest.mark.parametrize("name", ["knock.h5", "knock.mat"])
 def test_a_recording_cannot_reach_other_files(
@@ -176,6 +177,7 @@ def test_a_recording_cannot_reach_other_files(
     assert str(path) in str(refused.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.__name__)
 def test_a_run_cannot_reach_other_files(
     attack: Callable[[h5py.File, pathlib.Path], None], outside: pathlib.Path, run_copy: pathlib.Path
@@ -257,6 +259,7 @@ def test_pipes_and_devices_are_not_read(name: str, call, tmp_path: pathlib.Path)
 # ------------------------------------------------------------------------------------------------ MAT, version 5
 
 
+@pytest.mark.slow
 def test_a_mat_file_that_grows_a_thousand_times_is_refused(tmp_path: pathlib.Path) -> None:
     stream = io.BytesIO()
     scipy.io.savemat(stream, {"left": np.sin(np.arange(50.0))}, do_compression=True)

@@ -61,6 +61,7 @@ def test_exponents_of_units_stay_readable(text: str) -> None:
     assert units.parse(text, "m^2") == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", YAML)
 def test_yaml_is_refused_before_it_is_built(name: str) -> None:
     with mutations.limited(LIMIT), pytest.raises(InputError, match=r"more than (200000 values|100 levels deep)|nested"):
@@ -72,6 +73,7 @@ def test_tags_of_the_library_are_refused() -> None:
         cases.parse_yaml("a: !!timestamp x", "text")
 
 
+@pytest.mark.slow
 def test_yaml_of_many_values_is_read() -> None:
     with mutations.limited(LIMIT):
         assert len(cases.parse_yaml(f"a: [{'1,' * 100_000}]", "text")["a"]) == 100_000
@@ -85,6 +87,7 @@ def test_a_file_that_begins_like_uff(tail: str, tmp_path: pathlib.Path) -> None:
         signals.read(path)
 
 
+@pytest.mark.slow
 def test_equal_names_of_columns_are_numbered(tmp_path: pathlib.Path) -> None:
     with mutations.limited(LIMIT):
         found = distinct(["x"] * 20_000 + ["x (3)", ""])
@@ -116,6 +119,7 @@ def test_titles_of_many_brackets(tmp_path: pathlib.Path) -> None:
         assert signals.read(path).names[1] == "b"
 
 
+@pytest.mark.slow
 def test_long_lines_before_the_numbers(tmp_path: pathlib.Path) -> None:
     """The separator is found from each line once, not once for each line that stands before it."""
     path = tmp_path / "a.csv"

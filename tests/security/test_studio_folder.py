@@ -201,6 +201,7 @@ def test_a_folder_that_is_given_by_a_link_is_used(root, tmp_path, started):
     assert (root / OWN / "queue.json").is_file()
 
 
+@pytest.mark.slow
 def test_no_upload_leaves_the_folder_while_another_program_swaps_folders_for_links(root, outside):
     """Every component is opened by itself and as no link, so that no moment between check and use is left."""
     uploads = root / OWN / "uploads"
@@ -564,6 +565,7 @@ def test_python_and_libraries_find_nothing_in_the_folder(root, started, monkeypa
     assert os.getcwd() == str(root)
 
 
+@pytest.mark.slow
 def test_a_worker_in_a_hostile_folder_computes(root):
     """As above, with the process itself: a module of the folder would end it."""
     for name in ("numpy.py", "numba.py", "yaml.py", "json.py", "evolvent.py"):
@@ -607,6 +609,7 @@ def test_names_of_uploads_stay_plain(root, outside, name):
     assert written(outside) == {"precious.txt": PRECIOUS.encode()}
 
 
+@pytest.mark.slow
 def test_the_command_refuses_a_state_folder_that_is_a_link(root, outside):
     for entry in sorted((root / OWN).rglob("*"), reverse=True):
         entry.rmdir() if entry.is_dir() else entry.unlink()

@@ -208,6 +208,7 @@ def asked(server):
     return ask
 
 
+@pytest.mark.slow
 def test_odd_headers_reach_a_server_that_answers(server, asked):
     port = urllib.parse.urlsplit(server.url).port
     for odd in ODD[:10]:
@@ -226,6 +227,7 @@ STEPS = ("../", "..%2f", "%2e%2e/", "..%5c", "..\\", "....//", "%252e%252e%252f"
 ROUTES = ("run", "case", "export", "motion", "start", "mode", "modes", "report", "dispersed")
 
 
+@pytest.mark.slow
 def test_no_address_leaves_the_folder(server, asked):
     secret = server.folder.parent / "secret.txt"
     names = [f"{prefix}{step}secret.txt" for prefix in ("", "x/") for step in STEPS]
@@ -329,6 +331,7 @@ def test_the_page_of_a_folder_is_served_with_its_policy(asked):
     assert json.dumps(str(os.getcwd())) not in body.decode()
 
 
+@pytest.mark.slow
 def test_an_upload_above_the_limit_of_its_kind_is_not_kept(server, asked, uploading):
     """A YAML file may have 500 kB, whatever the browser says; a file of signals of that size is kept."""
     headers = {"Content-Type": "multipart/form-data; boundary=x"}

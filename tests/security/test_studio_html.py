@@ -90,6 +90,7 @@ def run(tmp_path_factory):
     return evolvent.run(place / "short.yaml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", ATTACKS[:5], ids=range(5))
 def test_a_report_holds_texts_as_texts(run, attack, monkeypatch, tmp_path):
     hostile = run.copy()
@@ -115,6 +116,7 @@ def test_a_report_holds_texts_as_texts(run, attack, monkeypatch, tmp_path):
     assert not [name for _, attributes in drawn.found for name in attributes if name.startswith("on")]
 
 
+@pytest.mark.slow
 def test_a_certificate_holds_texts_as_texts(tmp_path):
     """Texts of the description, names of the file and of its columns."""
     t = np.arange(1500) / 240.0
@@ -161,6 +163,7 @@ def folder(tmp_path_factory):
     return place
 
 
+@pytest.mark.slow
 def test_nothing_that_a_folder_holds_becomes_html(browser, folder, tmp_path_factory, shots_of):  # noqa: F811
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))

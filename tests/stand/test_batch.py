@@ -51,6 +51,7 @@ def heave(amplitude=1e-3):
     return body._replace(state=state)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_order_is_the_stated_one(method):
     body = suspended(seed=1, damping=0.5)

@@ -16,6 +16,7 @@ def run(**overrides):
     return evolvent.run("inertia-stand", {k.replace("__", "."): v for k, v in overrides.items()})
 
 
+@pytest.mark.slow
 def test_reference_values_at_the_middle(book):
     """stand.md: 13.962, 16.422, 24.59 rad/s; 16.24 J each, 48.72 J in all; lateral 4.22 rad/s twice."""
     found = run()
@@ -78,6 +79,7 @@ def test_the_papers_scheme_at_6_ms_shows_the_papers_frequency(book):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("support", ["hanging", "guided"])
 def test_methods_agree(support):
     """Two implementations of the mechanics: compiled batches, and the general engine with its adaptive method."""
@@ -102,6 +104,7 @@ def test_methods_agree(support):
         assert float(np.abs(other.energy_defect).max()) < 1e-5 * float(other.energy_potential.max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("support", ["hanging", "guided"])
 def test_a_batch_is_a_run_of_the_same_parts(support):
     """States of the compiled batch against `System.simulate` of the loaded case: every part, and the balances."""
@@ -222,6 +225,7 @@ def test_shapes_find_mass_and_centre():
     assert float(found.offset_z_identified) == pytest.approx(0.1, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_six_modes_find_the_whole_tensor():
     found = run(
         **{
@@ -301,6 +305,7 @@ def test_modes_of_one_frequency_are_told():
     assert np.all(np.isnan(found.inertia_identified))
 
 
+@pytest.mark.slow
 def test_more_modes_than_a_long_record_holds_cost_no_run():
     found = run(sensors__rate="10 Hz", sensors__duration="800 s", identification__order=20)
     assert found.attrs["status"] == "success"
@@ -330,6 +335,7 @@ def test_motion_below_rounding_is_told():
         run(**{"excitation.force": [0.0, -1e-6, 0.0], **QUICK})
 
 
+@pytest.mark.slow
 def test_a_batch_gives_the_bits_of_single_runs():
     base = cases.load("inertia-stand", {"sensors.noise": "0.02 mm", "sensors.duration": "3 s", **QUICK})
     varied = [cases.load(base, {"body.offset_x": 0.1 * k, "sensors.seed": k}) for k in range(4)]
@@ -420,6 +426,7 @@ def test_a_step_above_the_limit_never_succeeds(method, monkeypatch):
         evolvent.run("inertia-stand", overrides)
 
 
+@pytest.mark.slow
 def test_figures_motion_and_numbers_come_from_a_saved_run(tmp_path):
     from evolvent import results
     from evolvent.view import plots

@@ -31,6 +31,7 @@ def _errors(runs):
     )
 
 
+@pytest.mark.slow
 def test_three_frequencies_reach_two_hundredths_of_a_percent(box):
     """Median within 0.02 %; the worst cells are the static tilt, up to about 0.07 %."""
     errors = _errors(box["three-frequencies"])
@@ -47,12 +48,14 @@ def test_energies_sum_to_the_same_everywhere(box):
     assert total == pytest.approx(3.0 * 9806.65**2 / (8.0 * 740250.0), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_built_in_study_has_999_cases():
     study = read("inertia-stand-map")
     assert study.count == 999
     assert set(study.dims) == {"body.offset_x", "body.offset_z"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("keep", "drawn"), [(["static_tilt"], []), (["mode_frequency"], []), (["mode_amplitude"], ["amplitudes"])]
 )
@@ -62,6 +65,7 @@ def test_what_a_study_does_not_keep_is_not_drawn(keep, drawn):
     assert list(SYSTEM.study_figures(study)) == drawn
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fixed",
     [
@@ -84,6 +88,7 @@ def test_every_figure_of_a_map_is_drawn(fixed):
         sheet.draw_without_rendering()
 
 
+@pytest.mark.slow
 def test_a_map_of_one_case_is_drawn():
     over = {"body.offset_x": [0.1], "body.offset_z": [0.1]}
     case = {"sensors.duration": "4 s", "identification.order": 3}

@@ -119,6 +119,7 @@ def test_the_princeton_beam(book):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_deep_strip_buckles_sideways_at_the_load_of_theory(book):
     section = Rectangle(thickness=1e-3, width=5e-2)
     s = section.properties(STEEL.nu)

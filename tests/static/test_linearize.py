@@ -113,6 +113,7 @@ def test_a_free_body_is_a_double_integrator():
     assert np.all(np.isinf(response(model, 0.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("formulation", "count"), [("cable", 16), ("assumed_strain", 32)])
 def test_poles_and_zeros_of_a_hub_with_a_boom(formulation, count, book):
     """Torque to rate: poles where hub and boom swing freely, zeros where the boom swings and the hub stands still."""
@@ -343,6 +344,7 @@ def test_reduced_models(cantilever, method, options, static, book):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_reduction_from_the_start_is_that_of_the_full_model():
     a = hub_with_boom(0.002)
     names = ["hub.torque.z"], ["hub.rate.z", "boom.tip.acceleration.y"]
@@ -393,6 +395,7 @@ def test_python_control_takes_the_model(cantilever):
     assert_allclose(system(3j), response(small, 3.0), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_frequencies_for_a_figure(cantilever):
     found = cantilever.frequency_response()
     assert found.omega[0] < 0.11 * math.sqrt(cantilever.square[0])
@@ -402,6 +405,7 @@ def test_frequencies_for_a_figure(cantilever):
     assert_allclose(found.frequency_hz, found.omega / (2.0 * np.pi))
 
 
+@pytest.mark.slow
 def test_the_figure_of_a_frequency_response(tmp_path):
     """Of a mass on a damped spring: magnitude 1/|k - m w^2 + i w c| and phase over Hz, a panel a unit."""
     m, k, c = 2.0, 800.0, 4.0

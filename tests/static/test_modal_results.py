@@ -81,6 +81,7 @@ def test_effective_masses_of_all_modes_sum_to_the_mass_that_can_move(formulation
     assert_allclose(shares[0] / shares[1], 2.0, rtol=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [8, 32])  # dense and sparse algebra
 def test_rigid_body_modes_of_a_free_beam_carry_everything(count):
     section = General(area=1e-4, Iy=2e-9, Iz=1e-9, J=5e-10)
@@ -114,6 +115,7 @@ def test_what_a_pendulum_leaves_to_its_support():
     assert_allclose(np.sort(found.frequency), [0.0, *np.sqrt(2.0 * 9.81 * 1.5 / np.array([Iy, Ix]))], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_complex_modes_have_no_effective_masses():
     found = modes(beam("cable", 4, section=BAR, mass_damping=0.1), count=4, damped=True)
     assert np.iscomplexobj(found.shape)
@@ -243,6 +245,7 @@ def test_states_without_amplitude_can_be_seen():
             found.states(**bad)
 
 
+@pytest.mark.slow
 def test_dataset_and_table(tmp_path):
     found = modes(mixed().assemble(), count=9)
     seen = found.to_dataset()

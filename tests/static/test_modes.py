@@ -70,6 +70,7 @@ def test_frequencies_converge_with_the_square_of_the_elements(book):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_modes_are_orthogonal_and_their_multiple_frequencies_complete():
     # eight bars, all alike: every frequency 16-fold; sparse algebra
     system = System()

@@ -77,6 +77,7 @@ def characteristic(w: float) -> float:
     return float(np.linalg.det(np.array([row / np.abs(row).max() for row in rows])))
 
 
+@pytest.mark.slow
 def test_boom_slew(book: Book) -> None:
     """Angular momentum 0.2 N m s, that of the torque; mean rate of a rigid body; free vibration."""
     t, rate = values("boom-slew", "time"), values("boom-slew", "hub.rate.z")
@@ -151,6 +152,7 @@ def test_hanging_chain(book: Book) -> None:
     assert tension == pytest.approx(8 * 0.1 * 9.81, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_andrews_mechanism(book: Book) -> None:
     """Angles of the seven bodies at 0.03 s by the IVP test set (Mazzia & Magherini 2008)."""
     beta, theta, gamma, phi, delta, omega, epsilon = (
@@ -236,6 +238,7 @@ def test_orbit_tether(book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_two_booms(book: Book) -> None:
     """The pulse's end of the frame moves as one of 24-coordinate elements does."""
     content = cases.content_of("two-booms")
@@ -251,6 +254,7 @@ def test_two_booms(book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_wire_booms(book: Book) -> None:
     """Wires as stiff pendulums with an offset hinge (W. Johnson, Helicopter Theory, 1980), alone and with the hub."""
     offset, length, tip, mu, inertia = 0.6, 20.0, 0.25, 6000.0 * math.pi * 0.0004**2, 60.0
@@ -293,6 +297,7 @@ def test_each_case_is_listed(call: Callable[..., tuple[int, str, str]]) -> None:
         assert len(line.removeprefix(name).strip()) > 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_run_comes_back_from_its_file(name: str, tmp_path: Any) -> None:
     found = run(name)
@@ -311,6 +316,7 @@ def test_a_run_comes_back_from_its_file(name: str, tmp_path: Any) -> None:
     assert f"<title>{title}</title>" in html.unescape(page)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_system_written_and_read_gives_the_same_numbers(name: str) -> None:
     """To the last bit; also through the case that the run keeps."""
@@ -419,6 +425,7 @@ parts:
 """
 
 
+@pytest.mark.slow
 def test_the_command_equilibrium_draws_along_the_parts(
     call: Callable[..., tuple[int, str, str]], tmp_path: Any
 ) -> None:

@@ -76,6 +76,7 @@ def test_a_curved_rib_rests_without_load(make):
     assert np.abs(rib.strain.values if "strain" in rib else 0.0).max() < 1e-12
 
 
+@pytest.mark.slow
 @BOTH
 def test_winding_a_parabola_takes_the_energy_of_the_change_of_curvature(make, book):
     """EI/2 int (1/R - k(s))^2 ds, with the parabola's curvature k, from a quadrature."""
@@ -105,6 +106,7 @@ def test_winding_an_arc_onto_a_tighter_one(make):
     assert energy(part) == pytest.approx(0.5 * EI * (1.0 / R - k0) ** 2 * length, rel=2e-3)
 
 
+@pytest.mark.slow
 @BOTH
 def test_antisymmetric_mode_of_a_shallow_arch(make, book):
     """A shallow pinned arch swings antisymmetrically as the straight beam does: w = 4 pi^2 sqrt(EI/(m L^4))."""

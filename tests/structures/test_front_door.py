@@ -100,6 +100,7 @@ def test_a_single_sample_is_a_mark() -> None:
     assert [line.marker for line in show.figure(rest, ["hub.rate"]).panels[0].lines] == ["o"] * 3
 
 
+@pytest.mark.slow
 def test_an_equilibrium_is_shown(call, tmp_path) -> None:
     """A page of one frame, which does not play; the command writes it, and results never over the case."""
     (tmp_path / "boom.yaml").write_text(cases.text("boom-slew"))
@@ -116,6 +117,7 @@ def test_an_equilibrium_is_shown(call, tmp_path) -> None:
     assert rest.ev.animate(tmp_path / "rest.html") == str(tmp_path / "rest.html")
 
 
+@pytest.mark.slow
 def test_a_file_of_modes_is_no_run(tmp_path) -> None:
     ev.load("boom-slew").modes(count=2).save(tmp_path / "modes.nc")
     with pytest.raises(InputError, match=r"it holds modes, not a run; xarray\.open_dataset reads them"):
@@ -257,6 +259,7 @@ def test_round_off_is_not_drawn() -> None:
     assert [panel.y_label for panel in bodies.panels] == ["angular velocity, deg/s"]
 
 
+@pytest.mark.slow
 def test_a_vector_of_a_study_is_drawn_by_components() -> None:
     """Over one key each component is a line; over two the one that varies most is the map."""
     case = FALL | {"simulate": {"until": 1.0, "every": 0.5}}
@@ -271,6 +274,7 @@ def test_a_vector_of_a_study_is_drawn_by_components() -> None:
     assert sorted(axis.lines[2].get_ydata()) == pytest.approx([-4.905, -1.855, -0.81])
 
 
+@pytest.mark.slow
 def test_a_run_opened_by_another_process_is_drawn(tmp_path: pathlib.Path) -> None:
     path = str(tmp_path / "run.nc")
     ev.save(ev.load("solar-array").simulate(until=0.1, every=0.1), path)

@@ -25,6 +25,7 @@ CHANGES = [
 ]
 
 
+@pytest.mark.slow
 def test_the_file_is_the_program(tmp_path: Any) -> None:
     """The same system as the twelve lines of Python: equal runs."""
     program = re.findall(r"^```python\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)[0]
@@ -39,6 +40,7 @@ def test_the_file_is_the_program(tmp_path: Any) -> None:
         np.testing.assert_array_equal(run.ev.get(name).values, names["run"].ev.get(name).values, err_msg=name)
 
 
+@pytest.mark.slow
 def test_the_array(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """The programs run: latches lock, locked hinges have the modes of a chain of panels."""
     page = (pathlib.Path(__file__).parents[2] / "docs" / "guide" / "array-and-tether.md").read_text(encoding="utf-8")
@@ -94,6 +96,7 @@ def test_every_function_of_expressions_is_named() -> None:
         assert re.search(rf"\b{word}\b", PAGE), word
 
 
+@pytest.mark.slow
 def test_reels_and_attitude(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """The programs run: the brake lets the tether out, the wheels turn the craft."""
     page = (pathlib.Path(__file__).parents[2] / "docs" / "guide" / "reels-and-attitude.md").read_text(encoding="utf-8")

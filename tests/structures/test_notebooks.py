@@ -101,6 +101,7 @@ def test_notebooks_show_objects_in_short(run):
     assert "12 more rows" in notebook.summary("long", rows=[["head"], *[[str(k)] for k in range(24)]])
 
 
+@pytest.mark.slow
 def test_notebooks_show_figures_and_animations(run, tmp_path):
     """Figures are images; an animation is its page in a frame, escaped and without access to the notebook."""
     assert run.ev.plot("spring.angle")._repr_png_()[:4] == b"\x89PNG"

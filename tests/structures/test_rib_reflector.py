@@ -110,6 +110,7 @@ def test_modes_of_the_reflector_by_differences_of_its_forces():
     assert np.sqrt(squares[:5]) == pytest.approx(slowest().frequency, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_cords_are_slack_until_the_ribs_are_open():
     system = ev.load("rib-reflector")
     run = system.simulate(until=0.6, every=0.01)

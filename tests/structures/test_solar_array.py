@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 import evolvent as ev
@@ -86,6 +87,7 @@ def reference(until: float, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return found, caught
 
 
+@pytest.mark.slow
 def test_solar_array(book: Book) -> None:
     """Angles of the hinges while it opens, times of the three latches, and the momenta, which stay at zero."""
     run = ev.run("solar-array")

@@ -77,6 +77,7 @@ def synchronized() -> ev.System:
     return system
 
 
+@pytest.mark.slow
 def test_synchronized_array(book: Book) -> None:
     """Latches in their order, angles up to the first of them, momenta, and the energies of all parts."""
     run = synchronized().simulate(until=14.0, every=0.1)

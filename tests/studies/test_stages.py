@@ -77,6 +77,7 @@ def calls(replace_run):
     return found
 
 
+@pytest.mark.slow
 def test_a_stage_starts_from_the_end_of_the_one_before(reference, tmp_path):
     folder, found = reference
     assert (found.status == "success").all()
@@ -105,12 +106,14 @@ def test_the_same_bits_on_processes(reference, tmp_path):
     xr.testing.assert_identical(studies.sweep(STUDY, output=tmp_path / "two", workers=2), reference[1])
 
 
+@pytest.mark.slow
 def test_the_same_bits_from_the_text(reference):
     _, found = reference
     again = studies.sweep(yaml.safe_load(found.attrs["study"]))
     xr.testing.assert_identical(again, found)
 
 
+@pytest.mark.slow
 def test_a_stage_that_is_done_is_not_computed_again(single, of_single, calls, tmp_path):
     calls.stop = 2
     with pytest.raises(KeyboardInterrupt):
@@ -137,6 +140,7 @@ def without_digest(path):
         del file.attrs[results.DIGEST]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", [cut, scaled, without_digest])
 def test_a_damaged_or_altered_run_is_computed_again(single, of_single, calls, tmp_path, damage):
     calls.stop = 2
@@ -151,6 +155,7 @@ def test_a_damaged_or_altered_run_is_computed_again(single, of_single, calls, tm
     assert said == [f"{str(kept)!r} is damaged or was altered; the run of this stage is computed again"]
 
 
+@pytest.mark.slow
 def test_a_stage_that_fails_ends_its_case(chain, replace_run, tmp_path):
     def failing(case, go_on):
         found = go_on()
@@ -179,6 +184,7 @@ def test_a_stage_that_fails_ends_its_case(chain, replace_run, tmp_path):
     assert np.isfinite(found.wind_tip_radius.values).all()  # what was reached is kept
 
 
+@pytest.mark.slow
 def test_three_stages_and_names_that_are_keys_too(chain):
     """A stage may be called as a section of the case is."""
     chain["stages"].insert(1, {"name": "hold", "set": {"phase": "hold", "solver.duration": "auto"}})
@@ -189,6 +195,7 @@ def test_three_stages_and_names_that_are_keys_too(chain):
     np.testing.assert_array_equal(found.hold_tip_radius_last, found.deploy_tip_radius_first)
 
 
+@pytest.mark.slow
 def test_what_is_kept_by_default(chain):
     del chain["keep"]
     chain["over"] = {"rib.thickness": ["0.3 mm"]}
@@ -245,6 +252,7 @@ def test_bad_stages_are_refused_before_anything_runs(chain, change, sentence):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_names_to_keep_are_checked_by_the_first_runs(chain):
     with pytest.raises(
         InputError, match=r"stage 'deploy': keep holds 'tip_radiu.last', which no run has; did you mean"
@@ -252,6 +260,7 @@ def test_names_to_keep_are_checked_by_the_first_runs(chain):
         studies.sweep(chain | {"keep": ["wind.tip_radius.last", "deploy.tip_radiu.last"]})
 
 
+@pytest.mark.slow
 def test_the_command_draws_what_varies(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     pathlib.Path("s.yaml").write_text(yaml.safe_dump(STUDY, sort_keys=False))
@@ -265,6 +274,7 @@ def test_the_command_draws_what_varies(tmp_path, monkeypatch):
     assert sorted(os.listdir("f")) == ["deploy_steps.png", "deploy_tip_radius.png"]  # the winding does not vary
 
 
+@pytest.mark.slow
 def test_figures_of_all_stages_where_all_vary(chain):
     chain["over"] = {"rib.thickness": ["0.3 mm", "0.4 mm"]}
     chain["keep"] = [f"{stage}.{name}" for stage in ("wind", "deploy") for name in ("rib-1.tip_speed", PEAK)]

@@ -111,6 +111,7 @@ def test_stages_are_for_systems_that_start_from_a_run(study):
         studies.read(study)
 
 
+@pytest.mark.slow
 def test_a_grid_over_parts_has_the_closed_forms(study, tmp_path):
     found = studies.sweep(study, output=tmp_path / "out")
     assert found.sizes["parts.tip-mass.mass"] == 2

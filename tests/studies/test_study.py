@@ -44,6 +44,7 @@ def test_a_list_goes_through_its_rows(study):
     assert found.overrides(1) == {**study["set"], "spool.rate": 4.0, "blade.nodes": 5}
 
 
+@pytest.mark.slow
 def test_samples_are_seeded_and_within_their_strata(study):
     study |= {"sample": "latin-hypercube", "samples": 20, "seed": 3}
     study["over"] = {"spool.rate": {"from": 3, "to": 4}, "blade.tip_mass": {"mean": "2 g", "std": "0.1 g"}}
@@ -93,6 +94,7 @@ def test_a_case_file_stands_beside_its_study(study, tmp_path):
             studies.read(folder / "s.yaml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
@@ -180,6 +182,7 @@ def test_files_that_are_no_studies(tmp_path):
         studies.read(3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", studies.built_in())
 def test_built_in_studies_can_be_read(name):
     assert studies.read(name).count > 1

@@ -60,6 +60,7 @@ def reference(whole):
     return whole.copy(deep=True)
 
 
+@pytest.mark.slow
 def test_results_are_labelled(study, reference, tmp_path):
     assert dict(reference.sizes) == {"spool.rate": 3, "blade.nodes": 2, "blade_1_node": 5}
     assert reference["spool.rate"].units == "rad/s"
@@ -75,6 +76,7 @@ def test_results_are_labelled(study, reference, tmp_path):
     same(studies.sweep(yaml.safe_load(reference.attrs["study"])), reference)
 
 
+@pytest.mark.slow
 def test_the_same_bits_on_processes_in_batches_and_from_a_folder(study, reference, tmp_path):
     before = set(children())
     told = []
@@ -140,6 +142,7 @@ def test_names_to_keep_are_checked_by_the_first_runs(study):
 # ------------------------------------------------------------------------------------------------ the folder
 
 
+@pytest.mark.slow
 def test_a_folder_is_not_shared(study, tmp_path, monkeypatch):
     studies.sweep(study, output=tmp_path / "s")
     other = {**study, "over": {"spool.rate": [3.0, 4.0]}}
@@ -179,6 +182,7 @@ def test_folders_that_cannot_be_opened(study, tmp_path):
         studies.open(tmp_path / "s")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cut", [1, 40, 300])
 def test_a_torn_log_loses_only_its_last_record(study, reference, swept, tmp_path, cut):
     study["batch"] = 2
@@ -233,6 +237,7 @@ def started(folder, records=6):
     return lambda: log.exists() and log.read_bytes().count(b"evc1") >= records
 
 
+@pytest.mark.slow
 def test_kill_9_loses_nothing_computes_nothing_twice_and_leaves_no_worker(long_study, tmp_path):
     reference = studies.sweep(long_study)
     (tmp_path / "study.yaml").write_text(dump(long_study))
@@ -255,6 +260,7 @@ def test_kill_9_loses_nothing_computes_nothing_twice_and_leaves_no_worker(long_s
     same(again, reference)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", ["1", "2"])
 def test_ctrl_c_stops_and_says_how_to_go_on(long_study, tmp_path, workers):
     (tmp_path / "study.yaml").write_text(dump(long_study))
@@ -272,6 +278,7 @@ def test_ctrl_c_stops_and_says_how_to_go_on(long_study, tmp_path, workers):
     assert out == ""
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_is_replaced(long_study):
     told, victims = [], []
     before = set(children())
@@ -369,6 +376,7 @@ def test_without_its_packages_a_sweep_says_what_to_install(study, monkeypatch):
 # ------------------------------------------------------------------------------------------------ command, figures
 
 
+@pytest.mark.slow
 def test_the_command(study, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     pathlib.Path("s.yaml").write_text(dump(study))
@@ -397,6 +405,7 @@ def test_a_sweep_of_failures_fails(study, tmp_path, monkeypatch, replace_run):
     assert "failed: 6 of 6" in done.stdout
 
 
+@pytest.mark.slow
 def test_figures(study, reference, tmp_path, monkeypatch):
     found = draw.figures(reference)
     assert set(found) == {"body_rate_last", "blade_1_lag_max", "steps"}

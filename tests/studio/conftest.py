@@ -39,6 +39,13 @@ def chromium() -> str | None:
     return os.environ.get("EVOLVENT_CHROMIUM") or next((p for n in names if (p := shutil.which(n))), None)
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests with a browser or a served studio are slow."""
+    for item in items:
+        if {"browser", "server"} & set(getattr(item, "fixturenames", ())):
+            item.add_marker("slow")
+
+
 @pytest.fixture(scope="session", autouse=True)
 def state_of_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """A state folder for the secret of the user, so that tests leave nothing in the home folder."""
@@ -61,8 +68,17 @@ def browser() -> Iterator[Any]:
             pytest.skip(
                 f"browser tests need Chromium (on the path, or $EVOLVENT_CHROMIUM): {str(error).splitlines()[0]}"
             )
-        yield started
+        with pytest.MonkeyPatch.context() as patch:
+            if not os.environ.get("EVOLVENT_SCREENSHOTS"):
+                leave_out_files(patch, sync_api.Page)
+            yield started
         started.close()
+
+
+def leave_out_files(patch: pytest.MonkeyPatch, page: Any) -> None:
+    """Take no screenshots that go into files, where nobody asked for them: each takes a third of a second."""
+    taken = page.screenshot
+    patch.setattr(page, "screenshot", lambda self, **keys: b"" if "path" in keys else taken(self, **keys))
 
 
 @pytest.fixture(scope="module")
@@ -135,7 +151,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
 
 @pytest.fixture(scope="session")
 def shots(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
-    """Where screenshots go: $EVOLVENT_SCREENSHOTS, or a temporary folder."""
+    """Where screenshots go, if they are taken: $EVOLVENT_SCREENSHOTS, or a temporary folder."""
     given = os.environ.get("EVOLVENT_SCREENSHOTS")
     folder = pathlib.Path(given) if given else tmp_path_factory.mktemp("screenshots")
     folder.mkdir(parents=True, exist_ok=True)

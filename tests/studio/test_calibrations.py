@@ -21,6 +21,7 @@ def studio(tmp_path):
     made.jobs.stop()
 
 
+@pytest.mark.slow
 def test_variables_over_time_are_offered():
     found = studydraft.over_time(cases.content_of("boom-slew"))
     assert {"hub.rate.z", "boom.tip_deflection.y"} <= set(found)
@@ -40,6 +41,7 @@ def test_what_is_no_calibration_is_not_opened(content):
     assert not calibratepanel.is_calibration(content)
 
 
+@pytest.mark.slow
 def test_a_fit_that_cannot_be_made_ends_with_a_sentence(studio, tmp_path):
     (tmp_path / "log.csv").write_text("time (s),rate (rad/s)\n0,1\n1,2\n2,3\n")
     content = {"case": cases.content_of("boom-slew"), "fit": ["parts.hub.masss"], "observe": ["hub.rate.z=rate"]}

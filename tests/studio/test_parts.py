@@ -216,6 +216,7 @@ def test_loopback_needs_none_and_a_short_token_is_refused():
         gate.check("0.0.0.0", "short")
 
 
+@pytest.mark.slow
 def test_command_refuses_in_one_sentence(tmp_path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -281,6 +282,7 @@ def until(condition, seconds=60.0):
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 def test_queue_runs_cancels_and_goes_on_after_a_restart(tmp_path):
     folder = Folder(tmp_path)
     jobs = Jobs(folder)
@@ -329,6 +331,7 @@ def test_queue_runs_cancels_and_goes_on_after_a_restart(tmp_path):
         jobs.stop()
 
 
+@pytest.mark.slow
 def test_a_study_is_cancelled_and_goes_on(tmp_path):
     folder = Folder(tmp_path)
     (tmp_path / "short.yaml").write_text(SHORT)
@@ -353,6 +356,7 @@ def test_a_study_is_cancelled_and_goes_on(tmp_path):
         jobs.stop()
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_is_told(tmp_path):
     jobs = Jobs(Folder(tmp_path))
     try:

@@ -144,6 +144,7 @@ def test_references_follow_a_name():
     assert parts.referring(content, "boom") == ["clamp", "tip", "drum", "crossing"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STRUCTURES)
 def test_a_renamed_structure_starts_as_before(name):
     content = cases.content_of(name)
@@ -243,6 +244,7 @@ def test_a_new_structure_is_a_case(studio):
 # ------------------------------------------------------------------------------------------------ runs
 
 
+@pytest.mark.slow
 def test_a_run_of_a_structure_has_numbers_figures_motion_and_variables(studio):
     content = cases.content_of("boom-slew", {"simulate.until": "0.4 s"})
     run = evolvent.run(content)
@@ -283,6 +285,7 @@ def wait(studio, key):
     raise AssertionError(studio.jobs.get(key))
 
 
+@pytest.mark.slow
 def test_equilibria_and_modes_wait_in_the_queue_and_are_kept(studio):
     draft = Draft("file:strip.yaml", "strip.yaml", cases.content_of(STRIP))
     keys = {kind: studio.submit(draft, kind) for kind in ("equilibrium", "modes")}

@@ -72,6 +72,7 @@ def test_a_study_is_written_in_block_style_and_read_again(folder):
     assert studies.read(studydraft.study_with_case(folder, one)).count == 6
 
 
+@pytest.mark.slow
 def test_built_in_studies_can_be_edited(folder):
     for name in studies.built_in():
         found = studydraft.opened(folder, f"case:{name}")

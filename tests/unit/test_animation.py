@@ -116,6 +116,7 @@ def test_leaves_out_frames_to_stay_small(tmp_path):
     assert (found["time"][0], found["time"][-1]) == (0.0, 10.0)
 
 
+@pytest.mark.slow
 def test_long_lines_are_thinned_and_keep_their_ends_and_scales():
     """Many points would leave few frames; the scale of colours is that of all points."""
     motion = long_line(300, 5000)
@@ -285,6 +286,7 @@ def test_the_page_opens_at_the_first_frame_and_obeys_keys(browser, tmp_path):
     assert all(url.startswith("file:") for url in asked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1440, 900), (390, 844)])
 def test_texts_beside_the_picture_do_not_cover_one_another(browser, tmp_path, size):
     motion = dataclasses.replace(

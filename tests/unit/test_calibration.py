@@ -40,6 +40,7 @@ def made_log(path: pathlib.Path, *, tip_mass: float, density: float, hidden: flo
     return str(path)
 
 
+@pytest.mark.slow
 def test_the_parameters_of_a_made_log_are_found_again(tmp_path: pathlib.Path) -> None:
     source = made_log(tmp_path / "log.csv", tip_mass=0.12, density=0.003, hidden=11.0)
     found = calibration.calibrate("wire-booms", source, fit=FIT, observe=["spin_rate"])
@@ -49,6 +50,7 @@ def test_the_parameters_of_a_made_log_are_found_again(tmp_path: pathlib.Path) ->
     assert found.model == "closed form"
 
 
+@pytest.mark.slow
 def test_a_fit_stays_within_bounds(tmp_path: pathlib.Path) -> None:
     source = made_log(tmp_path / "log.csv", tip_mass=0.12, density=0.003, hidden=11.0)
     key = "wire.tip_mass"
@@ -67,6 +69,7 @@ def test_a_fit_stays_within_bounds(tmp_path: pathlib.Path) -> None:
         assert sentence in str(refused.value)
 
 
+@pytest.mark.slow
 def test_standard_errors_cover_the_noise(tmp_path: pathlib.Path) -> None:
     source = made_log(tmp_path / "log.csv", tip_mass=0.12, density=0.003, hidden=11.0, noise=0.005)
     found = calibration.calibrate("wire-booms", source, fit=FIT, observe=["spin_rate"])

@@ -38,6 +38,7 @@ def quoted() -> list[str]:
     return [" ".join(quote.split()) for quote in re.findall(r'\*\*"(.*?)"\*\*', page, flags=re.DOTALL)]
 
 
+@pytest.mark.slow
 def test_warnings_are_quoted_as_they_are(corpus):
     quotes = quoted()
     assert len(quotes) > 40

@@ -125,6 +125,7 @@ def derivative_at(law: Any, kind: str, *arguments: Any) -> Any:
 POINTS = [(0.3, 0.7), (1.2, -0.4), (-0.8, 0.9)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("function", "exact"), SCALAR, ids=lambda one: getattr(one, "__name__", ""))
 @pytest.mark.parametrize("kind", ["spring", "motor"])
 def test_derivatives_of_scalar_laws(kind: str, function: Any, exact: Any) -> None:
@@ -146,6 +147,7 @@ def test_derivatives_of_scalar_laws(kind: str, function: Any, exact: Any) -> Non
             assert found == pytest.approx(dx * by_x + dv * by_v, rel=1e-12, abs=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", [False, True])
 def test_derivatives_of_a_force_law(first: bool) -> None:
     def drag(x, v, t, p):  # type: ignore[no-untyped-def]
@@ -166,6 +168,7 @@ def test_derivatives_of_a_force_law(first: bool) -> None:
     np.testing.assert_allclose(found, wanted, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_derivatives_of_a_law_between_points() -> None:
     @element_law
     def tie(t, x, v, p, f):  # type: ignore[no-untyped-def]

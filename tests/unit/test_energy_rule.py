@@ -166,6 +166,7 @@ def test_a_law_without_an_energy_does_work(method: str) -> None:
     assert "warning" not in found.attrs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("parameters", [(2.0, 1.0, 0.0), (2.0, 1.0, -1e4)])
 def test_a_law_with_its_energy_does_none(method: str, parameters: tuple[float, ...]) -> None:
@@ -190,6 +191,7 @@ def test_an_energy_that_is_not_that_of_the_forces_fails(method: str) -> None:
         system.simulate(until=3.0, every=0.1, method=method, **METHODS[method])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("start", [0.0, 0.5 * math.pi, 2.0])
 def test_a_dipole_whose_energy_is_negative(method: str, start: float) -> None:

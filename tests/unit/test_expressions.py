@@ -54,6 +54,7 @@ TEXTS = st.recursive(ATOMS, larger, max_leaves=12).filter(lambda text: len(text)
 NUMBERS = st.floats(-3.0, 3.0)
 
 
+@pytest.mark.slow
 @settings(max_examples=400, deadline=None)
 @given(text=TEXTS, x=NUMBERS, v=NUMBERS, t=NUMBERS)
 def test_value_is_that_of_python(text: str, x: float, v: float, t: float) -> None:
@@ -181,6 +182,7 @@ def test_derivatives(text: str, t: float) -> None:
     assert found[1:] == pytest.approx(SMOOTH[text](t), rel=1e-13, abs=1e-13)
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(text=st.recursive(st.sampled_from(["t", "2", "0.5", "pi"]), larger, max_leaves=8), t=st.floats(0.2, 2.0))
 def test_derivatives_are_those_of_differences(text: str, t: float) -> None:

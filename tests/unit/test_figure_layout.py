@@ -84,11 +84,13 @@ def faults(figure):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCHEMATICS)
 def test_schematics_of_papers(name):
     assert faults(papers.ENTRIES[name].make(papers.Options(quick=True)).figure) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHORT)
 def test_figures_of_built_in_cases(name):
     run = evolvent.run(name, SHORT[name])
@@ -102,6 +104,7 @@ def test_figures_of_all_structures_are_drawn():
     assert structures <= set(SHORT)
 
 
+@pytest.mark.slow
 def test_figures_of_signals_and_maps():
     t = np.arange(200) / 50.0
     data = {f"corner {k}": np.cos(9.0 * t + k) + 0.2 * np.cos(21.0 * t) for k in range(8)}
@@ -119,6 +122,7 @@ def test_figures_of_signals_and_maps():
     assert [fault for figure in figures for fault in faults(figure)] == []
 
 
+@pytest.mark.slow
 def test_figures_have_the_width_of_a_page_and_text_that_can_be_read():
     lines = [Line(x=np.arange(3.0), y=np.arange(3.0) * k, label=f"line {k}", color=k) for k in range(9)]
     figure = Figure(name="f", title="F", panels=[Panel(x_label="time, s", y_label="y, m", lines=lines)], height=80.0)
@@ -221,6 +225,7 @@ def test_small_differences_look_small():
     assert ends([1.0, 2.0, 3.0], y_span=0.02, log=True) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "head"), [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])
 def test_formats_of_files(kind, head, tmp_path):
     line = Line(x=np.arange(3.0), y=np.arange(3.0))

@@ -216,5 +216,6 @@ def test_derived_quantities_get_all_times_that_they_ask_for(monkeypatch):
     assert run["hub"]["rate"].shape == wanted["hub"]["rate"].shape
 
 
+@pytest.mark.slow
 def test_no_fine_samples_in_signals_of_a_stand():
     assert MARK not in evolvent.run("inertia-stand", {"solver.method": "dopri5"}).data_vars

@@ -33,6 +33,7 @@ def regular(system: System) -> Any:
     return results.regular(system.simulate())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reduction", ["", *REDUCTIONS])
 @pytest.mark.parametrize("name", NAMES)
 def test_values_are_those_of_the_tree(system: System, regular: Any, name: str, reduction: str) -> None:

@@ -129,6 +129,7 @@ def test_what_is_read_is_what_xarray_reads(request, kind, tmp_path, monkeypatch)
     assert netcdf.is_plain(ours)
 
 
+@pytest.mark.slow
 def test_what_was_not_written_here_is_read_by_xarray(tree, tmp_path):
     packed = tree.to_dataset()
     packed["position"].encoding = {"zlib": True, "complevel": 4}

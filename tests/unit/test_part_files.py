@@ -345,6 +345,7 @@ def test_what_is_wrong_in_a_file_is_said_in_one_sentence(given: Any, where: tupl
         Case(parts=given)
 
 
+@pytest.mark.slow
 def test_parts_of_a_case_are_written_and_described() -> None:
     class Case(Section):
         parts: PartsByName

@@ -215,6 +215,7 @@ def test_bad_input_gives_one_clear_line(listed, words):
     assert len(message) < 200
 
 
+@pytest.mark.slow
 def test_what_the_bad_inputs_are_made_from_is_good():
     """Each case above differs from one of these in one thing."""
     assert assemble(*BLADE).model.threads.size == 1

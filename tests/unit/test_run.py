@@ -263,6 +263,7 @@ def test_letting_go_leaves_straight_lines():
                     assert float(line.label.removesuffix(" s")) <= released + 1e-2
 
 
+@pytest.mark.slow
 def test_springs_ring_and_their_tension_is_a_mean_beside_a_sample(quick):
     run = evolvent.run("heliogyro", {"solver.duration": "30 s"})
     rows = {number.label: number.value for number in heliogyro.numbers(run)}
@@ -372,6 +373,7 @@ def at_time(t, y, parameters):
     return t - parameters[0]
 
 
+@pytest.mark.slow
 def test_laws_take_their_places(quick):
     run = evolvent.run("heliogyro", {**QUICK, "spool.rate": None}, laws={"drive": (steady, (3.5,))})
     np.testing.assert_allclose(run.body_rate, quick.body_rate, rtol=1e-6)

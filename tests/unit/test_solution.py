@@ -78,6 +78,7 @@ def test_energy_balances(run: Any, build: Any) -> None:
     assert eb.dissipated(rows)[-1] > 1e-3 * scale
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("build", [pair, hung_beam])
 def test_explicit_and_implicit_solutions_agree(build: Any) -> None:
     """States, every entry of the balance, wrenches and multipliers, by two independent methods.
@@ -127,6 +128,7 @@ def test_a_static_solution() -> None:
     assert np.all(np.isnan(found.energy_defect))
 
 
+@pytest.mark.slow
 def test_solvers_leave_the_model_as_it_is() -> None:
     """Every array of an assembled model has the same bits after each solver."""
     assembly = hung_beam()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.util
 import os
 import pathlib
@@ -30,19 +31,35 @@ def test_quick_runs_pytest_alone(start: Any, monkeypatch: pytest.MonkeyPatch) ->
     calls: list[list[str]] = []
     monkeypatch.setattr(start, "call", lambda command: calls.append(command) or 0)
     monkeypatch.setattr(start, "in_parallel", lambda: ["-n", "2"])
-    folders = [str(ROOT / name) for name in start.QUICK]
-    assert all(pathlib.Path(folder).is_dir() for folder in folders)
-    for words, expected in (
-        ([], folders),
-        (["-k", "rotation"], [*folders, "-k", "rotation"]),
-        (["tests/rib", "-x"], ["tests/rib", "-x"]),
-        (["tests/unit/test_start.py::test_x"], ["tests/unit/test_start.py::test_x"]),
-    ):
+    for words, files in (([], start.quick_files()), (["-k", "rotation"], []), (["tests/rib", "-x"], [])):
         calls.clear()
         assert start.quick(words) == 0
         ((program, *options),) = calls
         assert pathlib.Path(program).stem == "pytest"
-        assert options == ["-q", "-m", "not slow", "-n", "2", *expected]
+        assert options == ["-q", "-m", "not slow and not release", "-n", "2", *files, *words]
+
+
+def is_slow(path: pathlib.Path) -> list[bool]:
+    """Whether each test of a file has the marker `slow`, of its own or of the file."""
+    body = ast.parse(path.read_text(encoding="utf-8")).body
+    whole = any(isinstance(node, ast.Assign) and "mark.slow" in ast.unparse(node) for node in body)
+    tests = [node for node in body if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")]
+    return [whole or any("mark.slow" in ast.unparse(one) for one in test.decorator_list) for test in tests]
+
+
+def test_quick_has_tests_of_every_folder(start: Any) -> None:
+    chosen = [pathlib.Path(name) for name in start.quick_files()]
+    for folder in {path.parent for path in (ROOT / "tests").rglob("test_*.py")}:
+        assert not all(slow for path in chosen if path.parent == folder for slow in is_slow(path)), folder.name
+
+
+def test_what_runs_under_another_processor_alone_enters_no_rows(start: Any) -> None:
+    """The step `digits` has no book: a test that asks for it may not be `slow` and `digits`."""
+    for name in start.with_digits():
+        for node in ast.parse((ROOT / name).read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef) and "book" in [argument.arg for argument in node.args.args]:
+                marks = {ast.unparse(one) for one in node.decorator_list}
+                assert not {"pytest.mark.slow", "pytest.mark.digits"} <= marks, node.name
 
 
 def test_all_steps_run_and_a_failure_names_its_tests_at_the_end(start: Any, monkeypatch: Any, tmp_path: Any) -> None:
@@ -73,21 +90,26 @@ def test_all_steps_run_and_a_failure_names_its_tests_at_the_end(start: Any, monk
     monkeypatch.setattr(start, "find_browser", lambda: None)
     assert start.test([]) == 1
     names = [name for name, *_ in calls]
-    steps = ["ruff", "ruff", "mypy", "lint-imports", "pytest", "python", "pytest", "sphinx-build"]
+    steps = ["ruff", "ruff", "mypy", "lint-imports", "python", "pytest", "python", "pytest", "sphinx-build"]
     assert sorted(names) == sorted(steps)
     assert ["python", "tests/book.py", str(start.BOOK)] in calls, "without --whole, since tests have failed"
-    assert {"digits", "sphinx-build"} <= {word for words in calls[-2:] for word in words}, "after all other steps"
+    assert [name for name in names if name in ("pytest", "python")] == ["python", "pytest", "python", "pytest"]
+    assert "precompile" in calls[names.index("python")][-1]
+    assert names.index("sphinx-build") > names.index("python"), "which loads compiled functions"
+    (again,) = (words for words in calls if "digits" in words)
+    assert "tests/docs/test_sentences.py" in again
+    assert "tests/unit/test_run.py" not in again, "which has none"
     assert said[-1].splitlines() == ["failed: tests", "  tests/a.py::test_x[1]", "  tests/b.py::test_y"]
     assert [text for text in said if text.startswith("no error\n--- types: ok in ")]
     for words, options in (
+        ([], ["-m", "not release and not (slow and digits)"]),
         (["-k", "rotation"], ["-m", "not release", "-k", "rotation"]),
         (["--release", "-k", "rotation"], ["-k", "rotation"]),
     ):
         calls.clear()
         assert start.test(words) == 1
-        assert [command for command in calls if command[0] == "pytest"] == [
-            ["pytest", "-q", "-rs", f"--junitxml={start.DURATIONS}", *start.in_parallel(), *options]
-        ]
+        first = next(command for command in calls if command[0] == "pytest")
+        assert first == ["pytest", "-q", "-rs", f"--junitxml={start.DURATIONS}", *start.in_parallel(), *options]
 
 
 @pytest.mark.slow

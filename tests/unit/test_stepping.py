@@ -277,6 +277,7 @@ _FIXED = {"simulate.method": "generalized-alpha", "simulate.step": "5 ms", "simu
 _HALF_A_SECOND = {"simulate.until": "0.5 s", "simulate.every": "0.05 s"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("case", "changes"),
     [

@@ -53,9 +53,15 @@ def test_reads(key, text, value):
     assert found == pytest.approx(value, rel=1e-15) if isinstance(value, float) else found == value
 
 
+@pytest.fixture(scope="module")
+def registry():
+    """The library's units, which take a quarter of a second to be read."""
+    return pint.UnitRegistry()
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [unit for unit in units.COMMON if unit])
-def test_units_read_without_the_library_agree_with_it(unit):
-    registry = pint.UnitRegistry()
+def test_units_read_without_the_library_agree_with_it(unit, registry):
     for name, factor in units.COMMON[unit].items():
         wanted = registry.Quantity(1.0, registry.parse_units(name)).to(registry.parse_units(unit)).magnitude
         assert factor == pytest.approx(wanted, rel=1e-15)

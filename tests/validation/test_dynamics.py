@@ -81,6 +81,7 @@ REISSNER = ((-0.193659, -0.952471), (-0.92709, 0.10384))
 GREEN = ((-0.193592, -0.952432), (-0.926474, 0.104443))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("formulation", "n", "beam", "wanted", "allowed"),
     [
@@ -215,6 +216,7 @@ def test_travelling_string(book: Book) -> None:
 FLIGHT = (((0.281194, 0.502518), (0.932654, -0.205217)), ((0.614933, 0.739517), (0.538567, -0.239648)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("formulation", "n", "allowed"), [("cable_stretch", 40, 3e-3), ("assumed_strain", 80, 2e-3)])
 def test_flexible_beam_in_free_flight(formulation: str, n: int, allowed: float, book: Book) -> None:
     """Nothing holds the beam of the pendulum; a dead force pulls its root for 0.2 s, and it tumbles and bends."""

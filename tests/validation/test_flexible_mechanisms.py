@@ -42,6 +42,7 @@ SLIDER_CRANK = np.array(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "elements", "allowed"), [("rod", 16, 1e-5), ("beam", 16, 3e-5)])
 def test_slider_crank(kind: str, elements: int, allowed: float, book: Book) -> None:
     x = path("slider_crank", kind, elements, "rod", until=0.04, every=0.01, step=5e-6)[1:]
@@ -52,6 +53,7 @@ def test_slider_crank(kind: str, elements: int, allowed: float, book: Book) -> N
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_four_bar(book: Book) -> None:
     """It moves only because its bars bend, by 4 mm out of its plane."""
     keys = {"until": 12.0, "every": 1.0, "step": 5e-3}
@@ -64,6 +66,7 @@ def test_four_bar(book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_rotating_shaft(book: Book) -> None:
     """An unbalanced shaft is driven past its critical speed."""
     keys = {"until": 2.5, "every": 0.05, "step": 1e-3}
@@ -98,6 +101,7 @@ def test_lateral_buckling(book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "elements", "allowed"), [("rod", 20, 1e-4), ("beam", 40, 3e-3)])
 def test_lee_frame(kind: str, elements: int, allowed: float, book: Book) -> None:
     wanted = lee_frame.displacement(1.5)
@@ -140,6 +144,7 @@ def exact_top(times: Array) -> Array:
     return found[[1, 4, 7]].T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "options", "allowed"),
     [("energy-momentum", {"step": 2e-4}, 2e-2), ("generalized-alpha", {"step": 2e-4}, 2e-2)],

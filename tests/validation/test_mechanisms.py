@@ -46,6 +46,7 @@ def four_bars(count: int) -> System:
     return system
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "published"), [(2, (0.3284581, 0.9445185)), (40, (0.1805122, 0.9835727))])
 def test_four_bars(count: int, published: tuple[float, float], book: Book) -> None:
     """IFToMM A02: four-bars in a row, through the places where all rods lie level and a joint too many would hold."""
@@ -215,6 +216,7 @@ def corner_3(assembly: Assembly, y: np.ndarray) -> np.ndarray:
     return np.array([p[:3] + rotation(p[3:]) @ arm for p in coordinates(assembly, y, "rod2")])
 
 
+@pytest.mark.slow
 def test_bricard(book: Book) -> None:
     """IFToMM A04: six hinges, 30 constraints of which 29 are independent."""
     times = np.linspace(0.0, 0.6, 7)
@@ -235,6 +237,7 @@ def test_bricard(book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_bricard_against_the_published_places(book: Book) -> None:
     """IFToMM A04 by energy-momentum: what a run of 5 s keeps of its energy, and where corner 3 is then."""
     assembly = bricard().assemble()

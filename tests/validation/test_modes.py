@@ -76,6 +76,7 @@ def test_euler_buckling(ends: tuple[str, ...], name: str, factor: float, book: B
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_timoshenko_beam(book: Book) -> None:
     """A thick beam between pins, L/h = 10: shear and rotary inertia take 1.6, 6 and 12 % off what Euler's beam has."""
     section = Rectangle(thickness=0.1, width=0.16)

@@ -64,6 +64,7 @@ def thick(formulation: str, n: int, push: float) -> Array:
     return np.array([2.0 - tip[0], tip[1]])
 
 
+@pytest.mark.slow
 def test_thick_cantilever(book: Book) -> None:
     """Strains of 14 % at the surface: Green's strain is then another law than Reissner's, and the gap its square."""
     assert reissner(62.5e6) == pytest.approx((0.15097114, 0.71056860), abs=1e-7)
@@ -161,6 +162,7 @@ def frame(load: float, n: int) -> float:
     return float(modes(system.assemble(), count=1).square[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sign", "wanted"), [(1.0, 1.08752), (-1.0, 0.68043)])
 def test_right_angle_frame_buckles(sign: float, wanted: float, book: Book) -> None:
     coarse, fine = (brentq(lambda p, n=n: frame(sign * p, n), 0.98 * wanted, 1.02 * wanted, xtol=1e-5) for n in (8, 16))
@@ -234,6 +236,7 @@ def bend(load: float, n: int) -> Array:
     return nodes(a, solved(solve_static(a)))[-1, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("load", "wanted"), [(300.0, (58.84, 22.33, 40.08)), (600.0, (47.23, 15.79, 53.37))])
 def test_bend_of_45_degrees(load: float, wanted: tuple[float, ...], book: Book) -> None:
     """What was published was computed with 8 elements; the equations themselves give 0.1 m less."""

@@ -45,3 +45,16 @@ def load(name: str) -> Any:
     if sys.modules.get(name, sys) is None:
         del sys.modules[name]
     return importlib.import_module(name)
+
+
+def load_drawing() -> None:
+    """Load matplotlib's figures without the tables of properties in its docstrings, a third of the time."""
+    if "matplotlib.figure" in sys.modules:
+        return
+    artist: Any = importlib.import_module("matplotlib.artist")
+    table, artist.kwdoc = artist.kwdoc, lambda _: ""
+    try:
+        importlib.import_module("matplotlib.figure")
+        importlib.import_module("matplotlib.backends.backend_agg")
+    finally:
+        artist.kwdoc = table

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from evolvent.base import files, progress
+from evolvent.base import files, progress, startup
 from evolvent.base.console import INTERRUPTED, figure_format, note, once, say, showing_progress
 from evolvent.base.errors import InputError, RunFailed, visible
 from evolvent.commands import options as shared
@@ -194,6 +194,7 @@ def draw(found: xr.Dataset, folder: str, kind: str, quiet: bool) -> list[str]:
 
     with showing_progress(quiet=quiet):
         progress.report("drawing figures")
+        startup.load_drawing()
         figures, motion = cases.presenter(found).figures(found), animation.of_run(found)
         if not figures and motion is None:
             note("no figures, for the run holds too little to draw")

@@ -93,6 +93,7 @@ def test_residual_is_orthogonal_to_every_derivative(rng: np.random.Generator) ->
         assert np.abs(gradient * modes.frequency_std).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_deviations_scatter_as_stated() -> None:
     """Amplitude, phase, offset, natural frequency, damping ratio, and real shapes: standard scores of 200 trials."""
     setup = three_modes()
@@ -181,6 +182,7 @@ def unequal(x: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return (x + noise) * np.array([1.0, 1.0, 1e3, 1e-3])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spoil", [scattered, one_long, bursts, half_a_sensor, unequal])
 @pytest.mark.parametrize("key", SETUPS)
 def test_spoilt_signals(spoil: object, key: str) -> None:

@@ -42,6 +42,7 @@ def trials(key: str, length: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.array(errors), np.array(scores), np.sqrt(np.diag(bound)[:m])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "length"), CASES)
 def test_frequencies_reach_the_bound(key: str, length: int, book: Book) -> None:
     errors, _, bound = trials(key, length)
@@ -70,7 +71,9 @@ def test_intervals_cover(key: str, length: int, book: Book) -> None:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("key", "length"), CASES)
+@pytest.mark.slow
+@pytest.mark.parametrize("length", [100, pytest.param(1000, marks=pytest.mark.release)])
+@pytest.mark.parametrize("key", SETUPS)
 def test_order_is_found(key: str, length: int) -> None:
     """In at least 99 of 100 records."""
     setup = SETUPS[key]()
@@ -79,6 +82,7 @@ def test_order_is_found(key: str, length: int) -> None:
     assert np.mean(np.array(found) == len(setup.frequency)) >= 0.99
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [100, 1000])
 def test_a_weak_fourth_mode_is_found(length: int) -> None:
     """A mode of 2 % of the others' amplitude, two deviations of the noise, is found; without it another is off."""

@@ -10,6 +10,7 @@ from evolvent.massprops.identification import identify, varpro
 from massprops.identification.setups import DURATION, stand, three_modes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("setup", [three_modes(), stand()], ids=["three", "stand"])
 def test_intervals_hold_under_shared_noise(setup) -> None:
     """Independent noise assumed, heave's scores would scatter by 1.6 to 2.0 and the others' by 0.3."""

@@ -142,6 +142,7 @@ def test_too_few_sensors():
         from_shapes(STAND, NOMINAL, modes.natural_frequency, shapes=modes.at(line), points=line)
 
 
+@pytest.mark.slow
 def test_noise_falls_to_what_covariance_tells():
     """1 % noise (of the rms) on four sensors, 12 s at 50 Hz: the amplitudes' and frequencies' own bounds."""
     body = Body(mass=15190.0, centre=(0.4, 0.0, 0.1), inertia=(3703.0, 43920.0, 43920.0))
@@ -220,6 +221,7 @@ def test_six_modes_need_freedom_and_sensors():
         from_six_modes(guided, NOMINAL, modes.natural_frequency, shapes=modes.at(P), points=P, directions=[0, 1, 0])
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(u=st.lists(st.floats(-1.0, 1.0), min_size=16, max_size=16))
 def test_regressor_is_linear_in_the_ten_numbers(u):
@@ -271,6 +273,7 @@ def test_least_squares_there_and_back(unknown, support):
         assert found[name] == pytest.approx(float(value_of(s, name)), rel=1e-5), name
 
 
+@pytest.mark.slow
 def test_a_known_force_distinguishes_mass_and_stiffness():
     """Without it they change together."""
     body = Body(mass=15190.0, centre=(0.4, 0.0, 0.1), inertia=(3703.0, 43920.0, 43920.0))
@@ -289,6 +292,7 @@ def test_a_known_force_distinguishes_mass_and_stiffness():
     assert weighed["stiffness"] == pytest.approx(740250.0, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("unknown", "message"),
     [

@@ -99,6 +99,7 @@ def test_energies_of_the_modes(book):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_map_of_the_least_energy():
     where = body(*box(201))
     E = np.array([energies(stand(), where, corner).min(axis=-1) for corner in range(4)])
@@ -173,6 +174,7 @@ def test_tilt_shifts_ixx_where_yaw_is_held_about_the_vertical(book):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_full_model_has_no_bias_where_modes_can_be_seen():
     """Frequencies of the full model, at the tilted equilibrium, over the box where 0.3 J is left in every mode."""
     s = stand()

@@ -60,6 +60,7 @@ def test_a_translation_has_no_axis():
     assert points[1:] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_the_results_hold_axes_and_partial_frequencies(book):
     changes = {"body.offset_x": 0.4, "sensors.duration": "4 s", "identification.order": 3}
     run = evolvent.run("inertia-stand", changes)

@@ -46,6 +46,7 @@ def test_typical_budget():
         assert name in text
 
 
+@pytest.mark.slow
 def test_linear_propagation_against_monte_carlo():
     found = typical()
     drawn = monte_carlo(found, TYPICAL, samples=4000, seed=1)
