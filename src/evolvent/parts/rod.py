@@ -12,9 +12,9 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements import OWN_INERTIA, rods
-from evolvent.elements.dense import inverse, product
+from evolvent.elements.dense import product
 from evolvent.elements.inertia import SectionInertia
-from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness
+from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness, TapeSection
 from evolvent.kernels import rigid
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Arrays, Part, unit
@@ -38,8 +38,9 @@ class Rod(Part):
     ----------
     length : float, m
         Length of the axis without stress.
-    section : Rectangle, Tube, Circle, Angle, IBeam, Arc, General, Taper or SectionStiffness
-        Cross-section; y is the rod's normal, z the third direction.
+    section : Rectangle, Tube, Circle, Angle, IBeam, Arc, General, Taper, SectionStiffness or TapeSection
+        Cross-section; y is the rod's normal, z the third direction. A TapeSection, {tape: {radius, angle, thickness}},
+        flattens where the rod is bent about z, so that folds form, move and snap.
     material : Material, or the name of a known one; none beside a section that is given by its stiffness matrix
         Linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, beryllium-copper, cfrp, cfrp-ud,
         cfrp-woven, elgiloy, invar, kapton, kevlar, mylar, steel, titanium.
@@ -205,14 +206,15 @@ class Rod(Part):
         for length, piece, strain in zip(h, pieces[: 1 if same else n], rest, strict=False):
             stiffness.append(rods.element_stiffness(float(length), piece, self.material, strain))
             shares.append(rods.element_inertia(float(length), piece, self.material, own))
-            sections.append(inverse(rods.section_stiffness(piece, self.material)))
+            sections.append(rods.section_compliance(piece, self.material))
         if same:
             stiffness, shares, sections = n * stiffness, n * shares, n * sections
         first_body, first = self._write_nodes(builder, x, R, shares), len(builder.rows["rod_elements"])
+        tape, tape_node = self._write_tape(builder, name, rest)
         for i in range(n):
             builder.add(
-                "rod_elements", a=first_body + i, b=first_body + i + 1, length=float(h[i]),
-                beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1], stiffness=stiffness[i],
+                "rod_elements", tape=tape, tape_node=tape_node + i, a=first_body + i, b=first_body + i + 1,
+                length=float(h[i]), beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1], stiffness=stiffness[i],
                 rest=rest[i], section=sections[i],
             )  # fmt: skip
         node = len(builder.rows["beam_nodes"])
@@ -220,9 +222,37 @@ class Rod(Part):
             builder.add("beam_nodes", undeformed=place)
         index = builder.add(
             "rods", first_element=first, elements=n, first_body=first_body, first_node=node, length=self.length,
-            alpha=self.mass_damping,
+            tape=tape, alpha=self.mass_damping,
         )  # fmt: skip
         builder.names[name] = ("rods", index)
+
+    def _write_tape(self, builder: Builder, name: str, rest: np.ndarray) -> tuple[int, int]:
+        """Write the transverse curvatures of a section that flattens; returns 1 + its tape and first node, or 0, 0."""
+        if not isinstance(self.section, TapeSection):
+            return 0, 0
+        assert self.material is not None
+        if np.any(rest[:, 3:]):
+            key = "shape" if self.shape is not None else "rest" if self.rest == "start" else "curvature"
+            raise InputError(
+                f"{name}.{key} makes a rod that is curved without stress, but its section is a tape; one that flattens "
+                f"must be straight without stress"
+            )
+        if self.material.shear is not None:
+            raise InputError(
+                f"{name}.material.shear is given, but the section of {name} is a tape, whose wall must be isotropic; "
+                f"leave it out"
+            )
+        *constants, mass = self.section.flattening(self.material)
+        first = len(builder.rows["tape_nodes"])
+        keys = ("bending", "poisson", "transverse", "slenderness", "twisting")
+        tape = builder.add(
+            "tapes", first_node=first, nodes=self.elements + 1, **dict(zip(keys, constants, strict=True))
+        )
+        shares = self.centres()[0]
+        for share in shares:
+            q, v = builder.coordinates([1.0 / self.section.radius], [0.0])
+            builder.add("tape_nodes", iq=q, iv=v, mass=mass * float(share), alpha=self.mass_damping)
+        return tape + 1, first
 
     def _check_material(self, name: str) -> None:
         """Refuse a missing material, and one beside a stiffness matrix."""
