@@ -9,7 +9,8 @@ methods), `gear`, `coordinate` (with `coordinate_laws`, `joint_friction`, `drive
 `coordinate_tangent`; both with `axial`, `axial_tangent`), `custom` (user-defined laws between points), `ancf_beams`
 (with `beam_strains`), `rod` (with `tape`), `reduced`, `beam_loads` (with `node_loads`, `node_load_tangents`),
 `thermal`, `contact` (with `contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`, `attitude` (wheels,
-thrusters, controllers; with `attitude_tangent`), and for threads the package `thread`. `evolvent.flow` calls them, family by family.
+thrusters, controllers; with `attitude_tangent`), and for threads the package `thread`. `evolvent.flow` calls them,
+family by family.
 """
 
 from __future__ import annotations
