@@ -14,8 +14,8 @@ of the wall is added; an element has W at both of its ends, half each, by the cu
 that of a q. Over an interval the strains x, k0 + nu x - a and a x change as in `kernels.rod`: products by the means of
 their factors, N by its secant in u. Filter and damping act on these strains with the stiffness of N = 1.
 
-Literature: Wuest 1954; Mansfield 1973 (large deflexion of tapes, https://doi.org/10.1098/rspa.1973.0085); Seffen,
-Pellegrino 1999 (tape springs); Guinot, Bourgeois, Cochelin, Blanchard 2012 (rods with flexible sections).
+Literature: Wuest 1954; Mansfield 1973; Seffen, Pellegrino 1999 (tape springs); Guinot, Bourgeois, Cochelin,
+Blanchard 2012 (rods with flexible sections). Derivation: `docs/theory/tape-spring-rod.md`.
 """
 
 import math
