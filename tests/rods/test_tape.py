@@ -122,6 +122,7 @@ def test_uniform_bending_follows_wuest(section: TapeSection, material: Material,
     """Along the arc, over the peak in opposite sense."""
     assembly = bent(section, material, 0.6 * sense)
     found = solve_static(assembly, arc_length=True, load_steps=50, most_steps=700)
+    assert found.path is not None
     q = int(assembly.model.bodies["iq"][-1])
     k = 2.0 * np.arctan2(found.y[1:, q + 6], found.y[1:, q + 3]) / 0.02
     M = 0.6 * sense * np.asarray(found.path.factor)[1:]
@@ -161,7 +162,7 @@ def folded(sense: float) -> System:
 @pytest.mark.parametrize("step", [4e-4, 1e-3])
 def test_a_folded_hinge_deploys_with_a_closed_balance(sense: float, step: float) -> None:
     """The fold pushes with about its propagation moment, in both senses."""
-    found = folded(sense).simulate(until=0.4, every=0.01, method="energy-momentum", step=step, spectral_radius=1.0)
+    found: Any = folded(sense).simulate(until=0.4, every=0.01, method="energy-momentum", step=step, spectral_radius=1.0)
     moved = float(found["energy_elastic"].values[0])
     assert np.abs(found["energy_defect"].values).max() < 1e-10 * moved
     D = STEEL.E * TAPE.thickness**3 / (12.0 * (1.0 - STEEL.nu**2))
