@@ -39,8 +39,8 @@ def observe_rod(view: View, name: str) -> Observed:
     if row["tape"] > 0:
         tape = view.model.tapes[int(row["tape"]) - 1]
         nodes = slice(int(tape["first_node"]), int(tape["first_node"] + tape["nodes"]))
-        text, unit, words = RESULTS["tape_nodes"]["value"]
-        found.along(text, "node", view.fields["tape_nodes"]["value"][:, nodes], unit, words)
+        called, unit, about = RESULTS["tape_nodes"]["value"]
+        found.along(called, "node", view.fields["tape_nodes"]["value"][:, nodes], unit, about)
     found.results("rods", view.fields["rods"], index)
     for field in _SUMS:
         name, *described = RESULTS["rod_elements"][field]
