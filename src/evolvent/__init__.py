@@ -18,7 +18,18 @@ if TYPE_CHECKING:
     from evolvent.design.studies import simulate_many, sweep
     from evolvent.elements.inertia import SectionInertia
     from evolvent.elements.materials import ALUMINIUM, CFRP, KAPTON, STEEL, Material
-    from evolvent.elements.sections import Angle, Arc, Circle, General, IBeam, Rectangle, SectionStiffness, Taper, Tube
+    from evolvent.elements.sections import (
+        Angle,
+        Arc,
+        Circle,
+        General,
+        IBeam,
+        Rectangle,
+        SectionStiffness,
+        Taper,
+        TapeSection,
+        Tube,
+    )
     from evolvent.results import open, save  # noqa: A004  (evolvent.open is the public name)
 
 __version__ = "0.2.0"
@@ -42,6 +53,7 @@ __all__ = [
     "SectionStiffness",
     "Stepper",
     "System",
+    "TapeSection",
     "Taper",
     "Tube",
     "disperse",
@@ -66,7 +78,7 @@ __all__ = [
 _LAZY = {
     **dict.fromkeys(("ALUMINIUM", "CFRP", "KAPTON", "STEEL", "Material"), "evolvent.elements.materials"),
     **dict.fromkeys(
-        ("Angle", "Arc", "Circle", "General", "IBeam", "Rectangle", "SectionStiffness", "Taper", "Tube"),
+        ("Angle", "Arc", "Circle", "General", "IBeam", "Rectangle", "SectionStiffness", "TapeSection", "Taper", "Tube"),
         "evolvent.elements.sections",
     ),
     "SectionInertia": "evolvent.elements.inertia",

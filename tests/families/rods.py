@@ -50,6 +50,32 @@ def rod() -> Case:
     )  # fmt: skip
 
 
+@of("a tape-spring rod")
+def tape() -> Case:
+    """A cantilever sinks under its weight by q L^4/(8 E I), E I of the shallow arc, whose section flattens by 1e-4."""
+    sag, section = 5e-3, elements.TapeSection(radius=0.05, angle=math.pi / 2.0, thickness=2e-3)
+    s = section.radius * section.angle
+    stiffness = SOFT.E * (section.thickness * s**5 / (720.0 * section.radius**2) + s * section.thickness**3 / 12.0)
+    mass = SOFT.density * section.thickness * s
+    gravity = 8.0 * stiffness * sag / mass
+
+    def system() -> System:
+        found = System(gravity=(0.0, -gravity, 0.0))
+        found.add(parts.Rod(length=1.0, section=section, material=SOFT, elements=8), "tape")
+        found.add(parts.Joint(a=ORIGIN, b="tape.root", type="clamp"), "root")
+        return found
+
+    w = BETA**2 * math.sqrt(stiffness / mass)
+    shares = SIGMA / BETA**5 * np.array([1.0, -1.0, 1.0, -1.0])
+    shares = shares / shares.sum()
+    return Case(
+        part="tape", system=system, seen=lambda assembly, y: node(assembly, y, "tape", -1)[..., 1:2], end=1.5,
+        step=1e-4, theory=1e-2,
+        motion=lambda t: columns(-sag * np.sum(shares * (1.0 - np.cos(np.outer(t, w))), axis=1)),
+        still=(-sag,), poles=(1j * w[0],),
+    )  # fmt: skip
+
+
 @of("a thermal load on a rod")
 def heated_rod() -> Case:
     """A rod that is heated slowly beside its own period grows by alpha T L.

@@ -21,6 +21,7 @@ from evolvent.kernels.blocks import (
     ROTATION,
     SCALAR,
     SLOPE,
+    TAPE,
     THREAD,
     THRUSTER,
     WHEEL,
@@ -72,6 +73,9 @@ def _rows(families: Mapping[str, Array], pools: Mapping[str, Any]) -> Iterator[t
     for k, reduced in enumerate(families["reduced_bodies"]):
         for i in range(int(reduced["modes"])):
             yield SCALAR, reduced["iq"] + i, reduced["iv"] + i, REDUCED, k, 0, reduced["mass"]
+    for k, tape in enumerate(families["tapes"]):
+        for i, node in enumerate(families["tape_nodes"][tape["first_node"] :][: tape["nodes"]]):
+            yield SCALAR, node["iq"], node["iv"], TAPE, k, i, node["mass"]
     for k, thruster in enumerate(families["thrusters"]):
         yield RATE, -1, thruster["iv"], THRUSTER, k, 0, 0.0
 

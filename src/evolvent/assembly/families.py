@@ -7,9 +7,10 @@ A family's force, energy, tangent, momentum and bound of the explicit step stand
 in a few: `rigid`, `points`, `springs`, `joint` (with `gaps`, `joint_tangent`, and `constraint_rows` of explicit
 methods), `gear`, `coordinate` (with `coordinate_laws`, `joint_friction`, `drivetrain`, `resistance`, `bearing`,
 `coordinate_tangent`; both with `axial`, `axial_tangent`), `custom` (user-defined laws between points), `ancf_beams`
-(with `beam_strains`), `rod`, `reduced`, `beam_loads` (with `node_loads`, `node_load_tangents`), `thermal`, `contact`
-(with `contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`, `attitude` (wheels, thrusters, controllers;
-with `attitude_tangent`), and for threads the package `thread`. `evolvent.flow` calls them, family by family.
+(with `beam_strains`), `rod` (with `tape`), `reduced`, `beam_loads` (with `node_loads`, `node_load_tangents`),
+`thermal`, `contact` (with `contact_laws`, `contact_tangent` and `surfaces`), `loads`, `fields`, `attitude` (wheels,
+thrusters, controllers; with `attitude_tangent`), and for threads the package `thread`. `evolvent.flow` calls them,
+family by family.
 """
 
 from __future__ import annotations
@@ -57,6 +58,7 @@ MOST_NAMED = 5
 PARTS_OF_OTHERS = (
     "info", "blocks", "markers", "nodes", "rows", "row_sides", "row_pairs", "elements", "beam_nodes", "contact_points",
     "field_points", "rod_elements", "gear_coordinates", "modes", "curves", "bristles",
+    "tapes", "tape_nodes",
 )  # fmt: skip
 
 
@@ -321,7 +323,8 @@ FAMILIES = (
         "use generalized-alpha or energy-momentum, which find friction and reactions together",
     ),
     Family("a custom force", "custom_forces", EVERY, symmetric=_is_reciprocal),
-    Family("a rod", "rods", EVERY, symmetric=True),
+    Family("a rod", "rods", EVERY, which=_is("tape", 0), symmetric=True),
+    Family("a tape-spring rod", "rods", EVERY, which=lambda found: found["tape"] > 0, symmetric=True),
     Family("a reduced body", "reduced_bodies", EVERY, symmetric=True),
     Family(
         "a contact without friction", "contact_surfaces", EVERY,
@@ -495,6 +498,8 @@ def owner(assembly: Any, family: str, index: int) -> str:
         family = "threads"
     if family == "loads":  # of which a line load on a rod has several, named by the first
         index = max((at for of, at in assembly.names.values() if of == family and at <= index), default=index)
+    if family == "tapes":
+        family, index = "rods", int(np.flatnonzero(assembly.model.rods["tape"] == index + 1)[0])
     if family == "bodies":
         for name in ("rods", "reduced_bodies"):  # which consist of bodies
             for k in range(records(assembly.model, name).size):

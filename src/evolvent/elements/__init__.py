@@ -39,6 +39,7 @@ from evolvent.elements.sections import (
     Rectangle,
     SectionStiffness,
     Taper,
+    TapeSection,
     Tube,
 )
 from evolvent.elements.winding import bending_stiffness_ratio, bent_element, coil, nodal, resampled
@@ -64,6 +65,7 @@ __all__ = [
     "Rectangle",
     "SectionInertia",
     "SectionStiffness",
+    "TapeSection",
     "Taper",
     "Tube",
     "axis_shape",

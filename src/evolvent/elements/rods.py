@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.elements.dense import inverse, legendre, norm, product
 from evolvent.elements.inertia import OWN_INERTIA, SectionInertia
 from evolvent.elements.materials import Material
-from evolvent.elements.sections import CrossSection, SectionStiffness
+from evolvent.elements.sections import CrossSection, SectionStiffness, TapeSection
 
 Array = np.ndarray
 #: Gauss's four points of an element and their weights.
@@ -44,6 +44,14 @@ def section_stiffness(section: CrossSection, material: Material | None, at: floa
     return product(at_centre.T, own, at_centre)
 
 
+def section_compliance(section: CrossSection, material: Material | None, at: float = 0.5) -> Array:
+    """Inverse (6, 6) of `section_stiffness`, 0 for bending about z of a section that flattens."""
+    found = inverse(section_stiffness(section, material, at))
+    if isinstance(section, TapeSection):
+        found[5], found[:, 5] = 0.0, 0.0
+    return found
+
+
 def element_stiffness(length: float, section: CrossSection, material: Material | None, rest: Array) -> Array:
     """Stiffness (6, 6) of an element per length, by the strains of the helix through its ends.
 
@@ -57,7 +65,8 @@ def element_stiffness(length: float, section: CrossSection, material: Material |
     its middle: n' = -K_0 x n, m' = -K_0 x m - Gamma_0 x n, S(x) = exp(x A) S_m. With the mean T of exp(x A) the strains
     of the helix are conjugate to T S_m, so that the compliance is T^-T (mean of exp(x A)^T C^-1 exp(x A)) T^-1. Of a
     straight uniform element that of shear is 1/(k G A) + L^2/(12 E I) (residual bending flexibility, MacNeal 1978).
-    Elements with it are exact at their nodes in linear statics and do not lock.
+    Elements with it are exact at their nodes in linear statics and do not lock. Bending about z of a section that
+    flattens (`evolvent.kernels.tape`) is left out, row, column and residual flexibility.
     """
     A = np.zeros((6, 6))
     A[:3, :3] = A[3:, 3:] = -skew(rest[3:])
@@ -68,8 +77,13 @@ def element_stiffness(length: float, section: CrossSection, material: Material |
         for k in range(1, 13):
             term = product(term, A) * (x * length / k)
             carry = carry + term
-        found += weight * product(carry.T, inverse(section_stiffness(section, material, 0.5 + x)), carry)
+        found += weight * product(carry.T, section_compliance(section, material, 0.5 + x), carry)
         mean += weight * carry
+    if isinstance(section, TapeSection):
+        found[5, 5] = 1.0
+        stiffness = product(mean, inverse(found), mean.T)
+        stiffness[5], stiffness[:, 5] = 0.0, 0.0
+        return 0.5 * (stiffness + stiffness.T)
     stiffness = product(mean, inverse(found), mean.T)
     return 0.5 * (stiffness + stiffness.T)
 

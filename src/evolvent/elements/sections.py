@@ -283,7 +283,7 @@ class Arc(CrossSection):
 
     Notes
     -----
-    The shape of the section is constant: the flattening of a tape spring in a fold is not modelled.
+    The shape of the section is constant; that of a `TapeSection` flattens in a fold.
     """
 
     radius: units.Length
@@ -326,6 +326,58 @@ class Arc(CrossSection):
         shear_z = (p - s * c) ** 2 / (2.0 * p * along_z)
         centre = 2.0 * R * (s - p * c) / (p - s * c)
         return Properties(area, Iy, Iz, area * t * t / 3.0, shear_y, shear_z, 0.0, centre - y, 0.0)
+
+
+#: Largest angle of a section that flattens, whose theory is that of a shallow arc.
+DEEPEST = 0.75 * math.pi
+
+
+class FlatteningConstants(NamedTuple):
+    """Constants of `evolvent.kernels.tape`: N m2, 1, 1/m, m2, m2, and the mass of a coordinate per length, kg m3."""
+
+    bending: float
+    poisson: float
+    transverse: float
+    slenderness: float
+    twisting: float
+    mass: float
+
+
+class TapeSection(Arc):
+    """Section of a tape spring, of a `Rod`: a shallow arc that flattens where the rod is bent about z.
+
+    Parameters
+    ----------
+    radius : float, m
+        Radius of the middle line without stress.
+    angle : float, rad
+        Angle of the arc, from 0.1 rad to 135 degrees; the apex of the arc points along y.
+    thickness : float, m
+        Thickness of the strip, below the radius.
+
+    Notes
+    -----
+    Bending about z follows the shallow shell of Wuest and Mansfield (`evolvent.kernels.tape`), and each node has the
+    transverse curvature of its section as a coordinate. A positive curvature bends the rod in opposite sense, with the
+    edges on the inner side. All else is linear, with the properties of the `Arc`, whose second moment about z is not
+    used: that of the shallow arc is s^5 t/(720 R^2), s = R angle.
+    """
+
+    @model_validator(mode="after")
+    def _check_depth(self) -> Self:
+        if self.angle > DEEPEST * (1.0 + 1e-12):
+            message = f"angle is {self.angle:.6g} rad; that of a tape must be from {FLATTEST} to {DEEPEST:.6g} rad"
+            raise PydanticCustomError("section", "{message}", {"message": message})
+        return self
+
+    def flattening(self, material: Material) -> FlatteningConstants:
+        """Constants of the section's flattening."""
+        nu, s, t = material.nu, self.radius * self.angle, self.thickness
+        plate = material.E * t**3 / (12.0 * (1.0 - nu * nu))
+        return FlatteningConstants(
+            s * plate, nu, 1.0 / self.radius, 3.0 * (1.0 - nu * nu) * s**4 / (t * t), (1.0 - nu) * s * s / 6.0,
+            material.density * t * s**5 / 720.0,
+        )  # fmt: skip
 
 
 class General(CrossSection):
@@ -475,8 +527,10 @@ class Taper(CrossSection):
 
 
 AnySection = Annotated[CrossSection, OneOf({**UNIFORM, "taper": Taper})]
-#: Sections of a rod: those of a beam, and one by its stiffness matrix.
-RodSection = Annotated[CrossSection, OneOf({**UNIFORM, "taper": Taper, "stiffness": SectionStiffness})]
+#: Sections of a rod: those of a beam, one by its stiffness matrix, and one that flattens.
+RodSection = Annotated[
+    CrossSection, OneOf({**UNIFORM, "taper": Taper, "stiffness": SectionStiffness, "tape": TapeSection})
+]
 
 
 # ---------------------------------------------------------------------------------------------- materials

@@ -74,6 +74,7 @@ from evolvent.kernels import (
     rod_tangent,
     sparse,
     springs,
+    tape,
     thermal,
     thread,
 )
@@ -149,6 +150,8 @@ def measure(end, model, work):
         springs.measure_springs(end, y, model)
     if model.rods.size > 0:
         rod_strains.measure_rods(end, model)
+    if model.tapes.size > 0:
+        tape.keep_nodes(end, model)
     if model.coordinates.size > 0:
         coordinate.measure_coordinates(end, y, model.switches, model)
     if model.threads.size > 0:
@@ -228,6 +231,8 @@ def residual(model, work):
         powers[MASS_DAMPING] += lost
         powers[STIFFNESS_DAMPING] += viscous
         powers[MARKER_LOADS] += heat
+    if model.tapes.size > 0:
+        powers[MASS_DAMPING] += tape.add_nodes(work.dv, 1.0 / h, h, model, F)
     if model.reduced_bodies.size > 0:
         _, lost = reduced.add_modes(ym, h, work.step.chi, work.step.ratio, model, F)
         powers[SPRINGS] += lost
@@ -307,6 +312,8 @@ def tangent(scale, model, work, matrix):
     contact.add_tangents(work.y0, work.y1, h, 0.0, model, matrix)
     if model.rods.size > 0:
         rod_tangent.add_rod_tangents(h, c_rate, work.step.chi, work.step.ratio, model, matrix)
+    if model.tapes.size > 0:
+        tape.add_node_tangents(c_mass, c_rate, model, matrix)
     if model.reduced_bodies.size > 0:
         reduced.add_mode_tangents(c_mass, c_rate, work.step.chi, model, matrix)
     if model.springs.size > 0:

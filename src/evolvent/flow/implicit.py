@@ -43,6 +43,7 @@ from evolvent.kernels import (
     rod_tangent,
     sparse,
     springs,
+    tape,
     thermal,
     thread,
 )
@@ -89,6 +90,8 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[MASS_DAMPING] += lost
         powers[STIFFNESS_DAMPING] += viscous
         powers[MARKER_LOADS] += heat
+    if model.tapes.size > 0:
+        powers[MASS_DAMPING] += tape.add_nodes(a, 1.0, 0.0, model, F)
     if model.reduced_bodies.size > 0:
         _, lost = reduced.add_modes(y, 0.0, 0.0, 0.0, model, F)
         powers[SPRINGS] += lost
@@ -161,6 +164,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     contact.add_tangents(y, y, 0.0, c_rate, model, matrix)
     if model.rods.size > 0:
         rod_tangent.add_rod_tangents(0.0, c_rate, 0.0, 0.0, model, matrix)
+    if model.tapes.size > 0:
+        tape.add_node_tangents(c_mass, c_rate, model, matrix)
     if model.reduced_bodies.size > 0:
         reduced.add_mode_tangents(c_mass, c_rate, 0.0, model, matrix)
     if model.springs.size > 0:
@@ -204,6 +209,8 @@ def energies(t, y, model, out):
     attitude.add_wheel_energy(y, model, out, 0)
     if model.rods.size > 0:
         rod.evaluate_rods(model, out)
+    if model.tapes.size > 0:
+        tape.add_kinetic_energy(y, model, out, 0)
     if model.reduced_bodies.size > 0:
         reduced.add_mode_energies(y, model, out, 0, 1)
     if model.springs.size > 0:

@@ -4,7 +4,7 @@ from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
 from evolvent.flow.explicit_forces import add_explicit_inventory, has_explicit_forces
-from evolvent.kernels import attitude, points, reduced, rigid, springs, thread
+from evolvent.kernels import attitude, points, reduced, rigid, springs, tape, thread
 from evolvent.model import ELASTIC, H_BODY, KINETIC, MODEL, P_ALL
 
 
@@ -33,6 +33,8 @@ def inventory(t, y, s, model, out):
     if model.wheels.size > 0:
         attitude.add_wheel_energy(y, model, out, KINETIC)
         attitude.add_wheel_momenta(y, model, H)
+    if model.tapes.size > 0:
+        tape.add_kinetic_energy(y, model, out, KINETIC)
     if model.reduced_bodies.size > 0:
         reduced.add_mode_energies(y, model, out, KINETIC, ELASTIC)
     if model.springs.size > 0:

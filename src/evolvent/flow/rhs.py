@@ -18,6 +18,7 @@ from evolvent.kernels import (
     reduced,
     rigid,
     springs,
+    tape,
     thread,
 )
 from evolvent.model import DISSIPATED, DRIVE, LOAD, MODEL, SPOOL
@@ -43,6 +44,8 @@ def rhs(t, y, s, model, dy):
         load_power += given
         if model.beams.size > 0:
             ancf_beams.beam_rates(y, model, dy)
+    if model.tapes.size > 0:
+        dissipated += tape.node_rates(y, model, dy)
     if model.reduced_bodies.size > 0:
         dissipated += reduced.mode_rates(y, model, dy)
     accelerate(t, y, s, model, dissipated, load_power, spool_power, loaded, dy)

@@ -1,7 +1,7 @@
 """Coordinates by kind: what happens to all coordinates of a state is a loop over these few.
 
 Velocities of a rotation (a quaternion) are in body axes. Angles are those of bodies about fixed axes, scalars those of
-wheels and free spools and modal coordinates, and rates velocities without a coordinate.
+wheels and free spools, modal coordinates and transverse curvatures, and rates velocities without a coordinate.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from evolvent.model import MODEL
 
 POSITION, SLOPE, ROTATION, ANGLE, SCALAR, RATE = range(6)
 #: Families of the owners, in the order of the table; free spools stand behind the nodes of all threads.
-OWNERS = ("beams", "threads", "points", "bodies", "wheels", "thrusters", "reduced_bodies")
-BEAM, THREAD, POINT, BODY, WHEEL, THRUSTER, REDUCED = range(7)
+OWNERS = ("beams", "threads", "points", "bodies", "wheels", "thrusters", "reduced_bodies", "tapes")
+BEAM, THREAD, POINT, BODY, WHEEL, THRUSTER, REDUCED, TAPE = range(8)
 
 
 @indirect(void(VECTOR, VECTOR, types.boolean, MODEL, VECTOR))

@@ -10,6 +10,7 @@ import numpy as np
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.kernels import tape
 from evolvent.kernels.drive import drive
 from evolvent.kernels.linalg import cholesky, cholesky_solve
 from evolvent.kernels.points import add_angular_momentum
@@ -29,8 +30,13 @@ DRIVEN, SPIN, FREE = 0, 1, 2
 
 @indirect(void(REAL, VECTOR, MODEL))
 def kinematics(t, y, model):
-    """Orientation, position and velocities (R, x, v, w, inertial axes) of every body; wrenches and masses reset."""
+    """Orientation, position and velocities (R, x, v, w, inertial axes) of every body; wrenches and masses reset.
+
+    Coordinates of tape-spring rods go into the records of their nodes.
+    """
     bodies = model.bodies
+    if model.tapes.size > 0:
+        tape.measure_nodes(y, model)
     for b in range(bodies.size):
         q, v = bodies[b].iq, bodies[b].iv
         R = bodies[b].R

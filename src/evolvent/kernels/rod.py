@@ -21,7 +21,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.views import matrix_view
-from evolvent.kernels import rigid
+from evolvent.kernels import rigid, tape
 from evolvent.kernels.rod_strains import (
     _A,
     _B,
@@ -190,7 +190,7 @@ def evaluate_element(k, h, chi, ratio, model, S, p):
     dphi, dpsi : secants, as of `conjugate`
     lost, given : powers that damping takes and heat gives, W
     """
-    rows, work, lost, given = model.rod_elements, model.rod, 0.0, 0.0
+    rows, work, lost, given, bending_rate = model.rod_elements, model.rod, 0.0, 0.0, 0.0
     length, beta, m0, m1 = rows[k].length, rows[k].beta, rows[k].m0, rows[k].m1
     if h == 0.0:
         measure_element(k, model, m1)
@@ -210,6 +210,10 @@ def evaluate_element(k, h, chi, ratio, model, S, p):
             lost += viscous[i] * rate[i]
         if rows[k].heated != 0:
             given = _add_thermal_stress(rows, k, rate, S)
+        bending_rate = rate[5]
+    if rows[k].tape > 0:
+        lost += tape.evaluate_tape(k, h, chi, ratio, 0.0, bending_rate, model)
+        S[5] += rows[k].flattening[0]
     conjugate(m0, m1, dphi, dpsi, S, length, p)
     return dphi, dpsi, lost, given
 
@@ -259,6 +263,8 @@ def add_rods(h, chi, ratio, model):
         _, _, viscous, heat = evaluate_element(k, h, chi, ratio, model, S, p)
         lost, given = lost + viscous, given + heat
         push_ends(k, p, model)
+        if model.rod_elements[k].tape > 0:
+            tape.push_nodes(k, model)
     return add_mass_damping(model), lost, given
 
 
@@ -296,6 +302,8 @@ def evaluate_sums(y, model):
         rigid.add_body_energy(y, own, out, 0)
         rigid.add_body_momenta(y, own, out[1:4], out[4:7])
         rows[k].kinetic = out[0]
+        if rows[k].tape > 0:
+            rows[k].kinetic += tape.kinetic_energy(rows[k].tape - 1, y, model)
         for i in range(3):
             linear[i], angular[i] = out[1 + i], out[4 + i]
 
@@ -362,3 +370,7 @@ def evaluate_rods(model, out):
             E[i], S[i] = m[STRAIN + i] - rows[k].free[i], 0.0
         stress(rows, k, E, 0, 1.0, S)
         _note_results(rows, k, E, S)
+        if rows[k].tape > 0:
+            energy = tape.evaluate_results(k, model)
+            out[1] += energy
+            out[2] += energy

@@ -8,6 +8,7 @@ from numba import void
 
 from evolvent.compiled.jit import REAL, indirect, inlined, kernel
 from evolvent.compiled.views import matrix_view
+from evolvent.kernels import tape
 from evolvent.kernels.rod import _conjugate_director, evaluate_element
 from evolvent.kernels.rod_strains import (
     _A,
@@ -273,6 +274,9 @@ def add_rod_tangents(h, c_rate, chi, ratio, model, matrix):
             dphi, dpsi = secants(m1, m1)
             strain_columns(m1, m1, dphi, dpsi, length, D1)
         multiply_columns(rows, k, length * (1.0 + chi + c_rate * rows[k].beta), D0, D1, B, A)
+        if rows[k].tape > 0:
+            tape.evaluate_tape(k, h, chi, ratio, c_rate, rows[k].curvature_rate, model)
+            tape.add_curvature(k, D0, D1, model, A)
         add_curved_strains(m1, S, length, A)
         project_columns(J0, A, J1, B, K)
         add_turned_forces(k, model, p, Ra, Rb, v0, A1, B1, v1, K)
@@ -286,4 +290,6 @@ def add_rod_tangents(h, c_rate, chi, ratio, model, matrix):
             x, y, z = turn_back(A0 if side == 0 else B0, x, y, z)
             _add_skew(K, row, row, 1.0, x, y, z)
         add_to_bodies(k, model, K, matrix)
+        if rows[k].tape > 0:
+            tape.couple_nodes(k, J0, D0, A0, B0, J1, D1, P, Q, model, K, matrix)
     add_mass_damping_tangents(c_rate, model, matrix)

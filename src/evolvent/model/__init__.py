@@ -111,6 +111,8 @@ class Model(Struct):
     bearings: Array = array(1, RECORDS["bearings"])
     rods: Array = array(1, RECORDS["rods"])
     rod_elements: Array = array(1, RECORDS["rod_elements"])
+    tapes: Array = array(1, RECORDS["tapes"])
+    tape_nodes: Array = array(1, RECORDS["tape_nodes"])
     reduced_bodies: Array = array(1, RECORDS["reduced_bodies"])
     modes: Array = array(1, RECORDS["modes"])
     gear_coordinates: Array = array(1, RECORDS["gear_coordinates"])

@@ -159,22 +159,34 @@ RECORDS: dict[str, np.dtype] = {
              "free_strain", "free_curvature_y", "free_curvature_z"), (2,)
         ),
     ),
-    # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
+    # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
+    # tape: 1 + tape of which the section flattens, or 0
     "rods": _record(
-        "first_element elements first_body first_node", "length alpha", "kinetic linear angular", linear=_3, angular=_3
+        "first_element elements first_body first_node tape", "length alpha", "kinetic linear angular",
+        linear=_3, angular=_3,
     ),
     # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
     # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod_strains`;
     # section: compliance of the section in its middle; heated: 1 with a thermal load, whose free strains are `free`.
     # m0, m1: measures at the start and the end of an interval; before: change of the strains over the step before;
-    # stored, bent: J, elastic energy and that of moments; the others are in `RESULTS`
+    # stored, bent: J, elastic energy and that of moments; the others are in `RESULTS`. tape: as of rods, and tape_node
+    # its first node; flattening, flattening_slope: forces by `tape.evaluate_tape`, with derivatives; curvature_rate: of
+    # a state, before_product: changes of curvature times coordinates over the step before
     "rod_elements": _record(
-        "a b heated",
+        "a b heated tape tape_node",
         "length beta arm_a arm_b stiffness rest section",
         "free m0 m1 before stored bent energy_density strain shear_strain_y shear_strain_z twist curvature_y "
-        "curvature_z axial_force shear_force_y shear_force_z torsional_moment bending_moment_y bending_moment_z",
+        "curvature_z axial_force shear_force_y shear_force_z torsional_moment bending_moment_y bending_moment_z "
+        "flattening flattening_slope curvature_rate before_product",
+        flattening=_3, flattening_slope=_33, before_product=(2,),
         arm_a=_3, arm_b=_3, stiffness=_66, rest=_6, section=_66, free=_6, m0=(15,), m1=(15,), before=_6,
     ),
+    # sections of rods that flatten (`kernels.tape`). bending: stiffness of the wall times the width, N m2; transverse:
+    # its curvature without stress, 1/m; slenderness: u over the square of the curvature, m2; twisting: m2
+    "tapes": _record("first_node nodes", "bending poisson transverse slenderness twisting"),
+    # the coordinate of a node; alpha: damping by mass, 1/s; value0, value1: at the ends of a step; before: its change
+    # over the step before
+    "tape_nodes": _record("iq iv", "mass alpha", "value rate force value0 value1 before"),
     # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
     # of the modal coordinates at iq, iv; mass: of each of them
     "reduced_bodies": _record(

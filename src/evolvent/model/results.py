@@ -246,6 +246,9 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
         "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about the inertial origin"),
     },
+    "tape_nodes": {
+        "value": ("transverse_curvature", "m-1", "curvature of the section at each node, 0 where it is flat"),
+    },
     "rods": {
         "kinetic": ("energy_kinetic", "J", "kinetic energy"),
         "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),

@@ -11,11 +11,12 @@ from evolvent.assembly.assembled import Pose
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
+from evolvent.base.schema import Section
 from evolvent.elements import OWN_INERTIA, rods
-from evolvent.elements.dense import inverse, product
+from evolvent.elements.dense import product
 from evolvent.elements.inertia import SectionInertia
-from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness
-from evolvent.kernels import rigid
+from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness, TapeSection
+from evolvent.kernels import rigid, tape as tapes
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.beam import _across
@@ -28,6 +29,21 @@ LARGEST_TURN = 90.0
 RodNodes = Annotated[tuple[tuple[units.Triple, ...], ...], Arrays(shape="of the shape (elements + 1, 4, 3)")]
 
 
+class Fold(Section):
+    """A fold of a tape spring at the start: an arc of its section's radius, straight before and after.
+
+    Parameters
+    ----------
+    at : float, m
+        Length from the root to its middle.
+    angle : float, rad
+        Angle by which it turns the rod about z, above 0 in opposite sense, with the edges of the section inside.
+    """
+
+    at: units.Length
+    angle: units.Angle
+
+
 class Rod(Part):
     """A geometrically exact rod (Reissner, Simo): extension, shear, bending and torsion, at any strain and rotation.
 
@@ -38,8 +54,9 @@ class Rod(Part):
     ----------
     length : float, m
         Length of the axis without stress.
-    section : Rectangle, Tube, Circle, Angle, IBeam, Arc, General, Taper or SectionStiffness
-        Cross-section; y is the rod's normal, z the third direction.
+    section : Rectangle, Tube, Circle, Angle, IBeam, Arc, General, Taper, SectionStiffness or TapeSection
+        Cross-section; y is the rod's normal, z the third direction. A TapeSection, {tape: {radius, angle, thickness}},
+        flattens where the rod is bent about z, so that folds form, move and snap.
     material : Material, or the name of a known one; none beside a section that is given by its stiffness matrix
         Linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, beryllium-copper, cfrp, cfrp-ud,
         cfrp-woven, elgiloy, invar, kapton, kevlar, mylar, steel, titanium.
@@ -67,6 +84,8 @@ class Rod(Part):
     nodes : (n + 1, 4, 3) float, optional, m and 1
         Positions and unit axes x, y and z of the sections at the start, in place of `position`, `direction` and
         `normal`.
+    folds : list of Fold, optional
+        Folds of a rod whose section is a tape at the start: [{at: 0.1 m, angle: 90 deg}].
     rest : {"straight", "start"}
         Stress-free shape where `nodes` are given: that of `curvature` or `shape`, or that of `nodes`.
     velocity : (3,) float, m/s
@@ -93,6 +112,7 @@ class Rod(Part):
         "position": (left_out("nodes"),),
         "direction": (left_out("nodes"),),
         "normal": (left_out("nodes"),),
+        "folds": (left_out("nodes"),),
     }
     kind: Literal["rod"] = "rod"
     length: units.Length
@@ -107,6 +127,7 @@ class Rod(Part):
     curvature: units.Curvatures = (0.0, 0.0, 0.0)
     shape: AnyCurve | None = None
     nodes: RodNodes | None = None
+    folds: tuple[Fold, ...] = ()
     rest: Literal["straight", "start"] = "straight"
     velocity: units.Velocity = (0.0, 0.0, 0.0)
     angular_velocity: units.AngularVelocity = (0.0, 0.0, 0.0)
@@ -128,7 +149,7 @@ class Rod(Part):
         n = self.elements
         check_curve(name, self)
         if self.nodes is not None:
-            for key in ("position", "direction", "normal"):
+            for key in ("position", "direction", "normal", "folds"):
                 if key in self.model_fields_set:
                     raise InputError(f"{name}.nodes and {name}.{key} are both given; leave one of them out")
             given = np.array(self.nodes, dtype=float)
@@ -151,9 +172,31 @@ class Rod(Part):
                 f"{name}.normal is {self.normal!r}; it must be perpendicular to {name}.direction, {self.direction!r}"
             )
         R0 = np.stack([e1, e2, np.cross(e1, e2)], axis=1)
-        places, axes = stress_free(self)
+        places, axes = self._folded(name) if self.folds else stress_free(self)
         x = np.array(self.position) + np.array([product(R0, place) for place in places])
         return x, np.array([product(R0, turn) for turn in axes])
+
+    def _folded(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes with the folds, as of `stress_free`."""
+        if not isinstance(self.section, TapeSection):
+            raise InputError(f"{name}.folds is given, but its section is no tape; give folds to one that flattens")
+        turn, reached = np.zeros(self.elements), 0.0
+        for k, fold in enumerate(self.folds):
+            half = 0.5 * self.section.radius * abs(fold.angle)
+            if fold.at - half < reached or fold.at + half > self.length:
+                raise InputError(
+                    f"{name}.folds[{k}] is from {fold.at - half:.6g} to {fold.at + half:.6g} m; it must be behind the "
+                    f"fold before it and within the rod, from {reached:.6g} to {self.length:.6g} m"
+                )
+            reached = fold.at + half
+            shares = np.diff(np.clip(self.arc, fold.at - half, reached)) / (2.0 * half)
+            turn += fold.angle * shares
+        places, axes = [np.zeros(3)], [np.eye(3)]
+        for length, angle in zip(self.lengths, turn, strict=True):
+            d, R = rods.advanced(np.array([0.0, 0.0, angle / length]), float(length))
+            places.append(places[-1] + product(axes[-1], d))
+            axes.append(product(axes[-1], R))
+        return np.array(places), np.array(axes)
 
     def centres(self) -> tuple[np.ndarray, np.ndarray]:
         """Lengths (n + 1,), m, of the nodes' shares of the rod, and how far their middles are from the nodes, m.
@@ -205,24 +248,61 @@ class Rod(Part):
         for length, piece, strain in zip(h, pieces[: 1 if same else n], rest, strict=False):
             stiffness.append(rods.element_stiffness(float(length), piece, self.material, strain))
             shares.append(rods.element_inertia(float(length), piece, self.material, own))
-            sections.append(inverse(rods.section_stiffness(piece, self.material)))
+            sections.append(rods.section_compliance(piece, self.material))
         if same:
             stiffness, shares, sections = n * stiffness, n * shares, n * sections
         first_body, first = self._write_nodes(builder, x, R, shares), len(builder.rows["rod_elements"])
+        tape, tape_node = self._write_tape(builder, name, rest, rods.strains(x, R, h)[:, 5])
         for i in range(n):
             builder.add(
-                "rod_elements", a=first_body + i, b=first_body + i + 1, length=float(h[i]),
-                beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1], stiffness=stiffness[i],
-                rest=rest[i], section=sections[i],
+                "rod_elements", tape=tape, tape_node=tape_node + i, a=first_body + i, b=first_body + i + 1,
+                length=float(h[i]), beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1],
+                stiffness=stiffness[i], rest=rest[i], section=sections[i],
             )  # fmt: skip
         node = len(builder.rows["beam_nodes"])
         for place in (x - x[0]) @ R[0] if self.rest == "start" and self.nodes is not None else stress_free(self)[0]:
             builder.add("beam_nodes", undeformed=place)
         index = builder.add(
             "rods", first_element=first, elements=n, first_body=first_body, first_node=node, length=self.length,
-            alpha=self.mass_damping,
+            tape=tape, alpha=self.mass_damping,
         )  # fmt: skip
         builder.names[name] = ("rods", index)
+
+    def _write_tape(self, builder: Builder, name: str, rest: np.ndarray, bent: np.ndarray) -> tuple[int, int]:
+        """Write the coordinates of a section that flattens; returns 1 + its tape and first node, or 0, 0.
+
+        Parameters
+        ----------
+        bent : (n,) float, 1/m, curvatures about z at the start, at which the coordinates make the energy least
+        """
+        if not isinstance(self.section, TapeSection):
+            return 0, 0
+        assert self.material is not None
+        if np.any(rest[:, 3:]):
+            key = "shape" if self.shape is not None else "rest" if self.rest == "start" else "curvature"
+            raise InputError(
+                f"{name}.{key} makes a rod that is curved without stress, but its section is a tape; one that flattens "
+                f"must be straight without stress"
+            )
+        if self.material.shear is not None:
+            raise InputError(
+                f"{name}.material.shear is given, but the section of {name} is a tape, whose wall must be isotropic; "
+                f"leave it out"
+            )
+        *constants, mass = own = self.section.flattening(self.material)
+        first = len(builder.rows["tape_nodes"])
+        keys = ("bending", "poisson", "transverse", "slenderness", "twisting")
+        tape = builder.add(
+            "tapes", first_node=first, nodes=self.elements + 1, **dict(zip(keys, constants, strict=True))
+        )
+        shares = self.centres()[0]
+        at_nodes = 0.5 * (np.append(bent[0], bent) + np.append(bent, bent[-1]))
+        for share, x in zip(shares, at_nodes, strict=True):
+            u = own.slenderness * float(x) ** 2
+            N = float(tapes.profile(u)[0]) if u > 0.0 else 1.0
+            q, v = builder.coordinates([N * (own.transverse + own.poisson * float(x)) / (N + u / 180.0)], [0.0])
+            builder.add("tape_nodes", iq=q, iv=v, mass=mass * float(share), alpha=self.mass_damping)
+        return tape + 1, first
 
     def _check_material(self, name: str) -> None:
         """Refuse a missing material, and one beside a stiffness matrix."""

@@ -13,6 +13,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import legendre, product
+from evolvent.elements.sections import TapeSection
 from evolvent.elements.thermal import thermal_form
 from evolvent.kernels.beam_strains import POINTS
 from evolvent.parts.base import BeamName, Part
@@ -126,6 +127,11 @@ class ThermalLoad(Part):
             raise InputError(
                 f"{name}.part is {self.part!r}, whose formulation is {beam.formulation!r}; a thermal load needs "
                 f"{', '.join(map(repr, HEATED[:-1]))} or {HEATED[-1]!r}"
+            )
+        if isinstance(beam.section, TapeSection):
+            raise InputError(
+                f"{name}.part is {self.part!r}, whose section is a tape; a thermal load needs a section that does not "
+                f"flatten, such as an arc"
             )
         if beam.material is None:
             raise InputError(

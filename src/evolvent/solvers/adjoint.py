@@ -60,6 +60,8 @@ def check(method: str, model: Any) -> None:
     for name in mdl.RECORDS:
         if name not in PARTS_OF_OTHERS and name not in SUPPORTED and getattr(model, name).size:
             raise InputError(f"the adjoint does not support {name}, which the system has; take mode 'forward'")
+    if model.tapes.size:
+        raise InputError("the adjoint does not support rods whose section is a tape; take mode 'forward'")
     if np.any(model.coordinates["friction"] > 0.0):
         raise InputError("joints have friction, which the adjoint does not support; take mode 'forward'")
 

@@ -8,7 +8,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.energy_momentum import measure, residual, tangent
-from evolvent.kernels import ancf, bearing, coordinate, joint, reduced, rigid, rod_strains
+from evolvent.kernels import ancf, bearing, coordinate, joint, reduced, rigid, rod_strains, tape
 from evolvent.kernels.blocks import largest_turn
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -169,6 +169,8 @@ def end_step(model, work):
     ancf.note_changes(model.elements)
     rod_strains.note_strains(model.rod_elements)
     reduced.note_changes(model.modes)
+    if model.tapes.size > 0:
+        tape.note_flattening(model)
 
 
 @indirect(void(MODEL, WORKSPACE))

@@ -15,7 +15,7 @@ from evolvent.flow.impulse import jump, prepare
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact_laws, coordinate
 from evolvent.kernels.ancf_beams import beam_rates
-from evolvent.kernels.blocks import ANGLE, OWNERS, POSITION, ROTATION, SLOPE, block_at
+from evolvent.kernels.blocks import ANGLE, OWNERS, POSITION, ROTATION, SLOPE, TAPE, block_at
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120
@@ -98,7 +98,7 @@ def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.
         iq, iv, size = int(block["iq"]), int(block["iv"]) - n_q, int(block["count"])
         if block["kind"] == ROTATION:
             turning.append((iq, iv))
-        elif block["kind"] in (POSITION, SLOPE, ANGLE):
+        elif block["kind"] in (POSITION, SLOPE, ANGLE) or block["family"] == TAPE:
             place[iv : iv + size] = np.arange(iq, iq + size)
     moved = np.flatnonzero(place >= 0)
 

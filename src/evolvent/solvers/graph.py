@@ -140,7 +140,11 @@ def _couple_forces(graph: _Graph) -> None:
             ends.append(_block_of_marker(graph, marker))
         graph.couple(*ends)
     for element in model.rod_elements:
-        graph.couple(graph.body[element["a"]], graph.body[element["b"]])
+        ends = [int(graph.body[element["a"]]), int(graph.body[element["b"]])]
+        if element["tape"] > 0:
+            own = model.tape_nodes["iv"][element["tape_node"] :][:2]
+            ends += [graph.of(int(iv)) for iv in own]
+        graph.couple(*ends)
     for row in itertools.chain(model.coordinates, model.gear_coordinates):  # whose torques turn with both bodies
         second = graph.body[row["other"]] if row["on"] == sides.ON_BODY else graph.of(int(row["iv"]))
         graph.couple(second, graph.body[row["body"]])

@@ -77,6 +77,9 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     length = float(np.linalg.norm(spread)) or 1.0
     weight[indices(blocks[positions], "iv") - n_q] = length
     weight[blocks["iv"][blocks["family"] == REDUCED] - n_q] = length
+    for tape in model.tapes:
+        own = model.tape_nodes["iv"][tape["first_node"] :][: tape["nodes"]]
+        weight[own - n_q] = tape["transverse"]
     # the first node of a beam has the mass of half an element; a point mass has that of a thread's end on it
     typical = (positions & (~beams | (blocks["node"] == 0)) | (blocks["kind"] == ANGLE)) & (inertia > 0.0)
     masses = np.where(beams, 2.0, 1.0)[typical] * inertia[typical]

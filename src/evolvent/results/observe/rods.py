@@ -36,6 +36,11 @@ def observe_rod(view: View, name: str) -> Observed:
     found.along("rate", "node", rate, "rad s-1", "angular velocities of the nodes' sections, inertial axes")
     own = slice(int(row["first_element"]), int(row["first_element"] + row["elements"]))
     found.results_along("rod_elements", fields, own, "element", (*_SUMS, "free"), "in the middle of each element")
+    if row["tape"] > 0:
+        tape = view.model.tapes[int(row["tape"]) - 1]
+        nodes = slice(int(tape["first_node"]), int(tape["first_node"] + tape["nodes"]))
+        called, unit, about = RESULTS["tape_nodes"]["value"]
+        found.along(called, "node", view.fields["tape_nodes"]["value"][:, nodes], unit, about)
     found.results("rods", view.fields["rods"], index)
     for field in _SUMS:
         name, *described = RESULTS["rod_elements"][field]
