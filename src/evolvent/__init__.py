@@ -18,7 +18,18 @@ if TYPE_CHECKING:
     from evolvent.design.studies import simulate_many, sweep
     from evolvent.elements.inertia import SectionInertia
     from evolvent.elements.materials import ALUMINIUM, CFRP, KAPTON, STEEL, Material
-    from evolvent.elements.sections import Angle, Arc, Circle, General, IBeam, Rectangle, SectionStiffness, Taper, Tube
+    from evolvent.elements.sections import (
+        Angle,
+        Arc,
+        Circle,
+        General,
+        IBeam,
+        Rectangle,
+        SectionStiffness,
+        Strip,
+        Taper,
+        Tube,
+    )
     from evolvent.results import open, save  # noqa: A004  (evolvent.open is the public name)
 
 __version__ = "0.2.0"
@@ -41,6 +52,7 @@ __all__ = [
     "SectionInertia",
     "SectionStiffness",
     "Stepper",
+    "Strip",
     "System",
     "Taper",
     "Tube",
@@ -66,7 +78,7 @@ __all__ = [
 _LAZY = {
     **dict.fromkeys(("ALUMINIUM", "CFRP", "KAPTON", "STEEL", "Material"), "evolvent.elements.materials"),
     **dict.fromkeys(
-        ("Angle", "Arc", "Circle", "General", "IBeam", "Rectangle", "SectionStiffness", "Taper", "Tube"),
+        ("Angle", "Arc", "Circle", "General", "IBeam", "Rectangle", "SectionStiffness", "Strip", "Taper", "Tube"),
         "evolvent.elements.sections",
     ),
     "SectionInertia": "evolvent.elements.inertia",

@@ -33,6 +33,8 @@ COUPLED: dict[str, Any] = {
     "material": None,
     "inertia": SectionInertia(mass_per_length=0.8, inertia_y=3e-5, inertia_z=1e-4),
 }
+#: Tension resists twist, on a rod that is twisted and curved without stress.
+TWISTED: dict[str, Any] = {"tension_twist": True}
 
 
 def disturbed(seed: int = 1, size: float = 0.15, **keys: Any) -> tuple[Assembly, Array]:
@@ -67,7 +69,7 @@ def forces(assembly: Assembly, y: Array) -> Array:
     return r
 
 
-@pytest.mark.parametrize("keys", [{}, COUPLED])
+@pytest.mark.parametrize("keys", [{}, COUPLED, TWISTED])
 def test_forces_are_the_gradient_of_the_energy(keys: dict[str, Any]) -> None:
     assembly, y = disturbed(**keys)
     n_v, h = int(assembly.model.info.nv), 1e-5
@@ -79,7 +81,7 @@ def test_forces_are_the_gradient_of_the_energy(keys: dict[str, Any]) -> None:
     assert found == pytest.approx(np.array(gradient), abs=1e-8 * np.abs(found).max())
 
 
-@pytest.mark.parametrize("keys", [{}, COUPLED])
+@pytest.mark.parametrize("keys", [{}, COUPLED, TWISTED])
 def test_tangent(keys: dict[str, Any]) -> None:
     assembly, y = disturbed(**keys)
     n_v, h, matrix = int(assembly.model.info.nv), 1e-6, matrix_of(assembly.model)

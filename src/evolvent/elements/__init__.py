@@ -38,6 +38,7 @@ from evolvent.elements.sections import (
     Properties,
     Rectangle,
     SectionStiffness,
+    Strip,
     Taper,
     Tube,
 )
@@ -64,6 +65,7 @@ __all__ = [
     "Rectangle",
     "SectionInertia",
     "SectionStiffness",
+    "Strip",
     "Taper",
     "Tube",
     "axis_shape",

@@ -31,6 +31,7 @@ from evolvent.kernels.rod_strains import (
 )
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sparse import SPARSE, add_block
+from evolvent.kernels.strip import add_fibre_tangent
 from evolvent.model import MODEL
 
 USED_FOR = "rods"
@@ -273,6 +274,7 @@ def add_rod_tangents(h, c_rate, chi, ratio, model, matrix):
             dphi, dpsi = secants(m1, m1)
             strain_columns(m1, m1, dphi, dpsi, length, D1)
         multiply_columns(rows, k, length * (1.0 + chi + c_rate * rows[k].beta), D0, D1, B, A)
+        add_fibre_tangent(rows[k], m0, m1, D0, D1, A)
         add_curved_strains(m1, S, length, A)
         project_columns(J0, A, J1, B, K)
         add_turned_forces(k, model, p, Ra, Rb, v0, A1, B1, v1, K)

@@ -163,15 +163,16 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
     # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod_strains`;
-    # section: compliance of the section in its middle; heated: 1 with a thermal load, whose free strains are `free`.
+    # section: compliance of the section in its middle; fibres: E A times the means of rho^2 and rho^4, N m2, N m4, see
+    # `kernels.strip`, or 0; heated: 1 with a thermal load, whose free strains are `free`.
     # m0, m1: measures at the start and the end of an interval; before: change of the strains over the step before;
     # stored, bent: J, elastic energy and that of moments; the others are in `RESULTS`
     "rod_elements": _record(
         "a b heated",
-        "length beta arm_a arm_b stiffness rest section",
+        "length beta arm_a arm_b stiffness rest section fibres",
         "free m0 m1 before stored bent energy_density strain shear_strain_y shear_strain_z twist curvature_y "
         "curvature_z axial_force shear_force_y shear_force_z torsional_moment bending_moment_y bending_moment_z",
-        arm_a=_3, arm_b=_3, stiffness=_66, rest=_6, section=_66, free=_6, m0=(15,), m1=(15,), before=_6,
+        arm_a=_3, arm_b=_3, stiffness=_66, rest=_6, section=_66, fibres=(2,), free=_6, m0=(15,), m1=(15,), before=_6,
     ),
     # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
     # of the modal coordinates at iq, iv; mass: of each of them
