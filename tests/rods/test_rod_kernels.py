@@ -118,12 +118,13 @@ def test_tangent_of_damping() -> None:
     assert np.linalg.eigvalsh(0.5 * (C + C.T)).min() > 0.0
 
 
-def test_tangent_of_the_energy_momentum_step() -> None:
+@pytest.mark.parametrize("keys", [{}, TWISTED])
+def test_tangent_of_the_energy_momentum_step(keys: dict[str, Any]) -> None:
     """Exact but for how the bodies' inertia and the strains' second derivatives change within a step."""
     system = System()
     system.add(
         parts.Rod(length=1.0, section=STRIP, material=RUBBER, elements=2, angular_velocity=(0.3, 0.5, 2.0),
-                  curvature=(0.0, 0.0, 0.5), stiffness_damping=1e-3, mass_damping=0.2), "rod",
+                  curvature=(0.0, 0.0, 0.5), stiffness_damping=1e-3, mass_damping=0.2, **keys), "rod",
     )  # fmt: skip
     plan = energy_momentum.plan(system.assemble(), samples=[0.0, 1.0], step=0.02)
     model, step = plan.assembly.model, plan.workspace().step
