@@ -41,6 +41,7 @@ FRAMES = {
     "heliogyro": Frame(0.8, _FAST_BLADES),
     "heliogyro-designed": Frame(0.6, _FAST_BLADES),
     "heliogyro-paper": Frame(1.0, _FAST_BLADES),
+    "heliogyro-strip": Frame(0.5),
     "heliogyro-unequal": Frame(0.8, {"spool.rate": [3.5, 2.8]}),
     "inertia-stand": Frame(0.02),
     "inertia-stand-paper": Frame(0.05),

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         IBeam,
         Rectangle,
         SectionStiffness,
+        Strip,
         Taper,
         TapeSection,
         Tube,
@@ -52,6 +53,7 @@ __all__ = [
     "SectionInertia",
     "SectionStiffness",
     "Stepper",
+    "Strip",
     "System",
     "TapeSection",
     "Taper",
@@ -78,7 +80,11 @@ __all__ = [
 _LAZY = {
     **dict.fromkeys(("ALUMINIUM", "CFRP", "KAPTON", "STEEL", "Material"), "evolvent.elements.materials"),
     **dict.fromkeys(
-        ("Angle", "Arc", "Circle", "General", "IBeam", "Rectangle", "SectionStiffness", "TapeSection", "Taper", "Tube"),
+        ("Angle", "Arc", "Circle", "General", "IBeam", "Rectangle", "SectionStiffness", "Strip", "TapeSection"),
+        "evolvent.elements.sections",
+    ),
+    **dict.fromkeys(
+        ("Taper", "Tube"),
         "evolvent.elements.sections",
     ),
     "SectionInertia": "evolvent.elements.inertia",

@@ -33,6 +33,8 @@ COUPLED: dict[str, Any] = {
     "material": None,
     "inertia": SectionInertia(mass_per_length=0.8, inertia_y=3e-5, inertia_z=1e-4),
 }
+#: Tension resists twist, on a rod that is twisted and curved without stress.
+TWISTED: dict[str, Any] = {"tension_twist": True}
 
 
 def disturbed(seed: int = 1, size: float = 0.15, **keys: Any) -> tuple[Assembly, Array]:
@@ -67,7 +69,7 @@ def forces(assembly: Assembly, y: Array) -> Array:
     return r
 
 
-@pytest.mark.parametrize("keys", [{}, COUPLED])
+@pytest.mark.parametrize("keys", [{}, COUPLED, TWISTED])
 def test_forces_are_the_gradient_of_the_energy(keys: dict[str, Any]) -> None:
     assembly, y = disturbed(**keys)
     n_v, h = int(assembly.model.info.nv), 1e-5
@@ -79,7 +81,7 @@ def test_forces_are_the_gradient_of_the_energy(keys: dict[str, Any]) -> None:
     assert found == pytest.approx(np.array(gradient), abs=1e-8 * np.abs(found).max())
 
 
-@pytest.mark.parametrize("keys", [{}, COUPLED])
+@pytest.mark.parametrize("keys", [{}, COUPLED, TWISTED])
 def test_tangent(keys: dict[str, Any]) -> None:
     assembly, y = disturbed(**keys)
     n_v, h, matrix = int(assembly.model.info.nv), 1e-6, matrix_of(assembly.model)
@@ -116,12 +118,13 @@ def test_tangent_of_damping() -> None:
     assert np.linalg.eigvalsh(0.5 * (C + C.T)).min() > 0.0
 
 
-def test_tangent_of_the_energy_momentum_step() -> None:
+@pytest.mark.parametrize("keys", [{}, TWISTED])
+def test_tangent_of_the_energy_momentum_step(keys: dict[str, Any]) -> None:
     """Exact but for how the bodies' inertia and the strains' second derivatives change within a step."""
     system = System()
     system.add(
         parts.Rod(length=1.0, section=STRIP, material=RUBBER, elements=2, angular_velocity=(0.3, 0.5, 2.0),
-                  curvature=(0.0, 0.0, 0.5), stiffness_damping=1e-3, mass_damping=0.2), "rod",
+                  curvature=(0.0, 0.0, 0.5), stiffness_damping=1e-3, mass_damping=0.2, **keys), "rod",
     )  # fmt: skip
     plan = energy_momentum.plan(system.assemble(), samples=[0.0, 1.0], step=0.02)
     model, step = plan.assembly.model, plan.workspace().step

@@ -12,6 +12,8 @@ instant: its moment about the axis is T whatever the shape.
 **The blades** are N straight rigid blades of length l, hinged at the distance L0 from the spin axis of a body that
 turns at W. M, S and I are mass, first and second moment of a blade about its hinge, k = L0 S / I, and the lag d is
 positive behind the outward direction.
+
+**The membrane strip** has its root on the spin axis; tension alone makes it stiff.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ from evolvent.closed_forms.blades import (
     step_acceleration_limit,
     step_torque_limit,
 )
+from evolvent.closed_forms.membranes import driven_twist, spinning_strip_modes, sunlight_coning
 from evolvent.closed_forms.strips import (
     STIFF,
     WOUND,
@@ -80,6 +83,7 @@ __all__ = [
     "deployed_tip_radius",
     "deployment_speed",
     "deployment_time",
+    "driven_twist",
     "held_tails",
     "lag_frequency",
     "least_winding_torque",
@@ -93,11 +97,13 @@ __all__ = [
     "slow_torque_limit",
     "spin_up_lag",
     "spin_up_swing",
+    "spinning_strip_modes",
     "spun_tail",
     "step_acceleration_limit",
     "step_torque_limit",
     "string_shape",
     "string_winding",
+    "sunlight_coning",
     "winding_share",
     "wound_contact_force",
     "wound_pressure",

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.elements.dense import inverse, legendre, norm, product
 from evolvent.elements.inertia import OWN_INERTIA, SectionInertia
 from evolvent.elements.materials import Material
-from evolvent.elements.sections import CrossSection, SectionStiffness, TapeSection
+from evolvent.elements.sections import CrossSection, SectionStiffness, Strip, TapeSection
 
 Array = np.ndarray
 #: Gauss's four points of an element and their weights.
@@ -65,9 +65,13 @@ def element_stiffness(length: float, section: CrossSection, material: Material |
     its middle: n' = -K_0 x n, m' = -K_0 x m - Gamma_0 x n, S(x) = exp(x A) S_m. With the mean T of exp(x A) the strains
     of the helix are conjugate to T S_m, so that the compliance is T^-T (mean of exp(x A)^T C^-1 exp(x A)) T^-1. Of a
     straight uniform element that of shear is 1/(k G A) + L^2/(12 E I) (residual bending flexibility, MacNeal 1978).
-    Elements with it are exact at their nodes in linear statics and do not lock. Bending about z of a section that
-    flattens (`evolvent.kernels.tape`) is left out, row, column and residual flexibility.
+    Elements with it are exact at their nodes in linear statics and do not lock. Under a tension above 12 E I/L^2 they
+    are unstable: so a strip has the stiffness of the section in its middle, with which its chord keeps the mean
+    direction of its ends. Bending about z of a section that flattens (`evolvent.kernels.tape`) is left out, row, column
+    and residual flexibility.
     """
+    if isinstance(section, Strip):
+        return section_stiffness(section, material)
     A = np.zeros((6, 6))
     A[:3, :3] = A[3:, 3:] = -skew(rest[3:])
     A[3:, :3] = -skew(rest[:3])

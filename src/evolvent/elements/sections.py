@@ -64,6 +64,10 @@ class CrossSection(Section):
         """Area, moments and shear factors, which depend on Poisson's ratio."""
         raise NotImplementedError(f"{type(self).__name__} has no properties()")
 
+    def fibre_means(self) -> tuple[float, float] | None:
+        """Means of rho^2 and rho^4 over the area, m2 and m4, with the distance rho from the axis of twist, if known."""
+        return None
+
     def towards(self, other: Self, xi: float) -> Self:
         """Between itself (xi = 0) and another one of its kind (xi = 1)."""
 
@@ -109,6 +113,23 @@ class Rectangle(CrossSection):
         shear = 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu)
         return Properties(y * z, y * z**3 / 12.0, z * y**3 / 12.0, J, shear, shear)
 
+    def fibre_means(self) -> tuple[float, float]:
+        """(t^2 + w^2)/12 and (t^4 + w^4)/80 + t^2 w^2/72."""
+        y, z = self.thickness**2, self.width**2
+        return (y + z) / 12.0, (y * y + z * z) / 80.0 + y * z / 72.0
+
+
+class Strip(Rectangle):
+    """Thin rectangle, such as a strip of film: twist strains its outer fibres, so that tension resists twist.
+
+    Parameters
+    ----------
+    thickness : float, m
+        Side along y, the strip's normal.
+    width : float, m
+        Side along z.
+    """
+
 
 class Tube(CrossSection):
     """Circular tube.
@@ -146,6 +167,11 @@ class Tube(CrossSection):
         shear = 6.0 * (1.0 + nu) * whole / ((7.0 + 6.0 * nu) * whole + (20.0 + 12.0 * nu) * m2)
         return Properties(area, I, I, 2.0 * I, shear, shear)
 
+    def fibre_means(self) -> tuple[float, float]:
+        """(a^2 + b^2)/2 and (a^4 + a^2 b^2 + b^4)/3, a and b the outer and inner radius."""
+        a, b = self.radius**2, (self.radius - self.thickness) ** 2
+        return 0.5 * (a + b), (a * a + a * b + b * b) / 3.0
+
 
 class Circle(CrossSection):
     """Solid circle.
@@ -163,6 +189,10 @@ class Circle(CrossSection):
         I = 0.25 * math.pi * self.radius**4  # noqa: E741
         shear = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu)
         return Properties(math.pi * self.radius**2, I, I, 2.0 * I, shear, shear)
+
+    def fibre_means(self) -> tuple[float, float]:
+        """a^2/2 and a^4/3."""
+        return 0.5 * self.radius**2, self.radius**4 / 3.0
 
 
 class Angle(CrossSection):
@@ -527,9 +557,10 @@ class Taper(CrossSection):
 
 
 AnySection = Annotated[CrossSection, OneOf({**UNIFORM, "taper": Taper})]
-#: Sections of a rod: those of a beam, one by its stiffness matrix, and one that flattens.
+#: Sections of a rod: those of a beam, a thin strip, one by its stiffness matrix, and one that flattens.
 RodSection = Annotated[
-    CrossSection, OneOf({**UNIFORM, "taper": Taper, "stiffness": SectionStiffness, "tape": TapeSection})
+    CrossSection,
+    OneOf({**UNIFORM, "strip": Strip, "taper": Taper, "stiffness": SectionStiffness, "tape": TapeSection}),
 ]
 
 

@@ -23,51 +23,25 @@ _I = types.int64
 NODE, UNIFORM, RADIATION, LAW, AT_MARKER, TORQUE, PANEL = -1, 0, 1, 2, 3, 4, 5
 #: Parameters of a force or torque: the vector, its frame, start, end and ramp (s); a profile may follow. Of a force by
 #: a law the vector is (1, 1, 1), which multiplies what the law returns. Of a panel the vector is pressure times area
-#: along the light, and its normal (body axes), specular and diffuse reflectivity follow.
+#: along the light, and its normal (body axes), specular and diffuse reflectivity follow. Of light on a thread: pressure
+#: times width along the light, specular and diffuse reflectivity.
 FRAME, START, END, RAMP, PROFILE = 3, 4, 5, 6, 7
 
 
 @inlined
 def vector_size(kind):
-    """Number of first parameters of a load that multiply it: of light on a thread one, of a thread's law none."""
-    if kind == RADIATION:
-        return 1
+    """Number of first parameters of a load that multiply it: of a thread's law none."""
     return 0 if kind == LAW else 3
 
 
 @inlined
-def radiation(pressure_width, reflectivity, sx, sy, sz, nx, ny, nz):
-    """Force per length of sunlight on a flat strip, N/m.
-
-    Notes
-    -----
-    f = p w |s.n| [(1 - R) s + 2 R (s.n) n], s the direction in which the light travels, n the strip's unit normal,
-    R its specular reflectivity, the rest absorbed.
-    """
-    c = sx * nx + sy * ny + sz * nz
-    k = pressure_width * abs(c)
-    a, d = k * (1.0 - reflectivity), 2.0 * k * reflectivity * c
-    return a * sx + d * nx, a * sy + d * ny, a * sz + d * nz
-
-
-@inlined
-def radiation_slopes(pressure_width, reflectivity, s, n, G):
-    """Derivative G : (3, 3) of `radiation` by the normal n; s and n : 3 floats."""
-    c = s[0] * n[0] + s[1] * n[1] + s[2] * n[2]
-    a, sign = abs(c), 1.0 if c > 0.0 else -1.0
-    along, turned = pressure_width * (1.0 - reflectivity) * sign, 2.0 * pressure_width * reflectivity * a
-    for i in range(3):
-        for j in range(3):
-            G[i, j] = (along * s[i] + 2.0 * turned * n[i]) * s[j]
-        G[i, i] += turned * c
-
-
-@inlined
 def panel_force(px, py, pz, nx, ny, nz, specular, diffuse):
-    """Force of light on a flat panel, N; p : pressure times area along the light, n : unit normal of either side.
+    """Force of light on a flat panel or strip: p : pressure times area (N) or width (N/m) along the light, n : normal.
 
     Notes
     -----
+    The unit normal n is that of either side.
+
     F = p A |c| [(1 - specular) s + (2 specular |c| + 2/3 diffuse) m], s the direction in which the light travels, c =
     s.n, m the normal on the dark side (McInnes, 1999, eq. 2.17): what is neither reflected specularly nor diffusely, by
     Lambert's law, is absorbed.
@@ -116,7 +90,7 @@ def thread_load(t, loads, model, bodies, k, body, chord, x, v, e):
     length = math.sqrt(nx * nx + ny * ny + nz * nz)
     if length == 0.0:
         return 0.0, 0.0, 0.0
-    return radiation(p[0], p[1], p[2], p[3], p[4], nx / length, ny / length, nz / length)
+    return panel_force(p[0], p[1], p[2], nx / length, ny / length, nz / length, p[3], p[4])
 
 
 @inlined
@@ -149,7 +123,7 @@ def _note_state(y, k, model):
 
 
 @inlined
-def _panel_slopes(px, py, pz, nx, ny, nz, specular, diffuse, G):
+def panel_slopes(px, py, pz, nx, ny, nz, specular, diffuse, G):
     """Derivative G : (3, 3) of `panel_force` by the normal."""
     size = math.sqrt(px * px + py * py + pz * pz)
     c = (px * nx + py * ny + pz * nz) / size if size > 0.0 else 0.0
@@ -366,7 +340,7 @@ def add_load_tangent(t, y, k, c_rate, model, matrix):
                 _add_change(K, c_rate, G, 3, J, n)
     elif loads[k].kind == PANEL:
         nx, ny, nz = turn(R, p[7], p[8], p[9])
-        _panel_slopes(value * p[0], value * p[1], value * p[2], nx, ny, nz, p[10], p[11], G)
+        panel_slopes(value * p[0], value * p[1], value * p[2], nx, ny, nz, p[10], p[11], G)
         _fixed_columns(model, i, nx, ny, nz, L)
         _add_change(K, 1.0, G, 0, L, n)
     if is_torque:

@@ -41,6 +41,7 @@ from evolvent.kernels.rod_strains import (
     strain_columns,
 )
 from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.strip import add_fibre_stress, fibre_energy
 from evolvent.model import MODEL
 
 USED_FOR = "rods"
@@ -202,6 +203,7 @@ def evaluate_element(k, h, chi, ratio, model, S, p):
         mean[i] = 0.5 * (e0 + e1) + 0.5 * chi * (e1 - e0 - ratio * rows[k].before[i])
         S[i] = viscous[i] = 0.0
     stress(rows, k, mean, 0, length, S)
+    add_fibre_stress(rows[k], m0, m1, length, S)
     if beta != 0.0 or rows[k].heated != 0:
         _write_rates(k, h, m0, m1, dphi, dpsi, model, rate)
         stress(rows, k, rate, 0, beta * length, viscous)
@@ -270,19 +272,20 @@ def add_rods(h, chi, ratio, model):
 
 @inlined
 def _note_results(rows, k, E, S):
-    """Results of element k with the elastic strains E and stresses S, N and N m, into its record."""
-    C, along, bent = rows[k].section, 0.0, 0.0
+    """Results of element k with the elastic strains E and their stresses S, N and N m, into its record."""
+    C, along, bent = rows[k].section, fibre_energy(rows[k], rows[k].m1), 0.0
     for i in range(3):
         along += 0.5 * S[i] * E[i]
         bent += 0.5 * S[3 + i] * E[3 + i]
     rows[k].energy_density = along + bent
     rows[k].stored, rows[k].bent = rows[k].length * (along + bent), rows[k].length * bent
-    rows[k].axial_force, rows[k].shear_force_y, rows[k].shear_force_z = S[0], S[1], S[2]
-    rows[k].torsional_moment, rows[k].bending_moment_y, rows[k].bending_moment_z = S[3], S[4], S[5]
     for i in range(6):
         E[i] = 0.0
         for j in range(6):
             E[i] += C[i, j] * S[j]
+    add_fibre_stress(rows[k], rows[k].m1, rows[k].m1, 1.0, S)
+    rows[k].axial_force, rows[k].shear_force_y, rows[k].shear_force_z = S[0], S[1], S[2]
+    rows[k].torsional_moment, rows[k].bending_moment_y, rows[k].bending_moment_z = S[3], S[4], S[5]
     rows[k].strain, rows[k].shear_strain_y, rows[k].shear_strain_z = E[0], E[1], E[2]
     rows[k].twist, rows[k].curvature_y, rows[k].curvature_z = E[3], E[4], E[5]
 
@@ -362,6 +365,7 @@ def evaluate_rods(model, out):
         for i in range(6):
             S[i] = 0.0
         stress(rows, k, m, STRAIN, rows[k].length, S)
+        out[1] += rows[k].length * fibre_energy(rows[k], m)
         for i in range(6):
             out[1] += 0.5 * S[i] * m[STRAIN + i]
             if i > 2:

@@ -32,6 +32,7 @@ from evolvent.kernels.rod_strains import (
 )
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sparse import SPARSE, add_block
+from evolvent.kernels.strip import add_fibre_tangent
 from evolvent.model import MODEL
 
 USED_FOR = "rods"
@@ -274,6 +275,7 @@ def add_rod_tangents(h, c_rate, chi, ratio, model, matrix):
             dphi, dpsi = secants(m1, m1)
             strain_columns(m1, m1, dphi, dpsi, length, D1)
         multiply_columns(rows, k, length * (1.0 + chi + c_rate * rows[k].beta), D0, D1, B, A)
+        add_fibre_tangent(rows[k], m0, m1, D0, D1, A)
         if rows[k].tape > 0:
             tape.evaluate_tape(k, h, chi, ratio, c_rate, rows[k].curvature_rate, model)
             tape.add_curvature(k, D0, D1, model, A)

@@ -167,18 +167,19 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
     # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod_strains`;
-    # section: compliance of the section in its middle; heated: 1 with a thermal load, whose free strains are `free`.
+    # section: compliance of the section in its middle; fibres: E A times the means of rho^2 and rho^4, N m2, N m4, see
+    # `kernels.strip`, or 0; heated: 1 with a thermal load, whose free strains are `free`.
     # m0, m1: measures at the start and the end of an interval; before: change of the strains over the step before;
     # stored, bent: J, elastic energy and that of moments; the others are in `RESULTS`. tape: as of rods, and tape_node
     # its first node; flattening, flattening_slope: forces by `tape.evaluate_tape`, with derivatives; curvature_rate: of
     # a state, before_product: changes of curvature times coordinates over the step before
     "rod_elements": _record(
         "a b heated tape tape_node",
-        "length beta arm_a arm_b stiffness rest section",
+        "length beta arm_a arm_b stiffness rest section fibres",
         "free m0 m1 before stored bent energy_density strain shear_strain_y shear_strain_z twist curvature_y "
         "curvature_z axial_force shear_force_y shear_force_z torsional_moment bending_moment_y bending_moment_z "
         "flattening flattening_slope curvature_rate before_product",
-        flattening=_3, flattening_slope=_33, before_product=(2,),
+        flattening=_3, flattening_slope=_33, before_product=(2,), fibres=(2,),
         arm_a=_3, arm_b=_3, stiffness=_66, rest=_6, section=_66, free=_6, m0=(15,), m1=(15,), before=_6,
     ),
     # sections of rods that flatten (`kernels.tape`). bending: stiffness of the wall times the width, N m2; transverse:

@@ -160,6 +160,7 @@ PointReferences = Annotated[
 BodyName = Annotated[str, Reference(what="a body")]
 BeamName = Annotated[str, Reference(what="a beam")]
 BeamNames = Annotated[tuple[str, ...], Reference(what="beams", several=True)]
+RodName = Annotated[str, Reference(what="a rod")]
 ThreadName = Annotated[str, Reference(what="a thread")]
 JointName = Annotated[str, Reference(what="a joint")]
 CoordinateName = Annotated[str, Reference(what="a spring of a joint, or a joint")]

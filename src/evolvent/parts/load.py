@@ -12,16 +12,16 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import split_reference
 from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.elements.dense import norm
 from evolvent.kernels import beam_loads, loads as kernels, springs
 from evolvent.kernels.ancf_beams import BEAM
-from evolvent.parts.applies import OF_LAW, Applies, either
-from evolvent.parts.base import Part, PointReference, ThreadName, unit
+from evolvent.parts.applies import OF_LAW, Applies, either, left_out
+from evolvent.parts.base import Part, PointReference, RodName, ThreadName, unit
 from evolvent.parts.beam import node_of
 from evolvent.parts.beam_load import add_beam_load, refuse_beside_law
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, TorqueLaw, refuse_without_law, write_law
 from evolvent.parts.load_window import FRAMES, Frame, window
 from evolvent.parts.profile import ForceProfile, TorqueProfile, write_profile
+from evolvent.parts.rod_load import write_light
 
 
 def _add(builder: Builder, name: str, kind: int, target: int, **fields: int) -> None:
@@ -32,6 +32,12 @@ def _add(builder: Builder, name: str, kind: int, target: int, **fields: int) -> 
 def _parameters(builder: Builder, values: Sequence[float]) -> dict[str, int]:
     first, last = builder.parameters(values)
     return {"first": first, "last": last}
+
+
+def _check_reflection(name: str, key: str, specular: float, diffuse: float) -> None:
+    """Refuse fractions of specular (by its key) and diffuse reflection that share more than 1."""
+    if specular + diffuse > 1.0 + 1e-12:
+        raise InputError(f"{name}.{key} and {name}.diffuse add up to {specular + diffuse:g}; they share at most 1")
 
 
 class UniformLoad(Part):
@@ -59,34 +65,62 @@ class UniformLoad(Part):
 
 
 class RadiationPressure(Part):
-    """Sunlight on a blade, a flat strip whose chord keeps the direction of the spool's axis.
+    """Sunlight on a blade, a flat strip: on a rod, or on a thread whose chord keeps the direction of the spool's axis.
 
     Parameters
     ----------
-    thread : str
+    thread : str, optional
         The thread.
+    rod : str, optional
+        The rod, in place of a thread; y of its section is the normal of the strip at each node.
     pressure : float, Pa
         Of light that is wholly absorbed at normal incidence (4.56e-6 at one astronomical unit).
-    width : float, m
-        The blade's chord, measured across the thread's tangent.
+    width : float, m, optional
+        The blade's chord, across the thread's tangent; of a rod, if left out, the extent of its section along z.
     direction : (3,) float
         In which the light travels, inertial axes.
     reflectivity : float
-        0 (absorbs all) to 1 (mirror).
+        Fraction that is reflected specularly: 0 to 1 (mirror).
+    diffuse : float
+        Fraction that is reflected diffusely (Lambert); the rest is absorbed. Both sides are alike.
+
+    Notes
+    -----
+    The force per length is that of `PanelRadiation` with the width in place of the area. On a rod it acts at each node
+    on the length that the node represents, as a `LineLoad` does. Shadows of other parts are not modelled.
     """
 
+    applies: ClassVar[Applies] = {"thread": (left_out("rod"),), "rod": (left_out("thread"),)}
     kind: Literal["radiation-pressure"] = "radiation-pressure"
-    thread: ThreadName
+    thread: ThreadName | None = None
+    rod: RodName | None = None
     pressure: units.PressureOrZero
-    width: units.LengthOrZero
+    width: units.LengthOrZero | None = None
     direction: units.Direction = (0.0, 0.0, 1.0)
     reflectivity: units.Fraction = 1.0
+    diffuse: units.Fraction = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write the load into the family `loads`."""
-        along = np.array(self.direction) / norm(np.array(self.direction))
-        fields = _parameters(builder, [self.pressure * self.width, self.reflectivity, *along])
-        _add(builder, name, kernels.RADIATION, builder.find(self.thread, "threads"), **fields)
+        """Write the load into the family `loads`, on a rod as light on a panel at each node."""
+        _check_reflection(name, "reflectivity", self.reflectivity, self.diffuse)
+        optics = [self.reflectivity, self.diffuse]
+        if self.thread is not None and self.rod is not None:
+            raise InputError(f"{name}.thread and {name}.rod are both given; leave one of them out")
+        if self.thread is not None:
+            target = builder.find(self.thread, "threads")
+            if self.width is None:
+                raise InputError(f"{name}.width is missing; a thread needs it, such as '10 cm'")
+            light = self.pressure * self.width * unit(self.direction)
+            _add(builder, name, kernels.RADIATION, target, **_parameters(builder, [*light, *optics]))
+            return
+        if self.rod is None:
+            raise InputError(f"{name}.thread is missing; give thread, or rod")
+        builder.find(self.rod, "rods")
+        sides = builder.specs[self.rod].section.sides
+        if self.width is None and sides is None:
+            raise InputError(f"{name}.width is missing; the section of {self.rod!r} has none, give it, such as '10 cm'")
+        light = self.pressure * (sides[1] if self.width is None else self.width) * unit(self.direction)
+        write_light(builder, name, self.rod, light, optics)
 
 
 class PanelRadiation(Part):
@@ -134,10 +168,7 @@ class PanelRadiation(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load into the family `loads`."""
-        if self.specular + self.diffuse > 1.0 + 1e-12:
-            raise InputError(
-                f"{name}.specular and {name}.diffuse add up to {self.specular + self.diffuse:g}; they share at most 1"
-            )
+        _check_reflection(name, "specular", self.specular, self.diffuse)
         target = builder.marker(self.at, f"{name}.at")
         if builder.rows["markers"][target]["kind"] != springs.ON_BODY:
             raise InputError(f"{name}.at is {self.at!r}; this load needs a body")

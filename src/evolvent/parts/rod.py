@@ -15,7 +15,14 @@ from evolvent.base.schema import Section
 from evolvent.elements import OWN_INERTIA, rods
 from evolvent.elements.dense import product
 from evolvent.elements.inertia import SectionInertia
-from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness, TapeSection
+from evolvent.elements.sections import (
+    CrossSection,
+    MaterialOrName,
+    RodSection,
+    SectionStiffness,
+    Strip,
+    TapeSection,
+)
 from evolvent.kernels import rigid, tape as tapes
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Arrays, Part, unit
@@ -54,12 +61,15 @@ class Rod(Part):
     ----------
     length : float, m
         Length of the axis without stress.
-    section : Rectangle, Tube, Circle, Angle, IBeam, Arc, General, Taper, SectionStiffness or TapeSection
+    section : Rectangle, Tube, Circle, Angle, IBeam, Arc, General, Strip, Taper, SectionStiffness or TapeSection
         Cross-section; y is the rod's normal, z the third direction. A TapeSection, {tape: {radius, angle, thickness}},
         flattens where the rod is bent about z, so that folds form, move and snap.
     material : Material, or the name of a known one; none beside a section that is given by its stiffness matrix
         Linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, beryllium-copper, cfrp, cfrp-ud,
         cfrp-woven, elgiloy, invar, kapton, kevlar, mylar, steel, titanium.
+    tension_twist : bool, optional
+        Whether twist strains the outer fibres, so that tension resists twist: of a strip, rectangle, tube or circle; if
+        left out, of a strip.
     inertia : SectionInertia, optional
         Mass and moments of inertia per length, and position of the mass centre in the section; the stiffness is not
         affected. A section that is given by its stiffness matrix needs it.
@@ -118,6 +128,7 @@ class Rod(Part):
     length: units.Length
     section: RodSection
     material: MaterialOrName | None = None
+    tension_twist: bool | None = None
     inertia: SectionInertia | None = None
     elements: Annotated[int, units.Whole(least=1, most=100_000)]
     grading: units.Gradings = 1.0
@@ -244,20 +255,21 @@ class Rod(Part):
         pieces = [self.section.between(*places) for places in itertools.pairwise(ends)]
         same = all(piece is self.section for piece in pieces) and not np.any(np.ptp(rest, axis=0))
         same = same and self.grading == 1.0
-        stiffness, shares, sections = [], [], []
+        stiffness, shares, sections, fibres = [], [], [], []
         for length, piece, strain in zip(h, pieces[: 1 if same else n], rest, strict=False):
             stiffness.append(rods.element_stiffness(float(length), piece, self.material, strain))
             shares.append(rods.element_inertia(float(length), piece, self.material, own))
             sections.append(rods.section_compliance(piece, self.material))
+            fibres.append(self._fibres(name, piece))
         if same:
-            stiffness, shares, sections = n * stiffness, n * shares, n * sections
+            stiffness, shares, sections, fibres = n * stiffness, n * shares, n * sections, n * fibres
         first_body, first = self._write_nodes(builder, x, R, shares), len(builder.rows["rod_elements"])
         tape, tape_node = self._write_tape(builder, name, rest, rods.strains(x, R, h)[:, 5])
         for i in range(n):
             builder.add(
                 "rod_elements", tape=tape, tape_node=tape_node + i, a=first_body + i, b=first_body + i + 1,
                 length=float(h[i]), beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1],
-                stiffness=stiffness[i], rest=rest[i], section=sections[i],
+                stiffness=stiffness[i], rest=rest[i], section=sections[i], fibres=fibres[i],
             )  # fmt: skip
         node = len(builder.rows["beam_nodes"])
         for place in (x - x[0]) @ R[0] if self.rest == "start" and self.nodes is not None else stress_free(self)[0]:
@@ -303,6 +315,24 @@ class Rod(Part):
             q, v = builder.coordinates([N * (own.transverse + own.poisson * float(x)) / (N + u / 180.0)], [0.0])
             builder.add("tape_nodes", iq=q, iv=v, mass=mass * float(share), alpha=self.mass_damping)
         return tape + 1, first
+
+    @property
+    def couples_twist(self) -> bool:
+        """Whether tension resists twist."""
+        return isinstance(self.section, Strip) if self.tension_twist is None else self.tension_twist
+
+    def _fibres(self, name: str, piece: CrossSection) -> np.ndarray:
+        """E A times the means of rho^2 and rho^4 of an element's section, (2,), N m2 and N m4; 0 without coupling."""
+        if not self.couples_twist:
+            return np.zeros(2)
+        middle = piece.at(0.5)
+        means = middle.fibre_means()
+        if means is None or self.material is None:
+            raise InputError(
+                f"{name}.tension_twist is true, but {name}.section is of the kind {type(middle).__name__}; it needs a "
+                f"strip, rectangle, tube or circle"
+            )
+        return self.material.E * middle.properties(self.material.nu).area * np.array(means)
 
     def _check_material(self, name: str) -> None:
         """Refuse a missing material, and one beside a stiffness matrix."""

@@ -138,6 +138,11 @@ class ThermalLoad(Part):
                 f"{name}.part is {self.part!r}, whose section is given by its stiffness matrix; a thermal load needs a "
                 f"rod with a material"
             )
+        if key == "rod" and beam.couples_twist:
+            raise InputError(
+                f"{name}.part is {self.part!r}, a rod whose tension resists twist; a thermal load needs one with "
+                f"{self.part}.tension_twist false"
+            )
         if beam.material.thermal_expansion is None:
             raise InputError(
                 f"{name}.part is {self.part!r}, whose material has no thermal_expansion; give {self.part}.material "

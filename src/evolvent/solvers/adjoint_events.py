@@ -258,7 +258,7 @@ class Jumps:
             if np.any(one.rows[n_v:]):
                 displace(work.y, -weight * (inverse @ self._gaps(own, work, at.y)), False, own, at.y)
 
-        found = [functools.partial(number, j) for j in range(4 * n_v + 1)]
+        found: list[Callable[[Any, Any, float], None]] = [functools.partial(number, j) for j in range(4 * n_v + 1)]
         found += [functools.partial(parameter, one) for one in self.parameters]
         return found, np.concatenate([sizes, [one.change for one in self.parameters]])
 

@@ -14,7 +14,7 @@ from evolvent.kernels.loads import (
     RADIATION,
     UNIFORM,
     node_share,
-    radiation_slopes,
+    panel_slopes,
     thread_load,
 )
 from evolvent.kernels.profile import window
@@ -246,7 +246,7 @@ def _light_slopes(a, body, chord, e, model):
     size = math.sqrt(nx * nx + ny * ny + nz * nz)
     scale = 1.0 / size if size > 0.0 else 0.0
     nx, ny, nz = scale * nx, scale * ny, scale * nz
-    radiation_slopes(q[0], q[1], (q[2], q[3], q[4]), (nx, ny, nz), G)
+    panel_slopes(q[0], q[1], q[2], nx, ny, nz, q[3], q[4], G)
     for j in range(3):
         d = (1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2))
         for by in range(2):

@@ -21,8 +21,9 @@ def observe_load(view: View, name: str) -> Observed:
     row, part = view.model.loads[index], view.part(name)
     if row["kind"] < kernels.AT_MARKER:
         return observe_thread_load(view, index)
-    if getattr(part, "kind", "") == "line-load":  # on a rod: its rows are the forces at its nodes
-        shares = view.assembly.parts[part.part].centres()[0]
+    kind = getattr(part, "kind", "")
+    if kind in ("line-load", "radiation-pressure"):  # on a rod: its rows are the forces at its nodes
+        shares = view.assembly.parts[part.part if kind == "line-load" else part.rod].centres()[0]
         own = slice(index, index + shares.size)
         return _observe(view, "loads", own, "force", shares / float(shares.sum()))
     return _observe(view, "loads", slice(index, index + 1), "torque" if row["kind"] == kernels.TORQUE else "force")

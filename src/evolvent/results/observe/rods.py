@@ -32,6 +32,8 @@ def observe_rod(view: View, name: str) -> Observed:
     words = {"slopes": "directions of the sections' x axes at the nodes"}
     add_nodes(view, row, part, words | {"curvature": "rotation of the sections per length"}, found)
     _observe_attitudes(R, found)
+    text = "turns of the nodes' sections about the root's axis x, against the root's section"
+    found.along("twist_angle", "node", _twist_angles(R), "rad", text)
     rate = np.stack([pose.w for pose in poses], axis=1)
     found.along("rate", "node", rate, "rad s-1", "angular velocities of the nodes' sections, inertial axes")
     own = slice(int(row["first_element"]), int(row["first_element"] + row["elements"]))
@@ -51,6 +53,17 @@ def observe_rod(view: View, name: str) -> Observed:
     moments = ["bending_moment_y", "bending_moment_z", "torsional_moment"]
     found.plots_along = ["deflection", "axial_force", *moments]
     return found
+
+
+def _twist_angles(R: Array) -> Array:
+    """Turns (nt, n), rad, about x of the first of the attitudes R (nt, n, 3, 3), without jumps along the nodes.
+
+    Notes
+    -----
+    That of the rotation about x which is left of a node's rotation by the shortest rotation that turns the axis x.
+    """
+    q = quaternions((np.swapaxes(R[:, :1], -1, -2) @ R).reshape(-1, 3, 3)).reshape(*R.shape[:2], 4)
+    return np.unwrap(2.0 * np.arctan2(q[..., 1], q[..., 0]), axis=1)
 
 
 def _observe_attitudes(R: Array, found: Observed) -> None:
