@@ -85,7 +85,7 @@ def outcome(found: dict[str, Any], size: float) -> str:
 
 def threads(way: dict[str, Any]) -> int:
     """Threads of a row, 1 where it says nothing."""
-    return int(way["options"].get("threads", 1))
+    return int(way.get("options", {}).get("threads", 1))
 
 
 def table(work: dict[str, Any]) -> list[str]:

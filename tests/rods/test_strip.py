@@ -280,3 +280,24 @@ def test_width_of_a_strip_without_one() -> None:
     system.add(parts.RadiationPressure(rod="rod", pressure=LIGHT), "light")
     with pytest.raises(InputError, match=r"light\.width is missing; the section of 'rod' has none"):
         system.assemble()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.9, 1.2])
+def test_a_rod_under_a_tension_beyond_its_elements_warns(share: float) -> None:
+    """Above 12 E I/L^2 of an element; a strip has no such limit."""
+    width, elements = 0.01, 4
+    limit = 12.0 * 70e9 * width**4 / 12.0 * elements**2
+    for section in (Rectangle(thickness=width, width=width), Strip(thickness=width, width=width)):
+        system = System()
+        material = Material(young_modulus=70e9, poisson_ratio=0.3, density=2700.0)
+        rod = parts.Rod(length=1.0, section=section, material=material, elements=elements, direction=(0.6, 0.0, 0.8))
+        system.add(rod, "rod")
+        system.add(parts.Joint(a=(0, 0, 0), b="rod.root", type="clamp"), "clamp")
+        ramp = [(0.0, 0.0), (0.01, share * limit), (1.0, share * limit)]
+        system.add(parts.Force(at="rod.tip", direction=rod.direction, profile=ramp), "pull")
+        run = system.simulate(until=0.012, every=2e-4, method="energy-momentum", step=2e-5)
+        warned = "its shape is unstable" in run.attrs.get("warning", "")
+        assert warned == (share > 1.0 and not isinstance(section, Strip)), section
+        tension = float(run["rod/axial_force"].max())
+        assert warned or tension == pytest.approx(share * limit, rel=0.04)

@@ -10,10 +10,12 @@ import numpy as np
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.references import split_reference
+from evolvent.elements.sections import Strip, TapeSection
 from evolvent.kernels import thread
 from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad
 from evolvent.parts.reduced_body import ReducedBody
+from evolvent.parts.rod import Rod
 from evolvent.parts.thread import Thread
 from evolvent.solvers import balance
 from evolvent.solvers.captures import STEPS, thread_captures
@@ -88,8 +90,53 @@ def warning_of(solution: Solution) -> str:
         slack_threads(solution),
         unloaded_tips(solution.assembly),
         beyond_small(solution),
+        beyond_tension(solution),
     )
     return "; ".join(text for text in found if text)
+
+
+def beyond_tension(solution: Solution) -> str:
+    """A sentence on rods whose tension is above 12 E I/L^2 of an element, where their shape is unstable; '' of others.
+
+    Notes
+    -----
+    The tension follows from the chords of the elements, of which bending leaves out a little. The residual bending
+    flexibility is one of shear (`evolvent.elements.rods`), and a rod that shears buckles under such a tension.
+    """
+    found, model = [], solution.assembly.model
+    for name, part in solution.assembly.parts.items():
+        if not isinstance(part, Rod) or isinstance(part.section, Strip) or not solution.t.size:
+            continue
+        row = model.rods[solution.assembly.index(name)]
+        first = int(row["first_element"])
+        own = model.rod_elements[first : first + int(row["elements"])]
+        pairs = (own["a"], own["arm_a"]), (own["b"], own["arm_b"])
+        ends = [_ends(solution.y, model.bodies["iq"][bodies], arms) for bodies, arms in pairs]
+        strain = np.linalg.norm(ends[1] - ends[0], axis=2) / own["length"] - own["rest"][:, 0]
+        strain[:, own["heated"] != 0] = 0.0  # whose strain is not that of tension alone
+        bends = own["section"][:, 4, 4]
+        if not isinstance(part.section, TapeSection):
+            bends = np.maximum(bends, own["section"][:, 5, 5])
+        limit = 12.0 / (bends * own["length"] ** 2)
+        share = strain / own["section"][:, 0, 0] / limit
+        if share.size and share.max() > 1.0:
+            n = int(np.argmax(share.max(axis=1) > 1.0))  # the first; its chords turn away later
+            k = int(share[n].argmax())
+            found.append(
+                f"{name!r} has a tension of {share[n, k] * limit[k]:.3g} N in element {k} at t = "
+                f"{solution.t[n]:.6g} s, above 12 E I/L^2 = {limit[k]:.3g} N, beyond which its shape is unstable; use "
+                f"shorter elements, the section 'strip' or a Thread"
+            )
+    return "; ".join(found)
+
+
+def _ends(y: np.ndarray, iq: np.ndarray, arms: np.ndarray) -> np.ndarray:
+    """Places (nt, n, 3) of points on bodies whose coordinates, position and quaternion, start at iq (n,)."""
+    q = y[:, iq[:, None] + np.arange(7)]
+    w, u = q[:, :, 3:4], q[:, :, 4:]
+    size = np.sum(q[:, :, 3:] ** 2, axis=2, keepdims=True)
+    turned = np.cross(u, np.broadcast_to(arms, u.shape))
+    return q[:, :, :3] + arms + 2.0 * (w * turned + np.cross(u, turned)) / size
 
 
 def beyond_small(solution: Solution) -> str:

@@ -460,7 +460,7 @@ class Builder:
                 elif load["kind"] == loads.UNIFORM:
                     off = off_axis(body["axis"] if values[3] != 0.0 else axis, values[:3])
                 else:
-                    off = load["kind"] == loads.LAW or off_axis(axis, values[2:5])
+                    off = load["kind"] == loads.LAW or off_axis(axis, values[:3])
                 differ += [names["loads", k]] if off else []
             if differ:
                 raise InputError(

@@ -23,7 +23,7 @@ from fractions import Fraction
 
 from numba import types, void
 
-from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined, kernel
+from evolvent.compiled.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.kernels.rod_strains import STRAIN
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.model import MODEL
@@ -59,6 +59,7 @@ def _series():
 _N = _series()
 
 
+@entry(REAL)
 @kernel
 def profile(u):
     """N of u and its first two derivatives."""

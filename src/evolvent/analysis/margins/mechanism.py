@@ -312,10 +312,8 @@ class Mechanism:
 
             own = velocity_slice(whole, share.family, k) or slice(0)
         else:
-            own = slice(None)
-        force[: own.start] = 0.0
-        if own.stop is not None:
-            force[own.stop :] = 0.0
+            own = slice(0, self.n_v)
+        force[: own.start] = force[own.stop :] = 0.0
         return np.asarray(at.zero + force)
 
     def _coordinate(self, share: Share, at: Position, direction: Direction) -> Array:
