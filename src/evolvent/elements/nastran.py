@@ -49,9 +49,9 @@ def read_nastran(path: str, bulk: str | None = None) -> ReducedModel:
         sentence.
     """
     nastran = _library()
+    safe_open.content(path)
     points = bulk or _beside(path)
-    for one in (path, points):
-        safe_open.content(one)
+    safe_open.content(points)
     ending = pathlib.Path(path).suffix.lower()
     found = _matrices(nastran, path) if ending in MATRICES else {}
     K, M, rows = _pair(path, found) if found else _dmig(nastran, path)

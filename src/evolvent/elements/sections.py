@@ -396,7 +396,8 @@ class TapeSection(Arc):
     @model_validator(mode="after")
     def _check_depth(self) -> Self:
         if self.angle > DEEPEST * (1.0 + 1e-12):
-            message = f"angle is {self.angle:.6g} rad; that of a tape must be from {FLATTEST} to {DEEPEST:.6g} rad"
+            low, high, own = (math.degrees(one) for one in (FLATTEST, DEEPEST, self.angle))
+            message = f"angle is {own:.6g} deg; that of a tape must be from {low:.3g} to {high:.6g} deg"
             raise PydanticCustomError("section", "{message}", {"message": message})
         return self
 
