@@ -69,6 +69,15 @@ def forces(assembly: Assembly, y: Array) -> Array:
     return r
 
 
+def by_differences(assembly: Assembly, y: Array, h: float = 1e-6) -> Array:
+    """Tangent (nv, nv) by central differences of the forces."""
+    columns = [
+        (forces(assembly, moved(assembly, y, h * e)) - forces(assembly, moved(assembly, y, -h * e))) / (2.0 * h)
+        for e in np.eye(int(assembly.model.info.nv))
+    ]
+    return np.array(columns).T
+
+
 @pytest.mark.parametrize("keys", [{}, COUPLED, TWISTED])
 def test_forces_are_the_gradient_of_the_energy(keys: dict[str, Any]) -> None:
     assembly, y = disturbed(**keys)
@@ -84,15 +93,11 @@ def test_forces_are_the_gradient_of_the_energy(keys: dict[str, Any]) -> None:
 @pytest.mark.parametrize("keys", [{}, COUPLED, TWISTED])
 def test_tangent(keys: dict[str, Any]) -> None:
     assembly, y = disturbed(**keys)
-    n_v, h, matrix = int(assembly.model.info.nv), 1e-6, matrix_of(assembly.model)
+    matrix = matrix_of(assembly.model)
     forces(assembly, y)
     implicit.tangent(0.0, y, np.zeros(0), 0.0, 0.0, 1.0, assembly.model, matrix)
     K = sparse_of(matrix).toarray()
-    columns = [
-        (forces(assembly, moved(assembly, y, h * e)) - forces(assembly, moved(assembly, y, -h * e))) / (2.0 * h)
-        for e in np.eye(n_v)
-    ]
-    assert K == pytest.approx(np.array(columns).T, abs=1e-8 * np.abs(K).max())
+    assert K == pytest.approx(by_differences(assembly, y), abs=1e-8 * np.abs(K).max())
 
 
 def test_tangent_of_damping() -> None:

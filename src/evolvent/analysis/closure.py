@@ -17,6 +17,7 @@ from evolvent.parts.load import Force, LawLoad
 from evolvent.parts.reduced_body import ReducedBody
 from evolvent.parts.rod import Rod
 from evolvent.parts.thread import Thread
+from evolvent.results.motion import turned
 from evolvent.solvers import balance
 from evolvent.solvers.captures import STEPS, thread_captures
 from evolvent.solvers.laws import states_energy
@@ -110,9 +111,9 @@ def beyond_tension(solution: Solution) -> str:
         row = model.rods[solution.assembly.index(name)]
         first = int(row["first_element"])
         own = model.rod_elements[first : first + int(row["elements"])]
-        pairs = (own["a"], own["arm_a"]), (own["b"], own["arm_b"])
-        ends = [_ends(solution.y, model.bodies["iq"][bodies], arms) for bodies, arms in pairs]
-        strain = np.linalg.norm(ends[1] - ends[0], axis=2) / own["length"] - own["rest"][:, 0]
+        bodies, arms = np.append(own["a"], own["b"][-1]), np.vstack([own["arm_a"], own["arm_b"][-1]])
+        nodes = _places(solution.y, model.bodies["iq"][bodies], arms)
+        strain = np.linalg.norm(np.diff(nodes, axis=1), axis=2) / own["length"] - own["rest"][:, 0]
         strain[:, own["heated"] != 0] = 0.0  # whose strain is not that of tension alone
         bends = own["section"][:, 4, 4]
         if not isinstance(part.section, TapeSection):
@@ -130,13 +131,13 @@ def beyond_tension(solution: Solution) -> str:
     return "; ".join(found)
 
 
-def _ends(y: np.ndarray, iq: np.ndarray, arms: np.ndarray) -> np.ndarray:
+def _places(y: np.ndarray, iq: np.ndarray, arms: np.ndarray) -> np.ndarray:
     """Places (nt, n, 3) of points on bodies whose coordinates, position and quaternion, start at iq (n,)."""
     q = y[:, iq[:, None] + np.arange(7)]
-    w, u = q[:, :, 3:4], q[:, :, 4:]
-    size = np.sum(q[:, :, 3:] ** 2, axis=2, keepdims=True)
-    turned = np.cross(u, np.broadcast_to(arms, u.shape))
-    return q[:, :, :3] + arms + 2.0 * (w * turned + np.cross(u, turned)) / size
+    x, attitude = q[:, :, :3], q[:, :, 3:] / np.linalg.norm(q[:, :, 3:], axis=2, keepdims=True)
+    offsets = turned(attitude.reshape(-1, 4), np.broadcast_to(arms, x.shape).reshape(-1, 1, 3))
+    found: np.ndarray = x + offsets.reshape(x.shape)
+    return found
 
 
 def beyond_small(solution: Solution) -> str:
