@@ -15,6 +15,7 @@ It never falls over a run. What is gained is the largest rise of the defect, los
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -204,6 +205,39 @@ class Closure(NamedTuple):
     def warns(self) -> bool:
         """Whether the defect is to be reported."""
         return self.defect > max(WARNED * self.moved, self.round_off)
+
+
+class Watch:
+    """The defect and the energy moved of a run, extended by one balance at a time.
+
+    Parameters
+    ----------
+    start : the balance at the start of the run, J, in the order of `BALANCE`
+
+    Attributes
+    ----------
+    moved : float, J, energy moved by now
+    """
+
+    def __init__(self, start: Sequence[float]) -> None:
+        self.extremes = SimpleNamespace()
+        first = self._named(start)
+        begin(self.extremes, first.kinetic, potential(first))
+        self.low = self.high = defect(first, 0.0)
+        self.largest = self.moved = 0.0
+
+    @staticmethod
+    def _named(balance: Sequence[float]) -> SimpleNamespace:
+        return SimpleNamespace(**dict(zip(BALANCE.names or (), balance, strict=True)))
+
+    def defect(self, balance: Sequence[float]) -> float:
+        """Extend the run by a balance; returns its largest rise or fall of the defect, J, NaN from where that is."""
+        now = self._named(balance)
+        extend(self.extremes, now.kinetic, potential(now), worked(now), lost(now))
+        self.moved, found = moved(self.extremes), defect(now, 0.0)
+        self.largest = max(self.largest + 0.0 * found, found - self.low, self.high - found)
+        self.low, self.high = min(self.low, found), max(self.high, found)
+        return self.largest
 
 
 def closure(balance: Any, *, moved: float = 0.0, unresolved: float = 0.0, damps: bool = True) -> Closure:

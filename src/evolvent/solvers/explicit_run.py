@@ -63,7 +63,8 @@ class Run(run.Run):
         self.work = _workspace(self.assembly, of.times, self.tableau, of.step)
         self.unresolved = strain_round_off(self.model)
         self.seen = [self._look(np.array([of.times[0]]), self.work.y[None], self.work.s[None])]
-        self.found = eb.Closure(0.0, 0.0, 0.0, 0.0, self.unresolved, damps=False)
+        self.watch = eb.Watch(self.seen[0][1][0].tolist())
+        self.found: eb.Closure | None = None
         self.every = CHECK_EVERY if of.step is None else max(100, math.ceil(self.span / of.step / CHECKS))
         self.check, self.filled = self.every, -math.inf
 
@@ -77,28 +78,35 @@ class Run(run.Run):
         found = np.asarray(balances(self.model, y, sums_of(self.model, t, y, s)))
         return t, found.view(float).reshape(t.size, -1)
 
-    def closure(self, samples: int) -> eb.Closure:
-        """How well the balance closes by now, and where it was checked before; and at so many of the samples kept."""
-        work, kept = self.work, int(self.work.loop.sample)
+    def look(self) -> np.ndarray:
+        """The balance by now, a row of numbers, which is kept."""
         if len(self.seen) > 2 * LOOKED_AT:
             del self.seen[1::2]
-        self.seen.append(self._look(np.array([self.reached]), work.y[None], work.s[None]))
+        self.seen.append(self._look(np.array([self.reached]), self.work.y[None], self.work.s[None]))
+        self.found = None
+        return self.seen[-1][1][0]
+
+    def closure(self, samples: int) -> eb.Closure:
+        """How well the balance closes where it was checked, and at so many of the samples kept."""
+        work, kept = self.work, int(self.work.loop.sample)
         looks = list(self.seen)
         if samples and kept:
             chosen = np.unique(np.linspace(0, kept - 1, min(kept, samples)).astype(int))
             looks.append(self._look(work.samples[chosen], work.out_y[chosen], work.out_s[chosen]))
         order = np.argsort(np.concatenate([t for t, _ in looks]), kind="stable")
         whole = np.concatenate([one for _, one in looks])[order].view(eb.BALANCE)[:, 0].view(np.recarray)
-        found = eb.closure(whole, unresolved=self.unresolved, damps=False)
-        self.found = found
-        return found
+        self.found = eb.closure(whole, unresolved=self.unresolved, damps=False)
+        return self.found
 
     def is_lost(self) -> bool:
         """Whether the balance is off by far more than the energy moved, or is not finite."""
+        if self.watch.defect(self.look().tolist()) <= DIVERGED * self.watch.moved:
+            return False  # and where this is more: round-off is allowed, too
         return self.closure(0).share > DIVERGED and self.closure(int(self.work.loop.sample)).share > DIVERGED
 
     def has_failed(self) -> bool:
         """Whether the balance is off by more than the rule allows."""
+        self.look()
         return self.closure(LOOKED_AT).fails and self.closure(int(self.work.loop.sample)).fails
 
     def slice(self, budget: int) -> run.Ending | None:
@@ -150,6 +158,7 @@ class Run(run.Run):
     def result(self, status: str, message: str, wall_time: float) -> Solution:
         """What the run has reached, with what the loop has counted."""
         work, kept, n_events = self.work, int(self.work.loop.sample), int(self.work.loop.events)
+        found = self.found or self.closure(0)
         return Solution(
             assembly=self.assembly,
             method=self.plan.method,
@@ -166,8 +175,8 @@ class Run(run.Run):
                 "step": math.nan if self.plan.step is None else self.plan.step,
                 "mean_step": (self.reached - float(self.plan.times[0])) / max(int(work.loop.steps), 1),
                 "stability_limit": self.plan.limit,
-                "energy_moved": self.found.moved,
-                "energy_defect": self.found.share,
+                "energy_moved": found.moved,
+                "energy_defect": found.share,
             },
             event_times=work.log_t[:n_events].copy(),
             event_kinds=work.log_k[:n_events].copy(),

@@ -183,9 +183,11 @@ def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
         found["by_mass"], found["by_stiffness"] = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
         found["by_contact"], found["by_joints"] = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]
         found["by_springs"] -= causes[:, : mdl.IMPULSE].sum(axis=1)
-    found["by_friction"] = y[:, model.coordinates["account"] + mdl.BY_FRICTION].sum(axis=1)
-    found["by_friction"] += y[:, model.resistances["account"]].sum(axis=1)
-    for cause in (mdl.BY_HYSTERESIS, mdl.BY_GEAR):
+    if model.coordinates.size:
+        found["by_friction"] += y[:, model.coordinates["account"] + mdl.BY_FRICTION].sum(axis=1)
+    if model.resistances.size:
+        found["by_friction"] += y[:, model.resistances["account"]].sum(axis=1)
+    for cause in (mdl.BY_HYSTERESIS, mdl.BY_GEAR) if model.drivetrains.size else ():
         found["by_friction"] += y[:, model.drivetrains["account"] + cause].sum(axis=1)
     if model.info.rubbed >= 0:
         found["by_friction"] += y[:, int(model.info.rubbed)]
