@@ -28,7 +28,7 @@ def median_us(run: dict) -> float:
 
 def in_all(program: str, label: str, step: str) -> float:
     """Time of a run with construction and checks of the model, ms, from the last table of the page that has it."""
-    found = re.findall(rf"^\| {program} \| {re.escape(label)} \| {step} \| [^|]+ \| ([\d.]+) \|", PAGE, re.MULTILINE)
+    found = re.findall(rf"^\| {program} \| {re.escape(label)} \| {step} \| [^|]+ \| ([\d.e+]+) \|", PAGE, re.MULTILINE)
     return float(found[-1])
 
 
