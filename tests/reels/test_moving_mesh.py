@@ -152,7 +152,7 @@ def test_order_in_the_elements(book: Book) -> None:
     order = fitted_order(1.0 / elements, errors)
     assert order == pytest.approx(2.0, abs=0.15)
     book(
-        CHAPTER, "Blade whose feed slows down, lag of the tip (moving mesh, 8 elements)", reference="32 elements",
+        CHAPTER, "Blade whose pay-out slows down, lag of the tip (moving mesh, 8 elements)", reference="32 elements",
         source="the same mesh, finer", error=errors[-1], allowed=2e-4, unit="deg", order=order, wanted="2",
     )  # fmt: skip
 

@@ -11,9 +11,9 @@ from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.springs import spring_energy
 from evolvent.kernels.thread.chain import chain_points
 from evolvent.kernels.thread.moving import moving_inventory
-from evolvent.kernels.thread.spool import ring_radius, spool_direction
+from evolvent.kernels.thread.spool import INEXTENSIBLE, MOVING, SPRINGS, ring_radius, spool_direction
 from evolvent.kernels.thread.springs import natural_segment, spring_points
-from evolvent.kernels.thread.wound import INEXTENSIBLE, SPRINGS, reels, spool_axis, wound_mass
+from evolvent.kernels.thread.wound import reels, spool_axis, wound_mass
 from evolvent.model import ELASTIC, H_CARRIED, H_RELEASED, H_WOUND, KINETIC, MODEL, N_INVENTORY, P_ALL
 
 USED_FOR = "threads"
@@ -33,7 +33,7 @@ def thread_inventory(y, s, model, p, out):
     for i in range(N_INVENTORY):
         part[i] = 0.0
     elastic = 0.0
-    if threads[p].moving != 0:
+    if threads[p].kind == MOVING:
         elastic = moving_inventory(y, p, model, part)
         j = 0
     for i in range(j):
