@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from book import Book
 from evolvent import InputError, System, parts
 from evolvent.assembly.assembled import Assembly
+from evolvent.parts.registry import read_parts
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.modes import modes
 from helpers import Run, fitted_order, observe, run, tangent_columns
@@ -202,3 +204,30 @@ def test_reels_and_ends_that_are_refused() -> None:
     flying.add(parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 1.0), position=place), "body")
     with pytest.raises(InputError, match=r"string.end is 'body', which moves freely; with string.mesh 'moving'"):
         flying.assemble()
+
+
+CASE = """
+supply: {kind: reel, body: ground, radius: 10 cm, centre: [0 m, 0 m, -10 cm],
+         drive: {constant: {angle: 18 rad, rate: 2 rad/s}}}
+winder: {kind: reel, body: ground, radius: 10 cm, centre: [1.81 m, 0 m, 10 cm], payout_axis: [-1, 0, 0],
+         drive: {constant: {rate: -2 rad/s}}}
+string: {kind: thread, reel: supply, take_up: winder, length: 20 m, line_density: 0.1 kg/m, nodes: 4,
+         stiffness: 2 kN/m, mesh: moving}
+"""
+
+
+def test_a_case_file_and_its_results() -> None:
+    """Length and tension stay as they are, and the take-up reel shows what it has wound."""
+    system = System()
+    for name, part in read_parts(yaml.safe_load(CASE)).items():
+        system.add(part, name)
+    found = system.simulate(until=0.5, every=0.25)
+    assert found["string"].deployed_length.values == pytest.approx(1.8)
+    assert found["winder"].wound_length.values == pytest.approx([0.0, 0.05, 0.1])
+    assert found["winder"].angle.values == pytest.approx([0.0, -0.5, -1.0])
+    assert found["winder"].rate.values == pytest.approx(-2.0)
+    assert found["winder"].position.values[-1] == pytest.approx([1.81, 0.0, 0.1])
+    strain = 1.81 / 1.8 - 1.0
+    assert found["string"].tension.values == pytest.approx(1e4 * strain, rel=1e-6)
+    # the mesh at Q pulls by N, and the material brings mu p V
+    assert found["string"].hub_tension.values == pytest.approx(1e4 * strain, rel=1e-6)

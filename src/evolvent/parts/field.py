@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.kernels import drive, fields as kernels, thread as threads
+from evolvent.kernels import drive, fields as kernels
 from evolvent.parts.applies import OF_LAW, Applies, left_out
 from evolvent.parts.base import Part, unit
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
@@ -150,9 +150,9 @@ def _finish(builder: Builder) -> None:
                 f"{thread!r} has wound_mass 'carried' on a free spool, which the field {field!r} does not support; "
                 f"take wound_mass 'ignored', or a drive that prescribes the spool's angle"
             )
-        if row["kind"] == threads.MOVING:
+        if row["take_drive"] >= 0:
             raise InputError(
-                f"{thread!r} has mesh 'moving', which the field {field!r} does not support; use mesh 'material'"
+                f"{thread!r} flows to a take-up reel, which the field {field!r} does not support; give it an `end`"
             )
         if row["copies"] > 1:
             raise InputError(

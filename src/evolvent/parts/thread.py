@@ -127,11 +127,12 @@ class Thread(Part):
         **{key: (one_of("segments", "springs"),) for key in ("stiffness", "damping", "mesh")},
         **{
             key: (one_of("segments", "springs"), one_of("mesh", "material"))
-            for key in ("slack", "boundary_segment", "rotate_velocity")
+            for key in ("boundary_segment", "rotate_velocity")
         },
+        "slack": (one_of("segments", "springs"),),
         "end": (one_of("segments", "springs"), left_out("take_up")),
         "take_up": (one_of("segments", "springs"), one_of("mesh", "moving"), left_out("end")),
-        **{key: (one_of("mesh", "material"),) for key in ("wound_mass", "separates", "capture_fraction", "thickness")},
+        **{key: (one_of("mesh", "material"),) for key in ("wound_mass", "separates", "capture_fraction")},
         "shortest_fraction": (
             one_of("boundary_segment", "by-length"),
             one_of("segments", "springs"),
@@ -279,8 +280,7 @@ class Thread(Part):
         """Refuse keys that do not fit a moving mesh, and a start with too little out."""
         if self.segments != "springs":
             raise InputError(f"{name}.mesh is 'moving'; it needs {name}.segments 'springs', not {self.segments!r}")
-        for key, allowed in (("slack", False), ("separates", False), ("thickness", 0.0),
-                             ("boundary_segment", "constant")):  # fmt: skip
+        for key, allowed in (("separates", False), ("boundary_segment", "constant")):
             if getattr(self, key) != allowed:
                 raise InputError(f"{name}.{key} is {getattr(self, key)!r}, which mesh 'moving' does not support; "
                                  f"leave it out, or use mesh 'material'")  # fmt: skip

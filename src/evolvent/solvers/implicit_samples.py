@@ -203,7 +203,8 @@ def keep_lengths_at_spools(theta, t, h, y, model, work):
         count = model.switches[k]
         held = is_end(model.threads, k, 0)  # what the end is fixed to stays where it is
         if model.threads[k].kind == MOVING:
-            keep_strains(theta, t, h, k, y, model, work)
+            if model.threads[k].slack == 0:
+                keep_strains(theta, t, h, k, y, model, work)
             continue
         if count <= (1 if held else 0) or model.switches[model.threads.size + k] != 0:  # wound, or gone
             continue

@@ -37,7 +37,8 @@ def freeze_spools(model: mdl.Model, time: float) -> mdl.Model:
             if threads[prefix + "drive"][p] < 0:
                 continue
             angle = payout.angles_of(model.threads[p], model, np.array([time]), prefix)[0]
-            rate = (flow if prefix == "" else -flow) / threads[radius][p]
+            outer = threads[radius][p] - (threads["coiling"][p] * angle if prefix == "" else 0.0)
+            rate = (flow if prefix == "" else -flow) / outer
             own = parameters.size
             parameters = np.append(parameters, [angle - rate * time, rate, 0.0])
             threads[prefix + "drive"][p], threads[prefix + "law"][p] = RAMPS, 0
@@ -60,7 +61,8 @@ def flow_at(model: mdl.Model, p: int, time: float) -> float:
     rates = []
     for prefix, radius in (("", "radius"), ("take_", "take_radius")):
         own = model.parameters[int(row[prefix + "first"]) : int(row[prefix + "last"])]
-        rates.append(row[radius] * drive(int(row[prefix + "drive"]), own, int(row[prefix + "law"]), time)[1])
+        angle, rate, _ = drive(int(row[prefix + "drive"]), own, int(row[prefix + "law"]), time)
+        rates.append((row[radius] - (row["coiling"] * angle if prefix == "" else 0.0)) * rate)
     paid, taken = float(rates[0]), -float(rates[1])
     if abs(paid - taken) > _FITS * max(abs(paid), abs(taken)):
         raise InputError(

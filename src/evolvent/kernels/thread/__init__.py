@@ -13,8 +13,8 @@ Source: Tenenbaum (2014), equations 1 to 15; see `evolvent.systems.heliogyro`.
 
 `wound` : the drive, the departure point and the thread on the spool; `springs`, `chain` : the released part by the
 kind of its segments; `joined` : those of fixed length under implicit methods; `loads` : on released nodes; `energy` :
-energies and momenta; `moving`, `moving_tangent` : spring segments on a mesh that moves; `implicit` : residual and
-tangent; `free` : free spools there; `bound` : of the explicit step.
+energies and momenta; `moving`, `moving_energy`, `moving_tangent` : spring segments on a mesh that moves;
+`implicit` : residual and tangent; `free` : free spools there; `bound` : of the explicit step.
 """
 
 from evolvent.kernels.drive import FREE as FREE_SPOOL

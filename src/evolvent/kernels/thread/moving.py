@@ -33,16 +33,15 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
-from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rigid import FREE, SPIN, add_mass, add_wrench, centripetal
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.rotor import add_reaction
 from evolvent.kernels.thread.chain import departure_acceleration
 from evolvent.kernels.thread.end import end_acceleration, is_end, pull_end
 from evolvent.kernels.thread.spool import MOVING, is_loose, spool_direction
-from evolvent.kernels.thread.springs import segment_force, segment_vector
+from evolvent.kernels.thread.springs import segment_force
 from evolvent.kernels.thread.wound import spool_axis
-from evolvent.model import H_RELEASED, KINETIC, MODEL, P_ALL, having
+from evolvent.model import MODEL, having
 
 USED_FOR = having("threads", kind=MOVING)
 _I = types.int64
@@ -79,9 +78,9 @@ def flow_rates(threads, p):
 
 @inlined
 def _add_loads(p, model):
-    """Turn the accelerations of the nodes by loads into forces; the weight of half an element at both ends.
+    """Turn the accelerations of the nodes by loads into forces; weight and fields on half an element at both ends.
 
-    Returns the power of what is not in `node_loads`: the weight at Q and at a fixed end, whose material moves on.
+    Returns the power of what is not in `node_loads`: at Q, and at a fixed end, whose material moves on.
 
     Notes
     -----
@@ -96,9 +95,9 @@ def _add_loads(p, model):
         k = first + i
         if is_end(threads, p, i):
             for c in range(3):
-                d = nodes[k].x[c] - nodes[k + 1].x[c]
-                power += half * gravity[c] * nodes[k].v[c] + (nodes[k].af[c] + half * gravity[c]) * flow * d
-                nodes[k].af[c] += half * gravity[c]
+                d, weight = nodes[k].x[c] - nodes[k + 1].x[c], half * (gravity[c] + threads[p].end_field[c])
+                power += weight * nodes[k].v[c] + (nodes[k].af[c] + weight) * flow * d
+                nodes[k].af[c] += weight
                 root[FLOW_FORCE] += n / length * nodes[k].af[c] * d
             continue
         for c in range(3):
@@ -109,16 +108,16 @@ def _add_loads(p, model):
                 root[PAYOUT_FORCE] += i * work
                 root[FLOW_FORCE] += n * work
     for c in range(3):
-        along = n / length * (nodes[first + n - 1].x[c] - Q[c])
-        root[FORCE + c] += half * gravity[c]
-        root[PAYOUT_FORCE] += half * gravity[c] * along
-        root[FLOW_FORCE] += half * gravity[c] * along
-        power += half * gravity[c] * (Q[3 + c] + threads[p].b[1] * along)
+        along, weight = n / length * (nodes[first + n - 1].x[c] - Q[c]), half * (gravity[c] + threads[p].exit_field[c])
+        root[FORCE + c] += weight
+        root[PAYOUT_FORCE] += weight * along
+        root[FLOW_FORCE] += weight * along
+        power += weight * (Q[3 + c] + threads[p].b[1] * along)
     return threads[p].copies * power
 
 
 @inlined
-def _node(y, a, at, end, i, c, p, model):
+def node_motion(y, a, at, end, i, c, p, model):
     """Place, rate and acceleration of node i of thread p along axis c: of Q (i = n) and of a fixed end what is given.
 
     end : both given accelerations, of the outer end and of Q (three floats each)
@@ -172,11 +171,12 @@ def add_elements(y, a, at, end, loaded, p, model):
         ex, ey, ez, scale, T, damped, rate, _ = segment_force(y, 0.0, s, p, i, model)
         lost += damped * rate
         e, strain = (ex, ey, ez), nodes[k].length * n / length - 1.0
-        root[PAYOUT_FORCE] += (T * (1.0 + strain) - 0.5 * EA * strain * strain) / n
+        taut = max(strain, 0.0) if threads[p].slack != 0 else strain
+        root[PAYOUT_FORCE] += (T * (1.0 + strain) - 0.5 * EA * taut * taut) / n
         fo, fi = i * lam + b, (i + 1) * lam + b
         for c in range(3):
-            xo, vo, ao = _node(y, a, at, end, i, c, p, model)
-            xi, vi, ai = _node(y, a, at, end, i + 1, c, p, model)
+            xo, vo, ao = node_motion(y, a, at, end, i, c, p, model)
+            xi, vi, ai = node_motion(y, a, at, end, i + 1, c, p, model)
             outer, inner = inertia(i, rates, xo, vo, ao, xi, vi, ai)
             outer, inner = k6 * outer + scale * T * e[c], k6 * inner - scale * T * e[c]
             d, u = xo - xi, vo - vi
@@ -214,8 +214,8 @@ def _take_up_power(y, a, at, end, p, model):
     for i in range(n):
         fo, fi = i * lam + b, (i + 1) * lam + b
         for c in range(3):
-            xo, vo, ao = _node(y, a, at, end, i, c, p, model)
-            xi, vi, ai = _node(y, a, at, end, i + 1, c, p, model)
+            xo, vo, ao = node_motion(y, a, at, end, i, c, p, model)
+            xi, vi, ai = node_motion(y, a, at, end, i + 1, c, p, model)
             d, u = xo - xi, vo - vi
             V = vo + vi + (fo + fi) * d
             A = ao + ai + (fo + fi) * u + ((2 * i + 1) * slope + 2.0 * change) * d
@@ -229,12 +229,13 @@ def _add_flux(p, model):
 
     Notes
     -----
-    With the ring's mass m = mu (L - l), the velocity v of its centre, the body's rate w, its part u about the spool's
-    axis n and rho = u + l'/r: momentum m v and m r^2/2 (w + (rho + l'/r) n), energy m (v.v + r^2 (w.w - u^2)/2 +
-    r^2 rho^2)/2, of which m' = -mu l' leaves; and mu l' r rho less the energy per length.
+    With the ring's mass m, from which thread leaves at the spool's outer radius r, the velocity v of its centre, the
+    body's rate w, its part u about the spool's axis n and rho = u + l'/r: momentum m v and m r^2/2 (w +
+    (rho + l'/r) n), energy m (v.v + r^2 (w.w - u^2)/2 + r^2 rho^2)/2, of which m' = -mu l' leaves; and mu l' r rho less
+    the energy per length.
     """
     threads, bodies, b = model.threads, model.bodies, model.threads[p].body
-    r, w, out = threads[p].radius, bodies[b].w, threads[p].density * threads[p].b[1]
+    r, w, out = threads[p].r, bodies[b].w, threads[p].density * threads[p].b[1]
     cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
     vx, vy, vz = cross(w[0], w[1], w[2], cx, cy, cz)
     vx, vy, vz = bodies[b].v[0] + vx, bodies[b].v[1] + vy, bodies[b].v[2] + vz
@@ -333,7 +334,8 @@ def hold_root(y, loaded, p, model, dy):
     for c in range(at, at + 3 * n):
         dy[c] = 0.0
     if threads[p].drive == FREE_SPOOL:
-        threads[p].b[2] = 0.0
+        rate = y[threads[p].spool_v]
+        threads[p].b[2] = -threads[p].coiling * rate * rate
     end = (end_acceleration(p, model), (0.0, 0.0, 0.0))
     lost, given = add_elements(y, dy, at, end, loaded, p, model)
     carry_root(p, model)
@@ -416,7 +418,7 @@ def moving_rates(y, p, model, dy):
                 torque -= u[i] * A[i]
             dy[k] = torque / (threads[p].spool + r * r * root[PAYOUT_MASS])
         longer = r * dy[k]
-        threads[p].b[2] = longer
+        threads[p].b[2] = longer - threads[p].coiling * y[k] * y[k]
     cx, cy, cz = centripetal(bodies, threads[p].body, threads[p].d[0], threads[p].d[1], threads[p].d[2])
     ax, ay, az = departure_acceleration(threads, bodies, p)
     less = root[PAYOUT] * (ax - cx) + root[PAYOUT + 1] * (ay - cy) + root[PAYOUT + 2] * (az - cz)
@@ -460,59 +462,3 @@ def kick_moving(y, p, model):
         for i in range(n - 1, -1, -1):
             inner *= -k6 / nodes[threads[p].node + i].piv
             y[threads[p].iv + 3 * i + c] += inner
-
-
-# ---------------------------------------------------------------------------------------------- energies
-
-
-@indirect(REAL(VECTOR, _I, MODEL, VECTOR))
-def moving_inventory(y, p, model, out):
-    """Add kinetic energy and momenta of what is out of thread p to `out`; returns its elastic energy, J."""
-    threads, nodes = model.threads, model.nodes
-    n, elastic = threads[p].n, 0.0
-    (lam, _, b, _), k6 = flow_rates(threads, p)
-    c, rest = threads[p].stiffness * threads[p].segment / threads[p].element, threads[p].element
-    for i in range(n):
-        ex, ey, ez, _, _, _ = segment_vector(y, model.switches, p, i, model)
-        extension = math.sqrt(ex * ex + ey * ey + ez * ez) - rest
-        elastic += 0.5 * c * extension * extension
-        xo, yo, zo = _place(y, i, p, model)
-        xi, yi, zi = _place(y, i + 1, p, model)
-        so, si = i * lam + b, (i + 1) * lam + b
-        vo, vi = _speed(y, i, p, model), _speed(y, i + 1, p, model)
-        Vo = (vo[0] + so * ex, vo[1] + so * ey, vo[2] + so * ez)
-        Vi = (vi[0] + si * ex, vi[1] + si * ey, vi[2] + si * ez)
-        for e in range(3):
-            out[KINETIC] += k6 * (Vo[e] * Vo[e] + Vo[e] * Vi[e] + Vi[e] * Vi[e])
-            out[P_ALL + e] += 3.0 * k6 * (Vo[e] + Vi[e])
-        ux, uy, uz = 2.0 * Vo[0] + Vi[0], 2.0 * Vo[1] + Vi[1], 2.0 * Vo[2] + Vi[2]
-        add_angular_momentum(out, H_RELEASED, k6, xo, yo, zo, ux, uy, uz)
-        ux, uy, uz = Vo[0] + 2.0 * Vi[0], Vo[1] + 2.0 * Vi[1], Vo[2] + 2.0 * Vi[2]
-        add_angular_momentum(out, H_RELEASED, k6, xi, yi, zi, ux, uy, uz)
-        if i == 0:
-            tip = nodes[threads[p].node].mass if is_end(threads, p, 0) else threads[p].tip_mass
-            add_angular_momentum(out, H_RELEASED, tip, xo, yo, zo, vo[0], vo[1], vo[2])
-            for e in range(3):
-                out[KINETIC] += 0.5 * tip * vo[e] * vo[e]
-                out[P_ALL + e] += tip * vo[e]
-    return elastic
-
-
-@inlined
-def _place(y, i, p, model):
-    """Place of node i of thread p, of Q where i = n: three floats."""
-    none = (0.0, 0.0, 0.0)
-    return (
-        _node(y, y, 0, (none, none), i, 0, p, model)[0], _node(y, y, 0, (none, none), i, 1, p, model)[0],
-        _node(y, y, 0, (none, none), i, 2, p, model)[0],
-    )  # fmt: skip
-
-
-@inlined
-def _speed(y, i, p, model):
-    """Velocity of node i of thread p, of Q where i = n: three floats."""
-    none = (0.0, 0.0, 0.0)
-    return (
-        _node(y, y, 0, (none, none), i, 0, p, model)[1], _node(y, y, 0, (none, none), i, 1, p, model)[1],
-        _node(y, y, 0, (none, none), i, 2, p, model)[1],
-    )  # fmt: skip

@@ -127,6 +127,8 @@ def add_payout(y, c_mass, c_rate, p, model, matrix):
         node = threads[p].node + i
         ex, ey, ez, _, _, _ = segment_vector(y, model.switches, p, i, model)
         stretch = nodes[node].length * n / length
+        if threads[p].slack != 0 and nodes[node].tension == 0.0:
+            stretch = 0.0  # without a force
         e, change = (ex, ey, ez), r * EA * stretch / (length * nodes[node].length)
         own += r * r * EA / length * stretch * stretch / n
         for c in range(3):

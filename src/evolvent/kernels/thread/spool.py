@@ -36,8 +36,17 @@ def paid_out(threads, p, phi):
 
 
 @inlined
-def ring_radius(threads, p, wound):
-    """Radius of the thin ring that has the moment of inertia of so many wound nodes, m."""
+def ring_radius(s, threads, p):
+    """Radius of the thin ring that has the moment of inertia of the wound part of thread p, m."""
+    wound = float(threads[p].n - s[p])
+    if threads[p].kind == MOVING:
+        wound = threads[p].n - paid_out(threads, p, threads[p].phi) / threads[p].segment
+    return layer_radius(threads, p, wound)
+
+
+@inlined
+def layer_radius(threads, p, wound):
+    """`ring_radius` of so many wound segments."""
     if threads[p].coiling == 0.0:
         return threads[p].radius
     # R^2 = core^2 + length thickness/pi; the mean of the squares of core and outer radius

@@ -9,7 +9,15 @@ from evolvent.kernels.drive import FREE as FREE_SPOOL, drive
 from evolvent.kernels.rigid import add_ring, add_wrench, point_kinematics
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.thread.end import carry_end, is_end, place_end
-from evolvent.kernels.thread.spool import MOVING, carry_spool, note_spool, outer_radius, paid_out, ring_radius
+from evolvent.kernels.thread.spool import (
+    MOVING,
+    carry_spool,
+    layer_radius,
+    note_spool,
+    outer_radius,
+    paid_out,
+    ring_radius,
+)
 from evolvent.model import MODEL
 
 USED_FOR = "threads"
@@ -150,7 +158,7 @@ def carry_wound(s, model):
         if not threads[p].carried:
             carry_spool(model, p)
             continue
-        b, r = threads[p].body, ring_radius(threads, p, threads[p].n - s[p])
+        b, r = threads[p].body, ring_radius(s, threads, p)
         wound = wound_mass(s, threads, nodes, p)
         threads[p].spool += wound * r * r
         # a node that is leaving (during an impulse) is at Q already
@@ -183,7 +191,7 @@ def carry_power(s, model):
             continue
         r, b1, b2 = threads[p].r, threads[p].b[1], threads[p].b[2]
         b2 += threads[p].coiling * (b1 / r) * (b1 / r)
-        share = ring_radius(threads, p, threads[p].n - s[p]) / r
+        share = ring_radius(s, threads, p) / r
         m = share * share * threads[p].copies * wound_mass(s, threads, nodes, p)
         cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
         a = bodies[threads[p].body].a
@@ -200,7 +208,7 @@ def share_radius(threads, nodes, p, k):
     inside, wound = 0.0, first + n - k - 1
     for i in range(k + 1, first + n):
         inside += nodes[i].mass
-    less, more = ring_radius(threads, p, wound), ring_radius(threads, p, wound + 1)
+    less, more = layer_radius(threads, p, wound), layer_radius(threads, p, wound + 1)
     return math.sqrt(more * more + inside * (more * more - less * less) / nodes[k].mass)
 
 
