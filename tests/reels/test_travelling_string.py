@@ -87,7 +87,7 @@ def test_frequencies_of_a_travelling_string(part: float, book: Book) -> None:
 
 def test_a_mode_in_time(book: Book) -> None:
     """sin(pi s/L) cos(w t + pi v s/(c L)), s the unstretched distance from the supply: two periods."""
-    speed, amplitude, elements, errors = 0.4 * C, 1e-4, np.array([8, 16, 32]), []
+    speed, amplitude, elements, errors = 0.4 * C, 1e-4, np.array([24, 48, 96]), []
     w = frequency(1, speed)
     period = 2.0 * math.pi / w
     t = np.linspace(0.0, 2.0 * period, 9)
@@ -104,8 +104,8 @@ def test_a_mode_in_time(book: Book) -> None:
     order = fitted_order(1.0 / elements, np.array(errors))
     assert order == pytest.approx(2.0, abs=0.2)
     book(
-        CHAPTER, "A mode of a string at 0.4 times its wave speed, over two periods (moving mesh, 32 elements)",
-        reference="sin(pi s/L) cos(w t + pi v s/(c L))", source="closed form", error=errors[-1], allowed=1.5e-2,
+        CHAPTER, "A mode of a string at 0.4 times its wave speed, over two periods (moving mesh, 96 elements)",
+        reference="sin(pi s/L) cos(w t + pi v s/(c L))", source="closed form", error=errors[-1], allowed=2e-3,
         order=order, wanted="2",
     )  # fmt: skip
 
