@@ -150,7 +150,7 @@ def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
         return method, refused[families.IMPLICIT].partition("; ")[0]
     if model.beams.size or model.info.penalties:
         return implicit.NAME, "beams and penalties are stiff"
-    if np.any(model.threads["kind"] == thread.SPRINGS):
+    if np.any(np.isin(model.threads["kind"], (thread.SPRINGS, thread.MOVING))):
         return implicit.NAME, "threads of springs are stiff"
     return "dopri5", "bodies, points and springs: adaptive steps of fifth order"
 

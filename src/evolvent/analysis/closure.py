@@ -223,7 +223,7 @@ def slack_threads(solution: Solution, share: float | None = None) -> str:
         first = int(row["node"])
         tension = solution.observations.tension[:, first : first + int(row["n"])]  # zero of wound nodes
         least = tension.min(axis=1)
-        allowed = PUSH_OF_SPRINGS if row["kind"] == thread.SPRINGS else PUSH_OF_FIXED_LENGTHS
+        allowed = PUSH_OF_SPRINGS if row["kind"] in (thread.SPRINGS, thread.MOVING) else PUSH_OF_FIXED_LENGTHS
         allowed = allowed if share is None else share
         count = int(np.sum(least < -allowed * max(float(tension.max()), 0.0) - 1e-9))
         if count:

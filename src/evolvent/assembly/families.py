@@ -162,7 +162,7 @@ FAMILIES = (
     Family("a guide", "guides", EVERY, symmetric=True),
     Family(
         "a thread with segments of springs", "threads", EVERY,
-        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] == 0) & (t["moving"] == 0),
+        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] == 0),
         symmetric=True,
     ),
     Family(
@@ -179,19 +179,19 @@ FAMILIES = (
         "a thread on a moving mesh", "threads", _NOT_ENERGY,
         "use generalized-alpha: no discrete gradient of the energy is at hand for a mesh whose masses change with the "
         "length that is out",
-        which=lambda t: (t["moving"] != 0) & (t["drive"] != FREE),
+        which=lambda t: (t["kind"] == thread.MOVING) & (t["drive"] != FREE),
         symmetric=True,
     ),
     Family(
         "a thread on a moving mesh and a free spool", "threads", _NOT_ENERGY - {STATIC, MODES},
         "use generalized-alpha; for an equilibrium or modes a drive that prescribes the spool's angle",
-        which=lambda t: (t["moving"] != 0) & (t["drive"] == FREE),
+        which=lambda t: (t["kind"] == thread.MOVING) & (t["drive"] == FREE),
         symmetric=True,
     ),
     Family(
         "a thread on a free spool", "threads", EVERY - {STATIC, MODES},
         "use a drive that prescribes the spool's angle: the number of nodes that are out follows from it",
-        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] == FREE) & (t["moving"] == 0),
+        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] == FREE),
         symmetric=True,
     ),
     Family(

@@ -67,8 +67,9 @@ def event_values(t, y, s, model, g):
             g[2 * p + 1] = (s[p] - 1) + threads[p].capture - nodes_out
             if s[p] == 0 or (s[p] == 1 and threads[p].end >= 0):
                 g[2 * p + 1] = -nodes_out - OVERRUN
-            if threads[p].moving != 0:
-                g[2 * p + 1] = thread.LEAST_OUT * threads[p].n - nodes_out - OVERRUN
+            if threads[p].kind == thread.MOVING:
+                least = thread.LEAST_OUT * threads[p].n + threads[p].taken[0] / threads[p].segment
+                g[2 * p + 1] = least - nodes_out - OVERRUN
     for k in range(model.events.size):
         parameters = model.parameters[model.events[k].first : model.events[k].last]
         g[2 * n + k] = event_law_at(model.events[k].law)(t, y, parameters)
@@ -146,7 +147,7 @@ def apply_event(t, y, s, model, k, g):
         return model.events[k - 2 * n].stops
     p = k // 2
     least = 1 if model.threads[p].end >= 0 else 0
-    if model.threads[p].moving != 0:
+    if model.threads[p].kind == thread.MOVING:
         least = s[p]  # no node leaves or comes back
     if (s[p] == least and k % 2 == 1) or (s[p] == model.threads[p].n and k % 2 == 0 and not model.threads[p].separates):
         return -1

@@ -25,7 +25,7 @@ def prepare(t, y, s, model):
         if threads[p].leaving > 0.0:
             d = threads[p].d
             rigid.add_mass(bodies, threads[p].body, threads[p].copies * threads[p].leaving, d[0], d[1], d[2])
-        if threads[p].moving != 0:
+        if threads[p].kind == thread.MOVING:
             thread.carry_root(p, model)
     rigid.factorise(bodies)
     for b in range(bodies.size):
@@ -82,5 +82,5 @@ def jump(y, s, model, dy):
     for k in range(threads.size):
         if threads[k].kind == thread.INEXTENSIBLE:
             thread.kick_chain(y, s, model, k)
-        if threads[k].moving != 0:
+        if threads[k].kind == thread.MOVING:
             thread.kick_moving(y, k, model)

@@ -99,7 +99,7 @@ def apply_forces(t, y, s, model, dy):
             else:
                 thread.spring_points(y, s, threads, model.nodes, p)
             load_power += thread.node_loads(t, s, model, p)
-        if threads[p].moving != 0:
+        if threads[p].kind == thread.MOVING:
             d, power = thread.hold_root(y, loaded, p, model, dy)
             dissipated += d
             load_power += power
@@ -142,7 +142,7 @@ def accelerate(t, y, s, model, dissipated, load_power, spool_power, loaded, dy):
     if threads.size > 0:
         thread.spring_spools(y, s, model, dy)
         for p in range(threads.size):
-            if threads[p].moving != 0:
+            if threads[p].kind == thread.MOVING:
                 spool_power += thread.moving_rates(y, p, model, dy)
         spool_power += thread.carry_power(s, model)
     for b in range(bodies.size):

@@ -74,17 +74,20 @@ RECORDS: dict[str, np.dtype] = {
     # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
     # it does not; line_energy: J/m, W there; tip: the point mass that the first node is, or -1. Of a step: rest lengths
     # at the spool, rates of the spool and squares of the end's speed at both ends; sums: of `kernels.thread.energy`;
-    # density, tip_mass, root, drift, pull, exit: of a mesh that moves (`kernels.thread.moving`)
+    # density, tip_mass, root, drift, pull, exit, take_* (take_drive -1 without a take-up reel), growth (1/s), taken,
+    # out_pull, exit_field, end_field: of a mesh that moves (`kernels.thread.moving`); element: m, rest length of a
+    # segment off the spool
     "threads": _record(
         "kind iq iv n node copies body drive first last law spool_q spool_v turned carried separates end slack coupled "
-        "spool_switch motor_profile motor_law motor_first motor_last tip moving",
+        "spool_switch motor_profile motor_law motor_first motor_last tip take_drive take_first take_last take_law",
         "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture "
-        "coiling core spool_friction spool_viscous shortest density tip_mass",
+        "coiling core spool_friction spool_viscous shortest density tip_mass take_radius",
         "Q d X phi b spool leaving start field r loose motor friction line_energy rest0 rest1 turning0 turning1 "
         "square0 square1 sums turning reach out hub torque hub_pull end_pull kinetic elastic linear angular "
-        "root drift pull exit",
+        "root drift pull exit element growth taken out_pull exit_field end_field",
         departure=_3, payout_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
-        sums=(N_INVENTORY,), hub_pull=_3, end_pull=_3, linear=_3, angular=_3, root=(9,), drift=_3, exit=_3,
+        sums=(N_INVENTORY,), hub_pull=_3, end_pull=_3, linear=_3, angular=_3, root=(10,), drift=_3, exit=_3,
+        taken=_3, exit_field=_3, end_field=_3,
     ),
     # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step
     # lengths and elongations at both ends, direction at its end

@@ -150,9 +150,9 @@ def _finish(builder: Builder) -> None:
                 f"{thread!r} has wound_mass 'carried' on a free spool, which the field {field!r} does not support; "
                 f"take wound_mass 'ignored', or a drive that prescribes the spool's angle"
             )
-        if row["moving"]:
+        if row["take_drive"] >= 0:
             raise InputError(
-                f"{thread!r} has mesh 'moving', which the field {field!r} does not support; use mesh 'material'"
+                f"{thread!r} flows to a take-up reel, which the field {field!r} does not support; give it an `end`"
             )
         if row["copies"] > 1:
             raise InputError(

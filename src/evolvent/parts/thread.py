@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from evolvent.elements.dense import norm, product
 from evolvent.kernels import rigid, springs, thread as kernels
 from evolvent.parts.applies import Applies, left_out, one_of
 from evolvent.parts.base import Part, PointReference, ReelName, unit
-from evolvent.parts.drive import RampDrive
+from evolvent.parts.drive import FreeSpool, RampDrive
 from evolvent.parts.reel import Reel
 
 #: Of a thread whose end is fixed, at the start.
@@ -68,6 +68,9 @@ class Thread(Part):
         Whether nodes are fixed to the material and leave the spool one by one, or all stand on the deployed length, in
         equal parts, and material flows through the mesh (springs). A moving mesh carries wound thread. It needs a
         deployed length of at least a thousandth of `length`.
+    take_up : str, optional
+        Reel onto which the outer end is wound (`mesh` 'moving', on the ground or a driven body). It takes up where its
+        drive turns backwards, and has nothing on it at the start. The thread runs straight from reel to reel.
     slack : bool
         Whether a spring segment only pulls: it is slack below its natural length, and while its damper would push
         harder than its spring pulls. Otherwise it carries compression. Under generalized-alpha let the steps follow
@@ -124,15 +127,18 @@ class Thread(Part):
         **{key: (one_of("segments", "springs"),) for key in ("stiffness", "damping", "mesh")},
         **{
             key: (one_of("segments", "springs"), one_of("mesh", "material"))
-            for key in ("end", "slack", "boundary_segment", "rotate_velocity")
+            for key in ("boundary_segment", "rotate_velocity")
         },
-        **{key: (one_of("mesh", "material"),) for key in ("wound_mass", "separates", "capture_fraction", "thickness")},
+        "slack": (one_of("segments", "springs"),),
+        "end": (one_of("segments", "springs"), left_out("take_up")),
+        "take_up": (one_of("segments", "springs"), one_of("mesh", "moving"), left_out("end")),
+        **{key: (one_of("mesh", "material"),) for key in ("wound_mass", "separates", "capture_fraction")},
         "shortest_fraction": (
             one_of("boundary_segment", "by-length"),
             one_of("segments", "springs"),
             one_of("mesh", "material"),
         ),
-        "direction": (left_out("end"),),
+        "direction": (left_out("end"), left_out("take_up")),
     }
     kind: Literal["thread"] = "thread"
     reel: ReelName
@@ -145,6 +151,7 @@ class Thread(Part):
     stiffness: units.StiffnessOrZero = 1e4
     damping: units.DampingOrZero = 0.0
     mesh: Literal["material", "moving"] = "material"
+    take_up: ReelName | None = None
     slack: bool = False
     boundary_segment: Literal["constant", "by-length"] = "constant"
     shortest_fraction: units.PositiveNumber = SHORTEST_FRACTION
@@ -176,16 +183,18 @@ class Thread(Part):
         core = reel.radius**2 - length * self.thickness / np.pi
         out = angle * (reel.radius - 0.25 * self.thickness / np.pi * angle)
         self._check_wound(name, reel, core, out, still=angle == 0.0 and rate == 0.0)
+        take_up = self._take_up(builder, name)
         released = min(int(np.ceil(round(out / l0, 9))), n)
         moving = self.mesh == "moving"
         if moving:
             self._check_mesh(name, out)
-            released = n
+            released, kind = n, kernels.MOVING
         departure = centre + reel.radius * Z
         direction, distance, end = X if self.direction is None else unit(self.direction), out, -1
-        if self.end is not None:
+        if self.end is not None or take_up:
             released = max(released, 1)
-            direction, distance, end = self._to_end(builder, name, body, departure, X, out)
+            key, end = ("take_up", take_up["end"]) if take_up else ("end", builder.marker(self.end, f"{name}.end"))
+            direction, distance = self._to_end(builder, name, key, end, body, departure, X, out)
         q, v = self._start(
             builder, body, departure, direction, kind, n, released, out, rate * reel.radius, distance, end
         )
@@ -224,12 +233,11 @@ class Thread(Part):
             spool_torque=drive.torque,
             turned=int(self.rotate_velocity),
             carried=int(self.wound_mass == "carried" or moving),
-            moving=int(moving),
             density=self.line_density,
             tip_mass=tip,
             separates=int(self.separates),
             capture=self.capture_fraction,
-            end=end,
+            **({"end": -1, "take_drive": -1} | take_up | ({"end": end} if end >= 0 else {})),
             slack=int(self.slack),
             shortest=l0 * self.shortest_fraction if self.boundary_segment == "by-length" else 0.0,
             coiling=0.5 * self.thickness / np.pi,
@@ -272,8 +280,7 @@ class Thread(Part):
         """Refuse keys that do not fit a moving mesh, and a start with too little out."""
         if self.segments != "springs":
             raise InputError(f"{name}.mesh is 'moving'; it needs {name}.segments 'springs', not {self.segments!r}")
-        for key, allowed in (("slack", False), ("end", None), ("separates", False), ("thickness", 0.0),
-                             ("boundary_segment", "constant")):  # fmt: skip
+        for key, allowed in (("separates", False), ("boundary_segment", "constant")):
             if getattr(self, key) != allowed:
                 raise InputError(f"{name}.{key} is {getattr(self, key)!r}, which mesh 'moving' does not support; "
                                  f"leave it out, or use mesh 'material'")  # fmt: skip
@@ -283,6 +290,38 @@ class Thread(Part):
                 f"{name}.mesh is 'moving', but {out:g} m are out at the start; start with "
                 f"at least {least:g} m (`angle` of {self.reel}.drive)"
             )
+
+    def _take_up(self, builder: Builder, name: str) -> dict[str, Any]:
+        """Fields of the take-up reel, with the marker `end` where the thread meets it; none without one."""
+        if self.take_up is None:
+            return {}
+        key, reel = f"{name}.take_up", builder.specs.get(self.take_up)
+        if not isinstance(reel, Reel):
+            known = [n for n, part in builder.specs.items() if isinstance(part, Reel)]
+            raise InputError(f"{key} is {self.take_up!r}; {nearest(self.take_up, known)}")
+        for n, part in builder.specs.items():
+            if isinstance(part, Thread) and self.take_up in (part.reel, part.take_up if part is not self else None):
+                raise InputError(f"{key} is {self.take_up!r}, a reel of the thread {n!r}; give one of its own")
+        if self.mesh != "moving":
+            raise InputError(f"{key} is {self.take_up!r}; it needs {name}.mesh 'moving', not {self.mesh!r}")
+        if self.end is not None:
+            raise InputError(f"{name}.end and {key} are both given; leave one of them out")
+        if isinstance(reel.drive, FreeSpool):
+            raise InputError(f"{self.take_up}.drive is a free spool, but {key} names that reel; give it a drive that "
+                             f"prescribes its angle (only {self.reel!r} may be free)")  # fmt: skip
+        body = builder.find(reel.body, "bodies")
+        normal = reel.frame(self.take_up)[2]
+        drive = reel.drive.write(builder, f"{self.take_up}.drive")
+        angle = reel.drive.at(builder, drive, 0.0)[0]
+        if angle != 0.0:
+            raise InputError(f"{self.take_up}.drive.angle is {angle!r} rad; a take-up reel is empty at the start, so "
+                             f"it must be 0 there")  # fmt: skip
+        place = np.array(reel.centre) + reel.radius * normal
+        end = builder.add("markers", kind=springs.ON_BODY, index=body, local=place)
+        return {
+            "end": end, "take_drive": drive.kind, "take_first": drive.first, "take_last": drive.last,
+            "take_law": drive.law, "take_radius": reel.radius,
+        }  # fmt: skip
 
     def _check_body(self, builder: Builder, name: str, reel: Reel, body: int) -> None:
         """Refuse a body whose motion does not fit the thread."""
@@ -371,33 +410,46 @@ class Thread(Part):
         give_mass(builder, row["node"], end)
 
     def _to_end(
-        self, builder: Builder, name: str, body: int, departure: np.ndarray, X: np.ndarray, out: float
-    ) -> tuple[np.ndarray, float, int]:
-        """Direction to the point that the end is fixed to (body axes), its distance, and its marker."""
-        key = f"{name}.end"
+        self,
+        builder: Builder,
+        name: str,
+        of: str,
+        end: int,
+        body: int,
+        departure: np.ndarray,
+        X: np.ndarray,
+        out: float,
+    ) -> tuple[np.ndarray, float]:
+        """Direction to the marker that the end is fixed to (body axes), and its distance; `of` is the key."""
+        key, given = f"{name}.{of}", getattr(self, of)
         if self.segments != "springs":
-            raise InputError(f"{key} is {self.end!r}; it needs {name}.segments 'springs', not {self.segments!r}")
+            raise InputError(f"{key} is {given!r}; it needs {name}.segments 'springs', not {self.segments!r}")
         if self.multiplicity > 1:
-            raise InputError(f"{key} is {self.end!r}; it needs {name}.multiplicity 1, which is {self.multiplicity!r}")
+            raise InputError(f"{key} is {given!r}; it needs {name}.multiplicity 1, which is {self.multiplicity!r}")
         if self.direction is not None:
             raise InputError(f"{name}.direction and {key} are both given; leave one of them out")
-        end = builder.marker(self.end, key)
         row, pose = builder.rows["markers"][end], builder.poses[body]
-        if row["kind"] == springs.ON_BODY and row["index"] == body:
+        driven = row["kind"] == springs.ON_BODY and builder.rows["bodies"][row["index"]]["motion"] == rigid.DRIVEN
+        if self.mesh == "moving" and not driven:
             raise InputError(
-                f"{key} is {self.end!r}, on the body of {self.reel!r} itself; give a point of another part"
+                f"{key} is {given!r}, which moves freely; with {name}.mesh 'moving', whose elements have masses that "
+                f"couple both ends, it must be on the ground or a driven body; use mesh 'material'"
             )
+        if self.mesh == "moving" and self.nodes < 2:
+            raise InputError(f"{name}.nodes is {self.nodes!r}; with {key} and mesh 'moving' it must be 2 or more")
+        if row["kind"] == springs.ON_BODY and row["index"] == body and self.mesh == "material":
+            raise InputError(f"{key} is {given!r}, on the body of {self.reel!r} itself; give a point of another part")
         away = builder.marker_state(end)[0] - (pose.x + product(pose.R, departure))
         distance = norm(away)
         if not out * (1.0 - 1e-6) - 1e-9 <= distance <= out * (1.0 + LARGEST_STRAIN) + 1e-9:
             r, c = builder.specs[self.reel].radius, 0.5 * self.thickness / np.pi
             angle = 2.0 * distance / (r + np.sqrt(max(r * r - 2.0 * c * distance, 0.0)))
             raise InputError(
-                f"{key} is {self.end!r}, {distance:.6g} m from where the thread leaves {self.reel!r}, but the "
+                f"{key} is {given!r}, {distance:.6g} m from where the thread leaves {self.reel!r}, but the "
                 f"deployed length at the start is {out:.6g} m; set {self.reel}.drive.angle to {angle:.9g} rad, or "
                 f"move the point"
             )
-        return (product(pose.R.T, away) / distance if distance > kernels.TINY else X), distance, end
+        return (product(pose.R.T, away) / distance if distance > kernels.TINY else X), distance
 
     def _start(
         self,
@@ -424,8 +476,11 @@ class Thread(Part):
         elif end >= 0:
             root, far = pose.x + d, builder.marker_state(end)
             root_speed = pose.v + np.cross(pose.w, d) + speed * e
+            if self.mesh == "moving":
+                root_speed = pose.v + np.cross(pose.w, d)  # nodes move less than their material
             for i in range(released):
                 share = (out - i * l0) / out if out > 0.0 else 0.0
+                share = 1.0 - i / n if self.mesh == "moving" else share
                 q[i] = root + share * distance * e
                 v[i] = root_speed + share * (far[1] - root_speed)
             q[0], v[0] = 0.0, 0.0  # not used: the first node is that point

@@ -117,7 +117,7 @@ def turning(factor, spin, y, model, a):
         return
     n_q, blocks, bodies = model.info.nq, model.blocks, model.bodies
     for k in range(model.threads.size):
-        if model.threads[k].moving != 0:
+        if model.threads[k].kind == thread.MOVING:
             thread.note_drift(factor, spin, k, model)
     for k in range(blocks.size):
         kind, q, at, b = blocks[k].kind, blocks[k].iq, blocks[k].iv - n_q, blocks[k].owner
@@ -189,7 +189,7 @@ def add_turning_tangent(factor, spin, y, model, matrix):
     for k in range(points.size):
         _add_centrifugal(factor * points[k].mass, points[k].iv - n_q, spin, matrix)
     for k in range(model.threads.size):
-        if model.threads[k].moving != 0:
+        if model.threads[k].kind == thread.MOVING:
             thread.add_turning_elements(factor, spin, k, model, matrix)
             continue
         for i in range(1 if model.threads[k].end >= 0 else 0, model.switches[k]):

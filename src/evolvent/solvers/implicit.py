@@ -172,7 +172,9 @@ def _newton(assembly: Assembly, conserves: bool, step: float | None, tolerance: 
     model = assembly.model
     if conserves:
         return LEAST_NEWTON if step is not None or not acts_from_outside(model) else min(1e-3 * tolerance, 1e-6)
-    if np.any(model.threads["kind"] == thread.SPRINGS):  # so stiff that little lengths are large forces
+    if np.any(
+        np.isin(model.threads["kind"], (thread.SPRINGS, thread.MOVING))
+    ):  # so stiff that little lengths are large forces
         return 1e-13
     free = np.sum(model.bodies["motion"] == rigid.FREE) - np.sum(model.rods["elements"] + 1)
     spins = bool(free > 0)  # bodies but the nodes of rods, whose error adds up step by step

@@ -9,7 +9,8 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import turn
-from evolvent.kernels.thread import is_end, paid_out, spool
+from evolvent.kernels.springs import marker_kinematics
+from evolvent.kernels.thread import MOVING, is_end, paid_out, spool, take_up
 from evolvent.model import MODEL
 from evolvent.solvers.dense import interpolate, momenta_between
 from evolvent.solvers.implicit_state import WORKSPACE
@@ -122,25 +123,39 @@ def _from_spool(t, y, k, q, model):
 
 @inlined
 def keep_strains(theta, t, h, k, y, model, work):
-    """Move the nodes of thread k, on a mesh that moves, to where its elements' strains lie on straight lines."""
-    q, last = model.threads[k].iq, model.threads[k].n - 1
+    """Move the nodes of thread k, on a mesh that moves, to where its elements' strains lie on straight lines.
+
+    Where the outer end is fixed, what is left over there is spread over the length.
+    """
+    q, last, held = model.threads[k].iq, model.threads[k].n - 1, is_end(model.threads, k, 0)
     first, rest0 = _exit(t, work.y0, k, model)
+    outer0 = _outer_end(work.y0, k, model)
     end, rest1 = _exit(t + h, work.y, k, model)
+    outer1 = _outer_end(work.y, k, model)
     place, rest = _exit(t + theta * h, y, k, model)
+    outer = _outer_end(y, k, model)
     moved = old = place
     for i in range(last, -1, -1):
         at = q + 3 * i
-        a = _distance(work.y0, at, first) / rest0
-        b = _distance(work.y, at, end) / rest1
-        first, end = _at(work.y0, at), _at(work.y, at)
-        size, here = _distance(y, at, old), _at(y, at)
+        next0, next1, here = _at(work.y0, at), _at(work.y, at), _at(y, at)
+        if held and i == 0:
+            next0, next1, here = outer0, outer1, outer
+        a = _distance(next0, first) / rest0
+        b = _distance(next1, end) / rest1
+        first, end = next0, next1
+        size = _distance(here, old)
         scale = (a + theta * (b - a)) * rest / size if size > 0.0 else 1.0
         moved = (
             moved[0] + scale * (here[0] - old[0]), moved[1] + scale * (here[1] - old[1]),
             moved[2] + scale * (here[2] - old[2]),
         )  # fmt: skip
         old = here
-        y[at], y[at + 1], y[at + 2] = moved
+        if not (held and i == 0):
+            y[at], y[at + 1], y[at + 2] = moved
+    for i in range(1, last + 1 if held else 0):
+        part = (last + 1 - i) / (last + 1)
+        for c in range(3):
+            y[q + 3 * i + c] += part * (outer[c] - moved[c])
 
 
 @inlined
@@ -150,9 +165,9 @@ def _at(y, q):
 
 
 @inlined
-def _distance(y, q, x):
-    """Distance of a place in a state from a point, m."""
-    a, b, c = y[q] - x[0], y[q + 1] - x[1], y[q + 2] - x[2]
+def _distance(y, x):
+    """Distance of two places, m."""
+    a, b, c = y[0] - x[0], y[1] - x[1], y[2] - x[2]
     return math.sqrt(a * a + b * b + c * c)
 
 
@@ -164,7 +179,18 @@ def _exit(t, y, k, model):
     R, x = model.bodies[b].R, model.bodies[b].x
     dx, dy, dz = turn(R, d[0], d[1], d[2])
     phi, _, _ = spool(t, y, model.threads, model.parameters, k)
-    return (x[0] + dx, x[1] + dy, x[2] + dz), paid_out(model.threads, k, phi) / model.threads[k].n
+    take_up(t, model.threads, model.parameters, k)
+    out = paid_out(model.threads, k, phi) - model.threads[k].taken[0]
+    return (x[0] + dx, x[1] + dy, x[2] + dz), out / model.threads[k].n
+
+
+@inlined
+def _outer_end(y, k, model):
+    """Place of the fixed end of thread k, after `kinematics`; of another thread none is needed."""
+    if model.threads[k].end < 0:
+        return 0.0, 0.0, 0.0
+    place = marker_kinematics(y, model.markers, model.points, model.bodies, model.threads[k].end)
+    return place[0], place[1], place[2]
 
 
 @indirect(void(REAL, REAL, REAL, VECTOR, MODEL, WORKSPACE), used_for="threads")
@@ -176,8 +202,9 @@ def keep_lengths_at_spools(theta, t, h, y, model, work):
     for k in range(model.threads.size):
         count = model.switches[k]
         held = is_end(model.threads, k, 0)  # what the end is fixed to stays where it is
-        if model.threads[k].moving != 0:
-            keep_strains(theta, t, h, k, y, model, work)
+        if model.threads[k].kind == MOVING:
+            if model.threads[k].slack == 0:
+                keep_strains(theta, t, h, k, y, model, work)
             continue
         if count <= (1 if held else 0) or model.switches[model.threads.size + k] != 0:  # wound, or gone
             continue

@@ -32,6 +32,7 @@ def growing_motions(work: Work) -> Array | None:
 def has_gyroscopic_forces(work: Work) -> bool:
     """Whether a steady turn, an orbital frame or wheels bring in forces that can stabilize where the energy rises."""
     turns = np.any(work.balance.spin[:3]) or np.any(work.balance.y[work.model.wheels["iv"]])
+    turns = turns or np.any(work.model.threads["take_drive"] >= 0)
     return bool(turns) or work.model.fields.size > 0
 
 
@@ -42,7 +43,7 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     whole = work.tangent(0.0, 0.0)
     K = whole[:n_v, :n_v]
     M = work.mass()
-    C = _dampers(work) if damped else _spin_of_wheels(work)
+    C = _dampers(work) if damped else _spin_of_wheels(work) + _flow_of_threads(work)
     joints, gradients = work.model.joints, whole[n_v:, :n_v]
     held = np.array([joint.holds(work.time, joints, k) for k in range(work.n_j)], dtype=bool)
     penalties = np.flatnonzero(held & (joints["stiffness"] > 0.0))
@@ -101,6 +102,18 @@ def _spin_of_wheels(work: Work) -> sparse.csr_matrix:
             turn = slice(int(body["iv"]) + 3 - work.n_q, int(body["iv"]) + 6 - work.n_q)
             found[turn, turn] -= _skew(h)
     return found.tocsr()
+
+
+def _flow_of_threads(work: Work) -> sparse.csr_matrix:
+    """Gyroscopic part of the derivative by velocities of threads that flow to a take-up reel."""
+    rows, found = np.zeros(work.n_v), sparse.csr_matrix((work.n_v, work.n_v))
+    for thread in work.model.threads[work.model.threads["take_drive"] >= 0]:
+        first = int(thread["iv"]) - work.n_q
+        rows[first : first + 3 * int(thread["n"])] = 1.0
+    if not np.any(rows):
+        return found
+    own, only = _dampers(work), sparse.diags(rows)
+    return only @ (0.5 * (own - own.T)) @ only
 
 
 def _rubs(model: Any) -> bool:

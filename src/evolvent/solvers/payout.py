@@ -7,7 +7,7 @@ import numpy as np
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.kernels.drive import FREE, drive_angles
-from evolvent.kernels.thread import LEAST_OUT
+from evolvent.kernels.thread import LEAST_OUT, MOVING
 from evolvent.model import Model
 
 #: Times at which a drive is evaluated over a run.
@@ -16,12 +16,21 @@ _TIMES = 2001
 _ROUND_OFF = 1e-9
 
 
-def angles_of(row: np.void, model: Model, times: np.ndarray) -> np.ndarray:
-    """Angles of the driven spool of a thread's row, rad : (nt,)."""
+def angles_of(row: np.void, model: Model, times: np.ndarray, take_up: str = "") -> np.ndarray:
+    """Angles of the driven spool of a thread's row, or with the prefix "take_" of its take-up reel, rad : (nt,)."""
     angles = np.empty(times.size)
-    parameters = model.parameters[int(row["first"]) : int(row["last"])]
-    drive_angles(int(row["drive"]), parameters, int(row["law"]), times, angles)
+    first, last, law = (int(row[take_up + key]) for key in ("first", "last", "law"))
+    drive_angles(int(row[take_up + "drive"]), model.parameters[first:last], law, times, angles)
     return angles
+
+
+def taken_lengths(model: Model, times: np.ndarray) -> np.ndarray:
+    """Length of each thread on its take-up reel, m : (nt, threads); 0 without one."""
+    found = np.zeros((model.threads.size, times.size))
+    for row, taken in zip(model.threads, found, strict=True):
+        if row["take_drive"] >= 0:
+            taken[:] = -row["take_radius"] * angles_of(row, model, times, "take_")
+    return found.T
 
 
 def deployed_lengths(assembly: Assembly, times: np.ndarray) -> np.ndarray:
@@ -105,8 +114,15 @@ def check(assembly: Assembly, end: float) -> None:
                 f"but `length` is {whole[p]:g} m, all out at about {times[beyond[0]]:.6g} s; shorten `until`, slow "
                 f"down the `drive`, or set `separates`"
             )
-        if row["moving"]:
-            short = np.flatnonzero(out[:, p] < whole[p] * (LEAST_OUT - _ROUND_OFF))
+        if row["kind"] == MOVING:
+            taken = taken_lengths(model, times)[:, p]
+            pulled = np.flatnonzero(taken < -_ROUND_OFF * whole[p])
+            if pulled.size:
+                raise InputError(
+                    f"the take-up reel of the thread {thread!r} has paid out more than it has taken up at about "
+                    f"{times[pulled[0]]:.6g} s; shorten `until`, or end the pay-out in its `drive` before"
+                )
+            short = np.flatnonzero(out[:, p] - taken < whole[p] * (LEAST_OUT - _ROUND_OFF))
             if short.size:
                 raise InputError(
                     f"the drive leaves too little of the thread {thread!r} out at about {times[short[0]]:.6g} s: its "

@@ -47,7 +47,7 @@ def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
     times = np.union1d(np.linspace(start, end, _INTERVALS + 1), inner)
     found = []
     for row in model.threads[
-        (model.threads["drive"] != FREE) & (model.threads["moving"] == 0)
+        (model.threads["drive"] != FREE) & (model.threads["kind"] != thread.MOVING)
     ]:  # the loop finds those of free spools
         parameters = model.parameters[int(row["first"]) : int(row["last"])]
 
@@ -108,7 +108,7 @@ class Releases:
         self._values = np.zeros(int(self.model.info.ne))
         self.acceleration = np.zeros(int(self.model.info.nv))
         self.tension = np.zeros(self.model.nodes.size)
-        self._has_springs = bool(np.any(self.model.threads["kind"] == thread.SPRINGS))
+        self._has_springs = bool(np.any(np.isin(self.model.threads["kind"], (thread.SPRINGS, thread.MOVING))))
 
     def fire(self, t: float, y: np.ndarray) -> int:
         """Carry out what is due at t on the state y; returns how many events, -1 where a drive outruns its thread."""

@@ -74,6 +74,10 @@ def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
         raise InputError(f"gravity {tuple(gravity)} is not along the axis of the steady turn, so nothing is steady")
     refuse_thread_mass(assembly, "centrifugal forces equilibria in a steady turn leave out")
     for name, (family, index) in assembly.names.items():
+        if family == "threads" and model.threads["take_drive"][index] >= 0:
+            raise InputError(f"rotating does not support the thread {name!r}, which flows to a take-up reel; leave out "
+                             f"rotating, or its `take_up`")  # fmt: skip
+    for name, (family, index) in assembly.names.items():
         if family == "bodies" and model.bodies["motion"][index] == rigid.SPIN:
             own = model.bodies["R0"][index] @ model.bodies["axis"][index]
             if np.linalg.norm(np.cross(axis, own)) > 1e-9 * np.linalg.norm(axis):

@@ -9,9 +9,10 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly
-from evolvent.kernels import loads, rigid, springs
+from evolvent.base.errors import InputError
+from evolvent.kernels import loads, rigid, springs, thread
 from evolvent.kernels.blocks import idle, indices
-from evolvent.kernels.drive import FREE, RAMPS
+from evolvent.kernels.drive import FREE, RAMPS, drive
 from evolvent.solvers import payout
 from evolvent.solvers.fixed_lengths import hold_segments
 
@@ -22,18 +23,53 @@ _FITS = 1e-9
 
 
 def freeze_spools(model: mdl.Model, time: float) -> mdl.Model:
-    """The model with driven spools that stand at their angles of `time`; other arrays are shared."""
+    """The model with driven spools that stand at their angles of `time`; other arrays are shared.
+
+    Where thread flows from a reel to a take-up reel, both turn on at their rates, which leave its length constant.
+    """
     driven = np.flatnonzero(model.threads["drive"] != FREE)
     if not driven.size:
         return model
     threads, parameters = model.threads.copy(), model.parameters
     for p in driven:
-        angle = payout.angles_of(model.threads[p], model, np.array([time]))[0]
-        own = parameters.size
-        parameters = np.append(parameters, [angle, 0.0, 0.0])
-        threads["drive"][p], threads["first"][p], threads["last"][p], threads["law"][p] = RAMPS, own, own + 3, 0
+        flow = flow_at(model, int(p), time)
+        for prefix, radius in (("", "radius"), ("take_", "take_radius")):
+            if threads[prefix + "drive"][p] < 0:
+                continue
+            angle = payout.angles_of(model.threads[p], model, np.array([time]), prefix)[0]
+            outer = threads[radius][p] - (threads["coiling"][p] * angle if prefix == "" else 0.0)
+            rate = (flow if prefix == "" else -flow) / outer
+            own = parameters.size
+            parameters = np.append(parameters, [angle - rate * time, rate, 0.0])
+            threads[prefix + "drive"][p], threads[prefix + "law"][p] = RAMPS, 0
+            threads[prefix + "first"][p], threads[prefix + "last"][p] = own, own + 3
     found: mdl.Model = model._replace(threads=threads, parameters=parameters)
     return found
+
+
+def flow_at(model: mdl.Model, p: int, time: float) -> float:
+    """Rate at which thread p flows from its reel to a take-up reel at `time`, m/s; 0 without such a reel.
+
+    Raises
+    ------
+    InputError
+        Where both reels change the length between them: there is no equilibrium.
+    """
+    row = model.threads[p]
+    if row["take_drive"] < 0:
+        return 0.0
+    rates = []
+    for prefix, radius in (("", "radius"), ("take_", "take_radius")):
+        own = model.parameters[int(row[prefix + "first"]) : int(row[prefix + "last"])]
+        angle, rate, _ = drive(int(row[prefix + "drive"]), own, int(row[prefix + "law"]), time)
+        rates.append((row[radius] - (row["coiling"] * angle if prefix == "" else 0.0)) * rate)
+    paid, taken = float(rates[0]), -float(rates[1])
+    if abs(paid - taken) > _FITS * max(abs(paid), abs(taken)):
+        raise InputError(
+            f"a reel pays out {paid:g} m/s at {time:g} s and the take-up reel of its thread takes up {taken:g} m/s; an "
+            f"equilibrium or modes need the same rate of both"
+        )
+    return paid
 
 
 def stand_still(model: mdl.Model, time: float) -> None:
@@ -80,19 +116,24 @@ def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
         payout.check(assembly, time)
     given = y is not None and np.shape(y) == assembly.y.shape
     state = np.array(y if given else assembly.y, dtype=float)
-    s, lengths = assembly.s.copy(), payout.deployed_lengths(assembly, np.array([time]))[0]
+    s, at = assembly.s.copy(), np.array([time])
+    lengths = payout.deployed_lengths(assembly, at)[0] - payout.taken_lengths(model, at)[0]
     before = _departures(model, 0.0, assembly.y)
     now = _departures(model, time, state)
     for p, row in enumerate(model.threads):
         out, l0, first, released = float(lengths[p]), float(row["segment"]), int(row["iq"]), int(s[p])
         if row["drive"] == FREE or s[model.threads.size + p]:
             continue
-        if row["moving"]:
+        if row["kind"] == thread.MOVING:
             if time != 0.0 and not given:
                 n, (Q0, R0), (Q, R) = int(row["n"]), before[p], now[p]
-                nodes = state[first : first + 3 * n].reshape(-1, 3)
+                nodes, held = state[first : first + 3 * n].reshape(-1, 3), int(row["end"] >= 0)
                 away = R0.T @ (nodes[0] - Q0)
-                nodes[:] = Q + np.outer(out * (1.0 - np.arange(n) / n), R @ away / np.linalg.norm(away))
+                line = out * (R @ away) / np.linalg.norm(away)
+                end = _outer(model, row, state, nodes, 1, time)
+                if held and end is not None:
+                    line = end - Q
+                nodes[held:] = Q + np.outer(1.0 - np.arange(held, n) / n, line)
             continue
         if not (released - 1.0 - _FITS) * l0 <= out <= (released + _FITS) * l0 or (released == 0 and out > 0.0):
             s[p] = min(max(int(np.ceil(round(out / l0, 9))), int(row["end"] >= 0)), int(row["n"]))

@@ -13,8 +13,8 @@ Source: Tenenbaum (2014), equations 1 to 15; see `evolvent.systems.heliogyro`.
 
 `wound` : the drive, the departure point and the thread on the spool; `springs`, `chain` : the released part by the
 kind of its segments; `joined` : those of fixed length under implicit methods; `loads` : on released nodes; `energy` :
-energies and momenta; `moving` : spring segments on a mesh that moves; `implicit` : residual and tangent; `free` :
-free spools there; `bound` : of the explicit step.
+energies and momenta; `moving`, `moving_energy`, `moving_tangent` : spring segments on a mesh that moves;
+`implicit` : residual and tangent; `free` : free spools there; `bound` : of the explicit step.
 """
 
 from evolvent.kernels.drive import FREE as FREE_SPOOL
@@ -42,15 +42,18 @@ from evolvent.kernels.thread.joined import has_springs, leaves_spool, note_tensi
 from evolvent.kernels.thread.loads import add_node_load_tangents, evaluate_thread_loads, node_loads
 from evolvent.kernels.thread.moving import (
     LEAST_OUT,
-    add_turning_elements,
     carry_root,
     hold_root,
     kick_moving,
     moving_rates,
-    note_drift,
 )
+from evolvent.kernels.thread.moving_tangent import add_turning_elements, note_drift
 from evolvent.kernels.thread.results import note_results
 from evolvent.kernels.thread.spool import (
+    INEXTENSIBLE,
+    JOINED,
+    MOVING,
+    SPRINGS,
     hold_torque,
     is_loose,
     lock_spools,
@@ -62,15 +65,13 @@ from evolvent.kernels.thread.spool import (
 from evolvent.kernels.thread.springs import longest_step, spring_points, spring_thread
 from evolvent.kernels.thread.step import add_thread_step, add_thread_step_tangent, measure_threads
 from evolvent.kernels.thread.wound import (
-    INEXTENSIBLE,
-    JOINED,
-    SPRINGS,
     carry_power,
     carry_wound,
     leave_spool,
     reels,
     spool,
     spool_axis,
+    take_up,
     wound_mass,
     wound_node,
 )
@@ -80,6 +81,7 @@ __all__ = [
     "INEXTENSIBLE",
     "JOINED",
     "LEAST_OUT",
+    "MOVING",
     "SHORT",
     "SPRINGS",
     "TINY",
@@ -135,6 +137,7 @@ __all__ = [
     "spring_points",
     "spring_spools",
     "spring_thread",
+    "take_up",
     "thread_inventory",
     "until_release",
     "wound_fields",

@@ -4,7 +4,7 @@ import numpy as np
 
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.thread.end import add_end_bound
-from evolvent.kernels.thread.wound import SPRINGS
+from evolvent.kernels.thread.spool import MOVING, SPRINGS
 
 
 def _moving_bound(row, body):
@@ -51,7 +51,7 @@ def add_thread_bound(model, p, body, point):
     row = model.threads[p]
     first, n, b = int(row["node"]), int(row["n"]), int(row["body"])
     masses = model.nodes["mass"][first : first + n]
-    if row["moving"]:
+    if row["kind"] == MOVING:
         return _moving_bound(row, body)
     if row["kind"] == SPRINGS:
         stiffer = float(row["segment"] / row["shortest"]) if row["shortest"] > 0.0 else 1.0

@@ -12,8 +12,7 @@ from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import centripetal
 from evolvent.kernels.rotations import cross
-from evolvent.kernels.thread.spool import is_loose, spool_acceleration
-from evolvent.kernels.thread.wound import INEXTENSIBLE
+from evolvent.kernels.thread.spool import INEXTENSIBLE, is_loose, spool_acceleration
 from evolvent.model import MODEL, having
 
 USED_FOR = having("threads", kind=INEXTENSIBLE)

@@ -41,6 +41,20 @@ def place_end(y, model, p):
 
 
 @inlined
+def end_acceleration(p, model):
+    """Acceleration of the point of a driven body that thread p ends at: three floats, zeros without one."""
+    bodies, e = model.bodies, model.threads[p].end
+    if e < 0:
+        return 0.0, 0.0, 0.0
+    b, x = model.markers[e].index, model.nodes[model.threads[p].node].x
+    ax, ay, az = centripetal(bodies, b, x[0] - bodies[b].x[0], x[1] - bodies[b].x[1], x[2] - bodies[b].x[2])
+    if bodies[b].path != 0:
+        along, u = bodies[b].along, bodies[b].direction
+        ax, ay, az = ax + along * u[0], ay + along * u[1], az + along * u[2]
+    return ax, ay, az
+
+
+@inlined
 def carry_end(model, p):
     """Mass, weight and inertial force of the end of thread p onto its body; returns the power of the weight, W."""
     bodies, nodes, markers, gravity = model.bodies, model.nodes, model.markers, model.info.gravity

@@ -10,10 +10,10 @@ from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.springs import spring_energy
 from evolvent.kernels.thread.chain import chain_points
-from evolvent.kernels.thread.moving import moving_inventory
-from evolvent.kernels.thread.spool import ring_radius, spool_direction
+from evolvent.kernels.thread.moving_energy import moving_inventory
+from evolvent.kernels.thread.spool import INEXTENSIBLE, MOVING, SPRINGS, ring_radius, spool_direction
 from evolvent.kernels.thread.springs import natural_segment, spring_points
-from evolvent.kernels.thread.wound import INEXTENSIBLE, SPRINGS, reels, spool_axis, wound_mass
+from evolvent.kernels.thread.wound import reels, spool_axis, wound_mass
 from evolvent.model import ELASTIC, H_CARRIED, H_RELEASED, H_WOUND, KINETIC, MODEL, N_INVENTORY, P_ALL
 
 USED_FOR = "threads"
@@ -33,7 +33,7 @@ def thread_inventory(y, s, model, p, out):
     for i in range(N_INVENTORY):
         part[i] = 0.0
     elastic = 0.0
-    if threads[p].moving != 0:
+    if threads[p].kind == MOVING:
         elastic = moving_inventory(y, p, model, part)
         j = 0
     for i in range(j):
@@ -83,7 +83,7 @@ def thread_inventory(y, s, model, p, out):
 def wound_inventory(s, model, p, out):
     """Add the wound part of thread p, a ring about the spool's axis (see `wound.carry_wound`), to `out`."""
     threads, bodies = model.threads, model.bodies
-    b, r = threads[p].body, ring_radius(threads, p, threads[p].n - s[p])
+    b, r = threads[p].body, ring_radius(s, threads, p)
     x, w = bodies[b].x, bodies[b].w
     m = wound_mass(s, threads, model.nodes, p)
     cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)

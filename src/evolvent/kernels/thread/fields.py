@@ -9,7 +9,7 @@ from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
 from evolvent.kernels.springs import ON_BODY
 from evolvent.kernels.thread.end import is_end
-from evolvent.kernels.thread.spool import ring_radius
+from evolvent.kernels.thread.spool import MOVING, ring_radius
 from evolvent.kernels.thread.wound import spool_axis, wound_mass
 from evolvent.model import MODEL
 
@@ -34,6 +34,38 @@ def _end_field(t, model, p):
     return m * (ax * v[0] + ay * v[1] + az * v[2])
 
 
+@inlined
+def _half_element(outer, model, p):
+    """Place and velocity of the material at the fixed end (`outer`) or at Q of thread p into scratch.
+
+    Of a mesh that moves. Returns the mass of half an element, kg.
+    """
+    threads, nodes, x, v = model.threads, model.nodes, model.scratch[1], model.scratch[2]
+    first, n, Q, rest = threads[p].node, threads[p].n, threads[p].Q, threads[p].element
+    for c in range(3):
+        if outer:
+            inner = nodes[first + 1].x[c]
+            x[c] = nodes[first].x[c]
+            v[c] = nodes[first].v[c] + threads[p].taken[1] / rest * (x[c] - inner)
+        else:
+            x[c] = Q[c]
+            v[c] = Q[3 + c] + threads[p].b[1] / rest * (nodes[first + n - 1].x[c] - Q[c])
+    return 0.5 * threads[p].density * rest
+
+
+@inlined
+def note_end_fields(t, model, p):
+    """Accelerations by fields at both ends of thread p, on a mesh that moves, after its `spring_points`."""
+    threads, x, v = model.threads, model.scratch[1], model.scratch[2]
+    _half_element(False, model, p)
+    out = threads[p].exit_field
+    out[0], out[1], out[2] = acceleration(t, model, x, v)
+    if threads[p].end >= 0:
+        _half_element(True, model, p)
+        out = threads[p].end_field
+        out[0], out[1], out[2] = acceleration(t, model, x, v)
+
+
 @indirect(REAL(REAL, INTEGERS, MODEL, VECTOR))
 def add_node_fields(t, s, model, force):
     """Add the resultant of all fields on released nodes, whose places are known, to force : (3,); returns the power, W.
@@ -49,6 +81,14 @@ def add_node_fields(t, s, model, force):
             for c in range(3):
                 x[c], v[c] = nodes[k].x[c], nodes[k].v[c]
             a, m = acceleration(t, model, x, v), threads[p].copies * nodes[k].mass
+            for c in range(3):
+                force[c] += m * a[c]
+                power += m * a[c] * v[c]
+        for end in range(2 if threads[p].kind == MOVING else 0):
+            if end == 0 and threads[p].end < 0:
+                continue
+            m = _half_element(end == 0, model, p)
+            a = acceleration(t, model, x, v)
             for c in range(3):
                 force[c] += m * a[c]
                 power += m * a[c] * v[c]
@@ -72,7 +112,7 @@ def wound_fields(t, s, model):
         power += _end_field(t, model, p)
         if not threads[p].carried:
             continue
-        r = ring_radius(threads, p, threads[p].n - s[p])
+        r = ring_radius(s, threads, p)
         m = _ring_share(s, model, p)
         for i in range(4):
             dx, dy, dz, sx, sy, sz = _ring_point(model, p, r, i, x, v)
@@ -128,7 +168,10 @@ def add_wound_field_tangents(t, c_rate, model, matrix):
                 x[c], v[c] = nodes[k].x[c], nodes[k].v[c]
             add_body_point(t, model.markers[e].index, nodes[k].mass, c_rate, model, matrix)
         if threads[p].carried:
-            m, r = _ring_share(s, model, p), ring_radius(threads, p, threads[p].n - s[p])
+            m, r = _ring_share(s, model, p), ring_radius(s, threads, p)
             for i in range(4):
                 _ring_point(model, p, r, i, x, v)
                 add_body_point(t, threads[p].body, m, c_rate, model, matrix)
+        if threads[p].kind == MOVING:
+            m = _half_element(False, model, p)
+            add_body_point(t, threads[p].body, m, c_rate, model, matrix)

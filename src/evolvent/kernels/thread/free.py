@@ -17,8 +17,9 @@ from evolvent.kernels.rotor import acceleration_about, add_reaction
 from evolvent.kernels.sparse import SPARSE, add_entry
 from evolvent.kernels.thread.boundary import pull_slopes
 from evolvent.kernels.thread.end import TINY
-from evolvent.kernels.thread.moving import LEAST_OUT, add_feed
-from evolvent.kernels.thread.spool import paid_out, spool_direction, spool_pull, spool_torques
+from evolvent.kernels.thread.moving import LEAST_OUT
+from evolvent.kernels.thread.moving_tangent import add_payout
+from evolvent.kernels.thread.spool import MOVING, paid_out, spool_direction, spool_pull, spool_torques
 from evolvent.kernels.thread.springs import damper_slope, paid_rates, segment_columns, segment_vector, turning_columns
 from evolvent.model import MODEL, having
 
@@ -119,8 +120,8 @@ def add_spool_tangent(t, y, h, c_mass, c_rate, along, p, model, matrix):
             inertia = c_mass * copies * S * Y[c]
             add_entry(matrix, k, at + 3 + c, inertia)
             add_entry(matrix, at + 3 + c, k, inertia)
-    if threads[p].moving != 0:
-        own += add_feed(y, c_mass, c_rate, p, model, matrix)
+    if threads[p].kind == MOVING:
+        own += add_payout(y, c_mass, c_rate, p, model, matrix)
     elif s[p] > 0 and s[threads.size + p] == 0 and along != 0.0:
         r = threads[p].r
         tension_by_out, pull_by_length, pull_by_out = pull_slopes(h, along, p, model)
@@ -216,8 +217,8 @@ def next_levels(s, threads, p):
         up += OVERRUN
     if s[p] == 0 or (s[p] == 1 and threads[p].end >= 0):
         down = -OVERRUN
-    if threads[p].moving != 0:
-        down = LEAST_OUT * threads[p].n - OVERRUN
+    if threads[p].kind == MOVING:
+        down = LEAST_OUT * threads[p].n + threads[p].taken[0] / threads[p].segment - OVERRUN
     return up, down
 
 

@@ -19,7 +19,9 @@ from evolvent.kernels.thread.fields import add_wound_field_tangents, wound_field
 from evolvent.kernels.thread.free import add_spool_residual, add_spool_tangent, turn_spools
 from evolvent.kernels.thread.joined import joined_thread
 from evolvent.kernels.thread.loads import add_node_load_tangents, node_loads
-from evolvent.kernels.thread.moving import add_moving_residual, add_moving_tangent
+from evolvent.kernels.thread.moving import add_moving_residual
+from evolvent.kernels.thread.moving_tangent import add_moving_tangent
+from evolvent.kernels.thread.spool import JOINED, MOVING
 from evolvent.kernels.thread.springs import (
     add_segment_tangent,
     natural_segment,
@@ -30,7 +32,7 @@ from evolvent.kernels.thread.springs import (
     spring_points,
     spring_thread,
 )
-from evolvent.kernels.thread.wound import JOINED, carry_power, carry_wound, reels
+from evolvent.kernels.thread.wound import carry_power, carry_wound, reels
 from evolvent.model import MODEL
 
 USED_FOR = "threads"
@@ -62,7 +64,7 @@ def add_thread_residual(t, y, a, step, model, F):
         v = threads[p].iv
         if threads[p].kind != JOINED:
             _note_segments(t, y, step, model, p)
-        for i in range(threads[p].n if threads[p].moving == 0 else 0):
+        for i in range(threads[p].n if threads[p].kind != MOVING else 0):
             m = nodes[threads[p].node + i].mass
             for c in range(v + 3 * i, v + 3 * i + 3):
                 if is_end(threads, p, i):  # these coordinates stand still
@@ -73,7 +75,7 @@ def add_thread_residual(t, y, a, step, model, F):
     for b in range(bodies.size):
         _add_inertia(a, n_q, bodies, b, F)
     for p in range(threads.size):
-        if threads[p].moving != 0:
+        if threads[p].kind == MOVING:
             lost, power, driven = add_moving_residual(y, a, is_loaded(model), p, model, F)
             dissipated, given, spools = dissipated + lost, given + power, spools + driven
     dissipated += add_spool_residual(y, a, model, F)
@@ -99,7 +101,7 @@ def add_forces(t, y, h, loaded, model, dy):
         if threads[p].kind == JOINED:
             spools += joined_thread(y, s, model, p, loaded, dy)
             continue
-        if threads[p].moving != 0:  # its inertia needs the accelerations of the bodies
+        if threads[p].kind == MOVING:  # its inertia needs the accelerations of the bodies
             for i in range(threads[p].n):
                 segment_force(y, 0.0, s, p, i, model)
             continue
@@ -180,7 +182,7 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
     add_node_masses(c_mass, model, matrix)
     add_segment_tangents(y, 0.0, c_rate, model, matrix)
     for p in range(threads.size):
-        if threads[p].moving != 0:
+        if threads[p].kind == MOVING:
             add_moving_tangent(y, c_mass, c_rate, p, model, matrix)
         if threads[p].drive == FREE_SPOOL:
             along = segment_slope(0.0, c_rate, p, max(s[p] - 1, 0), model)
@@ -198,7 +200,7 @@ def add_node_masses(c_mass, model, matrix):
     """c_mass times the masses of nodes; without masses, in statics, coordinates that no force moves are held."""
     threads, s = model.threads, model.switches
     for p in range(threads.size):
-        for i in range(threads[p].n if threads[p].moving == 0 else 0):
+        for i in range(threads[p].n if threads[p].kind != MOVING else 0):
             at, mass = threads[p].iv + 3 * i - model.info.nq, model.nodes[threads[p].node + i].mass
             if is_end(threads, p, i):
                 mass = 1.0

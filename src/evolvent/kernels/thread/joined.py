@@ -12,8 +12,8 @@ from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.gaps import SEGMENT
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.sparse import add_entry
-from evolvent.kernels.thread.spool import held_tension, outer_radius, paid_out, pull_spool
-from evolvent.kernels.thread.wound import JOINED, SPRINGS, spool
+from evolvent.kernels.thread.spool import JOINED, MOVING, SPRINGS, held_tension, outer_radius, paid_out, pull_spool
+from evolvent.kernels.thread.wound import spool
 
 #: Part of a segment below which the one at a spool has just begun.
 BEGUN = 1e-2
@@ -32,7 +32,7 @@ def has_springs(model):
     """Whether threads have segments of springs, which no step of an implicit method resolves."""
     found = False
     for p in range(model.threads.size):
-        found = found or model.threads[p].kind == SPRINGS
+        found = found or model.threads[p].kind == SPRINGS or model.threads[p].kind == MOVING
     return found
 
 

@@ -23,6 +23,8 @@ from evolvent.kernels.sides import ON_BODY, add_product, add_turning, side_colum
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_turning
 from evolvent.kernels.thread.end import TINY, is_end, node_columns
+from evolvent.kernels.thread.fields import note_end_fields
+from evolvent.kernels.thread.spool import MOVING
 from evolvent.kernels.work import note_power
 from evolvent.model import MODEL
 
@@ -95,6 +97,8 @@ def node_loads(t, s, model, p):
         for c in range(3):  # of a fixed end: the forces on it, its weight is that of its body or point
             nodes[k].af[c] = 0.0 if is_end(threads, p, i) else gravity[c]
     if model.fields.size > 0:
+        if threads[p].kind == MOVING:
+            note_end_fields(t, model, p)
         for i in range(j):
             if is_end(threads, p, i):
                 continue

@@ -9,7 +9,7 @@ from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.thread.energy import thread_inventory
-from evolvent.kernels.thread.spool import held_tension, hold_torque, outer_radius, paid_out, spool_pull
+from evolvent.kernels.thread.spool import MOVING, held_tension, hold_torque, outer_radius, paid_out, spool_pull
 from evolvent.kernels.thread.wound import wound_node
 from evolvent.model import ELASTIC, H_CARRIED, H_RELEASED, KINETIC, MODEL, P_ALL
 
@@ -46,11 +46,13 @@ def note_results(y, s, model, p):
     threads[p].turning = threads[p].b[1] / threads[p].r
     threads[p].reach = outer_radius(threads, p, phi)
     threads[p].out = whole if gone else min(max(paid_out(threads, p, phi), 0.0), whole)
+    if threads[p].kind == MOVING:
+        threads[p].out = threads[p].b[0]
     threads[p].hub = held_tension(s, model, p)
     threads[p].torque = spool_pull(s, model, p) * threads[p].reach
     last = first + max(s[p] - 1, 0)
     _note_pull(threads[p].Q, nodes[last].x, threads[p].hub, threads[p].hub_pull)
-    if threads[p].moving != 0:
+    if threads[p].kind == MOVING:
         for c in range(3):
             threads[p].hub_pull[c] = threads[p].exit[c]
     tension = nodes[first].tension if s[p] > 0 else 0.0

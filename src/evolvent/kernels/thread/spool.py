@@ -17,6 +17,11 @@ from evolvent.kernels.profile import profile
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.rotor import acceleration_about, add_reaction, take_inertia
 
+#: Kinds of threads, by their segments: springs; of fixed length, with directions as coordinates; of fixed length, with
+#: positions as coordinates and a joint a segment (`joined`), as implicit methods have them; springs on a mesh that
+#: moves (`moving`).
+SPRINGS, INEXTENSIBLE, JOINED, MOVING = 0, 1, 2, 3
+
 
 @inlined
 def outer_radius(threads, p, phi):
@@ -31,8 +36,17 @@ def paid_out(threads, p, phi):
 
 
 @inlined
-def ring_radius(threads, p, wound):
-    """Radius of the thin ring that has the moment of inertia of so many wound nodes, m."""
+def ring_radius(s, threads, p):
+    """Radius of the thin ring that has the moment of inertia of the wound part of thread p, m."""
+    wound = float(threads[p].n - s[p])
+    if threads[p].kind == MOVING:
+        wound = threads[p].n - paid_out(threads, p, threads[p].phi) / threads[p].segment
+    return layer_radius(threads, p, wound)
+
+
+@inlined
+def layer_radius(threads, p, wound):
+    """`ring_radius` of so many wound segments."""
     if threads[p].coiling == 0.0:
         return threads[p].radius
     # R^2 = core^2 + length thickness/pi; the mean of the squares of core and outer radius
@@ -94,7 +108,7 @@ def spool_direction(threads, bodies, p):
 def carry_spool(model, p):
     """Free spool p, its inertia `spool` known, onto its body; the thread's tension is added by `pull_spool`."""
     threads, bodies = model.threads, model.bodies
-    if not is_loose(threads, p) or threads[p].moving != 0:  # see `moving.hold_root`
+    if not is_loose(threads, p) or threads[p].kind == MOVING:  # see `moving.hold_root`
         return
     b, copies = threads[p].body, float(threads[p].copies)
     nx, ny, nz = spool_direction(threads, bodies, p)
@@ -140,7 +154,7 @@ def held_tension(s, model, p):
     threads = model.threads
     if s[p] == 0 or s[threads.size + p] != 0:
         return 0.0
-    if threads[p].moving != 0:
+    if threads[p].kind == MOVING:
         return exit_tension(model, p)
     return model.nodes[threads[p].node + s[p] - 1].tension
 
@@ -150,7 +164,7 @@ def spool_pull(s, model, p):
     """Force by which thread p turns its spool, N: its tension there, and W (see `boundary`)."""
     if s[p] == 0 or s[model.threads.size + p] != 0:
         return 0.0
-    if model.threads[p].moving != 0:
+    if model.threads[p].kind == MOVING:
         return model.threads[p].pull
     return held_tension(s, model, p) + model.threads[p].line_energy
 
@@ -160,7 +174,7 @@ def spring_spools(y, s, model, dy):
     """Rates of the free spools of threads with segments of springs, their bodies' a known."""
     threads = model.threads
     for p in range(threads.size):
-        if threads[p].drive == FREE_SPOOL and threads[p].kind == 0 and threads[p].moving == 0:
+        if threads[p].drive == FREE_SPOOL and threads[p].kind == SPRINGS:
             k = threads[p].spool_v
             rate = y[k]
             dy[threads[p].spool_q] = rate

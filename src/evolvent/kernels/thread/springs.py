@@ -18,8 +18,7 @@ from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_turning
 from evolvent.kernels.thread.boundary import interval_factor, length_factor, mean_square
 from evolvent.kernels.thread.end import TINY, is_end, node_columns, pull_end
-from evolvent.kernels.thread.spool import pull_spool
-from evolvent.kernels.thread.wound import SPRINGS
+from evolvent.kernels.thread.spool import MOVING, SPRINGS, pull_spool
 from evolvent.model import MODEL, having
 
 USED_FOR, _SPRINGS = "threads", having("threads", kind=SPRINGS)
@@ -36,12 +35,13 @@ def spring_points(y, s, threads, nodes, p):
         for c in range(3):
             nodes[first + i].x[c] = y[q + 3 * i + c]
             nodes[first + i].v[c] = y[v + 3 * i + c]
-    if threads[p].moving != 0:  # whose material moves on along the mesh
-        part, last = 0.5 * threads[p].b[1] / threads[p].b[0], first + threads[p].n - 1
+    if threads[p].kind == MOVING:  # whose material moves on along the mesh
+        last, flow = first + threads[p].n - 1, threads[p].n * threads[p].taken[1] / threads[p].b[0]
         for i in range(1, threads[p].n):
+            part = 0.5 * (i * threads[p].growth + flow)
             for c in range(3):
                 inner = nodes[first + i + 1].x[c] if first + i < last else threads[p].Q[c]
-                nodes[first + i].v[c] += part * i * (nodes[first + i - 1].x[c] - inner)
+                nodes[first + i].v[c] += part * (nodes[first + i - 1].x[c] - inner)
 
 
 @inlined
@@ -51,16 +51,18 @@ def segment_count(s, threads, p):
 
 
 @inlined
+def is_boundary(s, threads, p, i):
+    """Whether segment i of thread p is the one between the spool and the last node, whose length is its own."""
+    return i == s[p] - 1 and threads[p].kind != MOVING
+
+
+@inlined
 def natural_segment(s, threads, p, i):
     """Natural length and stiffness of segment i of thread p in a state."""
-    rest, stiffness = threads[p].segment, threads[p].stiffness
-    if threads[p].moving != 0:
-        rest = threads[p].b[0] / threads[p].n
-        stiffness *= threads[p].segment / rest
-    elif i == s[p] - 1:
+    if is_boundary(s, threads, p, i):
         rest = threads[p].b[0]
-        stiffness *= length_factor(threads, p, rest)[0]
-    return rest, stiffness
+        return rest, threads[p].stiffness * length_factor(threads, p, rest)[0]
+    return threads[p].element, threads[p].stiffness * (threads[p].segment / threads[p].element)
 
 
 @inlined
@@ -88,10 +90,8 @@ def segment_force(y, h, s, p, i, model):
     rate, stretch_rate : m/s, rates of the elongation and of the length (eq. 9: of length paid out along the segment)
     """
     threads, nodes, at_spool = model.threads, model.nodes, i == s[p] - 1
-    k, rest, longer = threads[p].node + i, threads[p].segment, 0.0
-    if threads[p].moving != 0:
-        rest = threads[p].b[0] / threads[p].n
-    elif at_spool:
+    k, rest, longer, boundary = threads[p].node + i, threads[p].element, 0.0, is_boundary(s, threads, p, i)
+    if boundary:
         rest, longer = threads[p].b[0], threads[p].b[1]
     ex, ey, ez, vx, vy, vz = segment_vector(y, s, p, i, model)
     length = math.sqrt(ex * ex + ey * ey + ez * ez)
@@ -113,10 +113,8 @@ def segment_force(y, h, s, p, i, model):
     stretch_rate = (vx * ex + vy * ey + vz * ez) * scale
     if h != 0.0:
         stretch_rate = (nodes[k].length1 - nodes[k].length0) / h
-    rate = stretch_rate
-    if threads[p].moving != 0:
-        rate -= length * threads[p].b[1] / threads[p].b[0]
-    elif at_spool:
+    rate = stretch_rate - length * threads[p].growth
+    if boundary:
         rate -= longer * (threads[p].X[0] * ex + threads[p].X[1] * ey + threads[p].X[2] * ez)
     extension = length - rest
     if h != 0.0 and threads[p].slack != 0:
@@ -125,13 +123,14 @@ def segment_force(y, h, s, p, i, model):
     else:
         nodes[k].along = 1.0
     nodes[k].length, stiffness, damping = length, threads[p].stiffness, threads[p].damping
-    if threads[p].moving != 0:
-        stiffness, damping = stiffness * threads[p].segment / rest, damping * threads[p].segment / rest
-    elif at_spool and threads[p].shortest != 0.0:
-        factor, slope, _, _ = interval_factor(h, threads, p)
-        squares, _ = mean_square(h, p, k, model)
-        threads[p].line_energy = -0.5 * stiffness * slope * squares
-        stiffness, damping = factor * stiffness, factor * damping
+    factor = threads[p].segment / threads[p].element
+    if boundary:
+        factor = 1.0
+        if threads[p].shortest != 0.0:
+            factor, slope, _, _ = interval_factor(h, threads, p)
+            squares, _ = mean_square(h, p, k, model)
+            threads[p].line_energy = -0.5 * stiffness * slope * squares
+    stiffness, damping = factor * stiffness, factor * damping
     elastic, damped = stiffness * extension, damping * rate
     if threads[p].slack != 0:
         elastic, damped = taut(elastic, damped)
@@ -270,12 +269,10 @@ def spring_thread(y, h, s, model, p, loaded, dy):
 @inlined
 def stiffness_factor(h, threads, p, leaves):
     """Stiffness of a segment of thread p over that of a whole one; `leaves`: it is the one at the spool."""
-    if threads[p].moving != 0:
-        return threads[p].segment * threads[p].n / threads[p].b[0]
     if leaves:
         factor, _, _, _ = interval_factor(h, threads, p)
         return factor
-    return 1.0
+    return threads[p].segment / threads[p].element
 
 
 @inlined
@@ -287,7 +284,7 @@ def segment_slope(h, c_rate, p, i, model):
     threads, k = model.threads, model.threads[p].node + i
     if threads[p].slack != 0 and model.nodes[k].tension == 0.0:
         return 0.0
-    factor = stiffness_factor(h, threads, p, i == model.switches[p] - 1)
+    factor = stiffness_factor(h, threads, p, is_boundary(model.switches, threads, p, i))
     stiffness, damping = factor * threads[p].stiffness, factor * threads[p].damping
     if h == 0.0:
         return stiffness + c_rate * damping
@@ -310,7 +307,7 @@ def segment_columns(p, i, s, model, Ja, Jb):
 def paid_rates(h, p, v, model):
     """Rate v of a vector, three floats, less the length that thread p pays out along X; over a step that alone."""
     threads, of_state = model.threads, 1.0 if h == 0.0 else 0.0
-    X, longer = threads[p].X, threads[p].b[1] if threads[p].moving == 0 else 0.0
+    X, longer = threads[p].X, threads[p].b[1] if threads[p].kind != MOVING else 0.0
     return of_state * v[0] - longer * X[0], of_state * v[1] - longer * X[1], of_state * v[2] - longer * X[2]
 
 
@@ -339,7 +336,8 @@ def damper_slope(h, p, i, model):
 
     It is 0 of a slack segment, and over a step of those that do not leave the spool.
     """
-    threads, leaves = model.threads, i == model.switches[p] - 1
+    threads = model.threads
+    leaves = is_boundary(model.switches, threads, p, i)
     if h != 0.0 and not leaves:
         return 0.0
     if threads[p].slack != 0 and model.nodes[threads[p].node + i].tension == 0.0:
@@ -384,8 +382,7 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
         for r in range(3):
             for c in range(3):
                 K[r, c] += damper / length * n[r] * (v[c] - rate * m[c])
-                if threads[p].moving != 0:
-                    K[r, c] -= damper * threads[p].b[1] / threads[p].b[0] * n[r] * n[c]
+                K[r, c] -= damper * threads[p].growth * n[r] * n[c]
     if not (held or whole):
         outer = threads[p].iv + 3 * i - model.info.nq
         inner = outer + 3

@@ -58,7 +58,7 @@ def measure_threads(end, t, y, model):
 def ring_inertia(p, model):
     """Inertia of the carried thread on spool p about the spool's axis, of all copies, kg m2."""
     threads, s = model.threads, model.switches
-    r = ring_radius(threads, p, threads[p].n - s[p])
+    r = ring_radius(s, threads, p)
     return threads[p].carried * threads[p].copies * wound_mass(s, threads, model.nodes, p) * r * r
 
 

@@ -8,14 +8,19 @@ from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined, ker
 from evolvent.kernels.drive import FREE as FREE_SPOOL, drive
 from evolvent.kernels.rigid import add_ring, add_wrench, point_kinematics
 from evolvent.kernels.rotations import cross, turn
-from evolvent.kernels.thread.end import carry_end, place_end
-from evolvent.kernels.thread.spool import carry_spool, note_spool, outer_radius, paid_out, ring_radius
+from evolvent.kernels.thread.end import carry_end, is_end, place_end
+from evolvent.kernels.thread.spool import (
+    MOVING,
+    carry_spool,
+    layer_radius,
+    note_spool,
+    outer_radius,
+    paid_out,
+    ring_radius,
+)
 from evolvent.model import MODEL
 
 USED_FOR = "threads"
-#: Kinds of threads, by their segments: springs; of fixed length, with directions as coordinates; of fixed length, with
-#: positions as coordinates and a joint a segment (`joined`), as implicit methods have them.
-SPRINGS, INEXTENSIBLE, JOINED = 0, 1, 2
 
 
 @inlined
@@ -36,10 +41,12 @@ def reels(t, y, s, model):
         r = threads[p].r = outer_radius(threads, p, phi)
         threads[p].phi = phi
         threads[p].b[0] = max(paid_out(threads, p, phi) - (s[p] - 1) * threads[p].segment, 0.0)
-        if threads[p].moving != 0:
-            spread(threads, model.nodes, p, paid_out(threads, p, phi))
         threads[p].b[1] = r * rate
         threads[p].b[2] = r * acceleration - threads[p].coiling * rate * rate
+        threads[p].element = threads[p].segment
+        if threads[p].kind == MOVING:
+            take_up(t, threads, parameters, p)
+            spread(threads, model.nodes, p, paid_out(threads, p, phi) - threads[p].taken[0])
         note_spool(t, y, s, model, p)
         Q = threads[p].departure
         dx, dy, dz, vx, vy, vz = point_kinematics(bodies, b, Q[0], Q[1], Q[2])
@@ -57,18 +64,35 @@ def reels(t, y, s, model):
 
 
 @inlined
+def take_up(t, threads, parameters, p):
+    """Length of thread p on its take-up reel, with its first two derivatives, into `taken`; zeros without such a reel.
+
+    A reel whose drive turns backwards takes up.
+    """
+    taken = threads[p].taken
+    taken[0] = taken[1] = taken[2] = 0.0
+    if threads[p].take_drive >= 0:
+        own, r = parameters[threads[p].take_first : threads[p].take_last], threads[p].take_radius
+        phi, rate, acceleration = drive(threads[p].take_drive, own, threads[p].take_law, t)
+        taken[0], taken[1], taken[2] = -r * phi, -r * rate, -r * acceleration
+
+
+@inlined
 def spread(threads, nodes, p, out):
     """Length `out` (m) of thread p, on a mesh that moves, spread over its elements: lumped masses and spans of nodes.
 
-    These carry loads; inertia is that of `moving`.
+    These carry loads; inertia is that of `moving`. Of an end that is fixed only the tip mass is lumped.
     """
     n, first = threads[p].n, threads[p].node
     threads[p].b[0] = max(out, 1e-9 * n * threads[p].segment)
-    span = threads[p].b[0] / n
+    span = threads[p].element = threads[p].b[0] / n
+    threads[p].growth = (threads[p].b[1] - threads[p].taken[1]) / threads[p].b[0]
     for i in range(n):
         nodes[first + i].span = span if i > 0 else 0.5 * span
         mass = threads[p].density * nodes[first + i].span + (threads[p].tip_mass if i == 0 else 0.0)
         nodes[first + i].mass, nodes[first + i].compliance = mass, 1.0 / mass
+    if is_end(threads, p, 0):
+        nodes[first].mass = nodes[first].compliance = threads[p].tip_mass
 
 
 @inlined
@@ -109,8 +133,9 @@ def spool_axis(threads, bodies, p):
 def wound_mass(s, threads, nodes, p):
     """Mass of the wound part of thread p, kg."""
     mass = 0.0
-    if threads[p].moving != 0:
-        return threads[p].density * max(threads[p].n * threads[p].segment - threads[p].b[0], 0.0)
+    if threads[p].kind == MOVING:
+        out = threads[p].b[0] + threads[p].taken[0]
+        return threads[p].density * max(threads[p].n * threads[p].segment - out, 0.0)
     for i in range(s[p], threads[p].n):
         mass += nodes[threads[p].node + i].mass
     return mass
@@ -133,7 +158,7 @@ def carry_wound(s, model):
         if not threads[p].carried:
             carry_spool(model, p)
             continue
-        b, r = threads[p].body, ring_radius(threads, p, threads[p].n - s[p])
+        b, r = threads[p].body, ring_radius(s, threads, p)
         wound = wound_mass(s, threads, nodes, p)
         threads[p].spool += wound * r * r
         # a node that is leaving (during an impulse) is at Q already
@@ -166,7 +191,7 @@ def carry_power(s, model):
             continue
         r, b1, b2 = threads[p].r, threads[p].b[1], threads[p].b[2]
         b2 += threads[p].coiling * (b1 / r) * (b1 / r)
-        share = ring_radius(threads, p, threads[p].n - s[p]) / r
+        share = ring_radius(s, threads, p) / r
         m = share * share * threads[p].copies * wound_mass(s, threads, nodes, p)
         cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
         a = bodies[threads[p].body].a
@@ -183,7 +208,7 @@ def share_radius(threads, nodes, p, k):
     inside, wound = 0.0, first + n - k - 1
     for i in range(k + 1, first + n):
         inside += nodes[i].mass
-    less, more = ring_radius(threads, p, wound), ring_radius(threads, p, wound + 1)
+    less, more = layer_radius(threads, p, wound), layer_radius(threads, p, wound + 1)
     return math.sqrt(more * more + inside * (more * more - less * less) / nodes[k].mass)
 
 

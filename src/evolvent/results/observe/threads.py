@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly.references import FROM_TIP
-from evolvent.kernels.drive import FREE
+from evolvent.kernels.drive import FREE, drive
 from evolvent.model import RESULTS
 from evolvent.results.observe.variables import Observed, cross, norm, turned, turned_back
 from evolvent.results.observe.view import Pose, View
@@ -156,6 +156,9 @@ def observe_reel(view: View, name: str) -> Observed:
     """Angle and rate of the spool, and the torque of its thread, of all reels that hold a thread."""
     found = Observed()
     threads = [k for k, part in view.assembly.parts.items() if getattr(part, "reel", None) == name]
+    winding = [k for k, part in view.assembly.parts.items() if getattr(part, "take_up", None) == name]
+    if winding:
+        _observe_take_up(view, name, winding[0], found)
     if not threads:
         return found
     index = view.index(threads[0])
@@ -185,3 +188,33 @@ def observe_reel(view: View, name: str) -> Observed:
         }
     ]
     return found
+
+
+def _observe_take_up(view: View, name: str, thread: str, found: Observed) -> None:
+    """Add angle, rate and wound length of a take-up reel."""
+    row, part = view.model.threads[view.index(thread)], view.part(name)
+    own = view.model.parameters[int(row["take_first"]) : int(row["take_last"])]
+    turns = [drive(int(row["take_drive"]), own, int(row["take_law"]), float(t)) for t in view.t]
+    angle = np.array([turn[0] for turn in turns])
+    for (key, unit, text), values in zip(
+        (RESULTS["threads"]["phi"], RESULTS["threads"]["turning"]), (angle, np.array([turn[1] for turn in turns])),
+        strict=True,
+    ):  # fmt: skip
+        found.scalar(key, values, unit, text)
+    found.scalar("wound_length", -part.radius * angle, "m", "length of thread that the reel has taken up")
+    pose = view.pose(int(view.model.markers["index"][row["end"]]))
+    centre = np.array(part.centre, dtype=float)
+    found.vector("position", pose.x + turned(pose.R, centre), "m", "centre of the spool, inertial axes")
+    found.plots = ["angle", "wound_length"]
+    found.drawn = [
+        {
+            "spool": {
+                "body": part.body,
+                "radius": part.radius,
+                "angle": "angle",
+                "centre": [float(c) for c in centre],
+                "axis": [float(c) for c in part.frame(name)[1]],
+                "width": view.part(thread).width or part.radius,
+            }
+        }
+    ]
