@@ -22,17 +22,20 @@ _FITS = 1e-9
 
 
 def freeze_spools(model: mdl.Model, time: float) -> mdl.Model:
-    """The model with driven spools that stand at their angles of `time`; other arrays are shared."""
-    driven = np.flatnonzero(model.threads["drive"] != FREE)
-    if not driven.size:
-        return model
-    threads, parameters = model.threads.copy(), model.parameters
-    for p in driven:
-        angle = payout.angles_of(model.threads[p], model, np.array([time]))[0]
-        own = parameters.size
-        parameters = np.append(parameters, [angle, 0.0, 0.0])
-        threads["drive"][p], threads["first"][p], threads["last"][p], threads["law"][p] = RAMPS, own, own + 3, 0
-    found: mdl.Model = model._replace(threads=threads, parameters=parameters)
+    """The model with spools and rods that stand at their angles and lengths of `time`; other arrays are shared."""
+    found: mdl.Model = model
+    for family in ("threads", "rods"):
+        own = getattr(model, family)
+        driven = np.flatnonzero(own["payout"] != 0 if family == "rods" else own["drive"] != FREE)
+        if not driven.size:
+            continue
+        rows, parameters = own.copy(), found.parameters
+        for p in driven:
+            value = payout.angles_of(own[p], model, np.array([time]))[0]
+            first = parameters.size
+            parameters = np.append(parameters, [value, 0.0, 0.0])
+            rows["drive"][p], rows["first"][p], rows["last"][p], rows["law"][p] = RAMPS, first, first + 3, 0
+        found = found._replace(**{family: rows, "parameters": parameters})
     return found
 
 
@@ -126,9 +129,19 @@ def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
             line = R @ (R0.T @ away) / size if size > 0.0 else R @ row["payout_axis"]
         first_own = int(row["end"] >= 0)
         nodes[first_own : s[p]] = Q + (out - np.arange(first_own, s[p]) * l0)[:, None] * line
+    if time != 0.0 and not given:
+        _lengthen_rods(model, time, state)
     found = freeze_spools(model, time)
     hold_segments(time, state, s, found)
     return dataclasses.replace(assembly, model=found, s=s), state if y is None or given else y
+
+
+def _lengthen_rods(model: mdl.Model, time: float, y: Array) -> None:
+    """Spread rods that pay out, whose nodes in y are those of the start, over their lengths of `time`."""
+    for row in model.rods[model.rods["payout"] != 0]:
+        start, now = payout.angles_of(row, model, np.array([0.0, time]))
+        at = model.bodies["iq"][int(row["first_body"]) :][: int(row["elements"]) + 1, None] + np.arange(3)
+        y[at] = y[at[0]] + now / start * (y[at] - y[at[0]])
 
 
 def _departures(model: mdl.Model, time: float, y: Array) -> list[tuple[Array, Array]]:

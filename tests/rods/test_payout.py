@@ -1,0 +1,189 @@
+"""Rods that pay out: closed forms, an independent model of the extruded beam, balances, and what is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from book import Book
+from evolvent import System, parts
+from evolvent.elements import Material, Rectangle
+from helpers import fitted_order
+
+Array = np.ndarray
+WHOLE, THICKNESS, WIDTH = 1.0, 0.005, 0.04
+MATERIAL = Material(young_modulus=1e8, poisson_ratio=0.3, density=1000.0)
+SECTION = Rectangle(thickness=THICKNESS, width=WIDTH)
+MU, EI = 1000.0 * THICKNESS * WIDTH, 1e8 * WIDTH * THICKNESS**3 / 12.0
+#: Roots of cos b cosh b = -1.
+BETA = np.array([1.8751040687119611, 4.694091132974174, 7.854757438237613, 10.995540734875467, 14.13716839104647,
+                 17.278759532088234, 20.42035225104125, 23.561944901806445])  # fmt: skip
+
+
+def moved(rate: float, start: float) -> dict[str, Any]:
+    """A drive at a constant rate, m/s, from a length, m."""
+    return {"constant": {"rate": rate, "angle": start}}
+
+
+def boom(payout: Any, elements: int = 8, *, gravity: Any = (0.0, 0.0, 0.0), **keys: Any) -> System:
+    """A rod clamped at its exit to the ground; y of its section is the thin direction."""
+    system = System(gravity=gravity)
+    own = {"length": WHOLE, "section": SECTION, "material": MATERIAL, "elements": elements}
+    system.add(parts.Rod(**(own | keys), payout=payout), "rod")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type="clamp"), "clamp")
+    return system
+
+
+@pytest.mark.slow
+def test_modes_over_the_free_length(book: Book) -> None:
+    """Bending of a beam that is pulled through a guide: (beta/l)^2 sqrt(EI/mu) at any length; order 2."""
+    meshes, errors = np.array([8, 16, 32]), []
+    for elements in meshes:
+        system, worst = boom({"expression": "0.25 + 0.75*t"}, int(elements)), 0.0
+        for time, length in ((0.0, 0.25), (0.4, 0.55), (1.0, 1.0)):
+            wanted = (BETA[:2] / length) ** 2 * np.sqrt(EI / MU)
+            wanted /= np.sqrt(1.0 + (THICKNESS / length) ** 2 / 12.0 * np.array([4.65, 32.4]))  # rotary inertia, shear
+            found = system.modes(count=6, time=time).frequency
+            nearest = np.abs(found[:, None] / wanted - 1.0).min(axis=0)
+            worst = max(worst, nearest.max())
+        errors.append(worst)
+    assert fitted_order(1.0 / meshes, np.array(errors)) == pytest.approx(2.0, abs=0.3)
+    book(
+        "Modes", "bending of a beam pulled through a guide, at three free lengths (rod that pays out, 32 elements)",
+        reference="closed form", source="(beta/l)^2 sqrt(EI/mu)", error=errors[-1], allowed=2e-3,
+    )  # fmt: skip
+
+
+def extruded(times: Array, rate: float, start: float, load: float) -> Array:
+    """Deflection of the tip of a cantilever that is extruded at a constant rate under a load per mass, m/s2.
+
+    Notes
+    -----
+    Tabarrok, Leech and Kim (1974): w_tt + 2 v w_xt + v^2 w_xx + EI/mu w_xxxx = g, with eight modes of the cantilever of
+    the length that is out, by Galerkin's method.
+    """
+    at, weight = np.polynomial.legendre.leggauss(80)
+    x, weight = 0.5 * (at + 1.0), 0.5 * weight
+    b = BETA[:, None]
+    s = (np.sin(b) - np.sinh(b)) / (np.cos(b) + np.cosh(b))
+
+    def modes(x: Array) -> tuple[Array, Array, Array]:
+        c, d = b * x, s
+        value = np.cosh(c) - np.cos(c) + d * (np.sinh(c) - np.sin(c))
+        first = b * (np.sinh(c) + np.sin(c) + d * (np.cosh(c) - np.cos(c)))
+        second = b**2 * (np.cosh(c) + np.cos(c) + d * (np.sinh(c) + np.sin(c)))
+        return value, first, second
+
+    p, p1, p2 = modes(x)
+    M = (weight * p) @ p.T
+    C1, K1, K2, F = (weight * (1 - x) * p) @ p1.T, (weight * (1 - x) * p) @ p1.T, 0.0, (weight * p).sum(axis=1)
+    K2 = (weight * (1 - x) ** 2 * p) @ p2.T
+    bending = M * BETA**4
+
+    def right(t: float, y: Array) -> Array:
+        length = start + rate * t
+        lam, q, v = rate / length, y[: BETA.size], y[BETA.size :]
+        force = load * F - 2.0 * lam * C1 @ v - lam**2 * (K2 - 2.0 * K1) @ q - EI / MU / length**4 * bending @ q
+        return np.concatenate([v, np.linalg.solve(M, force)])
+
+    run = solve_ivp(
+        right, (0.0, times[-1]), np.zeros(2 * BETA.size), method="DOP853", t_eval=times, rtol=1e-9, atol=1e-12
+    )
+    return np.asarray(modes(np.ones(1))[0][:, 0] @ run.y[: BETA.size])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("rate", "start"), [(0.15, 0.5), (-0.15, 0.8)], ids=["out", "in"])
+def test_an_extruded_beam(rate: float, start: float, book: Book) -> None:
+    """The tip under its weight, put on at once, against Galerkin's method; the flow changes it by a fifth."""
+    errors, meshes, g = [], np.array([8, 16]), 1e-3
+    for elements in meshes:
+        system = boom(moved(rate, start), int(elements), gravity=(0.0, -g, 0.0))
+        run = system.simulate(until=2.0, every=0.05, method="generalized-alpha", step=2e-3, spectral_radius=0.9)
+        t, w = np.asarray(run["time"]), np.asarray(run["rod"]["tip_position"])[:, 1]
+        wanted = extruded(t, rate, start, -g)
+        errors.append(float(np.abs(w - wanted).max() / np.abs(wanted).max()))
+    richardson = errors[-1]
+    print(errors, np.abs(wanted).max())
+    book(
+        "Dynamics", f"tip of a beam that is {'extruded' if rate > 0.0 else 'retracted'} under its weight "
+        f"(rod that pays out, 16 elements)", reference="Galerkin's method, eight modes",
+        source="Tabarrok, Leech & Kim 1974", error=richardson, allowed=3e-3,
+    )  # fmt: skip
+
+
+def spinning(payout: Any, *, motion: str = "spin", offset: float = 0.1, **keys: Any) -> System:
+    """A stiff rod that is extruded along x out of a hub, from the distance `offset` from its spin axis z."""
+    stiff = Material(young_modulus=1e12, poisson_ratio=0.3, density=1000.0)
+    own = {"length": WHOLE, "section": SECTION, "material": stiff, "elements": 4}
+    system, rate = System(), keys.pop("rate", 2.0)
+    system.add(parts.RigidBody(motion=motion, axis=(0.0, 0.0, 1.0), inertia=0.05, rate=rate), "hub")
+    rod = parts.Rod(
+        **(own | keys), payout=payout, position=(offset, 0.0, 0.0), velocity=(0.0, offset * rate, 0.0),
+        angular_velocity=(0.0, 0.0, rate),
+    )  # fmt: skip
+    system.add(rod, "rod")
+    system.add(parts.Joint(a="hub", b="rod.root", type="clamp"), "clamp")
+    return system
+
+
+def test_angular_momentum_of_a_spinning_hub(book: Book) -> None:
+    """I(t) W is constant, out and back in, with the rest at the exit and the inertia of the sections."""
+    b, ramp = 0.1, {"ramp": {"angle": 0.2, "rate": 0.3, "steps": [[0.5, 0.5, -0.3]]}}
+    run = spinning(ramp, offset=b).simulate(until=1.5, every=0.1, method="generalized-alpha", step=1e-3)
+    out, W = np.asarray(run["rod"]["deployed_length"]), np.asarray(run["hub"]["rate"])
+    W = W if W.ndim == 1 else W[:, 2]
+    across = MU / 12.0 * THICKNESS**2
+    inertia = 0.05 + MU * ((b + out) ** 3 - b**3) / 3.0 + MU * (WHOLE - out) * b**2 + across * out
+    assert out.max() > 0.39
+    assert out[-1] == pytest.approx(0.2, abs=0.01)
+    print(W * inertia / (W[0] * inertia[0]) - 1.0, np.ptp(W))
+    error = float(np.abs(W * inertia / (W[0] * inertia[0]) - 1.0).max())
+    book(
+        "Dynamics", "spin of a hub that extrudes a stiff rod and draws it in (4 elements)", reference="I W constant",
+        source="closed form", error=error, allowed=1e-6,
+    )  # fmt: skip
+
+
+def test_root_of_an_extruded_spinning_rod(book: Book) -> None:
+    """Tension mu W^2 l (b + l/2) less mu v^2, shear 2 mu W v l, moment mu W v l^2 at the exit of a driven hub."""
+    b, v, W = 0.1, 0.2, 2.0
+    system = spinning(moved(v, 0.3), motion="driven", offset=b, rate=W, stiffness_damping=1e-5)
+    run = system.simulate(until=1.0, every=0.05, method="generalized-alpha", step=1e-3)
+    rod, t = run["rod"], np.asarray(run["time"])
+    out = np.asarray(rod["deployed_length"])
+    force, moment = np.asarray(run["clamp"]["force"]), np.asarray(run["clamp"]["moment"])
+    radial = force[:, 0] * np.cos(W * t) + force[:, 1] * np.sin(W * t)
+    across = -force[:, 0] * np.sin(W * t) + force[:, 1] * np.cos(W * t)
+    stowed = MU * (WHOLE - out) * W**2 * b
+    found = np.abs(np.stack([radial, across, moment[:, 2]]))[:, 1:]
+    wanted = np.stack(
+        [MU * W**2 * out * (b + 0.5 * out) - MU * v**2 + stowed, 2 * MU * W * v * out, MU * W * v * out**2]
+    )[:, 1:]
+    print(found[:, -1], wanted[:, -1], np.asarray(rod["axial_force"])[-1], np.asarray(rod["drive_force"])[-3:])
+    errors = np.abs(found / wanted - 1.0).max(axis=1)
+    book(
+        "Dynamics", "force and Coriolis moment at the exit of a spinning rod that is extruded",
+        reference="closed form", source="mu W^2 l (b + l/2), 2 mu W v l, mu W v l^2", error=float(errors.max()),
+        allowed=1e-4,
+    )  # fmt: skip
+
+
+def test_balances() -> None:
+    """Energy with the work of the drive, and momenta of a free craft, by both methods."""
+    for method, keys in (("generalized-alpha", {"step": 5e-4}), ("dopri5", {"tolerance": 1e-9})):
+        system = System()
+        craft = parts.RigidBody(mass=1.0, inertia=(0.01, 0.02, 0.03), angular_velocity=(0.1, 0.3, 1.0))
+        system.add(craft, "craft")
+        rod = parts.Rod(
+            length=0.5, section=SECTION, material=MATERIAL, elements=3, payout=moved(0.2, 0.2),
+            position=(0.1, 0.0, 0.0), direction=(0.8, 0.6, 0.0), angular_velocity=(0.1, 0.3, 1.0),
+            velocity=np.cross((0.1, 0.3, 1.0), (0.1, 0.0, 0.0)),
+        )  # fmt: skip
+        system.add(rod, "rod")
+        system.add(parts.Joint(a="craft", b="rod.root", type="clamp"), "clamp")
+        run = system.simulate(until=0.2, every=0.02, method=method, **keys)
+        print(method, {k: np.asarray(run[k]) for k in run.data_vars if "energy" in k or "moment" in k or "work" in k})
