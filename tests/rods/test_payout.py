@@ -132,14 +132,14 @@ def spinning(payout: Any, *, motion: str = "spin", offset: float = 0.1, **keys: 
 
 def test_angular_momentum_of_a_spinning_hub(book: Book) -> None:
     """I(t) W is constant, out and back in, with the rest at the exit and the inertia of the sections."""
-    b, ramp = 0.1, {"ramp": {"angle": 0.2, "rate": 0.3, "steps": [[0.5, 0.5, -0.3]]}}
-    run = spinning(ramp, offset=b).simulate(until=1.5, every=0.1, method="generalized-alpha", step=1e-3)
+    b, ramp = 0.1, {"ramp": {"angle": 0.2, "steps": [[0.1, 0.4, 0.3], [0.6, 0.8, -0.3], [1.5, 0.4, 0]]}}
+    run = spinning(ramp, offset=b).simulate(until=2.0, every=0.1, method="generalized-alpha", step=1e-3)
     out, W = np.asarray(run["rod"]["deployed_length"]), np.asarray(run["hub"]["rate"])
     W = W if W.ndim == 1 else W[:, 2]
     across = MU / 12.0 * THICKNESS**2
     inertia = 0.05 + MU * ((b + out) ** 3 - b**3) / 3.0 + MU * (WHOLE - out) * b**2 + across * out
-    assert out.max() > 0.39
-    assert out[-1] == pytest.approx(0.2, abs=0.01)
+    assert out.max() > 0.36
+    assert out[-1] < 0.33
     print(W * inertia / (W[0] * inertia[0]) - 1.0, np.ptp(W))
     error = float(np.abs(W * inertia / (W[0] * inertia[0]) - 1.0).max())
     book(
@@ -151,7 +151,7 @@ def test_angular_momentum_of_a_spinning_hub(book: Book) -> None:
 def test_root_of_an_extruded_spinning_rod(book: Book) -> None:
     """Tension mu W^2 l (b + l/2) less mu v^2, shear 2 mu W v l, moment mu W v l^2 at the exit of a driven hub."""
     b, v, W = 0.1, 0.2, 2.0
-    system = spinning(moved(v, 0.3), motion="driven", offset=b, rate=W, stiffness_damping=1e-5)
+    system = spinning({"ramp": {"angle": 0.3, "steps": [[0, 0.4, v]]}}, motion="driven", offset=b, rate=W, stiffness_damping=1e-5)
     run = system.simulate(until=1.0, every=0.05, method="generalized-alpha", step=1e-3)
     rod, t = run["rod"], np.asarray(run["time"])
     out = np.asarray(rod["deployed_length"])
@@ -159,10 +159,10 @@ def test_root_of_an_extruded_spinning_rod(book: Book) -> None:
     radial = force[:, 0] * np.cos(W * t) + force[:, 1] * np.sin(W * t)
     across = -force[:, 0] * np.sin(W * t) + force[:, 1] * np.cos(W * t)
     stowed = MU * (WHOLE - out) * W**2 * b
-    found = np.abs(np.stack([radial, across, moment[:, 2]]))[:, 1:]
+    found = np.abs(np.stack([radial, across, moment[:, 2]]))[:, t >= 0.4]
     wanted = np.stack(
         [MU * W**2 * out * (b + 0.5 * out) - MU * v**2 + stowed, 2 * MU * W * v * out, MU * W * v * out**2]
-    )[:, 1:]
+    )[:, t >= 0.4]
     print(found[:, -1], wanted[:, -1], np.asarray(rod["axial_force"])[-1], np.asarray(rod["drive_force"])[-3:])
     errors = np.abs(found / wanted - 1.0).max(axis=1)
     book(
