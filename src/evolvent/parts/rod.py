@@ -281,8 +281,6 @@ class Rod(Part):
         arms = self.arms()
         pieces = [self.section.between(*places) for places in itertools.pairwise(ends)]
         same = all(piece is self.section for piece in pieces) and not np.any(np.ptp(rest, axis=0))
-        if paid and not all(piece is self.section for piece in pieces):
-            raise InputError(f"{name}.section is tapered, but {name}.payout is given; give one section")
         same = same and self.grading == 1.0
         stiffness, shares, sections, fibres = [], [], [], []
         for length, piece, strain in zip(h, pieces[: 1 if same else n], rest, strict=False):
@@ -323,6 +321,8 @@ class Rod(Part):
             raise InputError(f"{key} is a free spool, which a rod does not support; give a drive of the length")
         if isinstance(self.section, TapeSection):
             raise InputError(f"{key} is given, but the section of {name} is a tape, which flattens; leave one out")
+        if self.section.between(0.0, 0.5) is not self.section:
+            raise InputError(f"{name}.section is tapered, but {key} is given; give one section, or leave it out")
         for field in ("grading", "shape", "curvature", "rest", "nodes", "folds", "mass_damping"):
             if field in self.model_fields_set:
                 raise InputError(f"{key} and {name}.{field} are both given; leave one of them out")
