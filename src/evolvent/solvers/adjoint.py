@@ -62,8 +62,6 @@ def check(method: str, model: Any) -> None:
             raise InputError(f"the adjoint does not support {name}, which the system has; take mode 'forward'")
     if model.tapes.size:
         raise InputError("the adjoint does not support rods whose section is a tape; take mode 'forward'")
-    if np.any(model.rods["payout"] != 0):
-        raise InputError("the adjoint does not support rods that pay out; take mode 'forward'")
     if np.any(model.coordinates["friction"] > 0.0):
         raise InputError("joints have friction, which the adjoint does not support; take mode 'forward'")
 
