@@ -76,6 +76,23 @@ def tape() -> Case:
     )  # fmt: skip
 
 
+@of("a rod that pays out")
+def paid_out() -> Case:
+    """A straight cantilever that is extruded without a load; its frequency is that of the length that is out."""
+
+    def system() -> System:
+        found, drive = System(), {"expression": "0.5 + 0.1*t**3"}
+        found.add(parts.Rod(length=1.0, section=FLAT, material=SOFT, elements=8, payout=drive), "boom")
+        found.add(parts.Joint(a=ORIGIN, b="boom.root", type="clamp", stiffness=1e5, rotational_stiffness=1e3), "root")
+        return found
+
+    return Case(
+        part="boom", system=system, seen=lambda assembly, y: node(assembly, y, "boom", -1)[..., :1], end=0.8,
+        step=5e-5, theory=1e-2, motion=lambda t: columns(0.5 + 0.1 * t**3), still=(0.5,),
+        poles=(1j * BETA[0] ** 2 * math.sqrt(EI / MASS) / 0.25,),
+    )  # fmt: skip
+
+
 @of("a thermal load on a rod")
 def heated_rod() -> Case:
     """A rod that is heated slowly beside its own period grows by alpha T L.

@@ -77,7 +77,7 @@ def solved(case: Case, variant: str) -> Any:
 
 
 #: Small functions that are called before a run.
-BEFORE = {"move_along", "gear_geometry", "take_shape", "measure_nodes"}
+BEFORE = {"move_along", "gear_geometry", "take_shape", "measure_nodes", "spread"}
 
 
 @functools.cache

@@ -24,7 +24,9 @@ SOLVERS = {"implicit": ALPHA, "energy": ENERGY}
 PAIRS = [
     (family.name, method)
     for family in FAMILIES
-    if family.records in SUPPORTED and family.name in CASES and family.name != "a layer on other turns"
+    if family.records in SUPPORTED
+    and family.name in CASES
+    and family.name not in ("a layer on other turns", "a rod that pays out")
     for solver, method in SOLVERS.items()
     if solver in family.solvers
 ]

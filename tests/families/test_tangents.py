@@ -45,6 +45,8 @@ KNOWN |= {
     ("free spools of threads on a moving mesh", IMPLICIT): 5e-3,
     ("a thread on a moving mesh and a free spool", IMPLICIT): 1e-3,
 }
+#: The flow of material.
+KNOWN |= {("a rod that pays out", method): 1e-5 for method in (STATIC, IMPLICIT)}
 
 
 #: A path whose body cannot be at rest; friction without a step, over which bristles bend.

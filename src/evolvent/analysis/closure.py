@@ -108,6 +108,8 @@ def beyond_tension(solution: Solution) -> str:
     for name, part in solution.assembly.parts.items():
         if not isinstance(part, Rod) or isinstance(part.section, Strip) or not solution.t.size:
             continue
+        if part.payout is not None:  # whose elements have no residual flexibility
+            continue
         row = model.rods[solution.assembly.index(name)]
         first = int(row["first_element"])
         own = model.rod_elements[first : first + int(row["elements"])]

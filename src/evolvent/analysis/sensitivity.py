@@ -111,6 +111,11 @@ def check(assembly: Assembly, method: str) -> None:
             raise InputError(
                 f"{owner(assembly, name, 0)!r} is one of the {name}, through which sensitivities are not supported"
             )
+    for k in np.flatnonzero(model.rods["payout"] != 0):
+        raise InputError(
+            f"{owner(assembly, 'rods', int(k))!r} is a rod with `payout`, through whose flow sensitivities are not "
+            f"supported"
+        )
     if np.any(model.contact_surfaces["under"] >= 0):
         raise InputError("turns of a wound beam lie on one another, through which sensitivities are not supported")
 

@@ -253,6 +253,11 @@ class Builder:
         row = self.rows["rods"][index]
         number = self._number(where, name, on, row["elements"], key, "rod")
         elements, last = self.rows["rod_elements"], number == row["elements"]
+        if row["payout"] and not last and number > 0:
+            raise InputError(
+                f"{key} is {where!r}, a node of a mesh through which material flows ({name}.payout); give "
+                f"'{name}.root' or '{name}.tip'"
+            )
         local = elements[row["first_element"] + number - last]["arm_b" if last else "arm_a"]
         return self._on_body(row["first_body"] + number, local, False)
 

@@ -52,12 +52,15 @@ def section_compliance(section: CrossSection, material: Material | None, at: flo
     return found
 
 
-def element_stiffness(length: float, section: CrossSection, material: Material | None, rest: Array) -> Array:
+def element_stiffness(
+    length: float, section: CrossSection, material: Material | None, rest: Array, *, taut: bool = False
+) -> Array:
     """Stiffness (6, 6) of an element per length, by the strains of the helix through its ends.
 
     Parameters
     ----------
     rest : (6,) float, strains Gamma_0 and K_0 without stress
+    taut : bool, without residual bending flexibility, as of a strip
 
     Notes
     -----
@@ -70,7 +73,7 @@ def element_stiffness(length: float, section: CrossSection, material: Material |
     direction of its ends. Bending about z of a section that flattens (`evolvent.kernels.tape`) is left out, row, column
     and residual flexibility.
     """
-    if isinstance(section, Strip):
+    if taut or isinstance(section, Strip):
         return section_stiffness(section, material)
     A = np.zeros((6, 6))
     A[:3, :3] = A[3:, 3:] = -skew(rest[3:])

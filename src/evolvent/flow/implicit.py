@@ -40,6 +40,7 @@ from evolvent.kernels import (
     reduced,
     rigid,
     rod,
+    rod_payout,
     rod_tangent,
     sparse,
     springs,
@@ -90,6 +91,12 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[MASS_DAMPING] += lost
         powers[STIFFNESS_DAMPING] += viscous
         powers[MARKER_LOADS] += heat
+        for k in range(model.rods.size):
+            if model.rods[k].payout != 0:
+                driven, weighed = rod_payout.drive_rod(a, n_q, k, model)
+                rod_payout.weigh(factor, k, model, P)
+                powers[DRIVEN] += driven
+                powers[MARKER_LOADS] += weighed
     if model.tapes.size > 0:
         powers[MASS_DAMPING] += tape.add_nodes(a, 1.0, 0.0, model, F)
     if model.reduced_bodies.size > 0:
@@ -209,6 +216,7 @@ def energies(t, y, model, out):
     attitude.add_wheel_energy(y, model, out, 0)
     if model.rods.size > 0:
         rod.evaluate_rods(model, out)
+        add_flows(0, 1, model, out)
     if model.tapes.size > 0:
         tape.add_kinetic_energy(y, model, out, 0)
     if model.reduced_bodies.size > 0:
@@ -234,6 +242,20 @@ def momenta(y, model, out):
     points.add_point_momenta(y, model.points, P, H)
     rigid.add_body_momenta(y, model.bodies, P, H)
     attitude.add_wheel_momenta(y, model, H)
+    add_flows(1, 7, model, out)
+
+
+@inlined
+def add_flows(first, last, model, out):
+    """Add numbers `first` to `last` of `rod_payout.add_flow_sums` of all rods to out."""
+    own = model.sums[1]
+    for k in range(model.rods.size):
+        if model.rods[k].payout != 0:
+            for i in range(7):
+                own[i] = 0.0
+            rod_payout.add_flow_sums(k, model, own)
+            for i in range(first, last):
+                out[i - first] += own[i]
 
 
 @kernel
@@ -252,7 +274,7 @@ def is_isolated(t, model):
         if model.elements[k].alpha != 0.0:
             return False
     for k in range(model.rods.size):
-        if model.rods[k].alpha != 0.0:
+        if model.rods[k].alpha != 0.0 or model.rods[k].payout != 0:
             return False
     for k in range(model.joints.size):
         if joint.holds(t, model.joints, k):

@@ -17,6 +17,7 @@ from evolvent.kernels import (
     points,
     reduced,
     rigid,
+    rod_payout,
     springs,
     tape,
     thread,
@@ -54,6 +55,11 @@ def rhs(t, y, s, model, dy):
         dy[model.info.nq + model.info.nv + DRIVE] += motors
     if explicit_forces:
         dy[model.info.nq + model.info.nv + DRIVE] += coordinate_laws.motor_power(model)
+    for k in range(model.rods.size):
+        if model.rods[k].payout != 0:
+            driven, weighed = rod_payout.drive_rod(dy, 0, k, model)
+            dy[model.info.nq + model.info.nv + DRIVE] += driven
+            dy[model.info.nq + model.info.nv + LOAD] += weighed
 
 
 @inlined

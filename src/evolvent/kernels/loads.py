@@ -146,9 +146,16 @@ def _profile_of(k, model):
 
 @inlined
 def _factor(t, k, model):
-    """Factor of load k at its marker that its times and its profile make."""
+    """Factor of load k at its marker that its times, its profile and the length of its rod make."""
     p = model.parameters[model.loads[k].first : model.loads[k].last]
-    return factor_at(t, p[START], p[END], p[RAMP], _profile_of(k, model), model)
+    return _share(k, model) * factor_at(t, p[START], p[END], p[RAMP], _profile_of(k, model), model)
+
+
+@inlined
+def _share(k, model):
+    """Part of the length of its rod that is out, on which load k acts; 1 of other loads."""
+    rod = model.loads[k].rod - 1
+    return model.rods[rod].out / model.rods[rod].length if rod >= 0 else 1.0
 
 
 @inlined
@@ -209,7 +216,7 @@ def evaluate_loads(n, times, y, factor, model):
     for k in range(loads.size):
         if loads[k].kind < AT_MARKER:
             continue
-        row, f, m = loads[k], _load_at_marker(times[n], y, k, 1.0, model), loads[k].target
+        row, f, m = loads[k], _load_at_marker(times[n], y, k, _share(k, model), model), loads[k].target
         x, yy, z, vx, vy, vz = marker_kinematics(y, markers, model.points, bodies, m)
         if row.kind == TORQUE:
             w = bodies[markers[m].index].w

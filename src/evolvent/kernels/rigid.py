@@ -10,7 +10,7 @@ import numpy as np
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels import tape
+from evolvent.kernels import rod_payout, tape
 from evolvent.kernels.drive import drive
 from evolvent.kernels.linalg import cholesky, cholesky_solve
 from evolvent.kernels.points import add_angular_momentum
@@ -32,11 +32,14 @@ DRIVEN, SPIN, FREE = 0, 1, 2
 def kinematics(t, y, model):
     """Orientation, position and velocities (R, x, v, w, inertial axes) of every body; wrenches and masses reset.
 
-    Coordinates of tape-spring rods go into the records of their nodes.
+    Coordinates of tape-spring rods go into the records of their nodes, lengths and masses of rods that pay out as well.
     """
     bodies = model.bodies
     if model.tapes.size > 0:
         tape.measure_nodes(y, model)
+    for r in range(model.rods.size):
+        if model.rods[r].payout != 0:
+            rod_payout.spread(t, r, model)
     for b in range(bodies.size):
         q, v = bodies[b].iq, bodies[b].iv
         R = bodies[b].R

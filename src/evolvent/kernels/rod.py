@@ -21,7 +21,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.views import matrix_view
-from evolvent.kernels import rigid, tape
+from evolvent.kernels import rigid, rod_payout, tape
 from evolvent.kernels.rod_strains import (
     _A,
     _B,
@@ -35,10 +35,9 @@ from evolvent.kernels.rod_strains import (
     PSI,
     STRAIN,
     element_vectors,
-    fill_columns,
     measure_element,
+    rates_of_state,
     secants,
-    strain_columns,
 )
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.strip import add_fibre_stress, fibre_energy
@@ -141,28 +140,19 @@ def push_ends(k, p, model):
 
 
 @inlined
-def _write_rates(k, h, m0, m1, dphi, dpsi, model, rate):
+def _write_rates(k, h, m0, m1, model, rate):
     """Rates of the strains: their changes over the length of the step, or by the velocities of a state."""
     if h != 0.0:
         for i in range(6):
             rate[i] = (m1[STRAIN + i] - m0[STRAIN + i]) / h
         return
-    rows, bodies, work = model.rod_elements, model.bodies, model.rod
-    a, b = rows[k].a, rows[k].b
+    if model.rod_elements[k].flows != 0:  # at a fixed part of the length
+        for i in range(6):
+            rate[i] = model.rod_elements[k].rates[i]
+        return
+    work = model.rod
     J, D, moves = matrix_view(work, _J0, 7, 12), matrix_view(work, _D0, 6, 7), work[_A : _A + 7]
-    fill_columns(k, model, bodies[a].R, bodies[b].R, element_vectors(rows, k, bodies), J)
-    strain_columns(m0, m1, dphi, dpsi, rows[k].length, D)
-    for i in range(7):
-        total = 0.0
-        for c in range(3):
-            total += J[i, c] * bodies[a].v[c] + J[i, 3 + c] * bodies[a].w[c]
-            total += J[i, 6 + c] * bodies[b].v[c] + J[i, 9 + c] * bodies[b].w[c]
-        moves[i] = total
-    for i in range(6):
-        total = 0.0
-        for j in range(7):
-            total += D[i, j] * moves[j]
-        rate[i] = total
+    rates_of_state(k, model, m1, J, D, moves, rate)
 
 
 @inlined
@@ -203,9 +193,12 @@ def evaluate_element(k, h, chi, ratio, model, S, p):
         mean[i] = 0.5 * (e0 + e1) + 0.5 * chi * (e1 - e0 - ratio * rows[k].before[i])
         S[i] = viscous[i] = 0.0
     stress(rows, k, mean, 0, length, S)
+    stored = 0.0
+    for i in range(6):
+        stored += 0.5 * S[i] * m1[STRAIN + i]
     add_fibre_stress(rows[k], m0, m1, length, S)
     if beta != 0.0 or rows[k].heated != 0:
-        _write_rates(k, h, m0, m1, dphi, dpsi, model, rate)
+        _write_rates(k, h, m0, m1, model, rate)
         stress(rows, k, rate, 0, beta * length, viscous)
         for i in range(6):
             S[i] += viscous[i]
@@ -216,6 +209,10 @@ def evaluate_element(k, h, chi, ratio, model, S, p):
     if rows[k].tape > 0:
         lost += tape.evaluate_tape(k, h, chi, ratio, 0.0, bending_rate, model)
         S[5] += rows[k].flattening[0]
+    if rows[k].flows != 0:
+        rows[k].pull = rod_payout.pull_of(rows, k, stored + length * fibre_energy(rows[k], m1), S)
+        for i in range(6):
+            S[i] += rows[k].flow[i]
     conjugate(m0, m1, dphi, dpsi, S, length, p)
     return dphi, dpsi, lost, given
 
@@ -261,6 +258,9 @@ def add_rods(h, chi, ratio, model):
     """
     work, lost, given = model.rod, 0.0, 0.0
     S, p = work[_S : _S + 6], work[_P : _P + 7]
+    for r in range(model.rods.size):
+        if model.rods[r].payout != 0:
+            rod_payout.add_flow(r, model)
     for k in range(model.rod_elements.size):
         _, _, viscous, heat = evaluate_element(k, h, chi, ratio, model, S, p)
         lost, given = lost + viscous, given + heat
@@ -304,6 +304,8 @@ def evaluate_sums(y, model):
             out[i] = 0.0
         rigid.add_body_energy(y, own, out, 0)
         rigid.add_body_momenta(y, own, out[1:4], out[4:7])
+        if rows[k].payout != 0:
+            rod_payout.add_flow_sums(k, model, out)
         rows[k].kinetic = out[0]
         if rows[k].tape > 0:
             rows[k].kinetic += tape.kinetic_energy(rows[k].tape - 1, y, model)
@@ -333,7 +335,8 @@ def evaluate_nodes(model):
                 model.bodies[row.first_body].R, node.x[0] - root[0], node.x[1] - root[1], node.x[2] - root[2]
             )
             shape, out = node.undeformed, node.deflection
-            out[0], out[1], out[2] = ux - shape[0], uy - shape[1], uz - shape[2]
+            part = row.out / row.length if row.payout != 0 else 1.0
+            out[0], out[1], out[2] = ux - part * shape[0], uy - part * shape[1], uz - part * shape[2]
             angle = length = 0.0
             for j in range(max(i - 1, 0), min(i, row.elements - 1) + 1):
                 m = model.rod_elements[first + j].m1

@@ -223,6 +223,32 @@ def strain_columns(m0, m1, dphi, dpsi, length, D):
         D[3 + i, 3] = dphi * s / length
 
 
+@inlined
+def rates_of_state(k, model, m, J, D, moves, rate):
+    """Rates of the strains of element k with the measures m by the velocities of a state, into rate : (6,).
+
+    Parameters
+    ----------
+    J, D, moves : (7, 12), (6, 7) and (7,) float, scratch
+    """
+    rows, bodies = model.rod_elements, model.bodies
+    a, b = rows[k].a, rows[k].b
+    dphi, dpsi = secants(m, m)
+    fill_columns(k, model, bodies[a].R, bodies[b].R, element_vectors(rows, k, bodies), J)
+    strain_columns(m, m, dphi, dpsi, rows[k].length, D)
+    for i in range(7):
+        total = 0.0
+        for c in range(3):
+            total += J[i, c] * bodies[a].v[c] + J[i, 3 + c] * bodies[a].w[c]
+            total += J[i, 6 + c] * bodies[b].v[c] + J[i, 9 + c] * bodies[b].w[c]
+        moves[i] = total
+    for i in range(6):
+        total = 0.0
+        for j in range(7):
+            total += D[i, j] * moves[j]
+        rate[i] = total
+
+
 # --------------------------------------------------------------------------------------- states between those of steps
 
 
@@ -245,20 +271,23 @@ def _mean_turned_back(A, B, d):
 
 @inlined
 def keep_chords(theta, y0, y1, model, y):
-    """Move the nodes of rods in a state y between y0 and y1 to where v L of all elements is on a straight line."""
+    """Move the nodes of rods in a state y between y0 and y1 to where v of all elements is on a straight line."""
     bodies = model.bodies
     rows = model.rod_elements
     A, B = matrix_view(model.rod, _Q, 3, 3), matrix_view(model.rod, _Q + 9, 3, 3)
     for r in range(model.rods.size):
         ox = oy = oz = 0.0  # what the nodes so far have been moved by
+        grown0, grown1 = 1.0, 1.0
+        if model.rods[r].payout != 0:
+            grown0, grown1 = model.rods[r].grown0, model.rods[r].grown1
         for k in range(model.rods[r].first_element, model.rods[r].first_element + model.rods[r].elements):
             u = _mean_turned_back(A, B, _chord(rows, k, y0, bodies, A, B))
             v = _mean_turned_back(A, B, _chord(rows, k, y1, bodies, A, B))
             dx, dy, dz = _chord(rows, k, y, bodies, A, B)
             w = _mean_turned_back(A, B, (dx + ox, dy + oy, dz + oz))  # the node before has been moved already
-            ex = u[0] + theta * (v[0] - u[0]) - w[0]
-            ey = u[1] + theta * (v[1] - u[1]) - w[1]
-            ez = u[2] + theta * (v[2] - u[2]) - w[2]
+            ex = grown0 * u[0] + theta * (grown1 * v[0] - grown0 * u[0]) - w[0]
+            ey = grown0 * u[1] + theta * (grown1 * v[1] - grown0 * u[1]) - w[1]
+            ez = grown0 * u[2] + theta * (grown1 * v[2] - grown0 * u[2]) - w[2]
             px, py, pz = turn(A, ex, ey, ez)
             qx, qy, qz = turn(B, ex, ey, ez)
             ox, oy, oz = ox + 0.5 * (px + qx), oy + 0.5 * (py + qy), oz + 0.5 * (pz + qz)

@@ -98,9 +98,11 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
     # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it; scale: statics'
-    # load factor of a law on a thread; vector, middle, power, work: see `RESULTS`; rate, along: `kernels.work`
+    # load factor of a law on a thread; rod: 1 + rod whose length that is out it follows, or 0; vector, middle, power,
+    # work: see `RESULTS`; rate, along: `kernels.work`
     "loads": _record(
-        "kind target law first last law_first law_last node attitude", "scale", "vector middle power work rate along",
+        "kind target law first last law_first law_last node attitude rod", "scale",
+        "vector middle power work rate along",
         vector=_3, middle=_3,
     ),
     # value, now: at the start and the end of a step of an implicit method; armed: see `kernels.user_events`
@@ -143,9 +145,9 @@ RECORDS: dict[str, np.dtype] = {
         "kind iq iv nodes first_element elements first_node paper held", "length",
         "kinetic elastic bending linear angular axes", linear=_3, angular=_3, axes=_33,
     ),
-    # nodes of beams and rods; undeformed: position without stress, from the root, in its axes
+    # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod
     "beam_nodes": _record(
-        "", "undeformed", "x v slope deflection curvature", undeformed=_3, x=_3, v=_3, slope=_3, deflection=_3
+        "", "undeformed share", "x v slope deflection curvature", undeformed=_3, x=_3, v=_3, slope=_3, deflection=_3
     ),
     # form, bending, mass: indices in the pools of the model, bending of the form of that alone; force, tangent,
     # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
@@ -163,10 +165,14 @@ RECORDS: dict[str, np.dtype] = {
         ),
     ),
     # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
-    # tape: 1 + tape of which the section flattens, or 0
+    # tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
+    # (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
+    # grown0, grown1: of a sample, ratios of its length to those at the ends of its step
     "rods": _record(
-        "first_element elements first_body first_node tape", "length alpha", "kinetic linear angular",
-        linear=_3, angular=_3,
+        "first_element elements first_body first_node tape payout drive law first last",
+        "length alpha density gyration",
+        "kinetic linear angular out rate acceleration drive_force grown0 grown1",
+        linear=_3, angular=_3, gyration=_33,
     ),
     # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
     # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod_strains`;
@@ -175,13 +181,15 @@ RECORDS: dict[str, np.dtype] = {
     # m0, m1: measures at the start and the end of an interval; before: change of the strains over the step before;
     # stored, bent: J, elastic energy and that of moments; the others are in `RESULTS`. tape: as of rods, and tape_node
     # its first node; flattening, flattening_slope: forces by `tape.evaluate_tape`, with derivatives; curvature_rate: of
-    # a state, before_product: changes of curvature times coordinates over the step before
+    # a state, before_product: changes of curvature times coordinates over the step before. flows: 1 of a rod that pays
+    # out, with the whole strains, their rates, stresses times length of the flow, and pull (`rod_payout.pull_of`)
     "rod_elements": _record(
-        "a b heated tape tape_node",
+        "a b heated tape tape_node flows",
         "length beta arm_a arm_b stiffness rest section fibres",
         "free m0 m1 before stored bent energy_density strain shear_strain_y shear_strain_z twist curvature_y "
         "curvature_z axial_force shear_force_y shear_force_z torsional_moment bending_moment_y bending_moment_z "
-        "flattening flattening_slope curvature_rate before_product",
+        "flattening flattening_slope curvature_rate before_product whole rates flow pull",
+        whole=_6, rates=_6, flow=_6,
         flattening=_3, flattening_slope=_33, before_product=(2,), fibres=(2,),
         arm_a=_3, arm_b=_3, stiffness=_66, rest=_6, section=_66, free=_6, m0=(15,), m1=(15,), before=_6,
     ),

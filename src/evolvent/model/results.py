@@ -253,6 +253,8 @@ RESULTS: dict[str, dict[str, tuple[str, str, str]]] = {
         "kinetic": ("energy_kinetic", "J", "kinetic energy"),
         "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
         "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about the inertial origin"),
+        "out": ("deployed_length", "m", "length without stress that is out"),
+        "rate": ("payout_rate", "m s-1", "rate of the length that is out"),
     },
     "rod_elements": {
         "strain": ("strain", "1", "strain of the axis"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -24,10 +24,12 @@ from evolvent.elements.sections import (
     TapeSection,
 )
 from evolvent.kernels import rigid, tape as tapes
+from evolvent.kernels.rod_payout import LEAST_OUT
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.beam import _across
 from evolvent.parts.curve import AnyCurve, check_curve, stress_free
+from evolvent.parts.drive import FreeSpool, LineDrive
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, node_arc
 
 #: Largest angle between the ends of an element at the start, degrees.
@@ -70,6 +72,11 @@ class Rod(Part):
     tension_twist : bool, optional
         Whether twist strains the outer fibres, so that tension resists twist: of a strip, rectangle, tube or circle; if
         left out, of a strip.
+    payout : drive, optional
+        Length that is out, a function of time, of which `length` is the whole: one of {constant: {rate: 0.1 m/s, angle:
+        2 m}}, {ramp: ..}, {table: ..}, {expression: ..}, where `angle` is the length. Material flows out of the exit,
+        where the root is, through a mesh that shares the length; the rest is a mass at the exit. At least a
+        thousandth of `length` must be out.
     inertia : SectionInertia, optional
         Mass and moments of inertia per length, and position of the mass centre in the section; the stiffness is not
         affected. A section that is given by its stiffness matrix needs it.
@@ -116,19 +123,23 @@ class Rod(Part):
     """
 
     applies: ClassVar[Applies] = {
-        "shape": (left_out("curvature"),),
-        "curvature": (left_out("shape"),),
+        "shape": (left_out("curvature"), left_out("payout")),
+        "curvature": (left_out("shape"), left_out("payout")),
+        "grading": (left_out("payout"),),
+        "nodes": (left_out("payout"),),
+        "mass_damping": (left_out("payout"),),
         "rest": (given("nodes"),),
         "position": (left_out("nodes"),),
         "direction": (left_out("nodes"),),
         "normal": (left_out("nodes"),),
-        "folds": (left_out("nodes"),),
+        "folds": (left_out("nodes"), left_out("payout")),
     }
     kind: Literal["rod"] = "rod"
     length: units.Length
     section: RodSection
     material: MaterialOrName | None = None
     tension_twist: bool | None = None
+    payout: LineDrive | None = None
     inertia: SectionInertia | None = None
     elements: Annotated[int, units.Whole(least=1, most=100_000)]
     grading: units.Gradings = 1.0
@@ -155,8 +166,13 @@ class Rod(Part):
         """Length of the axis from the root to each node, (n + 1,), m."""
         return node_arc(self.length, self.elements, self.grading)
 
-    def start_nodes(self, name: str = "rod") -> tuple[np.ndarray, np.ndarray]:
-        """Positions (n + 1, 3), m, and axes (n + 1, 3, 3), columns x, y and z, of the nodes at the start."""
+    def start_nodes(self, name: str = "rod", out: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """Positions (n + 1, 3), m, and axes (n + 1, 3, 3), columns x, y and z, of the nodes at the start.
+
+        Parameters
+        ----------
+        out : float, part of the length that is out
+        """
         n = self.elements
         check_curve(name, self)
         if self.nodes is not None:
@@ -184,6 +200,7 @@ class Rod(Part):
             )
         R0 = np.stack([e1, e2, np.cross(e1, e2)], axis=1)
         places, axes = self._folded(name) if self.folds else stress_free(self)
+        places = places * out
         x = np.array(self.position) + np.array([product(R0, place) for place in places])
         return x, np.array([product(R0, turn) for turn in axes])
 
@@ -215,10 +232,17 @@ class Rod(Part):
         Notes
         -----
         An element gives half of its length to each node, with the middle a sixth of the element from it: a force per
-        length that acts there has the moments q h^2/12 of the consistent loads.
+        length that acts there has the moments q h^2/12 of the consistent loads. Of a rod that pays out the nodes have
+        Gregory's weights, 3/8, 7/6 and 23/24 of an element from each end, with the middles at the nodes: mass and its
+        first and second moments along the rod are exact.
         """
         before, after = np.append(0.0, self.lengths), np.append(self.lengths, 0.0)
-        return 0.5 * (before + after), (after - before) / 6.0
+        shares = 0.5 * (before + after)
+        if self.payout is None:
+            return shares, (after - before) / 6.0
+        for weights in (shares, shares[::-1]) if self.elements > 1 else ():
+            weights[:3] += np.array([-3.0, 4.0, -1.0]) / 24.0 * self.lengths[0]
+        return shares, np.zeros_like(shares)
 
     def arms(self) -> np.ndarray:
         """Nodes as seen from the centres of mass of their shares: (n + 1, 3), m, in the axes of the sections."""
@@ -241,7 +265,10 @@ class Rod(Part):
         if self.inertia is not None:
             check_inertia(name, self.inertia, self.section, self.material)
         own = OWN_INERTIA if self.inertia is None else self.inertia
-        x, R = self.start_nodes(name)
+        drive, out, rate = self._write_payout(builder, name)
+        part, paid = out / self.length, self.payout is not None
+        h = part * h
+        x, R = self.start_nodes(name, part)
         rest = self.rest_strains(x, R)
         turns = np.degrees(h * np.linalg.norm(rods.strains(x, R, h)[:, 3:], axis=1))
         turns = np.maximum(turns, np.degrees(h * np.linalg.norm(rest[:, 3:], axis=1)))
@@ -257,28 +284,77 @@ class Rod(Part):
         same = same and self.grading == 1.0
         stiffness, shares, sections, fibres = [], [], [], []
         for length, piece, strain in zip(h, pieces[: 1 if same else n], rest, strict=False):
-            stiffness.append(rods.element_stiffness(float(length), piece, self.material, strain))
+            stiffness.append(rods.element_stiffness(float(length), piece, self.material, strain, taut=paid))
             shares.append(rods.element_inertia(float(length), piece, self.material, own))
             sections.append(rods.section_compliance(piece, self.material))
             fibres.append(self._fibres(name, piece))
         if same:
             stiffness, shares, sections, fibres = n * stiffness, n * shares, n * sections, n * fibres
         first_body, first = self._write_nodes(builder, x, R, shares), len(builder.rows["rod_elements"])
+        if paid:
+            self._spread(builder, first_body, R[0][:, 0], drive, (out, rate))
         tape, tape_node = self._write_tape(builder, name, rest, rods.strains(x, R, h)[:, 5])
         for i in range(n):
             builder.add(
-                "rod_elements", tape=tape, tape_node=tape_node + i, a=first_body + i, b=first_body + i + 1,
+                "rod_elements", tape=tape, tape_node=tape_node + i, flows=int(paid), a=first_body + i,
+                b=first_body + i + 1,
                 length=float(h[i]), beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1],
                 stiffness=stiffness[i], rest=rest[i], section=sections[i], fibres=fibres[i],
             )  # fmt: skip
         node = len(builder.rows["beam_nodes"])
-        for place in (x - x[0]) @ R[0] if self.rest == "start" and self.nodes is not None else stress_free(self)[0]:
-            builder.add("beam_nodes", undeformed=place)
+        places = (x - x[0]) @ R[0] if self.rest == "start" and self.nodes is not None else stress_free(self)[0]
+        for place, share in zip(places, self.centres()[0] / self.length, strict=True):
+            builder.add("beam_nodes", undeformed=place, share=share)
         index = builder.add(
             "rods", first_element=first, elements=n, first_body=first_body, first_node=node, length=self.length,
-            tape=tape, alpha=self.mass_damping,
+            tape=tape, alpha=self.mass_damping, payout=int(paid), **drive,
         )  # fmt: skip
         builder.names[name] = ("rods", index)
+
+    def _write_payout(self, builder: Builder, name: str) -> tuple[dict[str, Any], float, float]:
+        """Write the drive of the length; its fields of the record, the length that is out at the start and its rate."""
+        if self.payout is None:
+            none = {"drive": 0, "law": 0, "first": 0, "last": 0, "density": 0.0, "gyration": np.zeros((3, 3))}
+            return none, self.length, 0.0
+        key, own = f"{name}.payout", OWN_INERTIA if self.inertia is None else self.inertia
+        if isinstance(self.payout, FreeSpool):
+            raise InputError(f"{key} is a free spool, which a rod does not support; give a drive of the length")
+        if isinstance(self.section, TapeSection):
+            raise InputError(f"{key} is given, but the section of {name} is a tape, which flattens; leave one out")
+        if self.section.between(0.0, 0.5) is not self.section:
+            raise InputError(f"{name}.section is tapered, but {key} is given; give one section, or leave it out")
+        for field in ("grading", "shape", "curvature", "rest", "nodes", "folds", "mass_damping"):
+            if field in self.model_fields_set:
+                raise InputError(f"{key} and {name}.{field} are both given; leave one of them out")
+        if any(own.offset):
+            raise InputError(f"{key} is given, but {name}.inertia.offset is {own.offset!r}; it must be (0, 0)")
+        drive = self.payout.write(builder, key)
+        out, rate, _ = self.payout.at(builder, drive, 0.0)
+        if not LEAST_OUT * self.length * (1.0 - 1e-9) <= out <= self.length * (1.0 + 1e-9):
+            raise InputError(
+                f"{key} has {out:.6g} m out at the start; it must be from {LEAST_OUT * self.length:g} m "
+                f"({LEAST_OUT:g} of {name}.length) to {self.length:g} m"
+            )
+        mass, about_y, about_z, product = own.values(self.section, self.material)
+        polar = own.polar(self.section, self.material)
+        gyration = np.array([[polar, 0, 0], [0, about_y, -product], [0, -product, about_z]])
+        fields = {key: getattr(drive, key) for key in ("law", "first", "last")}
+        return {"drive": drive.kind, **fields, "density": mass, "gyration": gyration}, out, rate
+
+    def _spread(
+        self, builder: Builder, first: int, along: np.ndarray, row: dict[str, Any], out: tuple[float, float]
+    ) -> None:
+        """Masses and velocities of the nodes of a rod that pays out; out : its length that is out, and the rate."""
+        spans, parts = out[0] * self.centres()[0] / self.length, self.arc / self.length
+        for i, (span, part) in enumerate(zip(spans, parts, strict=True)):
+            body = builder.rows["bodies"][first + i]
+            body["mass"] = row["density"] * (span + (self.length - out[0] if i == 0 else 0.0))
+            body["inertia"] = span * row["gyration"]
+            body["spin_inertia"] = float(body["inertia"][0, 0])
+            v, speed = body["iv"], part * out[1] * along
+            builder.v[v : v + 3] = [a + b for a, b in zip(builder.v[v : v + 3], speed, strict=True)]
+            pose = builder.poses[first + i]
+            builder.poses[first + i] = pose._replace(v=pose.v + speed)
 
     def _write_tape(self, builder: Builder, name: str, rest: np.ndarray, bent: np.ndarray) -> tuple[int, int]:
         """Write the coordinates of a section that flattens; returns 1 + its tape and first node, or 0, 0.

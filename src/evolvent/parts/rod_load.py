@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly.builder import Builder
+from evolvent.base.errors import InputError
 from evolvent.kernels import loads as kernels, springs
 from evolvent.parts.expression import write_law
 from evolvent.parts.load_window import FRAMES, window
@@ -57,12 +58,18 @@ def _write_rows(builder: Builder, name: str, rod: str, kind: int, vector: np.nda
                 law: dict[str, int]) -> None:  # fmt: skip
     """Write loads of a kind at the nodes of a rod: the vector times the lengths of their shares, inertial axes."""
     part, index = builder.specs[rod], len(builder.rows["loads"])
+    paid = 1 + builder.names[rod][1] if part.payout is not None else 0
+    if paid and kind != kernels.PANEL:
+        raise InputError(
+            f"{name} is a line load on {rod!r}, whose length changes ({rod}.payout), which is not supported; give "
+            f"light, weight or a force at its tip, or leave out {name}"
+        )
     first_body = builder.rows["rods"][builder.names[rod][1]]["first_body"]
     lengths, along = part.centres()
     places = part.arms() + np.outer(along, [1.0, 0.0, 0.0])
     for i, (length, place) in enumerate(zip(lengths, places, strict=True)):
         target = builder.add("markers", kind=springs.ON_BODY, index=first_body + i, local=place)
         first, last = builder.parameters([*(length * vector), FRAMES["inertial"], *rest])
-        whole = {"law": 0, "law_first": 0, "law_last": 0, "node": -1, "attitude": 0, "scale": 1.0, **law}
+        whole = {"law": 0, "law_first": 0, "law_last": 0, "node": -1, "attitude": 0, "scale": 1.0, "rod": paid, **law}
         builder.add("loads", kind=kind, target=target, first=first, last=last, **whole)
     builder.names[name] = ("loads", index)

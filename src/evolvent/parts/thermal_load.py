@@ -115,6 +115,11 @@ class ThermalLoad(Part):
     def _check(self, builder: Builder, name: str, beam: Any, target: tuple[str, int]) -> None:
         """Refuse a beam that the load cannot act on, and keys that do not fit it."""
         key = "rod" if target[0] == "rods" else "beam"
+        if target[0] == "rods" and beam.payout is not None:
+            raise InputError(
+                f"{name}.part is {self.part!r}, a rod with `payout`, on which thermal loads are not supported; leave "
+                f"one of them out"
+            )
         gradients = [key for key in ("gradient_y", "gradient_z") if getattr(self, key) is not None]
         if self.temperature is None and not gradients:
             raise InputError(f"{name}.temperature is missing; give temperature, gradient_y or gradient_z")

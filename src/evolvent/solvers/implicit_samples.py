@@ -7,7 +7,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import rigid
+from evolvent.kernels import rigid, rod_payout
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.springs import marker_kinematics
 from evolvent.kernels.thread import MOVING, is_end, paid_out, spool, take_up
@@ -92,6 +92,10 @@ def keep_sample(n, theta, t, h, model, work):
     straight lines.
     """
     switches = model.switches
+    for k in range(model.rods.size):
+        if model.rods[k].payout != 0:
+            rod_payout.note_lengths(theta, t, h, model)
+            break
     interpolate(theta, h, work.y0, work.y, model, work.out_y[n])
     if model.threads.size > 0 and theta < 1.0:
         keep_lengths_at_spools(theta, t, h, work.out_y[n], model, work)

@@ -1,4 +1,4 @@
-"""Length of thread that prescribed drives pay out: found before a run, since it follows from the drives alone."""
+"""Length of threads and rods that drives pay out: found before a run, since it follows from the drives alone."""
 
 from __future__ import annotations
 
@@ -99,10 +99,11 @@ def check(assembly: Assembly, end: float) -> None:
     InputError
     """
     model = assembly.model
-    if not np.any(model.threads["drive"] != FREE):
-        return
     breaks = model.breaks
     times = np.union1d(np.linspace(0.0, end, _TIMES), breaks[(breaks > 0.0) & (breaks < end)])
+    _check_rods(assembly, times)
+    if not np.any(model.threads["drive"] != FREE):
+        return
     out, whole = deployed_lengths(assembly, times), lengths(assembly)
     names = {index: name for name, (family, index) in assembly.names.items() if family == "threads"}
     for p, row in enumerate(model.threads):
@@ -135,4 +136,22 @@ def check(assembly: Assembly, end: float) -> None:
                 f"the drive reels in more of the thread {thread!r} than is out: none is left at about "
                 f"{times[below[0]]:.6g} s; shorten `until`, end the reeling in `drive` before, or "
                 f"start with more thread out (`angle`)"
+            )
+
+
+def _check_rods(assembly: Assembly, times: np.ndarray) -> None:
+    """Refuse a drive that pays out more than its rod's length, or leaves too little of it."""
+    model = assembly.model
+    for name, (family, index) in assembly.names.items():
+        if family != "rods" or model.rods["payout"][index] == 0:
+            continue
+        row, out = model.rods[index], angles_of(model.rods[index], model, times)
+        whole = float(row["length"])
+        wrong = np.flatnonzero((out > whole * (1.0 + _ROUND_OFF)) | (out < whole * (LEAST_OUT - _ROUND_OFF)))
+        if wrong.size:
+            k = int(wrong[0])
+            raise InputError(
+                f"{name}.payout has {out[k]:.6g} m out at about {times[k]:.6g} s; it must be from "
+                f"{LEAST_OUT * whole:g} m ({LEAST_OUT:g} of `length`) to {whole:g} m; shorten `until`, or change the "
+                f"drive"
             )

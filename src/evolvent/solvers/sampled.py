@@ -25,6 +25,7 @@ Array = np.ndarray
 KEPT_FIELDS: tuple[tuple[str, dict[str, int]], ...] = (
     ("bodies", {"F": 6}),
     ("bearings", {"rubs": 1, "limit": 1, "radial_force": 1, "axial_force": 1, "tilting": 1, "stored": 1}),
+    ("rods", {"drive_force": 1}),
     ("contact_surfaces", {"force": 3, "moment": 3, "normal": 1, "energy": 1}),
     ("body_contacts", {"on_a": 6, "on_b": 6, "rubbing": 3, "c": 3, "force": 1, "gap1": 1, "energy": 1}),
     ("contact_points", {"rubbing": 3}),
@@ -136,6 +137,9 @@ def write_forces(model: mdl.Model, row: Array) -> None:
     for k in range(model.bearings.size):
         own = model.bearings[k]
         at = _put((own.rubs, own.limit, own.radial_force, own.axial_force, own.tilting, own.stored), row, at)
+    for k in range(model.rods.size):
+        row[at] = model.rods[k].drive_force
+        at += 1
     for k in range(rows.size):
         at = _put(rows[k].moment, row, _put(rows[k].force, row, at))
         at = _put((rows[k].normal, rows[k].energy), row, at)

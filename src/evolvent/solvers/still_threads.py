@@ -23,28 +23,38 @@ _FITS = 1e-9
 
 
 def freeze_spools(model: mdl.Model, time: float) -> mdl.Model:
-    """The model with driven spools that stand at their angles of `time`; other arrays are shared.
+    """The model with spools and rods that stand at their angles and lengths of `time`; other arrays are shared.
 
     Where thread flows from a reel to a take-up reel, both turn on at their rates, which leave its length constant.
     """
-    driven = np.flatnonzero(model.threads["drive"] != FREE)
-    if not driven.size:
+    spools = np.flatnonzero(model.threads["drive"] != FREE)
+    rods = np.flatnonzero(model.rods["payout"] != 0)
+    if not spools.size + rods.size:
         return model
-    threads, parameters = model.threads.copy(), model.parameters
-    for p in driven:
+    found: mdl.Model = model._replace(threads=model.threads.copy(), rods=model.rods.copy())
+    for p in spools:
         flow = flow_at(model, int(p), time)
         for prefix, radius in (("", "radius"), ("take_", "take_radius")):
-            if threads[prefix + "drive"][p] < 0:
+            row = model.threads[p]
+            if row[prefix + "drive"] < 0:
                 continue
-            angle = payout.angles_of(model.threads[p], model, np.array([time]), prefix)[0]
-            outer = threads[radius][p] - (threads["coiling"][p] * angle if prefix == "" else 0.0)
+            angle = payout.angles_of(row, model, np.array([time]), prefix)[0]
+            outer = row[radius] - (row["coiling"] * angle if prefix == "" else 0.0)
             rate = (flow if prefix == "" else -flow) / outer
-            own = parameters.size
-            parameters = np.append(parameters, [angle - rate * time, rate, 0.0])
-            threads[prefix + "drive"][p], threads[prefix + "law"][p] = RAMPS, 0
-            threads[prefix + "first"][p], threads[prefix + "last"][p] = own, own + 3
-    found: mdl.Model = model._replace(threads=threads, parameters=parameters)
+            found = _set_ramp(found, found.threads[p : p + 1], prefix, angle - rate * time, rate)
+    for p in rods:
+        length = payout.angles_of(model.rods[p], model, np.array([time]))[0]
+        found = _set_ramp(found, found.rods[p : p + 1], "", length, 0.0)
     return found
+
+
+def _set_ramp(model: mdl.Model, row: Array, prefix: str, value: float, rate: float) -> mdl.Model:
+    """The model in which the drive of a row, a view of one record, has a value and rises by a rate."""
+    first = model.parameters.size
+    row[prefix + "drive"], row[prefix + "law"] = RAMPS, 0
+    row[prefix + "first"], row[prefix + "last"] = first, first + 3
+    changed: mdl.Model = model._replace(parameters=np.append(model.parameters, [value, rate, 0.0]))
+    return changed
 
 
 def flow_at(model: mdl.Model, p: int, time: float) -> float:
@@ -167,9 +177,19 @@ def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
             line = R @ (R0.T @ away) / size if size > 0.0 else R @ row["payout_axis"]
         first_own = int(row["end"] >= 0)
         nodes[first_own : s[p]] = Q + (out - np.arange(first_own, s[p]) * l0)[:, None] * line
+    if time != 0.0 and not given:
+        _lengthen_rods(model, time, state)
     found = freeze_spools(model, time)
     hold_segments(time, state, s, found)
     return dataclasses.replace(assembly, model=found, s=s), state if y is None or given else y
+
+
+def _lengthen_rods(model: mdl.Model, time: float, y: Array) -> None:
+    """Spread rods that pay out, whose nodes in y are those of the start, over their lengths of `time`."""
+    for row in model.rods[model.rods["payout"] != 0]:
+        start, now = payout.angles_of(row, model, np.array([0.0, time]))
+        at = model.bodies["iq"][int(row["first_body"]) :][: int(row["elements"]) + 1, None] + np.arange(3)
+        y[at] = y[at[0]] + now / start * (y[at] - y[at[0]])
 
 
 def _departures(model: mdl.Model, time: float, y: Array) -> list[tuple[Array, Array]]:

@@ -14,6 +14,8 @@ from evolvent.results.observe.view import View
 Array = np.ndarray
 #: Results of an element of which the rod has the sum.
 _SUMS = ("stored", "bent")
+#: Results of a rod that pays out alone.
+_PAYOUT = ("out", "rate")
 
 
 def observe_rod(view: View, name: str) -> Observed:
@@ -23,7 +25,8 @@ def observe_rod(view: View, name: str) -> Observed:
     -----
     The deflection is the position less that of the shape without stress, carried by the root node. Strains, forces and
     moments are those of the elements' middles, in the axes of the section; a force or moment is what the outer part
-    exerts on the section that faces the tip.
+    exerts on the section that faces the tip. Nodes of a rod that pays out are those of its mesh, as are their
+    velocities; `arc` and `arc_node` are those of the whole length.
     """
     index, part, found = view.index(name), view.part(name), Observed()
     poses = [view.pose(b) for b in bodies_of(view.model, "rods", index)]
@@ -43,7 +46,11 @@ def observe_rod(view: View, name: str) -> Observed:
         nodes = slice(int(tape["first_node"]), int(tape["first_node"] + tape["nodes"]))
         called, unit, about = RESULTS["tape_nodes"]["value"]
         found.along(called, "node", view.fields["tape_nodes"]["value"][:, nodes], unit, about)
-    found.results("rods", view.fields["rods"], index)
+    pays = bool(row["payout"])
+    found.results("rods", view.fields["rods"], index, () if pays else _PAYOUT)
+    if pays:
+        text = "force of the drive on the material at the exit along the rod, positive pays out"
+        found.scalar("drive_force", view.fields["rods"]["drive_force"][:, index], "N", text)
     for field in _SUMS:
         name, *described = RESULTS["rod_elements"][field]
         found.scalar(name, fields[field][:, own].sum(axis=1), *described)
