@@ -30,6 +30,7 @@ from evolvent.base.units.quantities import (
     Whole as Whole,
     shared_unit as shared_unit,
     unit_of as unit_of,
+    units_as_written as units_as_written,
 )
 
 _LENGTH: dict[str, Any] = {"what": "a length", "unit": "m", "example": "5 m"}

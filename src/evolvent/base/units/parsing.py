@@ -70,6 +70,8 @@ def head_and_unit(head: str) -> tuple[str, str]:
     return name, unit
 
 
+#: SI unit -> units in which people go on reading a value that was written in them.
+READ_AS_WRITTEN = {"rad/s": ("rpm",)}
 #: Units of contact laws, whose dimension other keys decide (exponent n, law): what may stand for them.
 OF_CONTACT = {"N/m^n": r"N/m(\^\d+(\.\d+)?)?", "s/m": "s/m|N s/m"}
 

@@ -49,15 +49,16 @@ export class Picture {
     const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
     return times([ca, sa, 0, -sa * se, ca * se, ce, -sa * ce, ca * ce, -se], this.up);
   }
-  // Middle and size of what is seen from a direction in the course of a run; what: null for all, "bodies" for solids.
-  extent(azimuth, elevation, inertial, follow, what = null) {
+  // Middle and size of what is seen from a direction in the course of a run; what: "" for all, "bodies" for solids,
+  // "start" for all at the first moment.
+  extent(azimuth, elevation, inertial, follow, what = "") {
     const C = this.eye(azimuth, elevation), low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     const add = (R, o, x, y, z) => {
       const p = apply(R, x, y, z), v = apply(C, p[0] + o[0], p[1] + o[1], p[2] + o[2]);
       for (let c = 0; c < 3; c++) if (v[c] === v[c]) { low[c] = Math.min(low[c], v[c]); high[c] = Math.max(high[c], v[c]); }
     };
     for (const run of this.motions) {
-      const before = [run.k, run.m, run.f], steps = Math.min(run.frames, 60);
+      const before = [run.k, run.m, run.f], steps = what === "start" ? 1 : Math.min(run.frames, 60);
       for (let s = 0; s < steps; s++) {
         run.k = run.m = Math.round(s * (run.frames - 1) / Math.max(steps - 1, 1)); run.f = 0;
         let [R, o] = run.main(inertial);
@@ -90,7 +91,7 @@ export class Picture {
     this.base = this.extent(azimuth, elevation, this.inertial, this.follow, what);
     this.redraw();
   }
-  view({ azimuth, elevation, bodies }) { this.look(azimuth, elevation, bodies ? "bodies" : null); }
+  view({ azimuth, elevation, what }) { this.look(azimuth, elevation, what); }
   zoom(by) { this.camera.zoom = Math.min(Math.max(this.camera.zoom * by, 0.1), 2000); this.redraw(); }
   pan(dx, dy) { this.camera.pan[0] += dx; this.camera.pan[1] += dy; this.redraw(); }
 
