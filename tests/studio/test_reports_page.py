@@ -51,7 +51,7 @@ BROKEN = r"""() => {
   while (walk.nextNode()) {
     const node = walk.currentNode, range = document.createRange(), text = node.data.trim();
     if (["STYLE", "SCRIPT", "TEXTAREA", "PRE"].includes(node.parentElement.tagName)) continue;
-    for (const match of node.data.matchAll(/[-+]?\d[\d.]*(e[-+]?\d+)?/g)) {
+    for (const match of node.data.matchAll(/(?<![\w.-])[-+]?\d[\d.]*(e[-+]?\d+)?/g)) {
       range.setStart(node, match.index);
       range.setEnd(node, match.index + match[0].length);
       const boxes = [...range.getClientRects()].filter((box) => box.width > 0);
