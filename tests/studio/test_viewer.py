@@ -261,13 +261,14 @@ def boom(start):
 
 @pytest.mark.parametrize(("start", "has"), [(0.1, True), (2.3, True), (2.5, False), (6.0, False)])
 def test_what_is_stowed_small_has_a_view_of_its_start(start, has):
-    """Below 0.4 of the extent of the whole motion; the first view takes in all of it."""
+    """Below 0.4 of the extent of the whole motion; the first view opens on it, and else takes in all."""
     found = views(boom(start))
     assert ("start" in [view.name for view in found]) == has
-    assert found[0].what == ""
+    assert found[0].what == ("opening" if has else "")
 
 
-def test_the_start_fills_the_picture_and_the_first_view_holds_all(browser, tmp_path):
+def test_what_is_stowed_fills_the_first_frame_and_then_the_scale_is_that_of_all(browser, tmp_path):
+    """After 8 % of the run the length on the screen is in proportion to that of the boom."""
     animation.write(boom(0.1), tmp_path / "boom.html")
     opened = browser.new_page(viewport={"width": 1000, "height": 700})
     opened.goto((tmp_path / "boom.html").as_uri())
@@ -279,10 +280,19 @@ def test_the_start_fills_the_picture_and_the_first_view_holds_all(browser, tmp_p
         found = opened.evaluate(ends)
         return max(found) - min(found)
 
+    def at(time):
+        opened.evaluate(f"{VIEWER}.go({time})")
+        return spread()
+
+    assert 500.0 < spread() < 1000.0
+    opened.click("[data-testid='view-along z']")
     assert spread() < 30.0
     opened.click("[data-testid='view-start']")
     assert 500.0 < spread() < 1000.0
     press(opened, "r")
-    press(opened, "End")
-    assert 500.0 < spread() < 1000.0
+    long = at(4.0)
+    assert 500.0 < long < 1000.0
+    assert at(2.0) == pytest.approx(3.05 / 6.0 * long, rel=0.05)
+    assert at(0.4) == pytest.approx(0.69 / 6.0 * long, rel=0.1)
+    assert 500.0 < at(0.0) < 1000.0
     opened.close()

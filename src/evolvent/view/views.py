@@ -31,7 +31,8 @@ class View(NamedTuple):
     name : str, what it shows, in a word or two
     about : str, the same in a sentence
     azimuth, elevation : float, rad, about the axis that points up
-    what : str, what fills the picture: "" the whole motion, which so has one scale; "bodies"; "start" the first moment
+    what : str, what fills the picture: "" the whole motion, which so has one scale; "bodies"; "start" the first moment;
+        "opening" the first moment at first, and soon the whole motion
     """
 
     name: str
@@ -63,7 +64,10 @@ def views(motion: Motion) -> list[View]:
     if motion.frames:
         found.append(View("bodies", "the bodies alone, near", *OBLIQUE, what="bodies"))
     if motion.time.size > 1 and _half(motion, np.zeros(1, dtype=int)) < _STOWED * _half(motion, _kept(motion)):
-        about = "the first moment, near; the other views show the whole motion on one scale"
+        found[0] = found[0]._replace(
+            what="opening", about=f"{found[0].about}; near at the start, then the whole motion on one scale"
+        )
+        about = "the first moment, near"
         found.append(View("start", about, found[0].azimuth, found[0].elevation, what="start"))
     return found
 

@@ -8,6 +8,7 @@ const RUNS_DARK = [[232,235,237],[77,166,224],[240,128,59],[46,196,150],[227,153
 const SYMBOL = [[104,116,150],[245,150,50]];  // of symbols, of plumes
 const MARKED = [226,96,84];  // of bodies that interfere
 const TRAILS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#7a4fd0", "#a33b3b"];
+const OPENING = 0.08;  // share of a run after which a picture that opens on what is stowed holds the whole motion
 const LIGHT = [-0.35, 0.6, -0.72];  // right, up, away from the eye
 
 export class Picture {
@@ -50,8 +51,9 @@ export class Picture {
     return times([ca, sa, 0, -sa * se, ca * se, ce, -sa * ce, ca * ce, -se], this.up);
   }
   // Middle and size of what is seen from a direction in the course of a run; what: "" for all, "bodies" for solids,
-  // "start" for all at the first moment.
+  // "start" for all at the first moment, "opening" for that and then for all.
   extent(azimuth, elevation, inertial, follow, what = "") {
+    if (what === "opening") return { ...this.extent(azimuth, elevation, inertial, follow), what, start: this.extent(azimuth, elevation, inertial, follow, "start") };
     const C = this.eye(azimuth, elevation), low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     const add = (R, o, x, y, z) => {
       const p = apply(R, x, y, z), v = apply(C, p[0] + o[0], p[1] + o[1], p[2] + o[2]);
@@ -92,6 +94,12 @@ export class Picture {
     this.redraw();
   }
   view({ azimuth, elevation, what }) { this.look(azimuth, elevation, what); }
+  framed() {  // what fills the picture now
+    const { base, base: { start }, begin, end, now } = this, p = (now - begin) / (OPENING * (end - begin) || 1);
+    if (!start || p >= 1) return base;
+    const radius = start.radius * (base.radius / start.radius) ** (p * p * (3 - 2 * p)), s = (radius - start.radius) / (base.radius - start.radius), between = (a, b) => a + s * (b - a);
+    return { radius, wide: between(start.wide, base.wide), tall: between(start.tall, base.tall), target: start.target.map((x, c) => between(x, base.target[c])) };
+  }
   zoom(by) { this.camera.zoom = Math.min(Math.max(this.camera.zoom * by, 0.1), 2000); this.redraw(); }
   pan(dx, dy) { this.camera.pan[0] += dx; this.camera.pan[1] += dy; this.redraw(); }
 
@@ -99,7 +107,7 @@ export class Picture {
 
   runColor(k) { return (this.dark ? RUNS_DARK : RUNS)[k % RUNS.length]; }
   draw() {
-    const { canvas, pen, camera, base } = this, ratio = window.devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
+    const { canvas, pen, camera } = this, base = this.framed(), ratio = window.devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
     if (!w || !h) return;
     if (canvas.width !== Math.round(w * ratio) || canvas.height !== Math.round(h * ratio)) { canvas.width = Math.round(w * ratio); canvas.height = Math.round(h * ratio); }
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
