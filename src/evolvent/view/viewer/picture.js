@@ -34,7 +34,7 @@ export class Picture {
   redraw() { this.dirty = true; }
   theme(dark) {
     this.dark = dark;
-    this.paint = dark ? { ink: "#c3cad2", grid: "#2c3238", dim: "#9aa4b0", force: "#ff7a66", none: [110, 118, 128] } : { ink: "#30363d", grid: "#e6e9ec", dim: "#6a7480", force: "#c5281c", none: [165, 172, 180] };
+    this.paint = dark ? { ink: "#c3cad2", grid: "#2c3238", back: "#1d2126", dim: "#9aa4b0", force: "#ff7a66", none: [110, 118, 128] } : { ink: "#30363d", grid: "#e6e9ec", back: "#ffffff", dim: "#6a7480", force: "#c5281c", none: [165, 172, 180] };
     this.redraw();
   }
   trail(run, point) {  // show the trail of a point, or no longer
@@ -336,6 +336,11 @@ export class Picture {
     this.parts.push({ depth, at: [p[0], p[1], ...base], line, width: 1.8 });
     if (length > 2) { point(q[0], q[1]); if (twice) point(...base); }
   }
+  write(text, x, y) {  // with a rim, so that it can be read over what is drawn
+    Object.assign(this.pen, { lineWidth: 4, strokeStyle: this.paint.back });
+    this.pen.strokeText(text, x, y);
+    this.pen.fillText(text, x, y);
+  }
   // Scale bar, arrows' scale, directions of the axes.
   measures() {
     const { pen, h, scale, paint } = this, length = nice(150 / scale), y = h - 14;
@@ -343,7 +348,7 @@ export class Picture {
     pen.fillStyle = paint.dim;
     const line = (at, color, width) => this.stroke({ at, line: color, width });
     line([14, y - 4, 14, y, 14 + length * scale, y, 14 + length * scale, y - 4], paint.dim, 1.4);
-    pen.fillText(quantity(length, "m"), 14 + length * scale + 7, y + 2);
+    this.write(quantity(length, "m"), 14 + length * scale + 7, y + 2);
     this.scaleText = quantity(length, "m");
     let row = y - 20;
     this.forceText = [];
@@ -353,7 +358,7 @@ export class Picture {
       this.arrow([14, row], [to, row], 0, unit === "N m");
       for (const part of this.parts) this.stroke(part);
       pen.fillStyle = paint.dim;
-      pen.fillText(`${quantity(size, unit)}`, to + 7, row + 4);
+      this.write(quantity(size, unit), to + 7, row + 4);
       this.forceText.push(quantity(size, unit));
       row -= 20;
     }
@@ -368,10 +373,10 @@ export class Picture {
       }
       pen.fillStyle = color;
       const [u, v] = this.axisLabels[k];
-      pen.fillText(name, x0 + u - 3, y0 - v + 4);
+      this.write(name, x0 + u - 3, y0 - v + 4);
     });
     pen.fillStyle = paint.dim;
-    pen.fillText(this.inertial ? "inertial axes" : `axes of ${this.motions[0].header.main}`, 14, y0 - 56);
+    this.write(this.inertial ? "inertial axes" : `axes of ${this.motions[0].header.main}`, x0 + 54, y0 + 4);
   }
   // Where the names of the axes stand, right and up of their origin, px: beyond the tips, and apart from one another.
   labelPlaces(axes) {
