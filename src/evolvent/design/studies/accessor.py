@@ -102,7 +102,7 @@ def _values(key: xr.DataArray) -> str:
         unit = str(key.attrs.get("units", "1"))
         text = f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
         return f"{counted(np.unique(key.values).size, 'value')}, {text}{'' if unit == '1' else f' {unit}'}"
-    text = ", ".join(dict.fromkeys(str(one) for one in key.values.flat))
+    text = ", ".join(dict.fromkeys(str(one) or "its own" for one in key.values.flat))
     return text if len(text) <= _VALUES else f"{text[: _VALUES - 3]}..."
 
 
