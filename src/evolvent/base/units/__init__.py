@@ -10,6 +10,7 @@ from evolvent.base.units.parsing import (
     LARGEST as LARGEST,
     OF_CONTACT as OF_CONTACT,
     UNIT_LENGTH as UNIT_LENGTH,
+    Measured as Measured,
     UnitError as UnitError,
     base_exponents as base_exponents,
     head_and_unit as head_and_unit,
@@ -22,7 +23,6 @@ from evolvent.base.units.parsing import (
 from evolvent.base.units.quantities import (
     Blocks as Blocks,
     Either as Either,
-    Measured as Measured,
     OneOrMore as OneOrMore,
     Quantity as Quantity,
     Tensor as Tensor,

@@ -89,6 +89,30 @@ class UnitError(ValueError):
     """A text that is no value of the wanted kind; the message says why."""
 
 
+class Measured(float):
+    """A value whose unit was given: where another key decides which quantity it must be, or people read that unit.
+
+    Parameters
+    ----------
+    value : float, in SI units
+    unit : str, the SI unit of its quantity
+    text : str, as it was written, such as "30 rpm", where its unit is one of `READ_AS_WRITTEN`; else ""
+    """
+
+    unit: str
+    text: str
+
+    def __new__(cls, value: Any, unit: str = "", text: str = "") -> Measured:
+        """The value, which knows its unit."""
+        found = super().__new__(cls, value)
+        found.unit, found.text = unit, text
+        return found
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """How it is copied."""
+        return Measured, (float(self), self.unit, self.text)
+
+
 def is_list(value: Any) -> bool:
     """Whether a value is a list, a tuple or an array: no text, and nothing whose entries have no order."""
     return hasattr(value, "__len__") and not isinstance(value, (str, bytes, Mapping, Set))

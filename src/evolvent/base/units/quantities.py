@@ -19,6 +19,7 @@ from evolvent.base.units.parsing import (
     LARGEST,
     READ_AS_WRITTEN,
     UNIT_LENGTH,
+    Measured,
     UnitError,
     is_list,
     parse,
@@ -111,30 +112,6 @@ class Quantity(Annotation):
             if bound is not None:
                 number[key] = bound
         return {"anyOf": [number, {"type": "string", "examples": [self.example]}], "description": self.allowed}
-
-
-class Measured(float):
-    """A value whose unit was given: where another key decides which quantity it must be, or people read that unit.
-
-    Parameters
-    ----------
-    value : float, in SI units
-    unit : str, the SI unit of its quantity
-    text : str, as it was written, such as "30 rpm", where its unit is one of `READ_AS_WRITTEN`; else ""
-    """
-
-    unit: str
-    text: str
-
-    def __new__(cls, value: Any, unit: str = "", text: str = "") -> Measured:
-        """The value, which knows its unit."""
-        found = super().__new__(cls, value)
-        found.unit, found.text = unit, text
-        return found
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """How it is copied."""
-        return Measured, (float(self), self.unit, self.text)
 
 
 @dataclasses.dataclass(frozen=True)
