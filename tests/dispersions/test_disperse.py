@@ -89,6 +89,9 @@ def test_failed_runs_count_as_beyond_the_bound(read):
     assert "2 of 120 runs failed; their probability is between 0.2 % and 5.9 %; every bound counts them as" in texts
     assert "body_rate.last has no value in 1 runs that did not fail" in texts
     assert "failed: case 4 (spool.rate = " in texts
+    page = found._repr_html_()
+    assert page.count("<img") == 1
+    assert "<strong>Warning:</strong> 2 cases failed: " in page
     kept = dispersions.evaluate(dataset, coverage=0.9)
     finite = np.sort(np.delete(value, [*failed, *empty]))
     assert kept.outputs[0].upper.rank == 7

@@ -113,6 +113,7 @@ def test_where_there_are_none_differences_are_taken_and_the_report_says_why() ->
     )  # fmt: skip
     assert found.values[STIFFNESS] == pytest.approx(MASS * (PHASE / 4.0) ** 2, rel=3e-5)
     assert found.derivatives.startswith("central differences (sensitivities are of the steps of ")
+    assert found._repr_html_().count("<img") == 1
     dispersed = slide(0.5).design(
         vary={STIFFNESS: "0.4 to 0.6 N/m"}, minimize="slide.latch_rate", disperse={"mass.mass": "10%"}, samples=2,
         derivatives="discrete",

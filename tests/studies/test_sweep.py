@@ -438,3 +438,28 @@ def test_a_long_sweep_is_forecast(study, monkeypatch):
     assert len(told) == 1
     assert re.fullmatch(r"\d cases of about [\d.e-]+ s each: about [\d.e-]+ s on one core", told[0])
     assert [runner._duration(s) for s in (12.3, 89.0, 114.0, 7300.0)] == ["12 s", "89 s", "1.9 min", "2 h"]
+
+
+@pytest.mark.slow
+def test_notebooks_show_a_sweep_in_short(whole, study, replace_run):
+    """How cases ended, keys, ranges of results and a figure; reasons of failures; every text is escaped."""
+    html = whole.ev._repr_html_()
+    assert "6: 6 success" in html
+    assert "3 values, 3 to 4 rad/s" in html
+    low, high = float(whole.body_rate_last.min()), float(whole.body_rate_last.max())
+    for word in ("body_rate_last [rad/s]", f">{low:.6g}<", f">{high:.6g}<", 'src="data:image/png;base64'):
+        assert word in html
+    assert "<img" not in whole.drop_vars("spool.rate").ev._repr_html_()
+    assert "1 value, 3" in whole.isel({"blade.nodes": 0, "spool.rate": [0]}).ev._repr_html_()
+
+    def run(case, go_on):
+        if case.blade.nodes == 5:
+            raise evolvent.RunFailed("<b>too long</b>", None)
+        return go_on()
+
+    replace_run(heliogyro, run)
+    html = studies.sweep(study).ev._repr_html_()
+    assert "6: 3 success, 3 failed" in html
+    assert "<strong>Warning:</strong> 3 cases failed: &lt;b&gt;too long&lt;/b&gt;" in html
+    with pytest.raises(InputError, match=r"'status' and 'reason'.*sweep"):
+        whole[["steps"]].ev._repr_html_()

@@ -70,6 +70,10 @@ def test_a_variant_that_fails_is_a_result_and_leaves_the_others_alone(system: Sy
     assert np.isfinite(found.hinge_latch_time_last.values).tolist() == [True, False, True]
     assert found["panel.mass"].values.tolist() == ["", "", "2 kg"]
     assert np.isnan(found["hinge.damping"].values[:2]).all()
+    page = found.ev._repr_html_()
+    assert "3: 2 success, 1 failed" in page
+    assert "its own, 2 kg" in page
+    assert "1 case failed: " in page
 
 
 def test_settings_hold_for_all_variants_and_may_be_a_key(system: System) -> None:

@@ -44,8 +44,27 @@ def folder(tmp_path_factory):
     return place
 
 
+#: Numbers of a page that stand on two lines, and those that reach out of it to the right where nothing scrolls.
+BROKEN = r"""() => {
+  const found = [], walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  const hides = (e) => e && (getComputedStyle(e).overflowX !== "visible" || hides(e.parentElement));
+  while (walk.nextNode()) {
+    const node = walk.currentNode, range = document.createRange(), text = node.data.trim();
+    if (["STYLE", "SCRIPT", "TEXTAREA", "PRE"].includes(node.parentElement.tagName)) continue;
+    for (const match of node.data.matchAll(/(?<![\w.-])[-+]?\d[\d.]*(e[-+]?\d+)?/g)) {
+      range.setStart(node, match.index);
+      range.setEnd(node, match.index + match[0].length);
+      const boxes = [...range.getClientRects()].filter((box) => box.width > 0);
+      if (new Set(boxes.map((box) => Math.round(box.top))).size > 1) found.push(`${match[0]} on two lines: ${text}`);
+      if (boxes.some((box) => box.right > innerWidth + 1) && !hides(node.parentElement)) found.push(`outside: ${text}`);
+    }
+  }
+  return found;
+}"""
+
+
 def checked(page, shots, name):
-    """Screenshots on both screens; nothing is wider than the page, and no number is broken."""
+    """Screenshots on both screens; nothing is wider than the page, and no number is missing or on two lines."""
     for size, screen in (("", SCREEN), ("phone-", PHONE)):
         page.set_viewport_size(screen)
         page.wait_for_timeout(400)
@@ -54,6 +73,7 @@ def checked(page, shots, name):
         for frame in page.frames:
             assert frame.evaluate("document.documentElement.scrollWidth <= innerWidth + 1"), (name, screen)
             assert not re.search(r"\b(nan|inf|None|undefined|NaN)\b", frame.locator("body").inner_text())
+            assert frame.evaluate(BROKEN) == [], (name, screen)
     page.set_viewport_size(SCREEN)
 
 

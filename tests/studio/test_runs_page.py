@@ -122,7 +122,7 @@ def test_two_runs_are_compared_with_the_differences_of_their_results(page, shots
 def test_views_are_named_by_what_they_show(page, shots):
     show_saved(page)
     names = page.locator(".ev3-views button").all_inner_texts()
-    assert names == ["spin axis z", "oblique", "along y", "along x", "bodies"]
+    assert names == ["spin axis z", "oblique", "along y", "along x", "bodies", "start"]
     assert page.evaluate(f"{VIEWER}.camera.elevation") == pytest.approx(1.5708, abs=1e-4), "along the axis of the spin"
     for name in names:
         page.click(part(f"view-{name}"))

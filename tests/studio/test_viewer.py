@@ -6,7 +6,9 @@ import json
 import numpy as np
 import pytest
 
+from evolvent.results.motion import Line, Motion
 from evolvent.view import animation
+from evolvent.view.views import views
 from many_bodies import many_bodies
 
 VIEWER = "document.getElementById('viewer').viewer"
@@ -247,3 +249,50 @@ def test_pieces_of_a_line_with_one_colour_are_one_path(page):
         return seen; }})()"""
     )
     assert strokes == [["#ff0000", 2, 2], ["#ff0000", 3, 1], ["#0000ff", 2, 4]]  # one point of the four is the face's
+
+
+def boom(start):
+    """A straight line that grows from `start` to 6 m."""
+    points = np.zeros((21, 9, 3))
+    points[:, :, 0] = np.linspace(start, 6.0, 21)[:, None] * np.linspace(0.0, 1.0, 9)
+    points[:, :, 2] = 0.1 * points[:, :, 0]
+    return Motion(title="boom", time=np.linspace(0.0, 4.0, 21), frames=[], lines=[Line(name="boom", points=points)])
+
+
+@pytest.mark.parametrize(("start", "has"), [(0.1, True), (2.3, True), (2.5, False), (6.0, False)])
+def test_what_is_stowed_small_has_a_view_of_its_start(start, has):
+    """Below 0.4 of the extent of the whole motion; the first view opens on it, and else takes in all."""
+    found = views(boom(start))
+    assert ("start" in [view.name for view in found]) == has
+    assert found[0].what == ("opening" if has else "")
+
+
+def test_what_is_stowed_fills_the_first_frame_and_then_the_scale_is_that_of_all(browser, tmp_path):
+    """After 8 % of the run the length on the screen is in proportion to that of the boom."""
+    animation.write(boom(0.1), tmp_path / "boom.html")
+    opened = browser.new_page(viewport={"width": 1000, "height": 700})
+    opened.goto((tmp_path / "boom.html").as_uri())
+    opened.wait_for_timeout(150)
+    ends = f"{VIEWER}.spots.filter((s) => s.point).map((s) => s.x)"
+
+    def spread():
+        opened.wait_for_timeout(80)
+        found = opened.evaluate(ends)
+        return max(found) - min(found)
+
+    def at(time):
+        opened.evaluate(f"{VIEWER}.go({time})")
+        return spread()
+
+    assert 500.0 < spread() < 1000.0
+    opened.click("[data-testid='view-along z']")
+    assert spread() < 30.0
+    opened.click("[data-testid='view-start']")
+    assert 500.0 < spread() < 1000.0
+    press(opened, "r")
+    long = at(4.0)
+    assert 500.0 < long < 1000.0
+    assert at(2.0) == pytest.approx(3.05 / 6.0 * long, rel=0.05)
+    assert at(0.4) == pytest.approx(0.69 / 6.0 * long, rel=0.1)
+    assert 500.0 < at(0.0) < 1000.0
+    opened.close()

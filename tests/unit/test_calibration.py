@@ -48,6 +48,7 @@ def test_the_parameters_of_a_made_log_are_found_again(tmp_path: pathlib.Path) ->
     np.testing.assert_allclose(found.values[:3], [0.12, 0.003, 11.0], rtol=1e-5)
     assert found.rms < 1e-6
     assert found.model == "closed form"
+    assert found._repr_html_().count("<img") == 1
 
 
 @pytest.mark.slow

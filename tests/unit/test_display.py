@@ -5,9 +5,10 @@ import pytest
 import xarray as xr
 
 import evolvent
+from evolvent import cases, parts
 from evolvent.base.errors import InputError
 from evolvent.results import display
-from evolvent.view import drawing, show
+from evolvent.view import animation, drawing, show, summary
 
 
 @pytest.mark.parametrize(
@@ -54,3 +55,57 @@ def test_a_run_is_read_in_degrees_and_keeps_radians():
     labels = [label for label in motion.numbers if "angle" in label]
     assert labels
     assert all(label.endswith("[deg]") for label in labels)
+
+
+def spinner(rate, wheel=100.0):
+    """A free body with a wheel, and a hub that spins; values with the units that they are given in."""
+    system = evolvent.System()
+    system.add(parts.RigidBody(mass=5.0, inertia=2.0, angular_velocity=[0, 0, rate]), "bus")
+    system.add(
+        parts.ReactionWheel(body="bus", axis=(0.0, 0.0, 1.0), inertia=0.05, rate=wheel, torque_limit=0.1), "wheel"
+    )
+    system.add(parts.RigidBody(motion="spin", inertia=1.0, position=(1.0, 0.0, 0.0), rate="90 deg/s"), "hub")
+    return system
+
+
+@pytest.mark.slow
+def test_a_rate_that_is_written_in_rpm_is_read_in_rpm(tmp_path):
+    """Of that part in tables, figures, animations and files; the other part stays in deg/s, and data in rad/s."""
+    run = spinner("12 rpm", "3000 rpm").simulate(until=0.5)
+    evolvent.save(run, tmp_path / "run.nc")
+    for found in (run, evolvent.open(tmp_path / "run.nc")):
+        assert found["bus"].rate.attrs["units"] == "rad s-1"
+        np.testing.assert_allclose(found["bus"].rate[:, 2], 12.0 * np.pi / 30.0)
+        rows = {number.label: number.value for number in show.numbers(found)}
+        assert rows["bus.rate"].startswith("(0, 0, 12) rpm at the end")
+        assert rows["wheel.rate"].startswith("3000 rpm at the end")
+        assert rows["hub.rate"].startswith("(0, 0, 90) deg/s at the end")
+        labels = [panel.y_label for figure in summary.figures(found) for panel in figure.panels]
+        assert sum(label.endswith(", rpm") for label in labels) == 2
+        assert sum(label.endswith(", deg/s") for label in labels) == 1
+        assert "wheel.rate [rpm]" in drawing.motion_of(found, title="").numbers
+        assert [panel.y_label[-5:] for panel in show.figure(found, ["hub.rate", "bus.rate.z"]).panels] == [
+            "deg/s", ", rpm",
+        ]  # fmt: skip
+        (panel,) = show.figure(found, ["wheel.rate"], units="deg").panels
+        np.testing.assert_allclose(panel.lines[0].y, 18000.0, rtol=1e-6)
+    assert "rpm" in animation.page(drawing.motion_of(run, title=""))[0].decode()
+
+
+def test_a_unit_that_people_read_stays_with_the_key():
+    """Cases hold rates as they were written, and the same floats are read again from them; other units become SI."""
+    for rate, text in (("12.5 rpm", "12.5 rpm"), ("90 deg/s", f"{np.pi / 2.0!r} rad/s"), (0.1, "0.1 rad/s")):
+        system = spinner(rate)
+        content = cases.parse_yaml(system.to_yaml(), "case")
+        assert content["parts"]["bus"]["angular_velocity"][-1] == text
+        again = evolvent.load(content).parts["bus"]
+        assert again.angular_velocity == system.parts["bus"].angular_velocity
+        assert again.as_keys() == system.parts["bus"].as_keys()
+
+
+def test_drives_in_rpm():
+    """A drive keeps the unit of its rate, also where the rate may be a speed."""
+    drive = parts.PrescribedRotation(body="hub", drive={"constant": {"rate": "6 rpm"}})
+    assert drive.as_keys()["drive"] == {"constant": {"rate": "6 rpm"}}
+    moved = parts.PrescribedMotion(at="bob", drive={"constant": {"rate": "6 rpm"}}, radius=1.0)
+    assert moved.as_keys()["drive"] == {"constant": {"rate": "6 rpm"}}

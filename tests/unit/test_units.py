@@ -112,7 +112,8 @@ def test_refuses_with_what_is_allowed(key, value, words):
 def test_writes_what_it_reads_exactly():
     thing = Thing(length=0.1 + 0.2, rate="33 rpm", rates=["1 rad/s", "20 deg/s"], step="0.3 s")
     assert Thing.model_validate(thing.model_dump(mode="json")) == thing
-    assert thing.model_dump(mode="json")["length"] == "0.30000000000000004 m"
+    written = thing.model_dump(mode="json")
+    assert (written["length"], written["rate"]) == ("0.30000000000000004 m", "33 rpm")
 
 
 def test_one_or_more_keeps_one_as_one():

@@ -97,7 +97,7 @@ class RunAccessor:
         return notebook.summary(title, facts, rows=rows, warnings=warnings)
 
     def plot(
-        self, *names: str, path: str | os.PathLike[str] | None = None, units: str = display.USUAL
+        self, *names: str, path: str | os.PathLike[str] | None = None, units: str | None = None
     ) -> Any:  # fmt: skip
         """Plot variables over time; without names, the default figures.
 
@@ -105,7 +105,8 @@ class RunAccessor:
         ----------
         names : full names
         path : str, optional, PNG file (with names) or folder (without)
-        units : str, of angles and rates of the variables that are named: "deg" (and deg/s), "rpm" (and deg) or "rad"
+        units : str, of angles and rates of the variables that are named: "deg" (and deg/s), "rpm" (and deg) or "rad";
+            left out, rpm for the rates of parts whose rates were written so, else deg
 
         Returns
         -------

@@ -266,10 +266,11 @@ def _variables(title: str, variables: Mapping[Any, Any]) -> None:
 @click.option(
     "--variables", multiple=True, callback=once, metavar="NAME,NAME", help="Draw these variables alone, over time."
 )
-@click.option("--units", type=click.Choice(("deg", "rpm", "rad")), default="deg", show_default=True,
-              help="Of angles and rates of --variables.")  # fmt: skip
+@click.option("--units", type=click.Choice(("deg", "rpm", "rad")),
+              help="Of angles and rates of --variables.  [default: rpm where a part's rates were written so, else deg]",
+)  # fmt: skip
 @figure_format
-def plot(path: str, figures: str | None, variables: str | None, units: str, kind: str) -> None:
+def plot(path: str, figures: str | None, variables: str | None, units: str | None, kind: str) -> None:
     """Draw figures and an animation of a results file, or the variables that are named.
 
     \b

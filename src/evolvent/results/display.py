@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import xarray as xr
 
@@ -18,6 +19,9 @@ UNITS: dict[str, dict[str, tuple[float, str]]] = {
 }
 #: What people read unless they ask for others.
 USUAL = "deg"
+#: Attribute of a variable with the key of `UNITS` that people read it in where they ask for none: as its part's rates
+#: were written.
+WRITTEN = "display_units"
 
 
 def shown_unit(unit: str, units: str = USUAL) -> tuple[float, str]:
@@ -38,13 +42,26 @@ def shown_unit(unit: str, units: str = USUAL) -> tuple[float, str]:
     return UNITS[units].get(unit, (1.0, unit))
 
 
-def shown(found: xr.DataArray, units: str = USUAL) -> xr.DataArray:
+def attributes(units: str, long_name: str, written: Collection[str] = ()) -> dict[str, str]:
+    """Attributes of a variable, of a part whose rates were `written` in some units."""
+    own = dict.fromkeys([WRITTEN], "rpm") if "rpm" in written and units == "rad s-1" else {}
+    return {"units": units, "long_name": long_name, **own}
+
+
+def written(found: xr.DataArray, otherwise: str = USUAL) -> str:
+    """The key of `UNITS` for a variable as its part's rates were written."""
+    units = str(found.attrs.get(WRITTEN, otherwise))
+    return units if units in UNITS else otherwise  # a file from elsewhere may hold anything
+
+
+def shown(found: xr.DataArray, units: str | None = None) -> xr.DataArray:
     """A variable in the unit in which it is shown.
 
     Parameters
     ----------
     found : xarray.DataArray, with its unit in the attribute `units`
-    units : str, one of `UNITS`
+    units : str, one of `UNITS`; left out, rates that were written in revolutions per minute are shown so, and others
+        by degrees
 
     Raises
     ------
@@ -52,5 +69,5 @@ def shown(found: xr.DataArray, units: str = USUAL) -> xr.DataArray:
         If `units` is none of them.
     """
     unit = str(found.attrs.get("units", ""))
-    factor, name = shown_unit(unit, units)
+    factor, name = shown_unit(unit, written(found) if units is None else units)
     return found if name == unit else found.copy(data=factor * found.values).assign_attrs(units=name)

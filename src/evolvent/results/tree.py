@@ -19,6 +19,8 @@ import numpy as np
 import xarray as xr
 
 from evolvent import results
+from evolvent.base.units import units_as_written
+from evolvent.results import display
 from evolvent.results.observe import has_results, observe
 from evolvent.results.observe.variables import AXES
 from evolvent.solvers import balance as eb
@@ -159,8 +161,9 @@ def _group(solution: Solution, name: str) -> xr.Dataset:
         "plots": json.dumps(found.plots),
         "plots_along": json.dumps(found.plots_along),
     }
+    written = units_as_written(part)
     variables, coordinates = (
-        {key: xr.Variable(v.dims, v.values, {"units": v.units, "long_name": v.long_name}) for key, v in of.items()}
+        {key: xr.Variable(v.dims, v.values, display.attributes(v.units, v.long_name, written)) for key, v in of.items()}
         for of in (found.variables, found.coordinates)
     )
     dataset = xr.Dataset(variables, coordinates, attrs)

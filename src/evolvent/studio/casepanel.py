@@ -18,7 +18,7 @@ from evolvent.studio.context import Context
 from evolvent.studio.elements import upload
 from evolvent.studio.folder import LARGEST
 from evolvent.studio.formview import FormView, errors_text, first_error
-from evolvent.studio.jobs import COMPUTED
+from evolvent.studio.job import COMPUTED
 from evolvent.studio.partsview import PartsView
 from evolvent.studio.startview import StartView
 from evolvent.studio.state import Draft, view_of

@@ -8,7 +8,7 @@ from nicegui import ui
 
 from evolvent.studio.changes import ADDED, REMOVED
 from evolvent.studio.context import Context
-from evolvent.studio.jobs import COMPUTED, RESUMED, Job
+from evolvent.studio.job import COMPUTED, RESUMED, Job
 from evolvent.studio.worker import AT_ONCE
 
 #: How a job ended, in a word.

@@ -8,7 +8,7 @@ from nicegui import ui
 
 from evolvent.studio.context import Context
 from evolvent.studio.elements import MotionElement
-from evolvent.studio.jobs import Job
+from evolvent.studio.job import Job
 from evolvent.studio.jobview import STATUS, draw_job
 
 

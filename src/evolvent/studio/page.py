@@ -15,7 +15,8 @@ from evolvent.studio.reportview import ReportView
 from evolvent.studio.resultview import ResultView
 from evolvent.studio.runspanel import RunsPanel
 from evolvent.studio.state import FIRST, Studio, View, view_of
-from evolvent.studio.studypanel import DISPERSIONS, StudyPanel
+from evolvent.studio.studyform import DISPERSIONS
+from evolvent.studio.studypanel import StudyPanel
 
 #: Seconds between looks at the queue.
 _LOOK = 0.3

@@ -13,7 +13,7 @@ from evolvent.studio import reading
 from evolvent.studio.context import Context
 from evolvent.studio.elements import report_frame
 from evolvent.studio.folder import OWN
-from evolvent.studio.jobs import COMPUTED, Job
+from evolvent.studio.job import COMPUTED, Job
 from evolvent.studio.jobview import NAMES, STATUS, draw_job
 from evolvent.studio.state import View
 from evolvent.studio.worker import CALIBRATION, FITTED

@@ -8,7 +8,7 @@ from nicegui import ui
 
 from evolvent.base.errors import EvolventError
 from evolvent.studio.context import Context
-from evolvent.studio.jobs import COMPUTED, RESUMED, Job
+from evolvent.studio.job import COMPUTED, RESUMED, Job
 from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text, since_text
 from evolvent.studio.state import View, view_of
 

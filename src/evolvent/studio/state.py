@@ -20,7 +20,8 @@ from evolvent.studio import pages, reading, signing, studydraft
 from evolvent.studio.changes import changes
 from evolvent.studio.exports import Export, Exports
 from evolvent.studio.folder import OWN, Folder
-from evolvent.studio.jobs import COMPUTED, Job, Jobs
+from evolvent.studio.job import COMPUTED, Job
+from evolvent.studio.jobs import Jobs
 from evolvent.studio.studydraft import StudyDraft
 from evolvent.studio.worker import MODE
 

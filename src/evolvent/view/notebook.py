@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from evolvent.base.errors import counted
+from evolvent.results.figures import Figure
 from evolvent.view import pages
 
 #: Rows of a table in a notebook, at most.
 MOST = 12
+#: Dots per inch of a small figure, and reasons of failed cases that are shown at most.
+_SMALL, _REASONS = 80.0, 3
 
 
 def summary(
@@ -19,6 +23,7 @@ def summary(
     rows: Sequence[Sequence[str]] = (),
     warnings: Sequence[str] = (),
     notes: Sequence[str] = (),
+    figures: Sequence[Figure] = (),
 ) -> str:
     """A short description as HTML.
 
@@ -28,14 +33,27 @@ def summary(
     facts : (label, value) each
     rows : a table, its head first; of a long one the first `MOST` rows
     warnings, notes : sentences above and below the tables
+    figures : drawn below them, small
     """
+    from evolvent.view import plots
+
     left = len(rows) - 1 - MOST
     more = [f"{counted(left, 'more row')}"] if left > 0 else []
     table = [list(row) for row in rows[: MOST + 1]]
     return pages.render(
         "notebook.html", title=title, facts=[list(fact) for fact in facts], rows=table, warnings=list(warnings),
         notes=[*more, *notes],
+        pictures=[pages.picture(plots.picture(one, "png", dpi=_SMALL), "png", one.title) for one in figures],
     )  # fmt: skip
+
+
+def failed(reasons: Iterable[str]) -> list[str]:
+    """Sentences on cases that failed, the most frequent reason first; of many reasons the first `_REASONS`."""
+    found = Counter(reasons).most_common()
+    left = len(found) - _REASONS
+    return [f"{counted(count, 'case')} failed: {why}" for why, count in found[:_REASONS]] + (
+        [f"{counted(left, 'more reason')} of failures"] if left > 0 else []
+    )
 
 
 class Sheets(list[Any]):

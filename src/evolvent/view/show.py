@@ -49,9 +49,9 @@ def label_of(found: xr.DataArray, fallback: str = "") -> str:
 
 
 def lines_of(
-    run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = None, first: int = 0, units: str = display.USUAL
+    run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = None, first: int = 0, units: str | None = None
 ) -> list[Line]:
-    """A variable over time as lines, one for each component or entry; angles in the `units` of `display.UNITS`."""
+    """A variable over time as lines, one for each component or entry; in `units` as of `display.shown`."""
     found = display.shown(variables.get(run, name), units)
     if "time" not in found.dims:
         raise InputError(f"{name!r} does not change over time; name a variable over time")
@@ -87,14 +87,14 @@ def _tags(found: xr.DataArray, count: int) -> list[str]:
 
 def figure(
     run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "variables", title: str = "",
-    units: str = display.USUAL,
+    units: str | None = None,
 ) -> Figure:  # fmt: skip
     """A figure of variables over time: those of one unit share a panel.
 
     Parameters
     ----------
     names : full names, as of `evolvent.results.variables.get`
-    units : str, of angles and rates, one of `evolvent.results.display.UNITS`
+    units : str, of angles and rates, as of `evolvent.results.display.shown`
 
     Raises
     ------
@@ -229,13 +229,14 @@ def _panel_along(group: xr.Dataset, name: str) -> Panel:
 
 def _kind_figure(run: xr.DataTree, kind: str, parts: list[str], without: Collection[str]) -> Figure:
     """The default variables of all parts of one kind, a panel each; of vectors of many parts, one a component."""
-    order: dict[str, list[str]] = {}
+    order: dict[tuple[str, str], list[str]] = {}
     for part in parts:
         for variable in plots_of(run, part):
             if variable in run[part].data_vars and f"{part}.{variable}" not in without:
-                order.setdefault(variable, []).append(part)
+                written = str(run[part][variable].attrs.get(display.WRITTEN, ""))  # a panel has one unit
+                order.setdefault((variable, written), []).append(part)
     panels = []
-    for variable, owners in order.items():
+    for (variable, _), owners in order.items():
         every = [display.shown(variables.get(run, f"{part}.{variable}")) for part in owners]
         found = every[0]
         same_text = len({label_of(one) for one in every}) == 1  # that of a joint names what it holds
@@ -329,15 +330,15 @@ def latch_numbers(run: xr.DataTree) -> list[Number]:
         group = variables.group_of(run, part)
         if "latch_rate" not in group:
             continue
-        time, rate = (float(group[name].values.flat[-1]) for name in ("latch_time", "latch_rate"))
+        time = float(group["latch_time"].values.flat[-1])
         if not np.isfinite(time):
             found.append((-np.inf, Number(label=f"{part}, latch", value="has not locked")))
             continue
         peak = next(name for name in ("latch_torque_peak", "latch_force_peak") if name in group)
         kind = peak.split("_")[1]
         largest = quantity(float(group[peak].values.flat[-1]), unit_text(str(group[peak].attrs["units"])))
-        factor, unit = display.shown_unit(str(group["latch_rate"].attrs["units"]))
-        speed = quantity(abs(factor * rate), unit_text(unit))
+        shown = display.shown(group["latch_rate"])
+        speed = quantity(abs(float(shown.values.flat[-1])), unit_text(str(shown.attrs["units"])))
         value = f"locks at {quantity(time, 's')} with a rate of {speed}, largest {kind} {largest}"
         found.append((time, Number(label=f"{part}, latch", value=value)))
     return [number for _, number in sorted(found, key=lambda row: row[0])]

@@ -167,7 +167,7 @@ def _base(run: xr.DataTree) -> _Panels:
         lines = [
             dataclasses.replace(line, label=word if named else "") for line, word in zip(lines, words, strict=True)
         ]
-        unit = unit_text(display.shown_unit("rad s-1")[1])
+        unit = unit_text(str(display.shown(variables.get(run, f"{body}.rate")).attrs["units"]))
         label = f"rate of {body}{'' if named else f' about {words[0]}'}, {unit}"
         shown = {f"{body}.rate"} if len(bodies) == 1 else set()
         yield Panel(x_label="", y_label=label, lines=show.coloured(lines)), shown

@@ -15,6 +15,8 @@ OBLIQUE = (-1.1, 0.6)
 _PLANAR = 0.06
 #: Rotation that makes a spin, rad, and the share of it about one axis.
 _SPIN, _ABOUT_ONE = 2.0 * np.pi, 0.98
+#: Share of the extent of the whole motion below which the first moment has a view of its own.
+_STOWED = 0.4
 #: Samples that are looked at, at most.
 _SAMPLES = 200
 #: Inertial axes in the order right, away, up, by the axis that points up; the sign of "away".
@@ -29,14 +31,15 @@ class View(NamedTuple):
     name : str, what it shows, in a word or two
     about : str, the same in a sentence
     azimuth, elevation : float, rad, about the axis that points up
-    bodies : bool, whether the bodies fill the picture, else the whole motion
+    what : str, what fills the picture: "" the whole motion, which so has one scale; "bodies"; "start" the first moment;
+        "opening" the first moment at first, and soon the whole motion
     """
 
     name: str
     about: str
     azimuth: float
     elevation: float
-    bodies: bool = False
+    what: str = ""
 
 
 def views(motion: Motion) -> list[View]:
@@ -59,13 +62,33 @@ def views(motion: Motion) -> list[View]:
     first = next((view for view in found if plane and view.name.endswith(f" {plane}")), found[0])
     found.sort(key=lambda view: view is not first)
     if motion.frames:
-        found.append(View("bodies", "the bodies alone, near", *OBLIQUE, bodies=True))
+        found.append(View("bodies", "the bodies alone, near", *OBLIQUE, what="bodies"))
+    if motion.time.size > 1 and _half(motion, np.zeros(1, dtype=int)) < _STOWED * _half(motion, _kept(motion)):
+        found[0] = found[0]._replace(
+            what="opening", about=f"{found[0].about}; near at the start, then the whole motion on one scale"
+        )
+        about = "the first moment, near"
+        found.append(View("start", about, found[0].azimuth, found[0].elevation, what="start"))
     return found
+
+
+def _kept(motion: Motion) -> Array:
+    """Samples that are looked at."""
+    return np.unique(np.linspace(0, motion.time.size - 1, min(motion.time.size, _SAMPLES)).round().astype(int))
+
+
+def _half(motion: Motion, kept: Array) -> float:
+    """Half the largest extent along an axis of lines, marks and bodies at some samples, inertial axes, m."""
+    origin = 0.0 if motion.body is None else motion.body.origin[kept][:, None]
+    clouds = [points + origin for points in (*_clouds(motion, kept), *_corners(motion, kept))]
+    low = np.fmin.reduce([np.nanmin(points, axis=(0, 1)) for points in clouds if np.isfinite(points).any()])
+    high = np.fmax.reduce([np.nanmax(points, axis=(0, 1)) for points in clouds if np.isfinite(points).any()])
+    return 0.5 * float(np.nanmax(high - low, initial=0.0))
 
 
 def _normal(motion: Motion) -> str:
     """The inertial axis that a motion is normal to; '' where it is not planar, or all on one line."""
-    kept = np.unique(np.linspace(0, motion.time.size - 1, min(motion.time.size, _SAMPLES)).round().astype(int))
+    kept = _kept(motion)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for points in _points(motion, kept):
         if np.any(np.isfinite(points)):
@@ -78,17 +101,28 @@ def _normal(motion: Motion) -> str:
 
 def _points(motion: Motion, kept: Array) -> Iterator[Array]:
     """Points (nk, n, 3) of lines and marks relative to the main body; where there are none, of the bodies."""
-    body = motion.body
-    origin = 0.0 if body is None else body.origin[kept][:, None]
-    clouds = [line.points for line in motion.lines if line.kind != "spring"] + [mark.points for mark in motion.marks]
-    for cloud in clouds:
-        yield cloud[kept] - origin
-    if clouds:
-        return
+    if any(line.kind != "spring" for line in motion.lines) or motion.marks:
+        yield from _clouds(motion, kept)
+    else:
+        yield from _corners(motion, kept)
+
+
+def _clouds(motion: Motion, kept: Array) -> Iterator[Array]:
+    """Points (nk, n, 3) of lines and marks relative to the main body."""
+    origin = 0.0 if motion.body is None else motion.body.origin[kept][:, None]
+    for line in motion.lines:
+        if line.kind != "spring":
+            yield line.points[kept] - origin
+    for mark in motion.marks:
+        yield mark.points[kept] - origin
+
+
+def _corners(motion: Motion, kept: Array) -> Iterator[Array]:
+    """Corners (nk, n, 3) of bodies relative to the main one."""
+    origin = 0.0 if motion.body is None else motion.body.origin[kept][:, None]
     for frame in motion.frames:
         solids = (solid.mesh(sectors=8).vertices @ solid.basis.T + solid.centre for solid in frame.solids)
-        corners = [*frame.outline, *solids]
-        points = np.vstack([np.zeros((1, 3)), *corners])
+        points = np.vstack([np.zeros((1, 3)), *frame.outline, *solids])
         yield turned(frame.attitude[kept], np.broadcast_to(points, (kept.size, *points.shape))) + (
             frame.origin[kept][:, None] - origin
         )

@@ -10,6 +10,7 @@ from evolvent.base.units.parsing import (
     LARGEST as LARGEST,
     OF_CONTACT as OF_CONTACT,
     UNIT_LENGTH as UNIT_LENGTH,
+    Measured as Measured,
     UnitError as UnitError,
     base_exponents as base_exponents,
     head_and_unit as head_and_unit,
@@ -22,7 +23,6 @@ from evolvent.base.units.parsing import (
 from evolvent.base.units.quantities import (
     Blocks as Blocks,
     Either as Either,
-    Measured as Measured,
     OneOrMore as OneOrMore,
     Quantity as Quantity,
     Tensor as Tensor,
@@ -30,6 +30,7 @@ from evolvent.base.units.quantities import (
     Whole as Whole,
     shared_unit as shared_unit,
     unit_of as unit_of,
+    units_as_written as units_as_written,
 )
 
 _LENGTH: dict[str, Any] = {"what": "a length", "unit": "m", "example": "5 m"}

@@ -70,6 +70,8 @@ def head_and_unit(head: str) -> tuple[str, str]:
     return name, unit
 
 
+#: SI unit -> units in which people go on reading a value that was written in them.
+READ_AS_WRITTEN = {"rad/s": ("rpm",)}
 #: Units of contact laws, whose dimension other keys decide (exponent n, law): what may stand for them.
 OF_CONTACT = {"N/m^n": r"N/m(\^\d+(\.\d+)?)?", "s/m": "s/m|N s/m"}
 
@@ -85,6 +87,30 @@ UNIT_LENGTH = 1e-3
 
 class UnitError(ValueError):
     """A text that is no value of the wanted kind; the message says why."""
+
+
+class Measured(float):
+    """A value whose unit was given: where another key decides which quantity it must be, or people read that unit.
+
+    Parameters
+    ----------
+    value : float, in SI units
+    unit : str, the SI unit of its quantity
+    text : str, as it was written, such as "30 rpm", where its unit is one of `READ_AS_WRITTEN`; else ""
+    """
+
+    unit: str
+    text: str
+
+    def __new__(cls, value: Any, unit: str = "", text: str = "") -> Measured:
+        """The value, which knows its unit."""
+        found = super().__new__(cls, value)
+        found.unit, found.text = unit, text
+        return found
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """How it is copied."""
+        return Measured, (float(self), self.unit, self.text)
 
 
 def is_list(value: Any) -> bool:

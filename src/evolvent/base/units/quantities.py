@@ -14,8 +14,18 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
 from evolvent.base.errors import counted
-from evolvent.base.schema import Annotation
-from evolvent.base.units.parsing import LARGEST, UNIT_LENGTH, UnitError, is_list, parse, split, to_float
+from evolvent.base.schema import Annotation, Section
+from evolvent.base.units.parsing import (
+    LARGEST,
+    READ_AS_WRITTEN,
+    UNIT_LENGTH,
+    Measured,
+    UnitError,
+    is_list,
+    parse,
+    split,
+    to_float,
+)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -77,13 +87,21 @@ class Quantity(Annotation):
             high = (self.most is not None and number > self.most) or (self.below is not None and number >= self.below)
             low = self.least is not None and number < self.least
             if not (high or low or (self.above is not None and number <= self.above)):
-                return number
+                return self._as_written(value, number)
         raise PydanticCustomError(
             "quantity", "it must be {allowed}{reason}", {"allowed": self.allowed, "reason": reason}
         )
 
+    def _as_written(self, value: Any, number: float) -> float:
+        """`number`, which knows the text that it was written as where people go on reading it in that unit."""
+        if isinstance(value, str) and unit_of(value) in READ_AS_WRITTEN.get(self.unit, ()):
+            return Measured(number, self.unit, value.strip())
+        return value if isinstance(value, Measured) and value.text and value.unit == self.unit else number
+
     def write(self, value: float | str) -> float | str:
         """`value` as a case file holds it: exact, with its unit."""
+        if isinstance(value, Measured) and value.text:
+            return value.text
         return f"{value!r} {self.unit}" if self.unit and isinstance(value, float) else value
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
@@ -94,28 +112,6 @@ class Quantity(Annotation):
             if bound is not None:
                 number[key] = bound
         return {"anyOf": [number, {"type": "string", "examples": [self.example]}], "description": self.allowed}
-
-
-class Measured(float):
-    """A value whose unit was given, where another key decides which quantity it must be.
-
-    Parameters
-    ----------
-    value : float, in SI units
-    unit : str, the SI unit of its quantity
-    """
-
-    unit: str
-
-    def __new__(cls, value: Any, unit: str = "") -> Measured:
-        """The value, which knows its unit."""
-        found = super().__new__(cls, value)
-        found.unit = unit
-        return found
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """How it is copied."""
-        return Measured, (float(self), self.unit)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -145,13 +141,15 @@ class Either(Annotation):
                 continue
             with contextlib.suppress(PydanticCustomError):
                 found = quantity.read(value)
+                if isinstance(found, Measured):
+                    return found
                 has_unit = isinstance(value, Measured) or unit_of(value)
                 return Measured(found, quantity.unit) if has_unit else found
         raise PydanticCustomError("quantity", "it must be {allowed}", {"allowed": self.allowed})
 
     def write(self, value: float) -> float | str:
         """`value` as a case file holds it: exact, with its unit where it has been given one."""
-        return f"{value!r} {value.unit}" if isinstance(value, Measured) else value
+        return value.text or f"{value!r} {value.unit}" if isinstance(value, Measured) else value
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A number, or a text."""
@@ -264,9 +262,11 @@ class Vector(Annotation):
         return f"; did you mean {[sign * (letter == found[2]) for letter in 'xyz']}?"
 
     def write(self, value: Any) -> Any:
-        """`value` as a case file holds it: its unit stands in the last entry."""
+        """`value` as a case file holds it: its unit stands in the last entry, or as written in each."""
         if not self.quantity.unit or not value:
             return list(value)
+        if any(isinstance(v, Measured) for v in value):
+            return [self.quantity.write(v) for v in value]
         return [*value[:-1], self.quantity.write(value[-1])]
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
@@ -281,6 +281,17 @@ def _check_length(values: Sequence[Any]) -> None:
     length = math.hypot(*values)
     if abs(length - 1.0) > UNIT_LENGTH:
         raise UnitError(f"its length is {length:.6g}; normalised it is {[v / length for v in values]}")
+
+
+def units_as_written(value: Any) -> set[str]:
+    """Units in which people go on reading values (`READ_AS_WRITTEN`), of a value, of lists and of sections of keys."""
+    if isinstance(value, Measured):
+        return {unit_of(value.text)} - {""}
+    if isinstance(value, Section):
+        inner: Any = [getattr(value, key) for key in type(value).model_fields]
+    else:
+        inner = value if isinstance(value, (list, tuple)) else ()
+    return {unit for one in inner for unit in units_as_written(one)}
 
 
 def shared_unit(values: list[Any]) -> list[Any]:

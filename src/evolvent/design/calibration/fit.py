@@ -100,12 +100,13 @@ class Calibration:
         return float(np.sqrt(np.mean(self.residuals**2)))
 
     def _repr_html_(self) -> str:
-        """Fitted values and residuals, for notebooks."""
+        """Fitted values and residuals with their figure, for notebooks."""
         from evolvent.design.calibration import report
         from evolvent.view import notebook
 
         rows = [report.HEADS, *report.rows(self)]
-        return notebook.summary(f"Calibration by {self.source}", rows=rows, notes=report.summary(self))
+        notes, drawn = report.summary(self), [report.figure(self)]
+        return notebook.summary(f"Calibration by {self.source}", rows=rows, notes=notes, figures=drawn)
 
 
 def calibrate(

@@ -150,12 +150,15 @@ class Dispersion:
         return f"{100 * self.coverage:.6g}/{100 * self.confidence:.6g}"
 
     def _repr_html_(self) -> str:
-        """Bounds of the results, and what the runs are, for notebooks."""
+        """Bounds of the results, what the runs are, failures and the first figure, for notebooks."""
         from evolvent.design.dispersions import report
         from evolvent.view import notebook
 
         rows = [report.heads(self), *report.summary(self)]
-        return notebook.summary(f"Dispersion {self.name}", rows=rows, notes=report.sentences(self))
+        return notebook.summary(
+            f"Dispersion {self.name}", rows=rows, notes=report.sentences(self), figures=report.figures(self)[:1],
+            warnings=notebook.failed([one.reason for one in self.failures]),
+        )  # fmt: skip
 
 
 def disperse(

@@ -93,11 +93,12 @@ class Design:
         return cases.written(cases.load(self.problem.content, self.values))
 
     def _repr_html_(self) -> str:
-        """The design and its keys, for notebooks."""
+        """The design, its keys and the figure of the search, for notebooks."""
         from evolvent.design.optimization import report
         from evolvent.view import notebook
 
-        return notebook.summary("Design", rows=[report.KEY_HEADS, *report.key_rows(self)], notes=report.sentences(self))
+        rows, notes = [report.KEY_HEADS, *report.key_rows(self)], report.sentences(self)
+        return notebook.summary("Design", rows=rows, notes=notes, figures=[report.figure(self)])
 
     def missed(self) -> list[str]:
         """Requirements that the best design does not meet, with its values."""

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import textwrap
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -61,6 +62,11 @@ def of_system(dataset: xr.Dataset) -> dict[str, Figure]:
 
 
 def figures(dataset: xr.Dataset) -> dict[str, Figure]:
+    """The figures of `described`, drawn, by the names of their outputs."""
+    return {figure.name: sheet(figure) for figure in described(dataset)}
+
+
+def described(dataset: xr.Dataset) -> Iterator[Described]:
     """One figure for every output, over the keys that vary; of an output that is no number, the entry that varies most.
 
     Over one key the components of a vector are lines of one figure.
@@ -73,17 +79,18 @@ def figures(dataset: xr.Dataset) -> dict[str, Figure]:
     keys = [key for key in json.loads(dataset.attrs["keys"]) if dataset[key].size > 1]
     shown = keys[:2] if grid else ["case"]
     dataset = dataset.sortby([key for key in shown if grid and dataset[key].dtype.kind in "iuf"])
-    found: dict[str, Figure] = {}
+    count = 0
     for name, variable in dataset.data_vars.items():
-        if not (keys and set(shown) <= set(variable.dims) and variable.dtype.kind == "f" and len(found) < _MOST):
+        if not (keys and set(shown) <= set(variable.dims) and variable.dtype.kind == "f" and count < _MOST):
             continue
         rest = [str(dim) for dim in variable.dims if dim not in shown and variable.sizes[dim] > 1]
         drawn = _most_varying(variable, shown)
         if np.unique(drawn.values[~np.isnan(drawn.values)]).size > 1:
             lines = variable.isel({d: 0 for d in variable.dims if d not in (*shown, *rest)})
             together = grid and len(keys) == 1 and rest == ["axis"]
-            found[re.sub(r"\W", "_", str(name))] = sheet(_figure(lines if together else drawn, keys, rest, grid))
-    return found
+            count += 1
+            figure = _figure(lines if together else drawn, keys, rest, grid)
+            yield dataclasses.replace(figure, name=re.sub(r"\W", "_", str(name)))
 
 
 def _most_varying(variable: xr.DataArray, shown: list[str]) -> xr.DataArray:

@@ -50,6 +50,7 @@ _NOT_SOURCES = (
     "results/figures.py",
     "results/solids.py",
     "design/studies/draw.py",
+    "design/studies/accessor.py",
     "design/dispersions/",
 )
 

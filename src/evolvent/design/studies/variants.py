@@ -16,7 +16,7 @@ import xarray as xr
 
 from evolvent.analysis import simulation
 from evolvent.base.errors import InputError, nearest
-from evolvent.design.studies import record
+from evolvent.design.studies import accessor, record  # noqa: F401  (it registers found.ev)
 from evolvent.results.kept import Kept
 
 if TYPE_CHECKING:

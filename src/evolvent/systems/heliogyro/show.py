@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases, results
+from evolvent.base.units import unit_text
+from evolvent.results import display
 from evolvent.results.figures import Figure, Line, Number, Panel, spline, stacked
 from evolvent.systems.heliogyro.case import Case
 from evolvent.systems.heliogyro.free_figures import nutation_figure
@@ -48,13 +50,20 @@ def _formulas(run: Any) -> dict[str, Array]:
     return {label: run[name].values for name, label in _FORMULAS.items() if name in run}
 
 
+def _read_rate(run: Any, values: Any) -> tuple[Any, str]:
+    """Rates of the body, and their unit: rpm where the case gives its rate so, else rad/s, as the paper does."""
+    factor, unit = display.shown_unit("rad s-1", display.written(run["body"]["rate"], "rad"))
+    return factor * values, unit_text(unit)
+
+
 def motion(run: Any) -> Motion | None:
     """Blades from tip to spool, their pull on the body, and the body with its spools."""
     found = show.motion(run)
     if found is None:
         return None
+    rate, unit = _read_rate(run, run.body_rate.values)
     numbers = {
-        "body rate [rad/s]": run.body_rate.values,
+        f"body rate [{unit}]": rate,
         "deployed [m]": run.deployed_length.values[:, 0],
         "tip lag [deg]": np.degrees(run.tip_lag.values[:, 0]),
     }
@@ -68,10 +77,11 @@ def numbers(run: Any) -> list[Number]:
     """The results that a user wants to see at once."""
     time, rate, lag = run.time.values, run.body_rate.values, _tip_lag(run)
     out = [f"{x:.6g}" for x in run.deployed_length.values[-1, _unlike(run.deployed_length.values)]]
+    (before, after), unit = _read_rate(run, rate[[0, -1]])
     rows = [
         ("time reached", f"{time[-1]:.6g} s"),
         ("deployed length", " / ".join(out) + " m"),
-        ("body rate at the end", f"{rate[-1]:.6g} rad/s (at the start {rate[0]:.6g})"),
+        ("body rate at the end", f"{after:.6g} {unit} (at the start {before:.6g})"),
     ]
     for label, values in _formulas(run).items():
         if np.all(rate != 0.0) and np.any(np.isfinite(values)):
@@ -159,13 +169,15 @@ def figures(run: Any) -> list[Figure]:
 
 def _rate_figure(run: Any) -> Figure:
     """Body rate beside both formulas."""
-    time, rate = run.time.values, run.body_rate.values
+    time = run.time.values
+    rate, unit = _read_rate(run, run.body_rate.values)
     lines, gaps = [Line(x=time, y=rate, label="simulated")], []
-    for color, (label, values) in enumerate(_formulas(run).items(), start=1):
+    for color, (label, found) in enumerate(_formulas(run).items(), start=1):
+        values, _ = _read_rate(run, found)
         lines.append(Line(x=time, y=values, label=label, color=color, style="--"))
         if np.all(rate != 0.0):
             gaps.append(Line(x=time, y=100.0 * (values - rate) / rate, label=label, color=color, style="--"))
-    panels = [Panel(x_label="time, s", y_label="body rate, rad/s", lines=lines)]
+    panels = [Panel(x_label="time, s", y_label=f"body rate, {unit}", lines=lines)]
     if gaps:
         panels.append(Panel(x_label="time, s", y_label="formula minus simulation, %", lines=gaps, y_span=2.0))
     return Figure(name="body_rate", title="Rate of the body", panels=panels, height=stacked(len(panels)))

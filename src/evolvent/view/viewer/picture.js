@@ -8,6 +8,7 @@ const RUNS_DARK = [[232,235,237],[77,166,224],[240,128,59],[46,196,150],[227,153
 const SYMBOL = [[104,116,150],[245,150,50]];  // of symbols, of plumes
 const MARKED = [226,96,84];  // of bodies that interfere
 const TRAILS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#7a4fd0", "#a33b3b"];
+const OPENING = 0.08;  // share of a run after which a picture that opens on what is stowed holds the whole motion
 const LIGHT = [-0.35, 0.6, -0.72];  // right, up, away from the eye
 
 export class Picture {
@@ -33,7 +34,7 @@ export class Picture {
   redraw() { this.dirty = true; }
   theme(dark) {
     this.dark = dark;
-    this.paint = dark ? { ink: "#c3cad2", grid: "#2c3238", dim: "#9aa4b0", force: "#ff7a66", none: [110, 118, 128] } : { ink: "#30363d", grid: "#e6e9ec", dim: "#6a7480", force: "#c5281c", none: [165, 172, 180] };
+    this.paint = dark ? { ink: "#c3cad2", grid: "#2c3238", back: "#1d2126", dim: "#9aa4b0", force: "#ff7a66", none: [110, 118, 128] } : { ink: "#30363d", grid: "#e6e9ec", back: "#ffffff", dim: "#6a7480", force: "#c5281c", none: [165, 172, 180] };
     this.redraw();
   }
   trail(run, point) {  // show the trail of a point, or no longer
@@ -49,15 +50,17 @@ export class Picture {
     const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
     return times([ca, sa, 0, -sa * se, ca * se, ce, -sa * ce, ca * ce, -se], this.up);
   }
-  // Middle and size of what is seen from a direction in the course of a run; what: null for all, "bodies" for solids.
-  extent(azimuth, elevation, inertial, follow, what = null) {
+  // Middle and size of what is seen from a direction in the course of a run; what: "" for all, "bodies" for solids,
+  // "start" for all at the first moment, "opening" for that and then for all.
+  extent(azimuth, elevation, inertial, follow, what = "") {
+    if (what === "opening") return { ...this.extent(azimuth, elevation, inertial, follow), what, start: this.extent(azimuth, elevation, inertial, follow, "start") };
     const C = this.eye(azimuth, elevation), low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     const add = (R, o, x, y, z) => {
       const p = apply(R, x, y, z), v = apply(C, p[0] + o[0], p[1] + o[1], p[2] + o[2]);
       for (let c = 0; c < 3; c++) if (v[c] === v[c]) { low[c] = Math.min(low[c], v[c]); high[c] = Math.max(high[c], v[c]); }
     };
     for (const run of this.motions) {
-      const before = [run.k, run.m, run.f], steps = Math.min(run.frames, 60);
+      const before = [run.k, run.m, run.f], steps = what === "start" ? 1 : Math.min(run.frames, 60);
       for (let s = 0; s < steps; s++) {
         run.k = run.m = Math.round(s * (run.frames - 1) / Math.max(steps - 1, 1)); run.f = 0;
         let [R, o] = run.main(inertial);
@@ -90,7 +93,13 @@ export class Picture {
     this.base = this.extent(azimuth, elevation, this.inertial, this.follow, what);
     this.redraw();
   }
-  view({ azimuth, elevation, bodies }) { this.look(azimuth, elevation, bodies ? "bodies" : null); }
+  view({ azimuth, elevation, what }) { this.look(azimuth, elevation, what); }
+  framed() {  // what fills the picture now
+    const { base, base: { start }, begin, end, now } = this, p = (now - begin) / (OPENING * (end - begin) || 1);
+    if (!start || p >= 1) return base;
+    const radius = start.radius * (base.radius / start.radius) ** (p * p * (3 - 2 * p)), s = (radius - start.radius) / (base.radius - start.radius), between = (a, b) => a + s * (b - a);
+    return { radius, wide: between(start.wide, base.wide), tall: between(start.tall, base.tall), target: start.target.map((x, c) => between(x, base.target[c])) };
+  }
   zoom(by) { this.camera.zoom = Math.min(Math.max(this.camera.zoom * by, 0.1), 2000); this.redraw(); }
   pan(dx, dy) { this.camera.pan[0] += dx; this.camera.pan[1] += dy; this.redraw(); }
 
@@ -98,7 +107,7 @@ export class Picture {
 
   runColor(k) { return (this.dark ? RUNS_DARK : RUNS)[k % RUNS.length]; }
   draw() {
-    const { canvas, pen, camera, base } = this, ratio = window.devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
+    const { canvas, pen, camera } = this, base = this.framed(), ratio = window.devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
     if (!w || !h) return;
     if (canvas.width !== Math.round(w * ratio) || canvas.height !== Math.round(h * ratio)) { canvas.width = Math.round(w * ratio); canvas.height = Math.round(h * ratio); }
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -327,6 +336,11 @@ export class Picture {
     this.parts.push({ depth, at: [p[0], p[1], ...base], line, width: 1.8 });
     if (length > 2) { point(q[0], q[1]); if (twice) point(...base); }
   }
+  write(text, x, y) {  // with a rim, so that it can be read over what is drawn
+    Object.assign(this.pen, { lineWidth: 4, strokeStyle: this.paint.back });
+    this.pen.strokeText(text, x, y);
+    this.pen.fillText(text, x, y);
+  }
   // Scale bar, arrows' scale, directions of the axes.
   measures() {
     const { pen, h, scale, paint } = this, length = nice(150 / scale), y = h - 14;
@@ -334,7 +348,7 @@ export class Picture {
     pen.fillStyle = paint.dim;
     const line = (at, color, width) => this.stroke({ at, line: color, width });
     line([14, y - 4, 14, y, 14 + length * scale, y, 14 + length * scale, y - 4], paint.dim, 1.4);
-    pen.fillText(quantity(length, "m"), 14 + length * scale + 7, y + 2);
+    this.write(quantity(length, "m"), 14 + length * scale + 7, y + 2);
     this.scaleText = quantity(length, "m");
     let row = y - 20;
     this.forceText = [];
@@ -344,7 +358,7 @@ export class Picture {
       this.arrow([14, row], [to, row], 0, unit === "N m");
       for (const part of this.parts) this.stroke(part);
       pen.fillStyle = paint.dim;
-      pen.fillText(`${quantity(size, unit)}`, to + 7, row + 4);
+      this.write(quantity(size, unit), to + 7, row + 4);
       this.forceText.push(quantity(size, unit));
       row -= 20;
     }
@@ -359,10 +373,10 @@ export class Picture {
       }
       pen.fillStyle = color;
       const [u, v] = this.axisLabels[k];
-      pen.fillText(name, x0 + u - 3, y0 - v + 4);
+      this.write(name, x0 + u - 3, y0 - v + 4);
     });
     pen.fillStyle = paint.dim;
-    pen.fillText(this.inertial ? "inertial axes" : `axes of ${this.motions[0].header.main}`, 14, y0 - 56);
+    this.write(this.inertial ? "inertial axes" : `axes of ${this.motions[0].header.main}`, x0 + 54, y0 + 4);
   }
   // Where the names of the axes stand, right and up of their origin, px: beyond the tips, and apart from one another.
   labelPlaces(axes) {
