@@ -138,7 +138,9 @@ def _evaluate(run: Pending, wanted: np.ndarray) -> None:
 
 
 @indirect(void(INTEGERS, INTEGERS, INTEGERS, mdl.MODEL, SPARSE, WORKSPACE, MATRIX, MATRIX, MATRIX))
-def evaluate_steps(samples, steps, reached, model, matrix, work, a, la, F):
+def evaluate_steps(  # type: ignore[no-untyped-def]
+    samples, steps, reached, model, matrix, work, a, la, F
+):
     """Evaluate samples of steps: at the sample where a, la and F have one row, else at both ends of the step.
 
     Parameters

@@ -92,7 +92,11 @@ def refuse_undetermined(
             why = "its depth follows from a motion that no joint and no held coordinate determines; hold that part"
         if why:
             k = rows[0] if rows else 0
-            where = f"at {round(float(at.x[k]), 12) + 0.0:.4g} {mechanism.unit(k)} of {mechanism.names[k]!r}" if rows else "in the run"
+            where = (
+                f"at {round(float(at.x[k]), 12) + 0.0:.4g} {mechanism.unit(k)} of {mechanism.names[k]!r}"
+                if rows
+                else "in the run"
+            )
             raise InputError(
                 f"{name!r} touches {where}, and its force is not determined there: {why}, let the travel end before "
                 f"it, or take the contact out of the case"

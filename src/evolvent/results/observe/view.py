@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import threading
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -179,10 +180,7 @@ class View:
     def fields(self) -> dict[str, dict[str, Array]]:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
         la = np.ascontiguousarray(self.solution.la) if self._joints else np.zeros((self.t.size, 0))
-        model = self.solution.model.copy()  # after reactions are evaluated
-        needs.note_alike(self.solution.model, model)
-        if self.solution.path is not None:
-            end_ramps(model)
+        model = self._model_apart()  # after reactions are evaluated
         needs.load(model, evaluate_samples)
         rows = {family: families.records(model, family) for family in _FIELDS}
         layout = _layout(tuple((family, own.size) for family, own in rows.items() if own.size))
@@ -193,6 +191,20 @@ class View:
         values = np.empty((self.t.size, int(table[:, 2] @ table[:, 3])))
         evaluate_samples(self.t, self.y, s, la, factors, model, table, values)
         return Fields(values, layout, functools.cache(self._kept_fields))
+
+    def _model_apart(self) -> Any:
+        """A model with the values of the solution's, whose records may be overwritten; variants share one a thread."""
+        own, shared, key = self.solution.model, self.assembly.shared, f"evaluated in {threading.get_ident()}"
+        if shared is None or self.solution.path is not None or own.threads.size:
+            shared = {}
+        if key not in shared:
+            shared[key] = own.copy()
+            needs.note_alike(own, shared[key])
+        else:
+            shared[key].take(own)
+        if self.solution.path is not None:
+            end_ramps(shared[key])
+        return shared[key]
 
     def _kept_fields(self) -> dict[str, dict[str, Array]]:
         """Fields of records that the method has kept, or that are evaluated beside the states."""
