@@ -1,4 +1,4 @@
-"""Beams, rods, cables, threads, contacts and wheels beside a joint, against closed forms and calculations by hand."""
+"""Beams, rods, cables, threads and wheels beside a joint, against closed forms and calculations by hand."""
 
 from __future__ import annotations
 
@@ -317,37 +317,7 @@ def test_a_strip_that_buckles_is_refused():
         system.margin(lines={"slide": {"travel": (0.0, -3.6e-6)}}, **ask)
 
 
-# --------------------------------------------------------------------------------------- contacts, wheels, thrusters
-
-
-def with_ball(gap):
-    """A hinged arm whose ball comes to a plane after a quarter turn, less where the gap is below 0."""
-    system = System()
-    system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2), position=(0.5, 0.0, 0.0)), "arm")
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("arm", (-0.5, 0.0, 0.0)), type="revolute"), "pivot")
-    spring = {"stiffness": 0.1, "rest": math.pi, "latch": math.pi / 2, "latch_stiffness": 500.0}
-    system.add(parts.RotationalSpring(joint="pivot", **spring), "hinge")
-    shapes = {"shape_a": {"sphere": {"radius": 0.1}}, "shape_b": {"plane": {"normal": [0, -1, 0]}}}
-    system.add(parts.BodyContact(a=("arm", (0.5, 0.0, 0.0)), b=(0.0, 1.1 + gap, 0.0), stiffness=1e4, **shapes), "pad")
-    return system
-
-
-def test_a_contact_that_does_not_touch_has_no_share():
-    found = with_ball(0.01).margin(zero=NONE, **STILL)
-    assert "'pad' does not touch on any travel" in found.notes()
-    assert [share.part for share in found["hinge"].shares] == ["hinge", "hinge"]
-
-
-def test_a_contact_that_touches_is_named_with_the_place():
-    place = math.asin(0.8)
-    with pytest.raises(InputError) as error:
-        with_ball(-0.2).margin(zero=NONE, **STILL)
-    words = str(error.value)
-    assert words.startswith("'pad' touches from 0.92")
-    assert float(words.split()[3]) == pytest.approx(place, abs=1e-3)
-    assert "margin.lines.hinge.travel" in words
-    found = with_ball(-0.2).margin(zero=NONE, lines={"hinge": {"travel": (0.0, place - 1e-3)}}, **STILL)
-    assert found["hinge"].x[-1] == place - 1e-3
+# --------------------------------------------------------------------------------------- wheels, thrusters
 
 
 def with_satellite(*more):

@@ -205,6 +205,7 @@ def plan(
     tolerance: float | None = None,
     spectral_radius: float | None = None,
     absolute_tolerance: float | None = None,
+    own: bool = False,
 ) -> tuple[Any, str]:
     """A prepared run, and why its method is taken.
 
@@ -212,6 +213,7 @@ def plan(
     ----------
     method, step, tolerance, spectral_radius : as of `evolvent.System.simulate`
     absolute_tolerance : float, of dopri5; a hundredth of `tolerance` if left out
+    own : bool, whether an implicit run may take the model of the assembly in place of a copy
 
     Raises
     ------
@@ -226,7 +228,7 @@ def plan(
         )
     if method in implicit.METHODS:
         of = implicit.METHODS[method]
-        options: dict[str, Any] = {"method": method, "step": step}
+        options: dict[str, Any] = {"method": method, "step": step, "own": own}
         options["tolerance"] = of.tolerance if tolerance is None else tolerance
         least = max(SPECTRAL_RADIUS, of.least_radius)
         options["spectral_radius"] = least if spectral_radius is None else spectral_radius

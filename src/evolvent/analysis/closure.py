@@ -135,10 +135,13 @@ def beyond_tension(solution: Solution) -> str:
 
 def _places(y: np.ndarray, iq: np.ndarray, arms: np.ndarray) -> np.ndarray:
     """Places (nt, n, 3) of points on bodies whose coordinates, position and quaternion, start at iq (n,)."""
-    q = y[:, iq[:, None] + np.arange(7)]
-    x, attitude = q[:, :, :3], q[:, :, 3:] / np.linalg.norm(q[:, :, 3:], axis=2, keepdims=True)
-    offsets = turned(attitude.reshape(-1, 4), np.broadcast_to(arms, x.shape).reshape(-1, 1, 3))
-    found: np.ndarray = x + offsets.reshape(x.shape)
+    found: np.ndarray = y[:, iq[:, None] + np.arange(3)]
+    off = np.flatnonzero(np.any(arms != 0.0, axis=1))
+    if off.size:  # whose rotation counts
+        attitude = y[:, iq[off, None] + 3 + np.arange(4)]
+        attitude /= np.linalg.norm(attitude, axis=2, keepdims=True)
+        moved = np.broadcast_to(arms[off], (len(y), off.size, 3)).reshape(-1, 1, 3)
+        found[:, off] += turned(attitude.reshape(-1, 4), moved).reshape(len(y), off.size, 3)
     return found
 
 

@@ -42,8 +42,8 @@ MOST, MODES = 200, ("forward", "adjoint")
 #: Families that are supported: what they are made of changes continuously along a step.
 SUPPORTED = (
     "bodies", "points", "springs", "links", "guides", "beams", "joints", "coordinates", "contact_surfaces",
-    "body_contacts", "loads", "beam_loads", "motors", "synchronizations", "rods", "thermal_loads", "custom_forces",
-    "events",
+    "body_contacts", "loads", "beam_loads", "motors", "synchronizations", "rods", "reduced_bodies", "thermal_loads",
+    "custom_forces", "events", "bearings", "wheels", "thrusters", "fields",
 )  # fmt: skip
 
 

@@ -126,13 +126,17 @@ def kept_of_variant(
 def evaluated(
     assembly: Assembly, margins: KeptMargins, progress: Callable[[float], None] | None, settings: Mapping[str, Any]
 ) -> tuple[Kept, Solution, str, Times]:
-    """What is kept of a run of an assembled system, its solution, why its method is taken, and times of its samples."""
+    """What is kept of a run of an assembled system, its solution, why its method is taken, and times of its samples.
+
+    The assembly is of this run alone, which may change its model.
+    """
     from evolvent import analysis
     from evolvent.results.kept import is_local, kept_of
     from evolvent.results.tree import root_of
 
     fine = settings.get("fine", True) and (margins.of_run or not is_local(assembly, margins.others))
-    solution, why, times = analysis.solve(assembly, progress=progress, **{**settings, "fine": fine})
+    own = margins.at_rest is None  # which have been found of the assembly
+    solution, why, times = analysis.solve(assembly, progress=progress, **{**settings, "fine": fine, "own": own})
     found = kept_of(
         solution, margins.others, lambda: root_of(solution, {}), fine=times.is_fine(solution.t), why=why,
         warning="" if solution.status == "failed" else warning_of(solution),

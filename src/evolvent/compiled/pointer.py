@@ -119,8 +119,9 @@ class Struct:
             if field.struct is not None:
                 words.append(value.address)
             else:
-                _check(f"{type(self).__name__}.{name}", value, field)
-                words.append(_address(value))
+                if not _fits(value, field):
+                    _refuse(f"{type(self).__name__}.{name}", value, field)
+                words.append(address(value))
                 words.extend(value.shape)
             self.__dict__[name] = value
         if not config.DISABLE_JIT:
@@ -158,14 +159,14 @@ class Struct:
         own.update(self.__dict__)
         if not config.DISABLE_JIT:
             own["_headers"] = headers = self.__dict__["_headers"].copy()
-            own["address"] = _address(headers)
+            own["address"] = address(headers)
         for name, at in self._places.items():
             value = own[name]
             if isinstance(value, np.ndarray) and not value.size:
                 continue
             own[name] = copied = _copy(value)
             if not config.DISABLE_JIT:
-                headers[at] = copied.address if isinstance(copied, Struct) else _address(copied)
+                headers[at] = copied.address if isinstance(copied, Struct) else address(copied)
         return found
 
     def take(self, other: Struct, *, without: Collection[str] = ()) -> None:
@@ -179,7 +180,7 @@ class Struct:
         others: Any
         places: Any = self._places
         if config.DISABLE_JIT:
-            own, others = ({name: _address(value) for name, value in one.__dict__.items()} for one in (self, other))
+            own, others = ({name: address(value) for name, value in one.__dict__.items()} for one in (self, other))
             places = {name: name for name in self._places}
         else:
             own, others = self.__dict__["_headers"].tolist(), other.__dict__["_headers"].tolist()
@@ -206,24 +207,30 @@ def _copy(value: Any) -> Any:
     return value.copy()
 
 
-def _address(value: Any) -> int:
+def address(value: Any) -> int:
     """Address of the data of an array or a record; several times faster than by their interface."""
     if not isinstance(value, np.ndarray):
         return int(np.asarray(value).ctypes.data)
     return ctypes.addressof(ctypes.c_char.from_buffer(value)) if value.nbytes else int(value.ctypes.data)  # type: ignore[arg-type]
 
 
-def _check(name: str, value: Any, field: Field) -> None:
+def _fits(value: Any, field: Field) -> bool:
+    """Whether a value is one of an attribute."""
+    if isinstance(value, np.ndarray):
+        flags = value.flags
+        alike = value.ndim == field.ndim and (value.dtype is field.dtype or value.dtype == field.dtype)
+        return alike and flags.c_contiguous and flags.aligned and flags.writeable
+    return isinstance(value, np.record | np.void) and value.dtype == field.dtype and not field.ndim
+
+
+def _refuse(name: str, value: Any, field: Field) -> None:
+    """Raise why a value is none of an attribute."""
     if isinstance(value, np.record | np.void):
-        if value.dtype != field.dtype or field.ndim:
-            raise TypeError(f"{name} is a record of {value.dtype}; it must be of {field.dtype}")
-        return
+        raise TypeError(f"{name} is a record of {value.dtype}; it must be of {field.dtype}")
     if not isinstance(value, np.ndarray) or value.dtype != field.dtype or value.ndim != field.ndim:
         what = f"{value.ndim}-d {value.dtype}" if isinstance(value, np.ndarray) else type(value).__name__
         raise TypeError(f"{name} is {what}; it must be {field.ndim}-d {field.dtype}")
-    flags = value.flags
-    if not (flags.c_contiguous and flags.aligned and flags.writeable):
-        raise TypeError(f"{name} must be contiguous in rows, aligned and writeable")
+    raise TypeError(f"{name} must be contiguous in rows, aligned and writeable")
 
 
 def zeros_record(dtype: np.dtype, **values: Any) -> Any:

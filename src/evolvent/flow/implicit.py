@@ -143,6 +143,15 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         r[i] = F[i] - P[i]
 
 
+@indirect(void(REAL, VECTOR, MODEL))
+def measure_constraints(t, y, model):
+    """Gap and rate of every joint that holds as a constraint at time t, in its record."""
+    rigid.kinematics(t, y, model)
+    for k in range(model.joints.size):
+        if model.joints[k].stiffness <= 0.0 and joint.holds(t, model.joints, k):
+            joint.joint_geometry(t, y, k, model)
+
+
 @indirect(void(VECTOR, types.int64, MODEL, VECTOR))
 def add_weight(gravity, n_q, model, P):
     """Weight of everything that moves into the loads P."""

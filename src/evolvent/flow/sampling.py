@@ -123,8 +123,9 @@ def evaluate_fields(n, times, y, s, factor, model):
 def evaluate(n, times, y, s, la, factor, model):
     """Fields that are results, at sample n with the multipliers la of joints and a load factor, into the records.
 
-    The factor then stands in the records of fields as their `scale`. Samples follow each other: works go on from the
-    sample before, and the first one, 0, starts them.
+    Joints are evaluated where la has theirs; without threads and bearings, which read them, it may be empty. The factor
+    then stands in the records of fields as their `scale`. Samples follow each other: works go on from the sample
+    before, and the first one, 0, starts them.
     """
     t = times[n]
     for k in range(model.fields.size):
@@ -165,7 +166,7 @@ def evaluate(n, times, y, s, la, factor, model):
         attitude.evaluate_actuators(t, y, model)
     if model.fields.size > 0:
         evaluate_fields(n, times, y, s, factor, model)
-    for k in range(model.joints.size):
+    for k in range(la.size):
         joint.joint_geometry(t, y, k, model)
         joint.note_reaction(k, la[k], model)
 

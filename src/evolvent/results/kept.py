@@ -21,7 +21,7 @@ from evolvent.parts.base import Part
 from evolvent.results import variables
 from evolvent.results.observe import observe_part
 from evolvent.results.observe.symbols import add_symbols
-from evolvent.results.observe.variables import AXES, Observed, Variable
+from evolvent.results.observe.variables import AXES, Observed
 from evolvent.results.observe.view import View
 from evolvent.results.tree import OF_A_SAMPLE, balances_of
 
@@ -180,15 +180,21 @@ def reduced(values: xr.Variable, reduction: str, name: str, t: np.ndarray) -> xr
         As of `reduce`.
     """
     ordered = values.transpose("time", ...)
-    text = f"{values.attrs.get('long_name', name)}, {_HOW.get(reduction, reduction)}"
+    return xr.Variable(ordered.dims[1:], *_reduced(ordered.values, ordered.attrs, reduction, name, t))
+
+
+def _reduced(
+    values: np.ndarray, attrs: Mapping[Any, Any], reduction: str, name: str, t: np.ndarray
+) -> tuple[Any, dict[Any, Any]]:
+    """Values (nt, ...) over time in one, and its attributes: see `reduced`."""
     try:
-        found = reduce(ordered.values, t, reduction)
+        found = reduce(values, t, reduction)
     except InputError as error:
         raise InputError(f"keep holds '{name}.{reduction}'; {error}") from None
-    attrs = {**values.attrs, "long_name": text}
-    if "units" in attrs:
-        attrs["units"] = unit_of(attrs["units"], reduction)
-    return xr.Variable(ordered.dims[1:], found, attrs)
+    own = {**attrs, "long_name": f"{attrs.get('long_name', name)}, {_HOW.get(reduction, reduction)}"}
+    if "units" in own:
+        own["units"] = unit_of(own["units"], reduction)
+    return found, own
 
 
 def check_names(keep: Sequence[str], run: xr.Dataset | xr.DataTree) -> None:
@@ -298,14 +304,15 @@ def kept_of(
         return Kept(attrs=attrs, variables={}, missing=tuple(keep))
     samples, statistics, assembly = np.flatnonzero(~fine), solution.statistics, solution.assembly
     of_reactions = [name for name in keep if _follows_from_reactions(assembly, split(name)[0])]
-    if is_local(assembly, [name for name in keep if name not in of_reactions]):
+    local = is_local(assembly, [name for name in keep if name not in of_reactions])
+    if local:
         if all(split(name)[1] in ("first", "last") for name in keep):
             samples = np.unique(samples[[0, -1]])
-        solution = solution.chosen(samples)
         if not of_reactions:
             solution = dataclasses.replace(solution, reactions=None)
+        solution = solution.chosen(samples)
         samples = np.arange(samples.size)
-    view, roots, chosen = View.of(solution), functools.cache(root), solution
+    view, roots, chosen = View(solution, joints=bool(of_reactions) or not local), functools.cache(root), solution
     sums = functools.cache(lambda: balances_of(chosen))
     seen: dict[str, Observed] = {}
     found: dict[str, xr.Variable] = {}
@@ -313,19 +320,29 @@ def kept_of(
     for wanted in keep:
         name, reduction = split(wanted)
         if variables.owner(name) in assembly.parts:
-            own = _of_part(view, name, seen)
+            own = _of_part(view, name, reduction, seen, samples)
         elif _is_balance(assembly, name):
-            own = _of_balance(sums(), view.t, name)
+            own = _chosen(_of_balance(sums(), view.t, name), name, reduction, samples, view.t)
         else:
-            own = _of_root(roots(), statistics, name)
-        if own is None or (reduction and "time" not in own[0].dims):
-            continue
-        values, along = (_at(own[0], samples), {dim: _at(one, samples) for dim, one in own[1].items()})
-        t = along["time"].values if "time" in along else view.t[samples]
-        found[wanted] = reduced(values, reduction, name, t) if reduction else values
-        coordinates |= {dim: one for dim, one in along.items() if dim in found[wanted].dims}
+            own = _chosen(_of_root(roots(), statistics, name), name, reduction, samples, view.t)
+        if own is not None:
+            found[wanted] = own[0]
+            coordinates |= {dim: one for dim, one in own[1].items() if dim in own[0].dims}
     missing = tuple(name for name in keep if name not in found)
     return Kept(attrs=attrs, variables=found, coordinates=coordinates, missing=missing)
+
+
+#: A variable and the coordinates of its dimensions.
+Labelled = tuple[xr.Variable, Mapping[str, xr.Variable]]
+
+
+def _chosen(own: Labelled | None, name: str, reduction: str, samples: np.ndarray, times: np.ndarray) -> Labelled | None:
+    """A variable of the root at some of the samples, or reduced over them; None of one without time to reduce."""
+    if own is None or (reduction and "time" not in own[0].dims):
+        return None
+    values, along = _at(own[0], samples), {dim: _at(one, samples) for dim, one in own[1].items()}
+    t = along["time"].values if "time" in along else times[samples]
+    return (reduced(values, reduction, name, t) if reduction else values), along
 
 
 def _at(values: xr.Variable, samples: np.ndarray) -> xr.Variable:
@@ -335,12 +352,8 @@ def _at(values: xr.Variable, samples: np.ndarray) -> xr.Variable:
     return values.isel(time=samples)
 
 
-#: A variable and the coordinates of its dimensions.
-Labelled = tuple[xr.Variable, Mapping[str, xr.Variable]]
-
-
-def _of_part(view: View, name: str, seen: dict[str, Observed]) -> Labelled | None:
-    """A variable of a part by its full name; None where there is none."""
+def _of_part(view: View, name: str, reduction: str, seen: dict[str, Observed], samples: np.ndarray) -> Labelled | None:
+    """A variable of a part by its full name, at some of the samples or reduced over them; None where there is none."""
     match, part = variables.matched(name), variables.owner(name)
     if match is None or match["variable"] is None:
         return None
@@ -350,23 +363,38 @@ def _of_part(view: View, name: str, seen: dict[str, Observed]) -> Labelled | Non
         add_symbols(view, part, seen[part])
     of = seen[part]
     given = of.variables.get(match["variable"]) or of.coordinates.get(match["variable"])
-    if given is None:
+    if given is None or (reduction and "time" not in given.dims):
         return None
     texts: dict[Hashable, str] = {dim: one.long_name for dim, one in of.coordinates.items()}
     try:
-        values = variables.entry(_variable(given), match, name, texts)
+        found = variables.entry(given, match, name, texts)
     except InputError:
         return None
-    along = {dim: _variable(of.coordinates[dim]) for dim in map(str, values.dims) if dim in of.coordinates}
-    if "time" in values.dims:
-        along["time"] = xr.Variable(("time",), view.t, {"units": "s", "long_name": "time"})
-    if "axis" in values.dims:
-        along["axis"] = xr.Variable(("axis",), list(AXES))
-    return _named(values, along, name)
+    t, timed = view.t, "time" in found.dims
+    if timed and samples.size < t.size:
+        found, t = found.isel({"time": samples}), t[samples]
+    dims, values = found.dims, found.values
+    text = f"{name}: {found.long_name}" if found.long_name else name
+    attrs = {"units": found.units, "long_name": text}
+    if timed and reduction:
+        values, attrs = _reduced(values, attrs, reduction, name, t)
+        dims = dims[1:]
+    new = {dim: _dimension(part, dim) for dim in dims}
+    along = {}
+    for dim in dims:
+        if dim == "time":
+            along[dim] = xr.Variable(("time",), t, {"units": "s", "long_name": "time"})
+        elif dim == "axis":
+            along[dim] = xr.Variable(("axis",), list(AXES))
+        elif dim in of.coordinates:
+            one = of.coordinates[dim]
+            along[new[dim]] = xr.Variable((new[dim],), one.values, {"units": one.units, "long_name": one.long_name})
+    return xr.Variable(tuple(new.values()), values, attrs), along
 
 
-def _variable(one: Variable) -> xr.Variable:
-    return xr.Variable(one.dims, one.values, {"units": one.units, "long_name": one.long_name})
+def _dimension(part: str, dim: str) -> str:
+    """A dimension of a part's variable that can stand beside those of other parts."""
+    return dim if dim in variables.SHARED else stored_name(f"{part}.{dim.removeprefix(f'{part}.')}")
 
 
 def _of_balance(balances: Mapping[str, xr.Variable], t: np.ndarray, name: str) -> Labelled | None:
@@ -398,10 +426,7 @@ def of_run(run: xr.Dataset | xr.DataTree, name: str) -> Labelled | None:
 def _named(values: xr.Variable, along: Mapping[str, xr.Variable], name: str) -> Labelled:
     """A variable under its full name, whose dimensions can stand beside those of other parts."""
     part, text = variables.owner(name), values.attrs.get("long_name", "")
-    new = {
-        str(dim): str(dim) if dim in variables.SHARED else stored_name(f"{part}.{str(dim).removeprefix(f'{part}.')}")
-        for dim in values.dims
-    }
+    new = {str(dim): _dimension(part, str(dim)) for dim in values.dims}
     attrs = {**values.attrs, "long_name": f"{name}: {text}" if text else name}
     coordinates = {new[dim]: xr.Variable((new[dim],), one.values, one.attrs) for dim, one in along.items()}
     return xr.Variable(tuple(new[str(dim)] for dim in values.dims), values.values, attrs), coordinates

@@ -12,6 +12,7 @@ import xarray as xr
 
 from evolvent.assembly.references import FROM_TIP
 from evolvent.base.errors import InputError, nearest
+from evolvent.results.observe.variables import Variable
 
 _NAME = re.compile(
     r"(?P<part>[^.\[\]]+)(?:\[(?P<node>\d+)\]|\.(?P<end>root|tip)(?=\.))?"
@@ -20,8 +21,8 @@ _NAME = re.compile(
 _NUMBERED = re.compile(r"(?P<variable>\w+)\[(?P<number>\d+)\]")
 #: Dimensions that mean the same in every group.
 SHARED = ("time", "axis", "quaternion")
-#: Values with dimensions: of a data set, or alone.
-Values = TypeVar("Values", xr.DataArray, xr.Variable)
+#: Values with dimensions: of a data set, alone, or of a part.
+Values = TypeVar("Values", xr.DataArray, xr.Variable, Variable)
 _AXES = {"axis": "xyz", "quaternion": "wxyz"}
 
 

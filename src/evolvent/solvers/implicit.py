@@ -91,12 +91,13 @@ def plan(
     newton: float | None = None,
     largest_gain: float | None = None,
     longest_step: float | None = None,
+    own: bool = False,
 ) -> Plan:
     """Check and prepare a run by implicit steps, joints as constraints of index 3.
 
     Parameters
     ----------
-    assembly : Assembly, which is left as it is
+    assembly : Assembly, which is left as it is unless `own`
     samples : (nt,) float, s, increasing; the first is the start, the last the end; they cut no step
     method : one of `METHODS`
     step : float, s, fixed; None has it follow from `tolerance`
@@ -109,6 +110,7 @@ def plan(
         steps follows from the tolerance of rates as well (`step_error.newton_limit`)
     largest_gain : float, part of the energy moved that the balance may gain before the run fails
     longest_step : float, s, of an adaptive run
+    own : bool, whether the run may take the model of the assembly, which nobody else uses, in place of a copy
 
     Raises
     ------
@@ -130,27 +132,29 @@ def plan(
     newton = None if newton is None else positive("newton", newton)
     longest = span if longest_step is None else positive("longest_step", longest_step)
     families.check(assembly, of.solver, method)
-    copied = dataclasses.replace(assembly, model=assembly.model.copy())
-    needs.note_alike(assembly.model, copied.model)
-    own = with_positions(copied, float(times[0]))
-    try_laws(own, times[0], times[-1])
-    with refusing_laws(own):
-        check_start(own, float(times[0]))
-    weight, mass = sizes(own)
+    copied = assembly
+    if not own:
+        copied = dataclasses.replace(assembly, model=assembly.model.copy())
+        needs.note_alike(assembly.model, copied.model)
+    mine = with_positions(copied, float(times[0]))
+    try_laws(mine, times[0], times[-1])
+    with refusing_laws(mine):
+        check_start(mine, float(times[0]))
+    weight, mass = sizes(mine)
     adaptive, conserves = step is None, bool(of.flags["conserves"])
     rated = adaptive and (conserves or rho < 1.0)  # undamped, algorithmic accelerations alternate
     sharp = LEFT_SHARE if rated and newton is None else 0.0
-    floor, first = energy_floor(own, mass, weight), min(1e-5 * span, 1e-4) if step is None else step
+    floor, first = energy_floor(mine, mass, weight), min(1e-5 * span, 1e-4) if step is None else step
     if conserves:
         # laws between points alone are not made to do the work that they state; that is of third order in the step
-        gain = LARGEST_GAIN if not own.model.custom_forces.size else eb.GAINED
+        gain = LARGEST_GAIN if not mine.model.custom_forces.size else eb.GAINED
     else:
         gain, span = eb.GAINED, 10.0 * first if adaptive else first
         floor *= gain if largest_gain is None else largest_gain
     options = zeros_record(
         OPTIONS,
         method=of.code,
-        newton=_newton(own, conserves, step, tolerance) if newton is None else newton,
+        newton=_newton(mine, conserves, step, tolerance) if newton is None else newton,
         sharp=sharp,
         tolerance=tolerance if adaptive else 0.0,
         rates=rate_tolerance(tolerance) if rated else 0.0,
@@ -164,7 +168,7 @@ def plan(
         **of.flags,
         **of.constants(rho),
     )
-    return Plan(own, method, times, step, matrix_for(own), weight, options)
+    return Plan(mine, method, times, step, matrix_for(mine), weight, options)
 
 
 def _newton(assembly: Assembly, conserves: bool, step: float | None, tolerance: float) -> float:

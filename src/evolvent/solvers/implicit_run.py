@@ -290,7 +290,7 @@ class Run(run.Run):
         if not reactions.applies(self.model, self.plan.options):
             return None
         done = np.zeros(n, dtype=bool)
-        return reactions.Pending(self.model, self.matrix, self.work, self.ranks.use, np.arange(n), done)
+        return reactions.Pending(self.model, self.matrix, self.work, self.ranks, np.arange(n), done)
 
 
 def rows_of_part(assembly: Assembly, name: str) -> slice:

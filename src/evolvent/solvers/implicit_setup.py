@@ -7,12 +7,14 @@ import math
 import numpy as np
 
 from evolvent import model as mdl
+from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.checks import redundant_part
 from evolvent.assembly.families import EXPLICIT, SOLVERS, owner
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.energy_momentum import STEP, EnergyStep
+from evolvent.flow.implicit import measure_constraints
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import contact, joint, rigid, sides, springs
 from evolvent.kernels.beam_loads import FIELD
@@ -148,11 +150,11 @@ def check_start(assembly: Assembly, t: float) -> None:
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     length = max(1.0, float(np.abs(y[:n_q]).max(initial=0.0)))
     speed = max(1.0, float(np.abs(y[n_q : n_q + n_v]).max(initial=0.0)))
-    rigid.kinematics(t, y, model)
-    for k in range(joints.size):
-        if joints["stiffness"][k] > 0.0 or not joint.holds(t, joints, k):
-            continue
-        joint.joint_geometry(t, y, k, model)
+    needs.load(model, measure_constraints)
+    measure_constraints(t, y, model)
+    held = (joints["stiffness"] == 0.0) & (t <= joints["until"])
+    off = ~(np.abs(joints["gap"]) <= _FITS * length) | ~(np.abs(joints["rate"]) <= _FITS * speed)
+    for k in np.flatnonzero(held & off).tolist():
         gap, rate = float(joints["gap"][k]), float(joints["rate"][k])
         unit = "" if joints["kind"][k] in (joint.DIRECTION, joint.ANGLE, joint.GEAR) else " m"
         if not abs(gap) <= _FITS * length:

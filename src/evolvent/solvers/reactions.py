@@ -9,15 +9,23 @@ in balance with stiff forces as interpolated ones are not, and between them on s
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numba import void
 
 from evolvent import model as mdl
-from evolvent.kernels.sparse import SparseBlocks
+from evolvent.assembly import needs
+from evolvent.compiled.jit import INTEGERS, MATRIX, indirect
+from evolvent.kernels.sparse import SPARSE, SparseBlocks
 from evolvent.solvers.alpha_start import forces_at
-from evolvent.solvers.implicit_state import DONE
+from evolvent.solvers.implicit_state import DONE, WORKSPACE
+
+if TYPE_CHECKING:
+    from evolvent.solvers.redundancy import Ranks
+
+#: Part of a step by which the times of its ends lie inside it: loads that begin or end there are those within it.
+_INSIDE = 1e-9
 
 
 def applies(model: mdl.Model, options: Any) -> bool:
@@ -67,7 +75,7 @@ class Pending:
     Attributes
     ----------
     model, matrix, work : of the run
-    use_rank : gives the model the compliance that its joints had at a time (`redundancy.Ranks.use`)
+    ranks : redundancy.Ranks, with the compliance that joints had
     samples : (k,) int, the run's samples that are asked for
     done : (nt,) bool, of all samples of the run, which have been evaluated
     """
@@ -75,7 +83,7 @@ class Pending:
     model: mdl.Model
     matrix: SparseBlocks
     work: Any
-    use_rank: Callable[[float], None]
+    ranks: Ranks
     samples: np.ndarray
     done: np.ndarray
 
@@ -96,46 +104,81 @@ class Pending:
 def _evaluate(run: Pending, wanted: np.ndarray) -> None:
     """Write accelerations, multipliers and wrenches of the samples `wanted`, (nt,) bool, into the workspace's records.
 
-    A step is evaluated from its first sample, so that values do not depend on which samples are wanted.
+    A step is evaluated from its first sample, so that values do not depend on which samples are wanted. Where it cannot
+    be, what the method carries stays.
     """
     model, matrix, work = run.model, run.matrix, run.work
+    samples = np.flatnonzero(wanted)
+    if not samples.size:
+        return
     counted = int(work.loop.factorizations), float(work.loop.quality)
-    stiff, ends = has_stiffness(model), work.end_times[: wanted.size]
-    begins = np.ones(wanted.size, dtype=bool)  # samples that are the first one of their step
-    if stiff and wanted.size:
-        begins[1:] = np.any(ends[1:] != ends[:-1], axis=1)
-    first_of_step = np.maximum.accumulate(np.where(begins, np.arange(wanted.size), 0))
-    step, found = -1, list[tuple[np.ndarray, np.ndarray, np.ndarray] | None]()
-    for n in np.flatnonzero(wanted).tolist():
-        t, first_sample = float(work.samples[n]), int(first_of_step[n])
-        start, end = ends[first_sample].tolist()
-        h = end - start
-        theta = 1.0 if h <= 0.0 or not stiff else min(max((t - start) / h, 0.0), 1.0)
-        if step != first_sample:
-            step = first_sample
-            run.use_rank(t if not stiff else end - 1e-9 * h)
-            model.switches[:] = work.out_s[step]
-            states = [(t, work.out_y[n])]
-            if stiff:  # loads that begin or end with the step are those within it
-                states = [(start + 1e-9 * h, work.ends[step, 0]), (end - 1e-9 * h, work.ends[step, 1])]
-            carried = work.out_a[step].copy()
-            found = [_evaluated(time, y, carried, model, matrix, work) for time, y in states]
-        first, last = found[0], found[-1]
-        if first is None or last is None:
-            continue  # what the method carries stays
-        for kept, a, b in zip((work.out_a, work.out_la, work.out_forces), first, last, strict=True):
-            kept[n, : a.size] = a + theta * (b - a)
+    stiff, ends, times = has_stiffness(model), work.end_times, work.samples[samples]
+    steps = samples
+    if stiff:
+        begins = np.ones(wanted.size, dtype=bool)  # samples that are the first one of their step
+        begins[1:] = np.any(ends[1 : wanted.size] != ends[: wanted.size - 1], axis=1)
+        steps = np.maximum.accumulate(np.where(begins, np.arange(wanted.size), 0))[samples]
+        times = ends[steps, 1] - _INSIDE * (ends[steps, 1] - ends[steps, 0])
+    needs.load(model, evaluate_steps)
+    rows = [
+        np.zeros((2 if stiff else 1, size))
+        for size in (work.out_a.shape[1], work.out_la.shape[1], 6 * model.bodies.size)
+    ]
+    ranks, reached = run.ranks.at(times), np.zeros(1, dtype=np.int64)
+    for own in np.split(np.arange(samples.size), np.flatnonzero(np.diff(ranks)) + 1):
+        run.ranks.use(int(ranks[own[0]]))
+        left = own
+        while left.size:
+            try:
+                evaluate_steps(samples[left], steps[left], reached, model, matrix, work, *rows)
+                break
+            except Exception:  # noqa: BLE001  (of a user's law, which is evaluated beside the state as well)
+                left = left[steps[left] > steps[left[reached[0]]]]
     work.loop.factorizations, work.loop.quality = counted  # those of the steps
 
 
-def _evaluated(
-    t: float, y: np.ndarray, a: np.ndarray, model: mdl.Model, matrix: SparseBlocks, work: Any
-) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Accelerations, multipliers and wrenches of a state; None where they cannot be found."""
-    A, la = a.copy(), np.zeros(work.la.size)
-    try:
-        if forces_at(t, y, model, matrix, work, A, la) != DONE:
-            return None
-    except Exception:  # noqa: BLE001  (of a user's law, which is evaluated beside the state as well)
-        return None
-    return A, la, np.asarray(model.bodies["F"]).flatten()  # the first ones of `work.out_forces`
+@indirect(void(INTEGERS, INTEGERS, INTEGERS, mdl.MODEL, SPARSE, WORKSPACE, MATRIX, MATRIX, MATRIX))
+def evaluate_steps(  # type: ignore[no-untyped-def]
+    samples, steps, reached, model, matrix, work, a, la, F
+):
+    """Evaluate samples of steps: at the sample where a, la and F have one row, else at both ends of the step.
+
+    Parameters
+    ----------
+    samples, steps : (n,) int, in order, and the first sample of the step of each
+    reached : (1,) int, output: number of the one that is evaluated
+    a, la, F : (1 or 2, ...) float, room for accelerations, multipliers and wrenches
+    """
+    ends, bodies, found = len(a), model.bodies, False
+    for i in range(len(samples)):
+        n, first = samples[i], steps[i]
+        reached[0] = i
+        start, end = work.end_times[first, 0], work.end_times[first, 1]
+        h, theta = end - start, 1.0
+        if ends == 2 and h > 0.0:
+            theta = min(max((work.samples[n] - start) / h, 0.0), 1.0)
+        if i == 0 or first != steps[i - 1]:
+            for k in range(len(model.switches)):
+                model.switches[k] = work.out_s[first, k]
+            found = True
+            for e in range(ends):
+                for k in range(a.shape[1]):
+                    a[e, k] = work.out_a[first, k]
+            for e in range(ends):
+                if ends == 1:
+                    status = forces_at(work.samples[n], work.out_y[n], model, matrix, work, a[e], la[e])
+                else:
+                    t = start + _INSIDE * h if e == 0 else end - _INSIDE * h
+                    status = forces_at(t, work.ends[first, e], model, matrix, work, a[e], la[e])
+                found = found and status == DONE
+                for b in range(bodies.size):
+                    for k in range(6):
+                        F[e, 6 * b + k] = bodies[b].F[k]
+        if found:
+            last = ends - 1
+            for k in range(a.shape[1]):
+                work.out_a[n, k] = a[0, k] + theta * (a[last, k] - a[0, k])
+            for k in range(la.shape[1]):
+                work.out_la[n, k] = la[0, k] + theta * (la[last, k] - la[0, k])
+            for k in range(F.shape[1]):
+                work.out_forces[n, k] = F[0, k] + theta * (F[last, k] - F[0, k])

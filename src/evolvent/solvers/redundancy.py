@@ -186,11 +186,15 @@ class Ranks:
             self._apart.take(self.model)
         return self._apart
 
-    def use(self, t: float) -> None:
-        """Give the model the compliance that its joints had at time t."""
-        rank = next((r for r in reversed(self.found) if r.since <= t), self.found[0] if self.found else None)
-        if rank is not None:
-            self.model.joints["slack"] = rank.slack
+    def at(self, times: Array) -> Array:
+        """Number of the rank in `found` that the constraints had at times (n,), s: (n,) int."""
+        since = np.array([rank.since for rank in self.found])
+        return np.asarray(np.maximum(np.searchsorted(since, times, side="right") - 1, 0))
+
+    def use(self, number: int) -> None:
+        """Give the model the compliance that its joints had with a rank."""
+        if self.found:
+            self.model.joints["slack"] = self.found[number].slack
 
     @property
     def text(self) -> str:

@@ -155,7 +155,7 @@ class Work:
         #: What each equation stands for: of threads' nodes all copies, so that tangents are symmetric, (nu,).
         self.copies = np.ones(n_u)
         for index, row in enumerate(model.threads):
-            self.copies[velocity_slice(model, "threads", index)] = row["copies"]
+            self.copies[velocities_of(model, "threads", index)] = row["copies"]
         unknowns = {name: np.zeros(n_u) for name in ("r", "p", "x", "z", "start")}
         moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before")}
         self.balance = eq.StaticWorkspace(
@@ -329,8 +329,7 @@ class Work:
         size = np.abs(X / self.balance.weight[:, None]).max(axis=1)
         found = []
         for name, (family, index) in self.assembly.names.items():
-            where = velocity_slice(self.model, family, index)
-            if where is not None and size[where].max(initial=0.0) > 0.05 * size.max():
+            if size[velocities_of(self.model, family, index)].max(initial=0.0) > 0.05 * size.max():
                 found.append(name)
         return found
 
@@ -363,15 +362,30 @@ def _moments(model: mdl.Model) -> Array:
     return found
 
 
+def _blocks_of(model: mdl.Model, family: str, index: int) -> tuple[Array, Array]:
+    """Blocks of the nodes of a part that moves, or its own, and those of its inner coordinates."""
+    none = model.blocks[:0]
+    if family == "reduced_bodies":
+        return of_part(model, "bodies", bodies_of(model, family, index)), of_part(model, family, [index])
+    if family == "rods":
+        tape = int(model.rods["tape"][index])
+        inner = of_part(model, "tapes", [tape - 1]) if tape > 0 else none
+        return of_part(model, "bodies", bodies_of(model, family, index)), inner
+    if family in ("beams", "threads", "points", "bodies"):
+        return of_part(model, family, [index]), none
+    return none, none
+
+
+def velocities_of(model: mdl.Model, family: str, index: int) -> Array:
+    """Velocities of a part, (n,) int as the model counts them: of its nodes, then modal and transverse ones."""
+    own = np.concatenate(_blocks_of(model, family, index))
+    found = [np.arange(row["iv"], row["iv"] + row["count"]) for row in own]
+    return np.concatenate([np.zeros(0, dtype=int), *found]) - int(model.info.nq)
+
+
 def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:
-    """Velocities of a part that moves, as the model counts them; None of one that does not."""
-    if family in ("rods", "reduced_bodies"):
-        own = of_part(model, "bodies", bodies_of(model, family, index))
-    elif family in ("beams", "threads", "points", "bodies"):
-        own = of_part(model, family, [index])
-    else:
-        return None
-    n_q = int(model.info.nq)
+    """Velocities of the nodes of a part, or its own, as the model counts them; None of one that does not move."""
+    own, n_q = _blocks_of(model, family, index)[0], int(model.info.nq)
     return slice(int(own["iv"][0]) - n_q, int(own["iv"][-1] + own["count"][-1]) - n_q) if own.size else None
 
 

@@ -1,87 +1,138 @@
-"""Contacts beside a coordinate: whether they touch at a position; margins have no share of one that does."""
+"""Contacts beside a coordinate: the force of each at a position, and where it first touches.
+
+Notes
+-----
+The normal force is the elastic one of the depth at the position, k d^n, and gives or takes energy as a spring does;
+friction is mu times it, against the velocity of the point along the direction of the coordinate. Rigid parts do not
+yield: their depth is that of the coordinates. Elastic parts are in equilibrium with the normal forces (`elastic`).
+"""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from evolvent.analysis.margins.shares import CONTACT_FAMILIES, NORMAL
 from evolvent.assembly import families
 from evolvent.base.errors import InputError
 
 if TYPE_CHECKING:
-    from evolvent.analysis.margins.mechanism import Mechanism, Position
+    from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position
+    from evolvent.analysis.margins.shares import Share
 
 Array = np.ndarray
 
+#: Damping of bristles with which friction is at its limit at any rate, N s/m.
+_SLIPS = 1e30
+#: Part of a normal force along motions that nothing holds, beside all of it, that is round-off.
+_HELD = 1e-9
 #: Halvings of the way between two stations, to where a contact first touches.
 _HALVINGS = 10
 
 
-def names_of(mechanism: Mechanism) -> list[str]:
-    """Names of all contacts."""
-    sizes = {name: families.records(mechanism.whole, name).size for name in ("contact_surfaces", "body_contacts")}
-    rows = [families.owner(mechanism.assembly, name, k) for name, size in sizes.items() for k in range(size)]
-    return list(dict.fromkeys(rows))
+def pressing(rows: Array, *, rubs: bool = False) -> Array:
+    """Records of contacts with their elastic normal force alone, or with friction that slips at any rate."""
+    found = rows.copy()
+    found["damping"] = found["bristle_stiffness"] = 0.0
+    found["bristle_damping"] = _SLIPS
+    if not rubs:
+        found["friction"] = 0.0
+    return found
 
 
-def touching(mechanism: Mechanism, at: Position) -> str:
-    """Name of a contact that touches at a position, '' of none."""
-    model = mechanism.with_contacts
-    if model is None:
-        return ""
-    mechanism.left(at.t, at.y, model)
-    for k, row in enumerate(model.contact_surfaces):
-        if np.any(model.contact_points["gap1"][row["first"] : row["last"]] < 0.0):
-            return families.owner(mechanism.assembly, "contact_surfaces", k)
-    pressed = np.flatnonzero(model.body_contacts["gap1"] < 0.0)
-    return families.owner(mechanism.assembly, "body_contacts", int(pressed[0])) if pressed.size else ""
+def force(mechanism: Mechanism, share: Share, at: Position, direction: Direction) -> Array:
+    """Generalised forces of a contact's share on the left of the equations, with those of the bare model: (nv,)."""
+    n_q, n_v = mechanism.n_q, mechanism.n_v
+    own = families.records(mechanism.whole, share.family)[list(share.rows)]
+    pressed = mechanism.once(f"{share.part}.{NORMAL}", **{share.family: pressing(own)})
+    if share.label.endswith(NORMAL):
+        return mechanism.left(at.t, at.y, pressed)[:n_v]
+    rubbed, y = mechanism.once(share.label, **{share.family: pressing(own, rubs=True)}), at.y.copy()
+    y[n_q : n_q + n_v] = direction.v
+    # within a step of an explicit method (whose length does not count) bristles are dampers
+    both = [mechanism.left(at.t, y, model, step=math.inf)[:n_v] for model in (rubbed, pressed)]
+    return np.asarray(at.zero + both[0] - both[1])
 
 
-def refuse_touching(
-    mechanism: Mechanism, k: int, held: dict[int, float], at: Position, before: Position | None
+def touching(
+    mechanism: Mechanism, shares: list[Share], direction: Direction, at: Position
+) -> dict[str, tuple[Share, Array]]:
+    """Shares of the contacts that touch at a position, and their normal forces (nv,), by the name of the contact."""
+    found = {}
+    for share in shares:
+        if share.family in CONTACT_FAMILIES and share.label.endswith(NORMAL):
+            own = force(mechanism, share, at, direction) - at.zero
+            if np.any(own):
+                found[share.part] = share, own
+    return found
+
+
+def refuse_undetermined(
+    mechanism: Mechanism, found: dict[str, tuple[Share, Array]], rows: list[int], at: Position
 ) -> None:
-    """Refuse a contact that touches at a station of coordinate k.
+    """Refuse contacts that touch at a position and whose forces do not follow from the coordinates.
 
     Parameters
     ----------
-    held : values of the coordinates that are held, by row
-    before : the station before, at which none touches; None at the first one
+    found : of `touching`
+    rows : the coordinate with the margin, and those that are held at a station; none along a run, which has all places
 
     Raises
     ------
     InputError
-        With the name of the contact and the position at which it first touches.
+        With the name of the contact and the reason.
     """
-    name = touching(mechanism, at)
-    if not name:
-        return
-    x = float(at.x[k])
-    if before is not None:
-        off = float(before.x[k])
-        for _ in range(_HALVINGS):
-            middle = mechanism.move({**held, k: 0.5 * (off + x)}, before)
-            there = touching(mechanism, middle)
-            if there:
-                name, x = there, float(middle.x[k])
-            else:
-                before, off = middle, float(middle.x[k])
-    raise InputError(
-        f"{name!r} touches from {x:.4g} {mechanism.unit(k)} of {mechanism.names[k]!r} on, and margins have no share of "
-        f"a contact; let margin.lines.{mechanism.names[k]}.travel end before it, or take the contact out of the case"
-    )
+    for name, (share, own) in found.items():
+        why = ""
+        if share.family == "contact_surfaces" and mechanism.whole.contact_surfaces["under"][share.rows[0]] >= 0:
+            why = "turns of a beam press on one another as they were wound, which no coordinate says"
+        elif rows and mechanism.elastic is None and _is_free(mechanism, own, rows, at):
+            why = "its depth follows from a motion that no joint and no held coordinate determines; hold that part"
+        if why:
+            k = rows[0] if rows else 0
+            where = (
+                f"at {round(float(at.x[k]), 12) + 0.0:.4g} {mechanism.unit(k)} of {mechanism.names[k]!r}"
+                if rows
+                else "in the run"
+            )
+            raise InputError(
+                f"{name!r} touches {where}, and its force is not determined there: {why}, let the travel end before "
+                f"it, or take the contact out of the case"
+            )
 
 
-def refuse_touching_in_run(mechanism: Mechanism, k: int, at: Position) -> None:
-    """Refuse a contact that touches at a sample of a run in which coordinate k moves.
+def _is_free(mechanism: Mechanism, own: Array, rows: list[int], at: Position) -> bool:
+    """Whether forces do work along motions that joints, loops of cables and held coordinates leave."""
+    A = np.vstack([at.G, mechanism.tied(at.J), at.J[rows]])
+    L = np.linalg.cholesky(at.mass)
+    B, f = np.linalg.solve(L, A.T), np.linalg.solve(L, own)
+    norms = np.linalg.norm(B, axis=0)
+    norms[norms == 0.0] = 1.0
+    left = f - B @ (np.linalg.lstsq(B / norms, f, rcond=_HELD)[0] / norms)
+    return bool(np.linalg.norm(left) > _HELD * np.linalg.norm(f))
 
-    Raises
-    ------
-    InputError
+
+def first_touch(
+    mechanism: Mechanism, share: Share, held: dict[int, float], direction: Direction, k: int, there: Position,
+    before: Position | None,
+) -> float:  # fmt: skip
+    """Value of coordinate k from which on a contact touches, rad or m.
+
+    Parameters
+    ----------
+    there, before : a station at which it touches, and the one before, at which it does not; None at the first one
     """
-    name = touching(mechanism, at)
-    if name:
-        raise InputError(
-            f"{name!r} touches in the run at {at.t:.4g} s, while {mechanism.names[k]!r} moves, and margins have no "
-            f"share of a contact; margins at rest need no run"
-        )
+    x = float(there.x[k])
+    if before is None:
+        return x
+    switches = mechanism.bare.switches.copy()
+    for _ in range(_HALVINGS):
+        middle = mechanism.move({**held, k: 0.5 * (float(before.x[k]) + x)}, before)
+        if touching(mechanism, [share], direction, middle):
+            x = float(middle.x[k])
+        else:
+            before = middle
+    mechanism.bare.switches[:] = switches
+    return x

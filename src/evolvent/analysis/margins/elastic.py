@@ -1,9 +1,10 @@
 """Elastic parts beside joints: the mechanism in equilibrium at a position, and how it moves on slowly from there.
 
-Beams, rods, threads and points on springs follow the coordinates of joints. With the coordinates held, the gradients A
-of joints, loops of cables and held coordinates, and the forces F of all elastic parts, springs, loads and weights on
-the left of the equations, a position is in equilibrium where F + A^T la = M a, with an acceleration a along those
-motions alone that nothing resists, such as those of a free satellite.
+Beams, rods, threads and points on springs follow the coordinates of joints, and yield to what touches them. With the
+coordinates held, the gradients A of joints, loops of cables and held coordinates, and the forces F of all elastic
+parts, springs, contacts, loads and weights on the left of the equations, a position is in equilibrium where
+F + A^T la = M a, with an acceleration a along those motions alone that nothing resists, such as those of a free
+satellite.
 
 Notes
 -----
@@ -26,7 +27,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from evolvent import model as mdl
-from evolvent.analysis.margins.shares import OWN
+from evolvent.analysis.margins import contacts
+from evolvent.analysis.margins.shares import CONTACT_FAMILIES, OWN
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import energies, tangent
 from evolvent.kernels.blocks import displace
@@ -41,7 +43,7 @@ if TYPE_CHECKING:
 Array = np.ndarray
 
 #: Families that the equilibrium leaves out: held coordinates take their torques.
-_HELD = ("motors", "drivetrains", "synchronizations", "resistances", "bearings", "contact_surfaces", "body_contacts")
+_HELD = ("motors", "drivetrains", "synchronizations", "resistances", "bearings")
 #: Rank of constraints; eigenvalue of S below which a motion is free; least stiffness of a scale beside the median.
 _RANK, _FREE, _SOFTEST = 1e-10, 1e-13, 1e-6
 #: Largest move of an iteration beside the size of the system; iterations; gap of constraints and correction at the end,
@@ -112,8 +114,12 @@ class Elastic:
         for field in OWN:
             still[field] = 0.0
         still["applied"], still["stiffness"] = 0.0, 1.0
-        #: The model with all forces but those of held coordinates, whose springs stand for the torques that hold them.
-        self.model = whole._replace(coordinates=still, **{name: mdl.zeros(name, 0) for name in _HELD})
+        #: The model with all forces but friction and those of held coordinates, whose springs stand for the torques
+        #: that hold them.
+        self.model = whole._replace(
+            coordinates=still, **{name: mdl.zeros(name, 0) for name in _HELD},
+            **{name: contacts.pressing(getattr(whole, name)) for name in CONTACT_FAMILIES},
+        )  # fmt: skip
         #: The same with threads that push as well, which show how they go taut; None without any that go slack.
         self._pushing = None
         if np.any(whole.threads["slack"]):

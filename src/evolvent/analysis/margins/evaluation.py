@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.analysis.margins import contacts, factors, latches, lines, reels, shares, tables
+from evolvent.analysis.margins import factors, latches, lines, reels, shares, tables
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.keys import Margin, MarginLine
 from evolvent.analysis.margins.mechanism import Mechanism
@@ -84,7 +84,9 @@ class AtRest:
         """Sentences on parts that have no share."""
         if self.mechanism is None:
             return []
-        found = [f"{name!r} does not touch on any travel" for name in contacts.names_of(self.mechanism)]
+        touched = {name for table in self.tables for name in table.touches}
+        own = [share.part for share in self.shares if share.family in shares.CONTACT_FAMILIES]
+        found = [f"{name!r} does not touch on any travel" for name in dict.fromkeys(own) if name not in touched]
         wheels = [name for name, (family, _) in self.assembly.names.items() if family == "wheels"]
         if wheels:
             found.append(

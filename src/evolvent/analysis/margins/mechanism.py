@@ -23,7 +23,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import model as mdl
+from evolvent.analysis.margins import contacts
 from evolvent.analysis.margins.shares import (
+    CONTACT_FAMILIES,
     EDDY,
     ELASTIC_FAMILIES,
     GRAVITY,
@@ -33,13 +35,12 @@ from evolvent.analysis.margins.shares import (
     Share,
     coordinate_names,
 )
-from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
 from evolvent.flow.implicit import residual
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import axial, coordinate_laws, resistance
+from evolvent.kernels import axial, contact, coordinate_laws, resistance
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
 from evolvent.solvers import equilibrium
@@ -129,6 +130,7 @@ class Mechanism:
         self.n_v, self.n_j, self.n_q = int(model.info.nv), int(model.joints.size), int(model.info.nq)
         model.info.exact = 1
         model.switches[:] = assembly.s
+        contact.clear_history(model)
         self.names = coordinate_names(assembly)
         forces = (
             "springs", "loads", "fields", "motors", "drivetrains", "synchronizations", "resistances", "custom_forces",
@@ -161,9 +163,6 @@ class Mechanism:
         self.with_torque = [self.bare._replace(coordinates=still[k : k + 1].copy()) for k in range(still.size)]
         for one in self.with_torque:
             one.coordinates["stiffness"] = 1.0
-        contacts = {name: families.records(model, name) for name in ("contact_surfaces", "body_contacts")}
-        #: The bare model with contacts, whose records have their gaps; None without any.
-        self.with_contacts = self.bare._replace(**contacts) if any(c.size for c in contacts.values()) else None
         self._models: dict[str, Any] = {}
         #: Equilibria of elastic parts, None without any.
         self.elastic = _elastic(self) if _has_elastic_parts(model) else None
@@ -182,11 +181,13 @@ class Mechanism:
             getattr(model, share.family)[:] = records
         return model
 
-    def left(self, t: float, y: Array, model: Any, *, a: Any = None, la: Any = None, factor: float = 0.0) -> Array:
+    def left(
+        self, t: float, y: Array, model: Any, *, a: Any = None, la: Any = None, step: float = 0.0, factor: float = 0.0
+    ) -> Array:
         """Residual of a model: generalised forces on the left of the equations, then gaps."""
         r = np.empty(self.n_v + self.n_j)
         a, la = self.none[0] if a is None else a, self.none[1] if la is None else la
-        residual(t, y, a, la, 0.0, factor, model, r, self.powers)
+        residual(t, y, a, la, step, factor, model, r, self.powers)
         return r
 
     def at(self, t: float, y: Array) -> Position:
@@ -261,9 +262,11 @@ class Mechanism:
         """Generalised forces of a share, on the left of the equations, with those of the bare model."""
         t, y = at.t, at.y
         if share.label == GRAVITY:
-            return self.left(t, y, self._once(GRAVITY, info=self.whole.info), factor=1.0)[: self.n_v]
+            return self.left(t, y, self.once(GRAVITY, info=self.whole.info), factor=1.0)[: self.n_v]
         if share.family in ELASTIC_FAMILIES:
             return self._elastic_force(share, at)
+        if share.family in CONTACT_FAMILIES:
+            return contacts.force(self, share, at, direction)
         if share.family == "beam_loads":
             own = self.whole.beam_loads[list(share.rows)]
             weight = self.left(t, y, self.bare, factor=1.0) - self.left(t, y, self.bare)
@@ -280,7 +283,7 @@ class Mechanism:
             own["scale"] = 1.0
         return self.left(t, y, self._with(share, own))[: self.n_v]
 
-    def _once(self, label: str, **changes: Any) -> Any:
+    def once(self, label: str, **changes: Any) -> Any:
         """The bare model with some arrays of its own, made once."""
         if label not in self._models:
             self._models[label] = self.bare._replace(**changes)
@@ -292,28 +295,24 @@ class Mechanism:
         if share.family == "threads":
             threads = self.bare.threads.copy()
             threads["stiffness"][k] = whole.threads["stiffness"][k]
-            model = self._once(share.label, threads=threads)
+            model = self.once(share.label, threads=threads)
         elif share.family == "reduced_bodies":
-            model = self._once(share.family, modes=whole.modes)
+            model = self.once(share.family, modes=whole.modes)
         elif share.family == "rods":
             names = ("rods", "rod_elements", "thermal_loads")
-            model = self._once(share.family, **{name: getattr(whole, name) for name in names})
+            model = self.once(share.family, **{name: getattr(whole, name) for name in names})
         else:
             names = ("H", "h", "thermal_loads")
-            model = self._once(share.family, **{name: getattr(whole, name) for name in names})
+            model = self.once(share.family, **{name: getattr(whole, name) for name in names})
         y = at.y.copy()
         y[self.n_q : self.n_q + self.n_v] = 0.0
         force = (self.left(at.t, y, model, factor=1.0) - self.left(at.t, y, self.bare, factor=1.0))[: self.n_v]
-        if share.family == "reduced_bodies":  # the force is that on its modes
-            row = whole.reduced_bodies[k]
-            own = slice(int(row["iv"]) - self.n_q, int(row["iv"] + row["modes"]) - self.n_q)
-        elif share.family != "threads":  # forces of elements are those on nodes of their own
-            from evolvent.solvers.static_work import velocity_slice
+        if share.family != "threads":  # whose force is that of the one with a stiffness, also on what it ends at
+            from evolvent.solvers.static_work import velocities_of
 
-            own = velocity_slice(whole, share.family, k) or slice(0)
-        else:
-            own = slice(0, self.n_v)
-        force[: own.start] = force[own.stop :] = 0.0
+            own = velocities_of(whole, share.family, k)
+            force, every = np.zeros(self.n_v), force
+            force[own] = every[own]
         return np.asarray(at.zero + force)
 
     def _coordinate(self, share: Share, at: Position, direction: Direction) -> Array:

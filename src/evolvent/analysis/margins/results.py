@@ -191,6 +191,11 @@ class MarginResults:
             if one.zero:
                 zero = [category for category in CATEGORIES if category in one.zero]
                 found.append(f"{one.name!r}: declared to be zero: {', '.join(zero)}")
+            found += [
+                f"{name!r} touches from {_at(still, x)} of {one.name!r} on: at a station its normal force is that of "
+                f"the depth there, and friction acts in full"
+                for name, x in still.touches.items()
+            ]
             for n in still.snaps:
                 found.append(
                     f"elastic parts snap between {_place(still, n - 1)} and {_place(still, n)} of {one.name!r}: their "
@@ -436,9 +441,12 @@ def _plain(value: Any) -> Any:
 
 def _place(table: Table, n: int) -> str:
     """Position of a station, for tables."""
-    if table.coordinate.angle:
-        return f"{math.degrees(table.x[n]):.4g} deg"
-    return f"{table.x[n]:.4g} m"
+    return _at(table, float(table.x[n]))
+
+
+def _at(table: Table, x: float) -> str:
+    """A value of a table's coordinate."""
+    return f"{math.degrees(x):.4g} deg" if table.coordinate.angle else f"{x:.4g} m"
 
 
 def shown_margin(margin: float) -> str:

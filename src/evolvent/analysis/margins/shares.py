@@ -37,6 +37,10 @@ class Rule(NamedTuple):
 
 #: Shares of a motor beside its torque.
 MAGNETIC, GEAR, EDDY = "magnetic", "gear", "eddy"
+#: Shares of a contact.
+NORMAL, RUBS = "normal", "friction"
+#: Families of contacts.
+CONTACT_FAMILIES = ("contact_surfaces", "body_contacts")
 #: Fields of a coordinate's record that make a torque.
 OWN = ("stiffness", "damping", "friction", "stop", "latch_stiffness", "latch_damping")
 #: Category of each family of parts with forces. A new kind of part that resists is a row here.
@@ -63,6 +67,7 @@ RULES: dict[str, tuple[Rule, ...]] = {
         Rule(of.ADHESION, of_kind=resistance.ADHESION),
     ),
     "bearings": (Rule(of.FRICTION),),
+    **dict.fromkeys(CONTACT_FAMILIES, (Rule(of.SPRING, NORMAL), Rule(of.FRICTION, RUBS, ("friction",)))),
     "beams": (Rule(of.ELASTIC),),
     "rods": (Rule(of.ELASTIC),),
     "threads": (Rule(of.ELASTIC),),
@@ -84,8 +89,6 @@ _WITHOUT_FORCE = (
     "events",
     "thermal_loads",
     "wheels",
-    "contact_surfaces",
-    "body_contacts",
     *families.PARTS_OF_OTHERS,
 )
 #: Shares that are no part's.
@@ -134,8 +137,8 @@ def refuse_unsupported(assembly: Assembly, *, spins: bool) -> None:
             raise InputError(
                 f"{who!r} is one of the {name.replace('_', ' ')}, which margins of hinges and slides do not support; "
                 f"they support rigid and reduced bodies, points, beams, rods and threads with joints, gears, springs, "
-                f"synchronizations, motors, resistances and bearings of joints, loads and fields, wheels without a "
-                f"torque, and contacts that do not touch"
+                f"synchronizations, motors, resistances and bearings of joints, contacts, loads and fields, and wheels "
+                f"without a torque"
             )
     for name, part in assembly.parts.items():
         why = _refused(assembly, name, part, spins=spins)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,14 +12,14 @@ from evolvent.analysis.margins import bearings, contacts, factors as of
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.lines import MarginCoordinate
 from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position
-from evolvent.analysis.margins.shares import ELASTIC_FAMILIES, Share
+from evolvent.analysis.margins.shares import CONTACT_FAMILIES, ELASTIC_FAMILIES, NORMAL, Share
 
 if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
 
 Array = np.ndarray
 
-#: Families whose energy is that of `elastic.Elastic.energy`.
+#: Families whose energy is that of `elastic.Elastic.energy`, beside the normal forces of contacts.
 HAVE_ENERGY = (*ELASTIC_FAMILIES, "springs", "custom_forces")
 #: Loss of elastic energy beside its range over the travel that is a snap.
 _SNAP = 0.05
@@ -38,6 +39,7 @@ class Table:
     standard : Standard
     evidence : str, of what has no own, the specified acceleration among it
     snaps : (k,) int, stations before which elastic parts lose energy that no station shows
+    touches : mapping, contacts that touch at a station -> value of the coordinate from which on, rad or m
     """
 
     coordinate: MarginCoordinate
@@ -49,6 +51,7 @@ class Table:
     standard: Standard
     evidence: str
     snaps: tuple[int, ...] = ()
+    touches: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     def drives(self) -> dict[str, Array]:
         """What drives, by category: (n,) each."""
@@ -145,15 +148,24 @@ def along_travel(
     """
     xs = np.linspace(coordinate.start, coordinate.end, stations)
     values, inertia = np.zeros((len(shares), stations)), np.zeros(stations)
-    energy, before = np.zeros(stations), None
+    energy, before, touches = np.zeros(stations), None, dict[str, float]()
     for n, (there, direction) in enumerate(mechanism.stations(coordinate.k, coordinate.sense, held, xs, at)):
-        contacts.refuse_touching(mechanism, coordinate.k, held, there, before)
+        rows = [coordinate.k, *held]
+        found = contacts.touching(mechanism, shares, direction, there)
+        contacts.refuse_undetermined(mechanism, found, rows, there)
+        for name in found.keys() - touches.keys():
+            share, _ = found[name]
+            touches[name] = contacts.first_touch(mechanism, share, held, direction, coordinate.k, there, before)
         before = there
         energy[n] = 0.0 if mechanism.elastic is None else mechanism.elastic.energy(there)
-        rows = [coordinate.k, *held]
         values[:, n], inertia[n] = _powers(mechanism, shares, direction, there, rows, None), direction.inertia
-    snaps = _snaps(xs, energy, values[[share.family in HAVE_ENERGY for share in shares]].sum(axis=0))
-    return Table(coordinate, shares, xs, np.zeros(0), values, inertia, *known, snaps)
+    snaps = _snaps(xs, energy, values[[_has_energy(share) for share in shares]].sum(axis=0))
+    return Table(coordinate, shares, xs, np.zeros(0), values, inertia, *known, snaps, touches)
+
+
+def _has_energy(share: Share) -> bool:
+    """Whether the energy of a share is among that of `elastic.Elastic.energy`."""
+    return share.family in HAVE_ENERGY or (share.family in CONTACT_FAMILIES and share.label.endswith(NORMAL))
 
 
 def _snaps(x: Array, energy: Array, given: Array) -> tuple[int, ...]:
@@ -179,10 +191,11 @@ def along_motion(
         moving = [one for one in moving if one.sense * (float(at.x[one.k]) - one.end) < 0.0]
         if not moving:
             break
-        contacts.refuse_touching_in_run(mechanism, moving[0].k, at)
         for one in moving:
             held = [mechanism.names.index(name) for name in one.held]
             direction = mechanism.direction(one.k, held, one.sense, at, still=False)
+            found = contacts.touching(mechanism, shares, direction, at)
+            contacts.refuse_undetermined(mechanism, found, [], at)
             powers = _powers(mechanism, shares, direction, at, [one.k, *held], solution.la[n])
             rows[one.k].append((at.t, float(at.x[one.k]), powers, direction.inertia))
     return [_of_rows(one, shares, rows[one.k], known) for one in coordinates]

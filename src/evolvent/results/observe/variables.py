@@ -31,6 +31,20 @@ class Variable(NamedTuple):
     units: str
     long_name: str
 
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Number of entries of each dimension."""
+        return dict(zip(self.dims, self.values.shape, strict=True))
+
+    def isel(self, chosen: Mapping[Any, Any]) -> Variable:
+        """The entries at an index of a dimension, which is gone then, or at several."""
+        found = self
+        for dim, index in chosen.items():
+            axis = found.dims.index(dim)
+            dims = found.dims if np.ndim(index) else found.dims[:axis] + found.dims[axis + 1 :]
+            found = found._replace(dims=dims, values=found.values[(slice(None),) * axis + (index,)])
+        return found
+
 
 @dataclasses.dataclass
 class Observed:

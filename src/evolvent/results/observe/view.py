@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import functools
 import math
+import threading
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent.assembly import families, needs
 from evolvent.assembly.needs import has_explicit_forces
+from evolvent.compiled.pointer import address
 from evolvent.flow.sampling import evaluate_samples
 from evolvent.kernels import rigid, sides, springs
 from evolvent.kernels.ancf_beams import NODE_VECTORS
@@ -59,30 +62,61 @@ _FIELDS = {
 
 
 class Fields(dict[str, dict[str, Array]]):
-    """Fields of records at samples, by family; those of a family that the model does not have are empty."""
+    """Fields of records at samples, by family, taken from one array as they are asked for.
 
-    def __init__(self, samples: int) -> None:
+    Parameters
+    ----------
+    values : (nt, n) float, of `evaluate_samples`
+    layout : _Layout
+    kept : returns what stands in the place of some of them, by family and field
+    """
+
+    def __init__(self, values: Array, layout: _Layout, kept: Callable[[], Mapping[str, dict[str, Array]]]) -> None:
         super().__init__()
-        self._samples = samples
+        self._values, self._layout, self._kept = values, layout, kept
 
     def __missing__(self, family: str) -> dict[str, Array]:
-        return {name: np.empty((self._samples, 0, *shape)) for name, _, shape in _FIELDS.get(family, ())}
+        nt, places = len(self._values), self._layout.places.get(family)
+        if places is None:
+            return {name: np.empty((nt, 0, *shape)) for name, _, shape in _FIELDS.get(family, ())}
+        found = {field: self._values[:, at : at + math.prod(shape)].reshape(nt, *shape) for field, at, shape in places}
+        found = self[family] = found | self._kept().get(family, {})
+        return found
 
 
-def _places_of(model: Any) -> tuple[Array, list[tuple[str, str, int, tuple[int, ...]]]]:
-    """Fields that are results as `evaluate_samples` takes them; family, name, first number of each, and its shape."""
-    table, places, at = [], [], 0
-    for family, fields in _FIELDS.items():
-        rows = families.records(model, family)
-        if not rows.size:
-            continue
-        first, stride = rows.ctypes.data, rows.strides[0]
-        for field, offset, shape in fields:
+class _Layout(NamedTuple):
+    """Where fields that are results stand among the numbers of `evaluate_samples`.
+
+    Attributes
+    ----------
+    families : list of str, those that the model has
+    family : (m,) int, of each field, its index among them; offset, stride, rows, numbers : (m, 4) int, as
+        `evaluate_samples` takes them, addresses counted from the family's first record
+    places : mapping, family -> field, its first number, and shape (rows, ...)
+    """
+
+    families: list[str]
+    family: Array
+    table: Array
+    places: dict[str, list[tuple[str, int, tuple[int, ...]]]]
+
+
+@functools.lru_cache(maxsize=32)
+def _layout(sizes: tuple[tuple[str, int], ...]) -> _Layout:
+    """The layout of a model that has so many records of each family."""
+    owner, table, at = [], [], 0
+    places: dict[str, list[tuple[str, int, tuple[int, ...]]]] = {}
+    for k, (family, size) in enumerate(sizes):
+        for field, offset, shape in _FIELDS[family]:
             numbers = math.prod(shape)
-            table.append((first + offset, stride, rows.size, numbers))
-            places.append((family, field, at, (rows.size, *shape)))
-            at += rows.size * numbers
-    return np.array(table, dtype=np.int64).reshape(-1, 4), places
+            owner.append(k)
+            table.append((offset, RECORDS[family].itemsize, size, numbers))
+            places.setdefault(family, []).append((field, at, (size, *shape)))
+            at += size * numbers
+    return _Layout(
+        [family for family, _ in sizes], np.array(owner, dtype=int), np.array(table, dtype=np.int64).reshape(-1, 4),
+        places,
+    )  # fmt: skip
 
 
 class View:
@@ -93,19 +127,27 @@ class View:
     solution : Solution
     assembly, model, t, y, s : of the solution
     explicit : bool, whether an explicit method made it
+
+    Parameters
+    ----------
+    joints : bool, whether anything of joints is read; without that they are not evaluated
     """
 
-    def __init__(self, solution: Solution) -> None:
+    def __init__(self, solution: Solution, *, joints: bool = True) -> None:
         self.solution, self.assembly, self.model = solution, solution.assembly, solution.assembly.model
         self.t, self.y, self.s = solution.t, np.ascontiguousarray(solution.y), solution.s
         self.explicit = solution.method in METHODS
+        own = solution.assembly.model
+        self._joints = own.joints.size if joints or own.threads.size or own.bearings.size else 0
         self._poses: dict[int, Pose] = {}
         self._sides: dict[Any, Side] = {}
 
     @classmethod
     def of(cls, solution: Solution) -> View:
         """The view of a solution, made once: what it has computed is not computed again."""
-        found: View = solution.__dict__.setdefault("_view", cls(solution))
+        found: View | None = solution.__dict__.get("_view")
+        if found is None:
+            found = solution.__dict__["_view"] = cls(solution)
         return found
 
     def index(self, name: str) -> int:
@@ -137,26 +179,40 @@ class View:
     @functools.cached_property
     def fields(self) -> dict[str, dict[str, Array]]:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
-        joints = self.model.joints.size  # reactions are evaluated before the model is copied
-        la = np.ascontiguousarray(self.solution.la) if joints else np.zeros((self.t.size, 0))
-        model = self.solution.model.copy()
-        needs.note_alike(self.solution.model, model)
-        if self.solution.path is not None:
-            end_ramps(model)
+        la = np.ascontiguousarray(self.solution.la) if self._joints else np.zeros((self.t.size, 0))
+        model = self._model_apart()  # after reactions are evaluated
         needs.load(model, evaluate_samples)
-        found = Fields(self.t.size)
-        table, places = _places_of(model)
+        rows = {family: families.records(model, family) for family in _FIELDS}
+        layout = _layout(tuple((family, own.size) for family, own in rows.items() if own.size))
+        table = layout.table.copy()
+        firsts = np.array([address(rows[family]) for family in layout.families], dtype=np.int64)
+        table[:, 0] += firsts[layout.family]
         factors, s = np.resize(self.load_factor, self.t.size), np.ascontiguousarray(self.s)
         values = np.empty((self.t.size, int(table[:, 2] @ table[:, 3])))
         evaluate_samples(self.t, self.y, s, la, factors, model, table, values)
-        for name, field, at, shape in places:
-            size = math.prod(shape)
-            found.setdefault(name, {})[field] = values[:, at : at + size].reshape(self.t.size, *shape)
-        if self.solution.kept is not None and self.solution.kept.points is not None:
-            found["contact_points"]["force"] = self.solution.kept.points
-        if self.solution.kept is not None or has_explicit_forces(model):  # else there is nothing to evaluate again
-            for name, own in self.solution.forces.items():
-                found[name] = found[name] | own
+        return Fields(values, layout, functools.cache(self._kept_fields))
+
+    def _model_apart(self) -> Any:
+        """A model with the values of the solution's, whose records may be overwritten; variants share one a thread."""
+        own, shared, key = self.solution.model, self.assembly.shared, f"evaluated in {threading.get_ident()}"
+        if shared is None or self.solution.path is not None or own.threads.size:
+            shared = {}
+        if key not in shared:
+            shared[key] = own.copy()
+            needs.note_alike(own, shared[key])
+        else:
+            shared[key].take(own)
+        if self.solution.path is not None:
+            end_ramps(shared[key])
+        return shared[key]
+
+    def _kept_fields(self) -> dict[str, dict[str, Array]]:
+        """Fields of records that the method has kept, or that are evaluated beside the states."""
+        kept, found = self.solution.kept, {}
+        if kept is not None or has_explicit_forces(self.solution.model):  # else there is nothing to evaluate again
+            found = self.solution.forces
+        if kept is not None and kept.points is not None:
+            found["contact_points"] = {"force": kept.points} | found.get("contact_points", {})
         return found
 
     @property
