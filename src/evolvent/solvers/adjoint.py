@@ -1,4 +1,4 @@
-"""The adjoint of a run by generalized-alpha: derivatives of few values by many parameters, in one pass backwards.
+"""The adjoint of a run by implicit steps: derivatives of few values by many parameters, in one pass backwards.
 
 The run keeps its steps as linear maps (`evolvent.solvers.tape`). Those that end on a latch, an event, a change of loads
 or the end of the run are found by neighbours that take them from states and parameters changed one by one.
@@ -22,9 +22,9 @@ from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.sparse import INNER
-from evolvent.solvers import implicit_loop, run as runs, tape as tapes
-from evolvent.solvers.adjoint_events import Jump, Jumps, Parameter, difference, state_of
-from evolvent.solvers.implicit_method import METHODS, NAME
+from evolvent.solvers import implicit_loop, run as runs, tape as tapes, tape_energy
+from evolvent.solvers.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
+from evolvent.solvers.implicit_method import METHODS
 from evolvent.solvers.implicit_run import Run
 from evolvent.solvers.implicit_setup import matrix_for, stops_of
 from evolvent.solvers.implicit_state import BUDGET, DONE, SAMPLED, STOPPED
@@ -46,17 +46,18 @@ SUPPORTED = (
 )  # fmt: skip
 
 
-def check(method: str, model: Any) -> None:
+#: Families whose strains are filtered over two steps by energy-momentum.
+FILTERED = ("beams", "rods")
+
+
+def check(plan: Any) -> None:
     """Refuse what has no adjoint, by name.
 
     Raises
     ------
     InputError
     """
-    if method not in METHODS or METHODS[method].code != METHODS[NAME].code:
-        raise InputError(
-            f"the adjoint is of {NAME}, but the method is {method}; take that as `method`, or mode 'forward'"
-        )
+    model, options = plan.assembly.model, plan.options
     for name in mdl.RECORDS:
         if name not in PARTS_OF_OTHERS and name not in SUPPORTED and getattr(model, name).size:
             raise InputError(f"the adjoint does not support {name}, which the system has; take mode 'forward'")
@@ -64,6 +65,13 @@ def check(method: str, model: Any) -> None:
         raise InputError("the adjoint does not support rods whose section is a tape; take mode 'forward'")
     if np.any(model.coordinates["friction"] > 0.0):
         raise InputError("joints have friction, which the adjoint does not support; take mode 'forward'")
+    if options.midpoint and options.chi > 0.0:
+        filtered = next((name for name in FILTERED if getattr(model, name).size), None)
+        if filtered is not None or options.tolerance > 0.0:
+            what = "adaptive steps" if filtered is None else f"the filtered strains of {filtered}"
+            raise InputError(
+                f"the adjoint does not support {what} of {plan.method}; take `spectral_radius` 1, or mode 'forward'"
+            )
 
 
 def depends_on_time(model: Any) -> bool:
@@ -83,7 +91,7 @@ class OtherEquations(Exception):
 
 
 class Adjoint:
-    """A run by generalized-alpha that keeps its steps.
+    """A run by implicit steps that keeps them.
 
     Parameters
     ----------
@@ -104,7 +112,7 @@ class Adjoint:
         for one in plans:
             one.options.corrects = 0
         base = plans[0].assembly
-        check(plans[0].method, base.model)
+        check(plans[0])
         self.lead, self.middle = (Run(one) for one in plans)
         self.room, self.transposed, model = matrix_for(base), matrix_for(base), base.model
         self.n_v, self.n_u = int(model.info.nv), int(model.info.nv) + model.joints.size
@@ -122,24 +130,30 @@ class Adjoint:
                 raise InputError(
                     f"{one.name!r} moves a time at which loads change onto another one; there is no derivative by it"
                 )
-        others = frozenset().union(*(row.modules for name, row in METHODS.items() if row.code != METHODS[NAME].code))
+        own = METHODS[plans[0].method]
+        others = frozenset().union(*(row.modules for row in METHODS.values() if row.code != own.code))
         roots = [
             tapes.advance_keeping,
             tapes.note_start,
             tapes.change_of,
             tapes.find_mass,
-            tapes.pull_back,
             tapes.pull_back_sample,
             take_step,
             step_beside,
+            implicit_loop.begin,
         ]
+        if self.lead.midpoint:
+            roots += [tape_energy.evaluate, tape_energy.pull_back]
+            self.colours = tape_energy.colours_of(model, self.room)
+        else:
+            roots += [implicit_loop.restart, tapes.pull_back]
         for run in (self.lead, self.middle):
-            needs.load(run.model, *roots, implicit_loop.begin, implicit_loop.restart, without=others)
+            needs.load(run.model, *roots, without=others)
         self.jumps = Jumps(self.lead, self.middle, self.room, self.parameters)
         self.parts: list[tuple[Tape, int, Any] | Jump] = []
         self.bytes = 0
         self.shifted, self.timed = False, depends_on_time(model)
-        self.begins = np.zeros((4 * self.n_v + 1, len(self.parameters)))
+        self.begins = np.zeros(((2 + len(carried(self.lead.work))) * self.n_v + 1, len(self.parameters)))
 
     # -------------------------------------------------------------------------------------------- forwards
 
@@ -230,23 +244,21 @@ class Adjoint:
 
     def _group(self) -> None:
         """Parameters that change different equations in one group, by states about the start."""
-        rng, work, model = np.random.default_rng(0), self.lead.work, self.lead.model.copy()
-        n_q, r, powers = int(model.info.nq), np.zeros(self.n_u), np.zeros(work.powers.shape[1])
-        t = float(self.lead.reached)
+        rng, work, model, scratch = np.random.default_rng(0), self.lead.work, self.lead.model.copy(), self.middle.work
+        n_q, n_v, t, h = int(model.info.nq), self.n_v, float(self.lead.reached), float(self.lead.work.loop.step)
         for _ in range(TRIALS):
-            y, size = work.y.copy(), 1e-2 * work.weight[: self.n_v]
-            displace(work.y, size * rng.uniform(-1, 1, self.n_v), False, self.lead.model, y)
-            y[n_q : n_q + self.n_v] += 1e2 * size * rng.uniform(-1, 1, self.n_v) / float(work.options.span)
-            a, la = rng.uniform(-1, 1, self.n_v), rng.uniform(-1, 1, work.la.size)
-            residual(t, y, a, la, 0.0, 1.0, model, r, powers)
-            middle = r.copy()
+            y, size = work.y.copy(), 1e-2 * work.weight[:n_v]
+            displace(work.y, size * rng.uniform(-1, 1, n_v), False, self.lead.model, y)
+            y[n_q : n_q + n_v] += 1e2 * size * rng.uniform(-1, 1, n_v) / float(work.options.span)
+            scratch.y0[:], scratch.dq[:] = y, size * rng.uniform(-1, 1, n_v)
+            a, la = rng.uniform(-1, 1, n_v), rng.uniform(-1, 1, work.la.size)
+            middle = self._residual(t, h, y, a, la, model)
             for one in self.parameters:
                 sides = []
                 for patch in one.patches:
                     patch.write(model)
-                    residual(t, y, a, la, 0.0, 1.0, model, r, powers)
+                    sides.append(self._residual(t, h, y, a, la, model))
                     patch.undo(model)
-                    sides.append(r.copy())
                 up, down = sides[0] - middle, middle - sides[1]
                 one.rows |= sides[0] != sides[1]
                 same = EVEN * np.abs(up).max(initial=0.0) + ROUND_OFF * np.abs(middle).max(initial=0.0)
@@ -266,6 +278,16 @@ class Adjoint:
         for one in self.parameters:
             if groups.count(one.group) == 1:
                 one.rows[:] = True
+
+    def _residual(self, t: float, h: float, y: Array, a: Array, la: Array, model: Any) -> Array:
+        """Equations of a state, or of energy-momentum of a step from `middle.work.y0` with the increments there."""
+        scratch = self.middle.work
+        if self.lead.midpoint:
+            scratch.la[:] = la
+            tape_energy.evaluate(t, h, model, scratch)
+        else:
+            residual(t, y, a, la, 0.0, 1.0, model, scratch.r, scratch.powers[0])
+        return np.array(scratch.r)
 
     def _part(self) -> None:
         """Each parameter in a group of its own."""
@@ -315,22 +337,23 @@ class Adjoint:
         ------
         OtherEquations
         """
-        n, m, lead = by_sample.shape[0], 4 * self.n_v + 1, self.lead
+        n, m, lead = by_sample.shape[0], self.begins.shape[0], self.lead
         now, found = np.zeros((n, m)), np.zeros((n, len(self.parameters)))
         states, move, event = np.zeros((4, lead.work.y.size)), np.zeros(self.n_v), by_event.shape[1]
         seeded = np.flatnonzero(np.any(by_sample, axis=(0, 2)))
-        change, linear, groups = np.zeros(2 * self.n_v), self._linear(), self._sides().size
+        change, linear, groups = np.zeros(2 * self.n_v), self._linear(n), self._sides().size
         changed: tuple[Any, Any, Any] = None, None, None
         for part in reversed(self.parts):
             if isinstance(part, Jump):
+                times, seeds = np.zeros(n), by_sample[:, part.first : part.last]
                 if not math.isnan(part.event):
                     event -= 1
-                    now[:, -1] += by_event[:, event]
-                seeds = by_sample[:, part.first : part.last]
-                if np.any(now) or np.any(seeds):
+                    times = by_event[:, event]
+                if np.any(now) or np.any(seeds) or np.any(times):
                     dense = part.dense()
-                    found += now @ dense.by_parameter + np.einsum("vsi,sik->vk", seeds, dense.sampled)
-                    now = now @ dense.by_state + np.einsum("vsi,sim->vm", seeds, dense.samples)
+                    timed = np.outer(times, dense.event)
+                    found += now @ dense.by_parameter + np.einsum("vsi,sik->vk", seeds, dense.sampled) + timed[:, m:]
+                    now = now @ dense.by_state + np.einsum("vsi,sim->vm", seeds, dense.samples) + timed[:, :m]
                 continue
             tape, steps, model = part
             if changed[0] is not model:
@@ -372,13 +395,13 @@ class Adjoint:
                 found[one.group] = 1
         return found
 
-    def _linear(self) -> Linear:
-        """Room for a step as a linear map, with the mass matrix."""
+    def _linear(self, values: int) -> Linear:
+        """Room for a step as a linear map, with the mass matrix, and derivatives of values."""
         size, sides = self.room.values.size, self._sides()
         found = Linear(
-            K=np.zeros(size), C=np.zeros(size), M=np.zeros(size), rows=np.zeros((sides.size + 1, self.n_u)),
+            K=np.zeros(size), M=np.zeros(size), rows=np.zeros((sides.size + 1, self.n_u)),
             changes=np.zeros((sides.size, self.n_u), dtype=np.int64), sides=sides, r=np.zeros(self.n_u),
-            right=np.zeros(self.n_u), W=np.zeros(self.n_u), parts=np.zeros((5, self.n_u)),
+            right=np.zeros(self.n_u), W=np.zeros((values, self.n_u)), parts=np.zeros((5, self.n_u)),
         )  # fmt: skip
         first = next((part for part in self.parts if not isinstance(part, Jump)), None)
         if first is not None:
@@ -391,9 +414,15 @@ class Adjoint:
         if last < first or not np.any(now):
             return
         tape, _, model = part
-        left = tapes.pull_back(
-            first, last, tape, self.room, self.transposed, model, models, self.lead.work, linear, now, rows
-        )  # fmt: skip
+        if self.lead.midpoint:
+            left = tape_energy.pull_back(
+                first, last, tape, self.room, self.transposed, model, models, self.middle.work, linear, self.colours,
+                now, rows,
+            )  # fmt: skip
+        else:
+            left = tapes.pull_back(
+                first, last, tape, self.room, self.transposed, model, models, self.lead.work, linear, now, rows
+            )  # fmt: skip
         if left >= 0:
             t = float(tape.numbers[left - 1, tapes.TIME])
             raise InputError(f"the step from t = {t:.6g} s has no derivative; take a shorter step, or mode 'forward'")
