@@ -23,6 +23,8 @@ Array = np.ndarray
 CHANGE, MOVE, RATE = 1e-6, 1e-5, 1e-4
 #: Keys of which each is tried alone, whether a value depends on it.
 FEW = 2
+#: What a solution keeps beside its states and the balance.
+LOST = ("acceleration", "la", "forces", "points", "momenta")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -84,13 +86,18 @@ def gradient(
 
 
 def _series(solution: Solution, name: str, assembly: Assembly | None = None) -> Array:
-    """A variable at the samples of a solution, (nt,), of states alone."""
-    kept = solution.kept
+    """A variable at the samples of a solution, (nt,), of coordinates and rates alone: all else that is kept is NaN."""
+    kept, y, info = solution.kept, solution.y.copy(), solution.assembly.model.info
+    y[:, int(info.nq) + int(info.nv) :] = np.nan
     if kept is not None:
-        lost = {field: np.full_like(getattr(kept, field), np.nan) for field in ("acceleration", "la", "forces")}
-        kept = kept._replace(**lost)
+        kept = kept._replace(
+            balance=kept.balance.copy(),
+            **{name: np.full_like(getattr(kept, name), np.nan) for name in LOST if getattr(kept, name) is not None},
+        )
+        for field in kept.balance.dtype.names:
+            kept.balance[field] = np.nan
     of = dataclasses.replace(
-        solution, kept=kept, reactions=None, assembly=solution.assembly if assembly is None else assembly
+        solution, y=y, kept=kept, reactions=None, assembly=solution.assembly if assembly is None else assembly
     )  # fmt: skip
     found = kept_of(of, [name], dict, fine=np.zeros(of.t.size, dtype=bool), why="")  # type: ignore[arg-type]
     values = np.asarray(found[name], dtype=float)
@@ -98,7 +105,8 @@ def _series(solution: Solution, name: str, assembly: Assembly | None = None) -> 
         raise InputError(f"{name!r} is no single number at a time; name a component")
     if np.any(np.isnan(values)):
         raise InputError(
-            f"the adjoint of {name!r} is not supported, which needs accelerations or reactions; take mode 'forward'"
+            f"the adjoint of {name!r} is not supported, which does not follow from coordinates and rates alone; take "
+            f"mode 'forward'"
         )
     return values
 
