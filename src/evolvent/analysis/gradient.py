@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from evolvent.kernels.blocks import displace
 from evolvent.results.kept import Kept, kept_of, reduce, split
 from evolvent.solvers.adjoint import Adjoint
 from evolvent.solvers.laws import law_failure
+from evolvent.solvers.patches import Sides
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
@@ -25,6 +26,14 @@ CHANGE, MOVE, RATE = 1e-6, 1e-5, 1e-4
 FEW = 2
 #: What a solution keeps beside its states and the balance.
 LOST = ("acceleration", "la", "forces", "points", "momenta")
+
+
+class Changed(NamedTuple):
+    """A key: its name, its change to both sides, and the systems with it larger and smaller."""
+
+    name: str
+    change: float
+    systems: tuple[Assembly, Assembly]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,7 +54,7 @@ class Gradient:
 
 
 def gradient(
-    assembly: Assembly, make: Callable[[], Any], keys: Sequence[tuple[str, float, Assembly, Assembly]],
+    assembly: Assembly, make: Callable[[], Any], keys: Sequence[Changed],
     together: Callable[[Mapping[int, float]], Assembly], names: Sequence[str],
     read: Callable[[Solution], tuple[Kept, Array]], progress: Callable[[float], None] | None,
 ) -> Gradient:  # fmt: skip
@@ -54,7 +63,7 @@ def gradient(
     Parameters
     ----------
     make : returns a plan of the run, another one each time
-    keys : name, change, and the systems with the key changed by it to both sides
+    keys : what the keys are and change
     together : returns the system with several keys, given by their numbers, changed at once
     names : of the values
     read : returns values of a solution, and as numbers
@@ -66,7 +75,7 @@ def gradient(
     """
     from evolvent import analysis
 
-    adjoint = Adjoint(make, keys)
+    adjoint = Adjoint(make, [(key.name, key.change, Sides.of(assembly, key.systems, key.name)) for key in keys])
     try:
         status, message = adjoint.run(progress)
     except EvolventError:
@@ -112,9 +121,8 @@ def _series(solution: Solution, name: str, assembly: Assembly | None = None) -> 
 
 
 def _own_change(
-    solution: Solution, name: str, keys: Sequence[tuple[str, float, Assembly, Assembly]],
-    together: Callable[[Mapping[int, float]], Assembly],
-) -> Array:  # fmt: skip
+    solution: Solution, name: str, keys: Sequence[Changed], together: Callable[[Mapping[int, float]], Assembly]
+) -> Array:
     """Derivatives of a value by keys where the states stay, (keys,).
 
     Keys that leave the value as it is are found many at a time: halves of those that change it are tried in turn.
@@ -128,14 +136,13 @@ def _own_change(
     while tried:
         some = tried.pop()
         if len(some) > FEW:
-            one = together({j: float(shares[j]) * keys[j][1] for j in some})
+            one = together({j: float(shares[j]) * keys[j].change for j in some})
             if not np.array_equal(_series(chosen, variable, one), values):
                 tried += [some[: len(some) // 2], some[len(some) // 2 :]]
             continue
         for j in some:
-            _, change, up, down = keys[j]
-            sides = [weights[samples] @ _series(chosen, variable, one)[1:] for one in (up, down)]
-            found[j] = (sides[0] - sides[1]) / (2.0 * change)
+            sides = [weights[samples] @ _series(chosen, variable, one)[1:] for one in keys[j].systems]
+            found[j] = (sides[0] - sides[1]) / (2.0 * keys[j].change)
     return found
 
 

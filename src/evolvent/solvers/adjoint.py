@@ -7,6 +7,7 @@ or the end of the run are found by neighbours that take them from states and par
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -29,7 +30,7 @@ from evolvent.solvers.implicit_run import Run
 from evolvent.solvers.implicit_setup import matrix_for, stops_of
 from evolvent.solvers.implicit_state import BUDGET, DONE, SAMPLED, STOPPED
 from evolvent.solvers.messages import reason
-from evolvent.solvers.patches import Patch
+from evolvent.solvers.patches import Patch, Sides
 from evolvent.solvers.steps_beside import TOGETHER, step_beside, take_step
 from evolvent.solvers.tape import FULL, KIND, LANDS, LATCH, SEARCHES, SHIFTED, STEPS, TIMED, Linear, Tape
 
@@ -86,6 +87,15 @@ def depends_on_time(model: Any) -> bool:
     return model.loads.size + model.beam_loads.size > 0 or any(bool(np.any(field)) for field in moved)
 
 
+def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
+    """Times on which the steps of a neighbour land."""
+    if not {"beam_loads", "breaks"}.intersection(key for key, *_ in patch.changes):
+        return stops_of(base, times)
+    model = base.model.copy()
+    patch.write(model)
+    return stops_of(dataclasses.replace(base, model=model), times)
+
+
 class OtherEquations(Exception):
     """A parameter changes other equations than at the start, in a group with others."""
 
@@ -96,7 +106,7 @@ class Adjoint:
     Parameters
     ----------
     make : returns a plan of the run, another one each time
-    parameters : name, change, and the systems with the parameter changed by it to both sides
+    parameters : name, change, and what the parameter changed by it to both sides changes
 
     Attributes
     ----------
@@ -105,25 +115,21 @@ class Adjoint:
     begins : (m, parameters) float, derivatives of the state with which the run starts
     """
 
-    def __init__(
-        self, make: Callable[[], Any], parameters: Sequence[tuple[str, float, Assembly, Assembly]]
-    ) -> None:  # fmt: skip
+    def __init__(self, make: Callable[[], Any], parameters: Sequence[tuple[str, float, Sides]]) -> None:
         plans = [make() for _ in range(2)]
         for one in plans:
             one.options.corrects = 0
         base = plans[0].assembly
         check(plans[0])
         self.lead, self.middle = (Run(one) for one in plans)
-        self.room, self.transposed, model = matrix_for(base), matrix_for(base), base.model
+        self.room, self.transposed, model, times = matrix_for(base), matrix_for(base), base.model, plans[0].times
         self.n_v, self.n_u = int(model.info.nv), int(model.info.nv) + model.joints.size
         self.parameters = [
             Parameter(
-                name, change, up, down,
-                (Patch.between(base, up, name), Patch.between(base, down, name)),
-                (stops_of(up, plans[0].times), stops_of(down, plans[0].times)),
+                name, change, sides, (_stops(base, sides.patches[0], times), _stops(base, sides.patches[1], times)),
                 np.zeros(self.n_u, dtype=bool),
             )
-            for name, change, up, down in parameters
+            for name, change, sides in parameters
         ]  # fmt: skip
         for one in self.parameters:
             if any(stops.size != self.lead.work.stops.size for stops in one.stops):
@@ -232,11 +238,11 @@ class Adjoint:
         moves = own.moves(model) + start.moves(work, without=SAMPLED)
         for k, one in enumerate(self.parameters):
             sides = []
-            for patch, assembly in zip(one.patches, (one.up, one.down), strict=True):
+            for patch, y in zip(one.sides.patches, one.sides.starts, strict=True):
                 for move in moves:
                     ctypes.memmove(*move)
                 patch.write(own)
-                start.y[:] = assembly.y
+                start.y[:] = y
                 if implicit_loop.begin(own, self.room, start) != DONE:
                     raise InputError(f"with {one.name!r} a little larger or smaller the run does not start")
                 sides.append(state_of(start, model))
@@ -255,7 +261,7 @@ class Adjoint:
             middle = self._residual(t, h, y, a, la, model)
             for one in self.parameters:
                 sides = []
-                for patch in one.patches:
+                for patch in one.sides.patches:
                     patch.write(model)
                     sides.append(self._residual(t, h, y, a, la, model))
                     patch.undo(model)
@@ -299,7 +305,7 @@ class Adjoint:
         groups = 1 + max((one.group for one in self.parameters), default=-1)
         models = [model.copy() for _ in range(2 * groups)]
         for one in self.parameters:
-            for side, patch in enumerate(one.patches):
+            for side, patch in enumerate(one.sides.patches):
                 patch.write(models[2 * one.group + side])
         if config.DISABLE_JIT:
             return models, models

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual
 from evolvent.kernels.blocks import displace
@@ -23,7 +22,7 @@ from evolvent.solvers import implicit_loop, tape as tapes
 from evolvent.solvers.implicit_run import Run
 from evolvent.solvers.implicit_state import AT_RESTART, BUDGET, DONE, SAMPLED, STOPPED
 from evolvent.solvers.messages import reason
-from evolvent.solvers.patches import Patch
+from evolvent.solvers.patches import Sides
 from evolvent.solvers.steps_beside import (
     EVENT,
     HASTY,
@@ -40,8 +39,9 @@ from evolvent.solvers.steps_beside import (
 )
 
 Array = np.ndarray
-#: Changes of states, of the size of the unknowns; of rates and accelerations those that move as far in a step.
-CHANGE = 1e-6
+#: Changes of states, of the size of the unknowns, to both sides, and to one side, with the same error; of rates and
+#: accelerations those that move as far in a step.
+CHANGE, ONE_SIDE = 1e-6, 1e-7
 #: Behind a step that ends on a latch or event, in place of a factor of the length.
 _HAPPENS = 1.0
 
@@ -53,16 +53,14 @@ class Parameter:
     Attributes
     ----------
     name : str; change : float, of the parameter to both sides
-    up, down : Assembly, with it; patches : (2,) Patch, of the models; stops : times on which their steps land
+    sides : Sides, what it changes; stops : times on which the steps of both neighbours land
     rows : (nv + nj,) bool, equations that it changes; group : int, of parameters that change others
     is_linear : bool, whether they change as much to both sides
     """
 
     name: str
     change: float
-    up: Assembly
-    down: Assembly
-    patches: tuple[Patch, Patch]
+    sides: Sides
     stops: tuple[Array, Array]
     rows: Array
     group: int = -1
@@ -261,10 +259,11 @@ class Jumps:
         n_v, n_q = self.n_v, int(model.info.nq)
         h, weight = float(work.loop.last), work.weight[:n_v]
         powers = [0, 1, 1] if self.lead.midpoint else [0, 1, 2, 2]
-        sizes = np.append(np.concatenate([CHANGE * weight / h**power for power in powers]), CHANGE * h)
+        part = CHANGE if self.lead.midpoint else ONE_SIDE
+        sizes = np.append(np.concatenate([part * weight / h**power for power in powers]), part * h)
         G = self._constraints(model, work)
         inverse = np.linalg.pinv(G)
-        allowed = CHANGE * weight[:, None] * (np.eye(n_v) - inverse @ G)
+        allowed = part * weight[:, None] * (np.eye(n_v) - inverse @ G)
 
         def number(j: int, own: Any, at: Any, side: float) -> None:
             kind, i, d = j // n_v, j % n_v, side * sizes[j]
@@ -279,7 +278,7 @@ class Jumps:
 
         def parameter(one: Parameter, own: Any, at: Any, side: float) -> None:
             k = 0 if side > 0.0 else 1
-            one.patches[k].write(own)
+            one.sides.patches[k].write(own)
             at.stops[:] = one.stops[k]
             if np.any(one.rows[n_v:]):
                 displace(work.y, -weight * (inverse @ self._gaps(own, work, at.y)), False, own, at.y)
@@ -322,6 +321,9 @@ class Jumps:
     ) -> Dense:  # fmt: skip
         """The steps as a map, by neighbours that take them one after another.
 
+        Numbers of the start are changed to both sides; of generalized-alpha to one, where the steps behind an event do
+        not follow from a very short one.
+
         Parameters
         ----------
         start : Model and Workspace with which the steps start
@@ -334,18 +336,24 @@ class Jumps:
         moves = model.moves(start[0]) + work.moves(start[1], without=SAMPLED)
         found, samples = np.zeros((sizes.size, m)), np.zeros((sizes.size, last - first, 2 * n_v))
         event = np.zeros(sizes.size)
-        for k, (change, size) in enumerate(zip(changes, sizes, strict=True)):
-            ends = []
-            for side in (1.0, -1.0):
-                for move in moves:
-                    ctypes.memmove(*move)
+
+        def end(change: Callable[[Any, Any, float], None] | None, side: float) -> tuple[float, Any, Array]:
+            for move in moves:
+                ctypes.memmove(*move)
+            if change is not None:
                 change(model, work, side)
-                event[k] += 0.5 * side / size * self._take_beside(model, work, steps)
-                ends.append((state_of(work, model), work.out_y[first:last].copy()))
-            (up, above), (down, below) = ends
-            found[k] = difference(up, down, 0.5 / size, model)
+            happens = self._take_beside(model, work, steps)
+            return happens, state_of(work, model), work.out_y[first:last].copy()
+
+        middle = end(None, 0.0)
+        for k, (change, size) in enumerate(zip(changes, sizes, strict=True)):
+            one_side = k < m and not self.lead.midpoint
+            factor = 1.0 / size if one_side else 0.5 / size
+            up, down = end(change, 1.0), middle if one_side else end(change, -1.0)
+            event[k] = factor * (up[0] - down[0])
+            found[k] = difference(up[1], down[1], factor, model)
             for n in range(last - first):
-                samples[k, n] = between(above[n], below[n], model) * (0.5 / size)
+                samples[k, n] = factor * between(up[2][n], down[2][n], model)
         found, sampled = found.T, np.moveaxis(samples, 0, 2)
         return Dense(found[:, :m], found[:, m:], sampled[..., :m], sampled[..., m:], event)
 

@@ -142,6 +142,8 @@ class Workspace(Struct):
     def copy(self) -> Any:
         """A workspace with arrays of its own, those of its `step` among them."""
         found = super().copy()
+        if not self.options["midpoint"]:
+            return found
         own = {name: getattr(found, name) for name in ("y0", "dq", "la", "r", "R0", "R1", "x0", "x1")}
         return found._replace(step=found.step._replace(y1=found.y, powers=found.powers[0], **own))
 
