@@ -43,12 +43,12 @@ TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
 #: Families that are supported: their tangents are exact, and nothing in their records goes on from step to step.
 SUPPORTED = (
     "bodies", "points", "springs", "links", "guides", "beams", "joints", "coordinates", "loads", "beam_loads",
-    "synchronizations", "rods", "events",
+    "synchronizations", "rods", "events", "body_contacts",
 )  # fmt: skip
 
 
-#: Families whose strains are filtered over two steps by energy-momentum.
-FILTERED = ("beams", "rods")
+#: Families whose strains or gaps are filtered over two steps by energy-momentum.
+FILTERED = {"beams": "strains of beams", "rods": "strains of rods", "body_contacts": "gaps of body_contacts"}
 
 
 def check(plan: Any) -> None:
@@ -66,10 +66,15 @@ def check(plan: Any) -> None:
         raise InputError("the adjoint does not support rods whose section is a tape; take mode 'forward'")
     if np.any(model.coordinates["friction"] > 0.0):
         raise InputError("joints have friction, which the adjoint does not support; take mode 'forward'")
+    for field, what in (("friction", "friction"), ("viscous", "viscous friction"), ("law", "laws in Python")):
+        if np.any(model.body_contacts[field] != 0):
+            raise InputError(
+                f"contacts between bodies have {what}, which the adjoint does not support; take mode 'forward'"
+            )
     if options.midpoint and options.chi > 0.0:
-        filtered = next((name for name in FILTERED if getattr(model, name).size), None)
+        filtered = next((what for name, what in FILTERED.items() if getattr(model, name).size), None)
         if filtered is not None or options.tolerance > 0.0:
-            what = "adaptive steps" if filtered is None else f"the filtered strains of {filtered}"
+            what = "adaptive steps" if filtered is None else f"the filtered {filtered}"
             raise InputError(
                 f"the adjoint does not support {what} of {plan.method}; take `spectral_radius` 1, or mode 'forward'"
             )

@@ -13,9 +13,9 @@ T = s (1 - [p]x), E = C(2 p)^T of turns by the increments 2 p, s = 1/(1 + p.p). 
     R_u^T W = T^T x + (c/h)(y + w),   dvalue -= W^T R_p dp
     (x, y, w) <- (E^T x, y - c (y + w), c f (y + w)) - R_z0^T W
 
-R_u is the tangent of Newton's method, where that is exact; its columns of turns, and R_e0, are central differences of
-the residual, of many coordinates at once that have no equation in common. Velocities at the start, and b0, are only in
-the inertia.
+R_u is the tangent of Newton's method, where that is exact: of point masses. Else its columns, and R_e0 always, are
+central differences of the residual, of many coordinates at once that have no equation in common. Velocities at the
+start, and b0, are only in the inertia.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, at_address
 from evolvent.flow.energy_momentum import measure, residual, tangent
 from evolvent.kernels import sparse, sparse_lu
-from evolvent.kernels.blocks import ANGLE, ROTATION, displace
+from evolvent.kernels.blocks import ANGLE, POINT, ROTATION, displace
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -59,7 +59,7 @@ class Colours(Struct):
     ----------
     starts : (colours + 1,) int; columns : (nv,) int, coordinates of each colour
     first : (nv + 1,) int; rows : (n,) int, equations of each coordinate
-    turns : (nv,) int, 1 of coordinates that are turns
+    inexact : (1,) int, 1 where the tangent is not exact
     base : (ny,) float, and move : (nv,) float, scratch
     """
 
@@ -67,7 +67,7 @@ class Colours(Struct):
     columns: np.ndarray = array(1, np.int64)
     first: np.ndarray = array(1, np.int64)
     rows: np.ndarray = array(1, np.int64)
-    turns: np.ndarray = array(1, np.int64)
+    inexact: np.ndarray = array(1, np.int64)
     base: np.ndarray = array(1)
     move: np.ndarray = array(1)
 
@@ -130,12 +130,11 @@ def _find_rows(t, h, timed, model, models, work, linear):
 
 @inlined
 def _difference(k, starts, t, h, tape, n, model, work, colours, out):
-    """Half the difference of the residuals to both sides of the coordinates of colour k, of turns only, or of all.
+    """Half the difference of the residuals to both sides of the coordinates of colour k.
 
     Parameters
     ----------
-    starts : bool, whether coordinates of the start are changed, with the increments as they are; else increments of
-        turns
+    starts : bool, whether coordinates of the start are changed, with the increments as they are; else increments
     """
     base, move, columns, r = colours.base, colours.move, colours.columns, work.r
     for i in range(move.size):
@@ -145,7 +144,7 @@ def _difference(k, starts, t, h, tape, n, model, work, colours, out):
             j = columns[p]
             if starts:
                 move[j] = side * CHANGE * work.weight[j]
-            elif colours.turns[j] != 0:
+            else:
                 work.dq[j] = tape.dq[n, j] + side * CHANGE * work.weight[j]
         if starts:
             displace(base, move, False, model, work.y0)
@@ -167,19 +166,14 @@ def _row_scale(i, scale, model):
 
 @inlined
 def _assemble(t, h, n, tape, scale, model, work, room, colours, out):
-    """The matrix of step n: the tangent, with its columns of turns by differences; after `evaluate`."""
+    """The matrix of step n: the tangent, with columns by differences where it is not exact; after `evaluate`."""
     model.info.compliance = 1.0 / scale
     tangent(scale, model, work.step, room)
-    for k in range(colours.starts.size - 1):
-        turns = False
-        for p in range(colours.starts[k], colours.starts[k + 1]):
-            turns = turns or colours.turns[colours.columns[p]] != 0
-        if not turns:
-            continue
+    for k in range(colours.starts.size - 1 if colours.inexact[0] != 0 else 0):
         _difference(k, False, t, h, tape, n, model, work, colours, out)
         for p in range(colours.starts[k], colours.starts[k + 1]):
             j = colours.columns[p]
-            for q in range(colours.first[j], colours.first[j + 1] if colours.turns[j] != 0 else 0):
+            for q in range(colours.first[j], colours.first[j + 1]):
                 i = colours.rows[q]
                 at, _, _ = sparse.first_entry(room, i, j)
                 if at >= 0:
@@ -273,7 +267,7 @@ def _pull_back_coordinates(t, h, n, tape, model, work, linear, colours, derivati
 
 
 def colours_of(model, matrix):
-    """Colours of the coordinates of a model by the pattern of its matrix, turns first: `Colours`; not compiled."""
+    """Colours of the coordinates of a model by the pattern of its matrix: `Colours`; not compiled."""
     n_v, table, later, unknown = int(model.info.nv), matrix.table, matrix.later, matrix.unknown
     n_u = n_v + model.joints.size
     own = [unknown[row[sparse.START] : row[sparse.START] + row[sparse.SIZE]] for row in table]
@@ -286,13 +280,10 @@ def colours_of(model, matrix):
     for b, others in enumerate(beside):
         for j in own[b]:
             rows[j] = np.sort(np.concatenate([own[k] for k in sorted(others)]))
-    turns = np.zeros(n_v, dtype=np.int64)
-    for block in model.blocks:
-        if block["kind"] in (ROTATION, ANGLE):
-            turns[block["iv"] - model.info.nq : block["iv"] - model.info.nq + block["count"]] = 1
+    exact = bool(np.all(model.blocks["family"] == POINT))
     taken: list = []
     members: list = []
-    for j in np.argsort(-turns, kind="stable").tolist():
+    for j in range(n_v):
         free = (k for k, used in enumerate(taken) if not np.any(used[rows[j]]))
         k = next(free, len(taken))
         if k == len(taken):
@@ -303,7 +294,11 @@ def colours_of(model, matrix):
     none = np.zeros(0, dtype=np.int64)
     starts, first = ([0, *(len(one) for one in of)] for of in (members, rows[:n_v]))
     return Colours(
-        starts=np.cumsum(starts), columns=np.concatenate([*members, none]).astype(np.int64), first=np.cumsum(first),
-        rows=np.concatenate([*rows[:n_v], none]).astype(np.int64), turns=turns, base=np.zeros(int(model.info.ny)),
+        starts=np.cumsum(starts),
+        columns=np.concatenate([*members, none]).astype(np.int64),
+        first=np.cumsum(first),
+        rows=np.concatenate([*rows[:n_v], none]).astype(np.int64),
+        inexact=np.array([0 if exact else 1]),
+        base=np.zeros(int(model.info.ny)),
         move=np.zeros(n_v),
-    )  # fmt: skip
+    )
