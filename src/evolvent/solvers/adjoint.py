@@ -48,7 +48,7 @@ SUPPORTED = (
 
 
 #: Families whose strains or gaps are filtered over two steps by energy-momentum.
-FILTERED = {"beams": "strains of beams", "rods": "strains of rods", "body_contacts": "gaps of body_contacts"}
+FILTERED = {"rods": "strains of rods", "body_contacts": "gaps of body_contacts"}
 
 
 def check(plan: Any) -> None:
@@ -66,11 +66,13 @@ def check(plan: Any) -> None:
         raise InputError("the adjoint does not support rods whose section is a tape; take mode 'forward'")
     if np.any(model.coordinates["friction"] > 0.0):
         raise InputError("joints have friction, which the adjoint does not support; take mode 'forward'")
-    for field, what in (("friction", "friction"), ("viscous", "viscous friction"), ("law", "laws in Python")):
+    for field, what in (("friction", "friction"), ("viscous", "viscous friction")):
         if np.any(model.body_contacts[field] != 0):
             raise InputError(
                 f"contacts between bodies have {what}, which the adjoint does not support; take mode 'forward'"
             )
+    if options.midpoint and model.beams.size:
+        raise InputError(f"the adjoint does not support beams under {plan.method}; take rods, or mode 'forward'")
     if options.midpoint and options.chi > 0.0:
         filtered = next((what for name, what in FILTERED.items() if getattr(model, name).size), None)
         if filtered is not None or options.tolerance > 0.0:
