@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from evolvent.kernels.blocks import displace
 from evolvent.results.kept import Kept, kept_of, reduce, split
 from evolvent.solvers.adjoint import Adjoint
 from evolvent.solvers.laws import law_failure
+from evolvent.solvers.patches import Sides
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
@@ -23,6 +24,16 @@ Array = np.ndarray
 CHANGE, MOVE, RATE = 1e-6, 1e-5, 1e-4
 #: Keys of which each is tried alone, whether a value depends on it.
 FEW = 2
+#: What a solution keeps beside its states and the balance.
+LOST = ("acceleration", "la", "forces", "points", "momenta")
+
+
+class Changed(NamedTuple):
+    """A key: its name, its change to both sides, and the systems with it larger and smaller."""
+
+    name: str
+    change: float
+    systems: tuple[Assembly, Assembly]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,7 +54,7 @@ class Gradient:
 
 
 def gradient(
-    assembly: Assembly, make: Callable[[], Any], keys: Sequence[tuple[str, float, Assembly, Assembly]],
+    assembly: Assembly, make: Callable[[], Any], keys: Sequence[Changed],
     together: Callable[[Mapping[int, float]], Assembly], names: Sequence[str],
     read: Callable[[Solution], tuple[Kept, Array]], progress: Callable[[float], None] | None,
 ) -> Gradient:  # fmt: skip
@@ -52,7 +63,7 @@ def gradient(
     Parameters
     ----------
     make : returns a plan of the run, another one each time
-    keys : name, change, and the systems with the key changed by it to both sides
+    keys : what the keys are and change
     together : returns the system with several keys, given by their numbers, changed at once
     names : of the values
     read : returns values of a solution, and as numbers
@@ -64,7 +75,7 @@ def gradient(
     """
     from evolvent import analysis
 
-    adjoint = Adjoint(make, keys)
+    adjoint = Adjoint(make, [(key.name, key.change, Sides.of(assembly, key.systems, key.name)) for key in keys])
     try:
         status, message = adjoint.run(progress)
     except EvolventError:
@@ -84,13 +95,18 @@ def gradient(
 
 
 def _series(solution: Solution, name: str, assembly: Assembly | None = None) -> Array:
-    """A variable at the samples of a solution, (nt,), of states alone."""
-    kept = solution.kept
+    """A variable at the samples of a solution, (nt,), of coordinates and rates alone: all else that is kept is NaN."""
+    kept, y, info = solution.kept, solution.y.copy(), solution.assembly.model.info
+    y[:, int(info.nq) + int(info.nv) :] = np.nan
     if kept is not None:
-        lost = {field: np.full_like(getattr(kept, field), np.nan) for field in ("acceleration", "la", "forces")}
-        kept = kept._replace(**lost)
+        kept = kept._replace(
+            balance=kept.balance.copy(),
+            **{name: np.full_like(getattr(kept, name), np.nan) for name in LOST if getattr(kept, name) is not None},
+        )
+        for field in kept.balance.dtype.names:
+            kept.balance[field] = np.nan
     of = dataclasses.replace(
-        solution, kept=kept, reactions=None, assembly=solution.assembly if assembly is None else assembly
+        solution, y=y, kept=kept, reactions=None, assembly=solution.assembly if assembly is None else assembly
     )  # fmt: skip
     found = kept_of(of, [name], dict, fine=np.zeros(of.t.size, dtype=bool), why="")  # type: ignore[arg-type]
     values = np.asarray(found[name], dtype=float)
@@ -98,15 +114,15 @@ def _series(solution: Solution, name: str, assembly: Assembly | None = None) -> 
         raise InputError(f"{name!r} is no single number at a time; name a component")
     if np.any(np.isnan(values)):
         raise InputError(
-            f"the adjoint of {name!r} is not supported, which needs accelerations or reactions; take mode 'forward'"
+            f"the adjoint of {name!r} is not supported, which does not follow from coordinates and rates alone; take "
+            f"mode 'forward'"
         )
     return values
 
 
 def _own_change(
-    solution: Solution, name: str, keys: Sequence[tuple[str, float, Assembly, Assembly]],
-    together: Callable[[Mapping[int, float]], Assembly],
-) -> Array:  # fmt: skip
+    solution: Solution, name: str, keys: Sequence[Changed], together: Callable[[Mapping[int, float]], Assembly]
+) -> Array:
     """Derivatives of a value by keys where the states stay, (keys,).
 
     Keys that leave the value as it is are found many at a time: halves of those that change it are tried in turn.
@@ -120,14 +136,13 @@ def _own_change(
     while tried:
         some = tried.pop()
         if len(some) > FEW:
-            one = together({j: float(shares[j]) * keys[j][1] for j in some})
+            one = together({j: float(shares[j]) * keys[j].change for j in some})
             if not np.array_equal(_series(chosen, variable, one), values):
                 tried += [some[: len(some) // 2], some[len(some) // 2 :]]
             continue
         for j in some:
-            _, change, up, down = keys[j]
-            sides = [weights[samples] @ _series(chosen, variable, one)[1:] for one in (up, down)]
-            found[j] = (sides[0] - sides[1]) / (2.0 * change)
+            sides = [weights[samples] @ _series(chosen, variable, one)[1:] for one in keys[j].systems]
+            found[j] = (sides[0] - sides[1]) / (2.0 * keys[j].change)
     return found
 
 

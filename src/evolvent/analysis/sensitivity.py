@@ -161,7 +161,12 @@ def _by_adjoint(
         return kept, np.array([_number(kept, name) for name in values])
 
     change = gradient.CHANGE
-    keys = [(key.name, change * key.size, _changed(system, key, change), _changed(system, key, -change)) for key in of]
+    keys = [
+        gradient.Changed(
+            key.name, change * key.size, (_changed(system, key, change), _changed(system, key, -change))
+        )
+        for key in of
+    ]  # fmt: skip
 
     def together(changes: Mapping[int, float]) -> Assembly:
         return system.with_values({of[k].name: of[k].value + d for k, d in changes.items()})._assembled()

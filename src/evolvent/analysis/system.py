@@ -365,7 +365,7 @@ class System:
         until, every, fine, method, step, tolerance, spectral_radius, progress : as of `simulate`
         mode : {"forward", "adjoint"}
             Neighbours for each key, or one pass back through the run, which is faster for many keys and has fewer
-            values, parts and methods (docs, "Sensitivities of a run").
+            values and parts (docs, "Sensitivities of a run").
 
         Returns
         -------

@@ -15,7 +15,7 @@ from evolvent.commands import options as shared
 @click.argument("case", metavar="CASE|FILE")
 @click.option("--of", "values", multiple=True, required=True, metavar="VALUE", help="A value of the run.")
 @click.option("--by", "keys", multiple=True, required=True, metavar="KEY", help="A key of a part that holds a number.")
-@click.option("--adjoint", is_flag=True, help="By one pass back through the run, for many keys: generalized-alpha.")
+@click.option("--adjoint", is_flag=True, help="By one pass back through the run, for many keys.")
 @shared.assignments
 @shared.output("FILE.CSV", "Write the table as a file.")
 @shared.quiet("Print no table and no progress.")

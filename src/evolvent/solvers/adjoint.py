@@ -1,4 +1,4 @@
-"""The adjoint of a run by generalized-alpha: derivatives of few values by many parameters, in one pass backwards.
+"""The adjoint of a run by implicit steps: derivatives of few values by many parameters, in one pass backwards.
 
 The run keeps its steps as linear maps (`evolvent.solvers.tape`). Those that end on a latch, an event, a change of loads
 or the end of the run are found by neighbours that take them from states and parameters changed one by one.
@@ -7,6 +7,7 @@ or the end of the run are found by neighbours that take them from states and par
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -22,14 +23,14 @@ from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.sparse import INNER
-from evolvent.solvers import implicit_loop, run as runs, tape as tapes
-from evolvent.solvers.adjoint_events import Jump, Jumps, Parameter, difference, state_of
-from evolvent.solvers.implicit_method import METHODS, NAME
+from evolvent.solvers import implicit_loop, run as runs, tape as tapes, tape_energy
+from evolvent.solvers.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
+from evolvent.solvers.implicit_method import METHODS
 from evolvent.solvers.implicit_run import Run
 from evolvent.solvers.implicit_setup import matrix_for, stops_of
 from evolvent.solvers.implicit_state import BUDGET, DONE, SAMPLED, STOPPED
 from evolvent.solvers.messages import reason
-from evolvent.solvers.patches import Patch
+from evolvent.solvers.patches import Patch, Sides
 from evolvent.solvers.steps_beside import TOGETHER, step_beside, take_step
 from evolvent.solvers.tape import FULL, KIND, LANDS, LATCH, SEARCHES, SHIFTED, STEPS, TIMED, Linear, Tape
 
@@ -42,21 +43,22 @@ TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
 #: Families that are supported: their tangents are exact, and nothing in their records goes on from step to step.
 SUPPORTED = (
     "bodies", "points", "springs", "links", "guides", "beams", "joints", "coordinates", "loads", "beam_loads",
-    "synchronizations", "rods", "events",
+    "synchronizations", "rods", "events", "body_contacts",
 )  # fmt: skip
 
 
-def check(method: str, model: Any) -> None:
+#: Families whose strains or gaps are filtered over two steps by energy-momentum.
+FILTERED = {"rods": "strains of rods", "body_contacts": "gaps of body_contacts"}
+
+
+def check(plan: Any) -> None:
     """Refuse what has no adjoint, by name.
 
     Raises
     ------
     InputError
     """
-    if method not in METHODS or METHODS[method].code != METHODS[NAME].code:
-        raise InputError(
-            f"the adjoint is of {NAME}, but the method is {method}; take that as `method`, or mode 'forward'"
-        )
+    model, options = plan.assembly.model, plan.options
     for name in mdl.RECORDS:
         if name not in PARTS_OF_OTHERS and name not in SUPPORTED and getattr(model, name).size:
             raise InputError(f"the adjoint does not support {name}, which the system has; take mode 'forward'")
@@ -64,6 +66,20 @@ def check(method: str, model: Any) -> None:
         raise InputError("the adjoint does not support rods whose section is a tape; take mode 'forward'")
     if np.any(model.coordinates["friction"] > 0.0):
         raise InputError("joints have friction, which the adjoint does not support; take mode 'forward'")
+    for field, what in (("friction", "friction"), ("viscous", "viscous friction")):
+        if np.any(model.body_contacts[field] != 0):
+            raise InputError(
+                f"contacts between bodies have {what}, which the adjoint does not support; take mode 'forward'"
+            )
+    if options.midpoint and model.beams.size:
+        raise InputError(f"the adjoint does not support beams under {plan.method}; take rods, or mode 'forward'")
+    if options.midpoint and options.chi > 0.0:
+        filtered = next((what for name, what in FILTERED.items() if getattr(model, name).size), None)
+        if filtered is not None or options.tolerance > 0.0:
+            what = "adaptive steps" if filtered is None else f"the filtered {filtered}"
+            raise InputError(
+                f"the adjoint does not support {what} of {plan.method}; take `spectral_radius` 1, or mode 'forward'"
+            )
 
 
 def depends_on_time(model: Any) -> bool:
@@ -78,17 +94,26 @@ def depends_on_time(model: Any) -> bool:
     return model.loads.size + model.beam_loads.size > 0 or any(bool(np.any(field)) for field in moved)
 
 
+def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
+    """Times on which the steps of a neighbour land."""
+    if not {"beam_loads", "breaks"}.intersection(key for key, *_ in patch.changes):
+        return stops_of(base, times)
+    model = base.model.copy()
+    patch.write(model)
+    return stops_of(dataclasses.replace(base, model=model), times)
+
+
 class OtherEquations(Exception):
     """A parameter changes other equations than at the start, in a group with others."""
 
 
 class Adjoint:
-    """A run by generalized-alpha that keeps its steps.
+    """A run by implicit steps that keeps them.
 
     Parameters
     ----------
     make : returns a plan of the run, another one each time
-    parameters : name, change, and the systems with the parameter changed by it to both sides
+    parameters : name, change, and what the parameter changed by it to both sides changes
 
     Attributes
     ----------
@@ -97,49 +122,51 @@ class Adjoint:
     begins : (m, parameters) float, derivatives of the state with which the run starts
     """
 
-    def __init__(
-        self, make: Callable[[], Any], parameters: Sequence[tuple[str, float, Assembly, Assembly]]
-    ) -> None:  # fmt: skip
+    def __init__(self, make: Callable[[], Any], parameters: Sequence[tuple[str, float, Sides]]) -> None:
         plans = [make() for _ in range(2)]
         for one in plans:
             one.options.corrects = 0
         base = plans[0].assembly
-        check(plans[0].method, base.model)
+        check(plans[0])
         self.lead, self.middle = (Run(one) for one in plans)
-        self.room, self.transposed, model = matrix_for(base), matrix_for(base), base.model
+        self.room, self.transposed, model, times = matrix_for(base), matrix_for(base), base.model, plans[0].times
         self.n_v, self.n_u = int(model.info.nv), int(model.info.nv) + model.joints.size
         self.parameters = [
             Parameter(
-                name, change, up, down,
-                (Patch.between(base, up, name), Patch.between(base, down, name)),
-                (stops_of(up, plans[0].times), stops_of(down, plans[0].times)),
+                name, change, sides, (_stops(base, sides.patches[0], times), _stops(base, sides.patches[1], times)),
                 np.zeros(self.n_u, dtype=bool),
             )
-            for name, change, up, down in parameters
+            for name, change, sides in parameters
         ]  # fmt: skip
         for one in self.parameters:
             if any(stops.size != self.lead.work.stops.size for stops in one.stops):
                 raise InputError(
                     f"{one.name!r} moves a time at which loads change onto another one; there is no derivative by it"
                 )
-        others = frozenset().union(*(row.modules for name, row in METHODS.items() if row.code != METHODS[NAME].code))
+        own = METHODS[plans[0].method]
+        others = frozenset().union(*(row.modules for row in METHODS.values() if row.code != own.code))
         roots = [
             tapes.advance_keeping,
             tapes.note_start,
             tapes.change_of,
             tapes.find_mass,
-            tapes.pull_back,
             tapes.pull_back_sample,
             take_step,
             step_beside,
+            implicit_loop.begin,
         ]
+        if self.lead.midpoint:
+            roots += [tape_energy.evaluate, tape_energy.pull_back]
+            self.colours = tape_energy.colours_of(model, self.room)
+        else:
+            roots += [implicit_loop.restart, tapes.pull_back]
         for run in (self.lead, self.middle):
-            needs.load(run.model, *roots, implicit_loop.begin, implicit_loop.restart, without=others)
+            needs.load(run.model, *roots, without=others)
         self.jumps = Jumps(self.lead, self.middle, self.room, self.parameters)
         self.parts: list[tuple[Tape, int, Any] | Jump] = []
         self.bytes = 0
         self.shifted, self.timed = False, depends_on_time(model)
-        self.begins = np.zeros((4 * self.n_v + 1, len(self.parameters)))
+        self.begins = np.zeros(((2 + len(carried(self.lead.work))) * self.n_v + 1, len(self.parameters)))
 
     # -------------------------------------------------------------------------------------------- forwards
 
@@ -218,11 +245,11 @@ class Adjoint:
         moves = own.moves(model) + start.moves(work, without=SAMPLED)
         for k, one in enumerate(self.parameters):
             sides = []
-            for patch, assembly in zip(one.patches, (one.up, one.down), strict=True):
+            for patch, y in zip(one.sides.patches, one.sides.starts, strict=True):
                 for move in moves:
                     ctypes.memmove(*move)
                 patch.write(own)
-                start.y[:] = assembly.y
+                start.y[:] = y
                 if implicit_loop.begin(own, self.room, start) != DONE:
                     raise InputError(f"with {one.name!r} a little larger or smaller the run does not start")
                 sides.append(state_of(start, model))
@@ -230,23 +257,21 @@ class Adjoint:
 
     def _group(self) -> None:
         """Parameters that change different equations in one group, by states about the start."""
-        rng, work, model = np.random.default_rng(0), self.lead.work, self.lead.model.copy()
-        n_q, r, powers = int(model.info.nq), np.zeros(self.n_u), np.zeros(work.powers.shape[1])
-        t = float(self.lead.reached)
+        rng, work, model, scratch = np.random.default_rng(0), self.lead.work, self.lead.model.copy(), self.middle.work
+        n_q, n_v, t, h = int(model.info.nq), self.n_v, float(self.lead.reached), float(self.lead.work.loop.step)
         for _ in range(TRIALS):
-            y, size = work.y.copy(), 1e-2 * work.weight[: self.n_v]
-            displace(work.y, size * rng.uniform(-1, 1, self.n_v), False, self.lead.model, y)
-            y[n_q : n_q + self.n_v] += 1e2 * size * rng.uniform(-1, 1, self.n_v) / float(work.options.span)
-            a, la = rng.uniform(-1, 1, self.n_v), rng.uniform(-1, 1, work.la.size)
-            residual(t, y, a, la, 0.0, 1.0, model, r, powers)
-            middle = r.copy()
+            y, size = work.y.copy(), 1e-2 * work.weight[:n_v]
+            displace(work.y, size * rng.uniform(-1, 1, n_v), False, self.lead.model, y)
+            y[n_q : n_q + n_v] += 1e2 * size * rng.uniform(-1, 1, n_v) / float(work.options.span)
+            scratch.y0[:], scratch.dq[:] = y, size * rng.uniform(-1, 1, n_v)
+            a, la = rng.uniform(-1, 1, n_v), rng.uniform(-1, 1, work.la.size)
+            middle = self._residual(t, h, y, a, la, model)
             for one in self.parameters:
                 sides = []
-                for patch in one.patches:
+                for patch in one.sides.patches:
                     patch.write(model)
-                    residual(t, y, a, la, 0.0, 1.0, model, r, powers)
+                    sides.append(self._residual(t, h, y, a, la, model))
                     patch.undo(model)
-                    sides.append(r.copy())
                 up, down = sides[0] - middle, middle - sides[1]
                 one.rows |= sides[0] != sides[1]
                 same = EVEN * np.abs(up).max(initial=0.0) + ROUND_OFF * np.abs(middle).max(initial=0.0)
@@ -267,6 +292,16 @@ class Adjoint:
             if groups.count(one.group) == 1:
                 one.rows[:] = True
 
+    def _residual(self, t: float, h: float, y: Array, a: Array, la: Array, model: Any) -> Array:
+        """Equations of a state, or of energy-momentum of a step from `middle.work.y0` with the increments there."""
+        scratch = self.middle.work
+        if self.lead.midpoint:
+            scratch.la[:] = la
+            tape_energy.evaluate(t, h, model, scratch)
+        else:
+            residual(t, y, a, la, 0.0, 1.0, model, scratch.r, scratch.powers[0])
+        return np.array(scratch.r)
+
     def _part(self) -> None:
         """Each parameter in a group of its own."""
         for k, one in enumerate(self.parameters):
@@ -277,7 +312,7 @@ class Adjoint:
         groups = 1 + max((one.group for one in self.parameters), default=-1)
         models = [model.copy() for _ in range(2 * groups)]
         for one in self.parameters:
-            for side, patch in enumerate(one.patches):
+            for side, patch in enumerate(one.sides.patches):
                 patch.write(models[2 * one.group + side])
         if config.DISABLE_JIT:
             return models, models
@@ -315,22 +350,23 @@ class Adjoint:
         ------
         OtherEquations
         """
-        n, m, lead = by_sample.shape[0], 4 * self.n_v + 1, self.lead
+        n, m, lead = by_sample.shape[0], self.begins.shape[0], self.lead
         now, found = np.zeros((n, m)), np.zeros((n, len(self.parameters)))
         states, move, event = np.zeros((4, lead.work.y.size)), np.zeros(self.n_v), by_event.shape[1]
         seeded = np.flatnonzero(np.any(by_sample, axis=(0, 2)))
-        change, linear, groups = np.zeros(2 * self.n_v), self._linear(), self._sides().size
+        change, linear, groups = np.zeros(2 * self.n_v), self._linear(n), self._sides().size
         changed: tuple[Any, Any, Any] = None, None, None
         for part in reversed(self.parts):
             if isinstance(part, Jump):
+                times, seeds = np.zeros(n), by_sample[:, part.first : part.last]
                 if not math.isnan(part.event):
                     event -= 1
-                    now[:, -1] += by_event[:, event]
-                seeds = by_sample[:, part.first : part.last]
-                if np.any(now) or np.any(seeds):
+                    times = by_event[:, event]
+                if np.any(now) or np.any(seeds) or np.any(times):
                     dense = part.dense()
-                    found += now @ dense.by_parameter + np.einsum("vsi,sik->vk", seeds, dense.sampled)
-                    now = now @ dense.by_state + np.einsum("vsi,sim->vm", seeds, dense.samples)
+                    timed = np.outer(times, dense.event)
+                    found += now @ dense.by_parameter + np.einsum("vsi,sik->vk", seeds, dense.sampled) + timed[:, m:]
+                    now = now @ dense.by_state + np.einsum("vsi,sim->vm", seeds, dense.samples) + timed[:, :m]
                 continue
             tape, steps, model = part
             if changed[0] is not model:
@@ -372,13 +408,13 @@ class Adjoint:
                 found[one.group] = 1
         return found
 
-    def _linear(self) -> Linear:
-        """Room for a step as a linear map, with the mass matrix."""
+    def _linear(self, values: int) -> Linear:
+        """Room for a step as a linear map, with the mass matrix, and derivatives of values."""
         size, sides = self.room.values.size, self._sides()
         found = Linear(
-            K=np.zeros(size), C=np.zeros(size), M=np.zeros(size), rows=np.zeros((sides.size + 1, self.n_u)),
+            K=np.zeros(size), M=np.zeros(size), rows=np.zeros((sides.size + 1, self.n_u)),
             changes=np.zeros((sides.size, self.n_u), dtype=np.int64), sides=sides, r=np.zeros(self.n_u),
-            right=np.zeros(self.n_u), W=np.zeros(self.n_u), parts=np.zeros((5, self.n_u)),
+            right=np.zeros(self.n_u), W=np.zeros((values, self.n_u)), parts=np.zeros((5, self.n_u)),
         )  # fmt: skip
         first = next((part for part in self.parts if not isinstance(part, Jump)), None)
         if first is not None:
@@ -391,9 +427,15 @@ class Adjoint:
         if last < first or not np.any(now):
             return
         tape, _, model = part
-        left = tapes.pull_back(
-            first, last, tape, self.room, self.transposed, model, models, self.lead.work, linear, now, rows
-        )  # fmt: skip
+        if self.lead.midpoint:
+            left = tape_energy.pull_back(
+                first, last, tape, self.room, self.transposed, model, models, self.middle.work, linear, self.colours,
+                now, rows,
+            )  # fmt: skip
+        else:
+            left = tapes.pull_back(
+                first, last, tape, self.room, self.transposed, model, models, self.lead.work, linear, now, rows
+            )  # fmt: skip
         if left >= 0:
             t = float(tape.numbers[left - 1, tapes.TIME])
             raise InputError(f"the step from t = {t:.6g} s has no derivative; take a shorter step, or mode 'forward'")

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual
 from evolvent.kernels.blocks import displace
@@ -23,7 +22,7 @@ from evolvent.solvers import implicit_loop, tape as tapes
 from evolvent.solvers.implicit_run import Run
 from evolvent.solvers.implicit_state import AT_RESTART, BUDGET, DONE, SAMPLED, STOPPED
 from evolvent.solvers.messages import reason
-from evolvent.solvers.patches import Patch
+from evolvent.solvers.patches import Sides
 from evolvent.solvers.steps_beside import (
     EVENT,
     HASTY,
@@ -40,8 +39,11 @@ from evolvent.solvers.steps_beside import (
 )
 
 Array = np.ndarray
-#: Changes of states, of the size of the unknowns; of rates and accelerations those that move as far in a step.
-CHANGE = 1e-6
+#: Changes of states, of the size of the unknowns, to both sides, and to one side, with the same error; of rates and
+#: accelerations those that move as far in a step.
+CHANGE, ONE_SIDE = 1e-6, 1e-7
+#: Behind a step that ends on a latch or event, in place of a factor of the length.
+_HAPPENS = 1.0
 
 
 @dataclasses.dataclass
@@ -51,16 +53,14 @@ class Parameter:
     Attributes
     ----------
     name : str; change : float, of the parameter to both sides
-    up, down : Assembly, with it; patches : (2,) Patch, of the models; stops : times on which their steps land
+    sides : Sides, what it changes; stops : times on which the steps of both neighbours land
     rows : (nv + nj,) bool, equations that it changes; group : int, of parameters that change others
     is_linear : bool, whether they change as much to both sides
     """
 
     name: str
     change: float
-    up: Assembly
-    down: Assembly
-    patches: tuple[Patch, Patch]
+    sides: Sides
     stops: tuple[Array, Array]
     rows: Array
     group: int = -1
@@ -73,14 +73,16 @@ class Dense:
 
     Attributes
     ----------
-    by_state : (m, m) float, of the state at the start, m = 4 nv + 1; by_parameter : (m, parameters) float
+    by_state : (m, m) float, of the state at the start; by_parameter : (m, parameters) float
     samples : (n, 2 nv, m) float, samples in the steps, by the state; sampled : (n, 2 nv, parameters) float
+    event : (m + parameters,) float, time of the event by both
     """
 
     by_state: Array
     by_parameter: Array
     samples: Array
     sampled: Array
+    event: Array
 
 
 @dataclasses.dataclass(frozen=True)
@@ -90,7 +92,7 @@ class Jump:
     Attributes
     ----------
     first, last : int, samples in the steps, from the first up to the last
-    event : float, s, time of the event at their end, NaN of none
+    event : float, s, time of the event in them, NaN of none
     dense : returns them as a map
     """
 
@@ -100,14 +102,19 @@ class Jump:
     dense: Callable[[], Dense]
 
 
+def carried(work: Any) -> list[Array]:
+    """What a step starts from beside the state: accelerations, or changes of velocities over the step before."""
+    return [work.step.before] if work.options["midpoint"] else [work.a1, work.dv1]
+
+
 def state_of(work: Any, model: Any) -> tuple[Array, Array]:
-    """The state of a workspace, and (v, a, d, time)."""
-    n_q, n_v = int(model.info["nq"]), work.a1.size
-    return work.y.copy(), np.concatenate([work.y[n_q : n_q + n_v], work.a1, work.dv1, [work.loop["time"]]])
+    """The state of a workspace, and (v, what is `carried`, time)."""
+    n_q, n_v = int(model.info["nq"]), work.dq.size
+    return work.y.copy(), np.concatenate([work.y[n_q : n_q + n_v], *carried(work), [work.loop["time"]]])
 
 
 def difference(up: tuple[Array, Array], down: tuple[Array, Array], factor: float, model: Any) -> Array:
-    """Difference of two states of `state_of`, in coordinates of the state, times a factor: (4 nv + 1,)."""
+    """Difference of two states of `state_of`, in coordinates of the state, times a factor: (m,)."""
     n_v = int(model.info["nv"])
     return factor * np.concatenate([between(up[0], down[0], model)[:n_v], up[1] - down[1]])
 
@@ -136,6 +143,13 @@ class _Step(NamedTuple):
     middle: Any
     matrix: Any
     factored: Array
+
+
+class _Start(NamedTuple):
+    """A start at an event or change of loads: whether by accelerations, and whether velocities are filtered then."""
+
+    by_accelerations: bool
+    held: float
 
 
 @dataclasses.dataclass(frozen=True)
@@ -187,8 +201,8 @@ class Jumps:
         start = middle.model.copy(), middle.work.copy()
         pace, factored = np.zeros(N_PACE), np.zeros(N_FACTORED)
         pace[RATIO], pace[SINCE] = 1.0, math.inf
-        first, latches = int(lead.work.loop.sample), int(lead.work.loop.latches)
-        code, taken, steps = BUDGET, searched, list[_Step | float]()
+        first, latches, event = int(lead.work.loop.sample), int(lead.work.loop.latches), math.nan
+        code, taken, steps = BUDGET, searched, list[_Step | _Start | float]()
         while True:
             step = float(lead.work.loop.step)
             code, kind, latch = taken or take_step(lead.model, lead.matrix, lead.work)
@@ -209,20 +223,32 @@ class Jumps:
                 raise self._left(float(middle.work.loop.time))
             own = [one.copy() for one in (lead.model, lead.work, middle.work, middle.matrix, factored)]
             steps.append(_Step(kind, latch, *own))
-            if latch != TRIED and not (kind == EVENT and latch == NONE and code == BUDGET):  # just short of an event
+            if latch != TRIED and int(lead.work.loop.latches) > latches:
+                steps.append(_HAPPENS)
+                if not math.isnan(event):
+                    raise InputError(
+                        f"latches or events at t = {event:.6g} and {lead.reached:.6g} s are less than a few steps apart"
+                    )
+                event, latches = float(lead.reached), int(lead.work.loop.latches)
+            short = kind == EVENT and latch == NONE and code == BUDGET  # of an event
+            if code == AT_RESTART:
+                failure = lead.restart() or middle.restart()
+                if failure:
+                    return code, failure, None
+                steps.append(_Start(not lead.midpoint, float(lead.work.step.step.held)))
+                code = BUDGET
+            if latch != TRIED and not short and not (code == BUDGET and self._grows()):
                 break
-        if code == AT_RESTART:
-            failure = lead.restart() or middle.restart()
-            if failure:
-                return code, failure, None
-        event = float(lead.reached) if int(lead.work.loop.latches) > latches else math.nan
-        last, restarts = int(lead.work.loop.sample), code == AT_RESTART
-        dense = functools.partial(self._dense, start, steps, restarts, first, last)
-        if restarts:
-            code = BUDGET
+        last = int(lead.work.loop.sample)
+        dense = functools.partial(self._dense, start, steps, first, last)
         if code == BUDGET and int(lead.work.loop.sample) == lead.work.samples.size:
             code = DONE
         return code, "", Jump(first, last, event, dense)
+
+    def _grows(self) -> bool:
+        """Whether steps, which follow from the one to the event, are still to grow up to the given length."""
+        loop, options = self.lead.work.loop, self.lead.work.options
+        return bool(options.divides) and float(options.tolerance) <= 0.0 and float(loop.step) != float(loop.wanted)
 
     def _changes(self, model: Any, work: Any) -> tuple[list[Callable[[Any, Any, float], None]], Array]:
         """What changes a model and a workspace to a side, 1 or -1, of numbers of the start, and sizes of the changes.
@@ -232,11 +258,12 @@ class Jumps:
         """
         n_v, n_q = self.n_v, int(model.info.nq)
         h, weight = float(work.loop.last), work.weight[:n_v]
-        sizes = np.concatenate([CHANGE * weight, CHANGE * weight / h, CHANGE * weight / h**2, CHANGE * weight / h**2])
-        sizes = np.append(sizes, CHANGE * h)
+        powers = [0, 1, 1] if self.lead.midpoint else [0, 1, 2, 2]
+        part = CHANGE if self.lead.midpoint else ONE_SIDE
+        sizes = np.append(np.concatenate([part * weight / h**power for power in powers]), part * h)
         G = self._constraints(model, work)
         inverse = np.linalg.pinv(G)
-        allowed = CHANGE * weight[:, None] * (np.eye(n_v) - inverse @ G)
+        allowed = part * weight[:, None] * (np.eye(n_v) - inverse @ G)
 
         def number(j: int, own: Any, at: Any, side: float) -> None:
             kind, i, d = j // n_v, j % n_v, side * sizes[j]
@@ -244,21 +271,19 @@ class Jumps:
                 displace(work.y, side * np.ascontiguousarray(allowed[:, i]), False, own, at.y)
             elif kind == 1:
                 at.y[n_q + i] += d
-            elif kind == 2:
-                at.a1[i] += d
-            elif kind == 3:
-                at.dv1[i] += d
+            elif j < sizes.size - 1:
+                carried(at)[kind - 2][i] += d
             else:
                 at.loop.time += d
 
         def parameter(one: Parameter, own: Any, at: Any, side: float) -> None:
             k = 0 if side > 0.0 else 1
-            one.patches[k].write(own)
+            one.sides.patches[k].write(own)
             at.stops[:] = one.stops[k]
             if np.any(one.rows[n_v:]):
                 displace(work.y, -weight * (inverse @ self._gaps(own, work, at.y)), False, own, at.y)
 
-        found: list[Callable[[Any, Any, float], None]] = [functools.partial(number, j) for j in range(4 * n_v + 1)]
+        found: list[Callable[[Any, Any, float], None]] = [functools.partial(number, j) for j in range(sizes.size)]
         found += [functools.partial(parameter, one) for one in self.parameters]
         return found, np.concatenate([sizes, [one.change for one in self.parameters]])
 
@@ -292,52 +317,71 @@ class Jumps:
         )
 
     def _dense(
-        self, start: tuple[Any, Any], steps: Sequence[_Step | float], restarts: bool, first: int, last: int
+        self, start: tuple[Any, Any], steps: Sequence[_Step | _Start | float], first: int, last: int
     ) -> Dense:  # fmt: skip
         """The steps as a map, by neighbours that take them one after another.
+
+        Numbers of the start are changed to both sides; of generalized-alpha to one, where the steps behind an event do
+        not follow from a very short one.
 
         Parameters
         ----------
         start : Model and Workspace with which the steps start
-        steps : steps, and factors by which the length is divided between them
-        restarts : bool, whether the run starts again behind them
+        steps : steps, starts between them, and factors by which the length is divided
         first, last : as of `Jump`
         """
-        n_v, m = self.n_v, 4 * self.n_v + 1
-        changes, sizes = self._changes(*start)
+        n_v, (changes, sizes) = self.n_v, self._changes(*start)
+        m = sizes.size - len(self.parameters)
         model, work = (one.copy() for one in start)
         moves = model.moves(start[0]) + work.moves(start[1], without=SAMPLED)
         found, samples = np.zeros((sizes.size, m)), np.zeros((sizes.size, last - first, 2 * n_v))
-        for k, (change, size) in enumerate(zip(changes, sizes, strict=True)):
-            ends = []
-            for side in (1.0, -1.0):
-                for move in moves:
-                    ctypes.memmove(*move)
-                change(model, work, side)
-                self._take_beside(model, work, steps, restarts)
-                ends.append((state_of(work, model), work.out_y[first:last].copy()))
-            (up, above), (down, below) = ends
-            found[k] = difference(up, down, 0.5 / size, model)
-            for n in range(last - first):
-                samples[k, n] = between(above[n], below[n], model) * (0.5 / size)
-        found, sampled = found.T, np.moveaxis(samples, 0, 2)
-        return Dense(found[:, :m], found[:, m:], sampled[..., :m], sampled[..., m:])
+        event = np.zeros(sizes.size)
 
-    def _take_beside(self, model: Any, work: Any, steps: Sequence[_Step | float], restarts: bool) -> None:
-        """Have a neighbour take the steps of the run."""
+        def end(change: Callable[[Any, Any, float], None] | None, side: float) -> tuple[float, Any, Array]:
+            for move in moves:
+                ctypes.memmove(*move)
+            if change is not None:
+                change(model, work, side)
+            happens = self._take_beside(model, work, steps)
+            return happens, state_of(work, model), work.out_y[first:last].copy()
+
+        middle = end(None, 0.0)
+        for k, (change, size) in enumerate(zip(changes, sizes, strict=True)):
+            one_side = k < m and not self.lead.midpoint
+            factor = 1.0 / size if one_side else 0.5 / size
+            up, down = end(change, 1.0), middle if one_side else end(change, -1.0)
+            event[k] = factor * (up[0] - down[0])
+            found[k] = difference(up[1], down[1], factor, model)
+            for n in range(last - first):
+                samples[k, n] = factor * between(up[2][n], down[2][n], model)
+        found, sampled = found.T, np.moveaxis(samples, 0, 2)
+        return Dense(found[:, :m], found[:, m:], sampled[..., :m], sampled[..., m:], event)
+
+    def _take_beside(self, model: Any, work: Any, steps: Sequence[_Step | _Start | float]) -> float:
+        """Have a neighbour take the steps of the run; returns the time of the event in them, 0 of none."""
+        happens = 0.0
         tapes.note_start(model, work)
         pace = np.zeros(N_PACE)
         pace[RATIO], pace[SINCE] = 1.0, math.inf
         for one in steps:
             if isinstance(one, float):
+                happens = float(work.loop.time) if one == _HAPPENS else happens
                 work.loop.step *= one
+                continue
+            if isinstance(one, _Start):
+                self._start_again(one, model, work)
                 continue
             found = step_beside(
                 one.kind, one.latch, False, one.model, one.work, one.middle, model, one.matrix, work, pace, one.factored
             )
             if found <= 0 or pace[UNLIKE]:
                 raise self._left(float(work.loop.time))
-        if restarts:
+        return happens
+
+    def _start_again(self, of: _Start, model: Any, work: Any) -> None:
+        """Have a neighbour start again behind an event."""
+        work.step.step.held = of.held
+        if of.by_accelerations:
             loop = work.loop
             after = float(loop["time"] + max(1e-9 * loop["last"], 20.0 * work.options["smallest"]))
             if implicit_loop.restart(after, model, self.room, work) != DONE:

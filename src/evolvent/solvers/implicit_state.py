@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent.compiled.jit import inlined
@@ -136,6 +138,14 @@ class Workspace(Struct):
     out_momenta: np.ndarray = array(2)
     out_forces: np.ndarray = array(2)
     out_points: np.ndarray = array(2)
+
+    def copy(self) -> Any:
+        """A workspace with arrays of its own, those of its `step` among them."""
+        found = super().copy()
+        if not self.options["midpoint"]:
+            return found
+        own = {name: getattr(found, name) for name in ("y0", "dq", "la", "r", "R0", "R1", "x0", "x1")}
+        return found._replace(step=found.step._replace(y1=found.y, powers=found.powers[0], **own))
 
 
 WORKSPACE = Workspace._numba_type_

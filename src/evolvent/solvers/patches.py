@@ -104,3 +104,23 @@ class Patch:
             words = _words(getattr(model, key))
             same = words[at] == after.view(np.int64)
             words[at[same]] = before[same]
+
+
+@dataclasses.dataclass(frozen=True)
+class Sides:
+    """What a parameter changes to both sides, larger and smaller: of the model, and states at the start."""
+
+    patches: tuple[Patch, Patch]
+    starts: tuple[Array, Array]
+
+    @classmethod
+    def of(cls, base: Assembly, sides: tuple[Assembly, Assembly], name: str) -> Sides:
+        """By the systems with the parameter changed.
+
+        Raises
+        ------
+        InputError
+            As of `Patch.between`.
+        """
+        up, down = sides
+        return cls((Patch.between(base, up, name), Patch.between(base, down, name)), (up.y, down.y))

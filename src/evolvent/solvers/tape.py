@@ -39,8 +39,8 @@ from evolvent.solvers.steps_beside import NONE, TOGETHER, TRIED, take_step
 
 _I = types.int64
 #: Numbers of a step in `Tape.numbers`: time and length, part of the algorithmic accelerations that it starts from,
-#: scale of the constraints, and its samples, from the first up to another one.
-TIME, LENGTH, PART, SCALE, FIRST_SAMPLE, END_SAMPLE, N_NUMBERS = range(7)
+#: scale of the constraints, its samples, from the first up to another one, and filter of energy-momentum.
+TIME, LENGTH, PART, SCALE, FIRST_SAMPLE, END_SAMPLE, CHI, CHI_V, RATIO, N_NUMBERS = range(10)
 #: `Tape.counts`: steps that are kept, whether the time of the steps depends on the parameters, and forces on that time;
 #: kind and latch of the last step (`steps_beside.step_beside`).
 STEPS, SHIFTED, TIMED, KIND, LATCH, N_COUNTS = range(6)
@@ -50,7 +50,7 @@ FULL, LANDS, SEARCHES = 11, 12, 13
 #: Change of time by which forces are derived, of a step; and sizes of changes by which samples are.
 SHIFT, CHANGE = 1e-4, 1e-6
 #: Corrections of a solution at most, and where they have converged.
-MOST, CONVERGED = 12, 1e-14
+MOST, CONVERGED = 12, 1e-11
 _model_at = at_address(MODEL)
 
 
@@ -61,7 +61,8 @@ class Tape(Struct):
     ----------
     counts : (N_COUNTS,) int; numbers : (n, N_NUMBERS) float
     y0, y1 : (n, ny) float, states at the ends; dq : (n, nv) float, increments
-    a : (n, nv) float, true accelerations at the end; la : (n, nj) float, multipliers there
+    a : (n, nv) float, true accelerations at the end, or of energy-momentum changes of velocities over the step before
+    la : (n, nj) float, multipliers at the end
     switches : (n, ns) int, with which the step was solved
     """
 
@@ -80,23 +81,22 @@ class Linear(Struct):
 
     Attributes
     ----------
-    K, C, M : (nz,) float, values of the matrices: C times `alpha.rates`, constraints times their scale
+    K, M : (nz,) float, values of the matrices, constraints times their scale
     rows : (groups + 1, nv + nj) float, the residual of neighbours of each group of parameters less that of the run, or
         half the difference of both sides; and the derivative by the time last
     changes : (groups, nv + nj) int, 1 where rows have been other than 0
     sides : (groups,) int, how many neighbours are evaluated
-    r, right, W : (nv + nj,) float; parts : (5, nv + nj) float
+    r, right : (nv + nj,) float; W : (values, nv + nj) float, solutions; parts : (5, nv + nj) float
     """
 
     K: np.ndarray = array(1)
-    C: np.ndarray = array(1)
     M: np.ndarray = array(1)
     rows: np.ndarray = array(2)
     changes: np.ndarray = array(2, np.int64)
     sides: np.ndarray = array(1, np.int64)
     r: np.ndarray = array(1)
     right: np.ndarray = array(1)
-    W: np.ndarray = array(1)
+    W: np.ndarray = array(2)
     parts: np.ndarray = array(2)
 
 
@@ -129,8 +129,11 @@ def _keep_step(t0, part, h, first, model, work, tape):
     numbers[FIRST_SAMPLE], numbers[END_SAMPLE] = first, work.loop.sample
     for i in range(work.y.size):
         tape.y0[n, i], tape.y1[n, i] = work.y0[i], work.y[i]
+    numbers[CHI], numbers[CHI_V], numbers[RATIO] = work.step.step.chi, work.step.step.chi_v, work.step.step.ratio
     for i in range(work.dq.size):
-        tape.dq[n, i], tape.a[n, i] = work.dq[i], work.dv1[i]
+        tape.dq[n, i] = work.dq[i]
+        if work.options.midpoint == 0:
+            tape.a[n, i] = work.dv1[i]
     for i in range(work.la.size):
         tape.la[n, i] = work.la[i]
     tape.counts[STEPS] += 1
@@ -157,11 +160,15 @@ def advance_keeping(budget, model, matrix, work, tape):
         t0, steps, first, last = loop.time, loop.steps, loop.sample, loop.last
         for i in range(model.switches.size):
             tape.switches[n, i] = model.switches[i]
+        if work.options.midpoint != 0:
+            for i in range(work.dq.size):
+                tape.a[n, i] = work.step.before[i]
         code, tape.counts[KIND], tape.counts[LATCH] = take_step(model, matrix, work)
         if loop.steps > steps:
             if tape.counts[LATCH] != NONE:
                 return TOGETHER
-            _keep_step(t0, min(loop.last / last, 1.0), loop.last, first, model, work, tape)
+            part = min(loop.last / last, 1.0) if last > 0.0 else 1.0
+            _keep_step(t0, part, loop.last, first, model, work, tape)
         elif tape.counts[LATCH] == TRIED and math.isfinite(loop.event_step) and code == BUDGET:
             return SEARCHES
         if code != BUDGET:
@@ -180,10 +187,10 @@ def _evaluate(t, n, model, work, tape, linear):
 
 @inlined
 def _differentiate(n, model, models, work, tape, room, linear):
-    """The equations of step n of a tape as a linear map: `Linear.rows`, K and C."""
+    """The equations of step n of a tape as a linear map: `Linear.rows`, K, and the matrix of the step in `room`."""
     n_v, h, scale = model.info.nv, tape.numbers[n, LENGTH], tape.numbers[n, SCALE]
     t, y, la, size = tape.numbers[n, TIME] + h, tape.y1[n], tape.la[n], linear.r.size
-    _, c_rate = alpha.rates(h, work.options)
+    c_mass, c_rate = alpha.rates(h, work.options)
     groups, rows = linear.sides.size, linear.rows
     for i in range(model.switches.size):
         model.switches[i] = tape.switches[n, i]
@@ -214,9 +221,7 @@ def _differentiate(n, model, models, work, tape, room, linear):
     tangent(t, y, la, 0.0, 0.0, scale, model, room)
     for i in range(linear.K.size):
         linear.K[i] = room.values[i]
-    tangent(t, y, la, 0.0, c_rate, scale, model, room)
-    for i in range(linear.K.size):
-        linear.C[i] = room.values[i] - linear.K[i]
+    tangent(t, y, la, c_mass, c_rate, scale, model, room)
 
 
 @indirect(void(_I, MODEL, WORKSPACE, TAPE, SPARSE, LINEAR))
@@ -224,7 +229,7 @@ def find_mass(n, model, work, tape, room, linear):
     """The mass matrix, which is constant, from step n of a tape."""
     h, scale = tape.numbers[n, LENGTH], tape.numbers[n, SCALE]
     t, y, la = tape.numbers[n, TIME] + h, tape.y1[n], tape.la[n]
-    c_mass, _ = alpha.rates(h, work.options)
+    c_mass = 1.0 / (h * h)
     _evaluate(t, n, model, work, tape, linear)
     tangent(t, y, la, 0.0, 0.0, scale, model, room)
     for i in range(linear.K.size):
@@ -235,49 +240,44 @@ def find_mass(n, model, work, tape, room, linear):
 
 
 @inlined
-def _transpose(K, C, M, c_mass, matrix):
-    """The transpose of K + C + c_mass M into a matrix."""
+def transpose(S, matrix):
+    """The transpose of a matrix, by its values, into a matrix."""
     sparse.clear(matrix)
     table, values = matrix.table, matrix.values
     for b in range(table.shape[0]):
         m, w, at = table[b, SIZE], table[b, WIDTH], table[b, AT]
         for r in range(m):
             for c in range(m):
-                i = at + c * m + r
-                values[at + r * m + c] = K[i] + C[i] + c_mass * M[i]
+                values[at + r * m + c] = S[at + c * m + r]
         upper, lower = at + m * m, at + m * m + m * w
         for i in range(m * w):
-            values[upper + i] = K[lower + i] + C[lower + i] + c_mass * M[lower + i]
-            values[lower + i] = K[upper + i] + C[upper + i] + c_mass * M[upper + i]
+            values[upper + i], values[lower + i] = S[lower + i], S[upper + i]
 
 
 @inlined
-def _multiply(linear, matrix, x, out):
-    """Products of the transposes of K, C and M with x, by unknowns."""
-    table, later, unknown, K, C, M = matrix.table, matrix.later, matrix.unknown, linear.K, linear.C, linear.M
+def multiply(S, matrix, x, out):
+    """Out = product of the transpose of a matrix, by its values, with x, by unknowns."""
+    table, later, unknown = matrix.table, matrix.later, matrix.unknown
     for i in range(x.size):
-        out[0, i] = out[1, i] = out[2, i] = 0.0
+        out[i] = 0.0
     for b in range(table.shape[0]):
         m, w, at, start = table[b, SIZE], table[b, WIDTH], table[b, AT], table[b, START]
         for c in range(m):
-            k, d, e = 0.0, 0.0, 0.0
+            total = 0.0
             for r in range(m):
-                entry, xr = at + r * m + c, x[unknown[start + r]]
-                k, d, e = k + K[entry] * xr, d + C[entry] * xr, e + M[entry] * xr
-            j = unknown[start + c]
-            out[0, j], out[1, j], out[2, j] = out[0, j] + k, out[1, j] + d, out[2, j] + e
+                total += S[at + r * m + c] * x[unknown[start + r]]
+            out[unknown[start + c]] += total
         for p in range(table[b, FIRST], table[b, FIRST] + table[b, COUNT]):
             first, column = table[later[p, BLOCK], START], later[p, COLUMN]
             for r in range(m):
                 i = unknown[start + r]
-                xi, k, d, e = x[i], 0.0, 0.0, 0.0
+                xi, total, entry = x[i], 0.0, at + m * m + r * w + column
                 for c in range(table[later[p, BLOCK], SIZE]):
-                    j, entry = unknown[first + c], at + m * m + r * w + column + c
-                    out[0, j], out[1, j] = out[0, j] + K[entry] * xi, out[1, j] + C[entry] * xi
-                    out[2, j] += M[entry] * xi
-                    entry += m * w
-                    k, d, e = k + K[entry] * x[j], d + C[entry] * x[j], e + M[entry] * x[j]
-                out[0, i], out[1, i], out[2, i] = out[0, i] + k, out[1, i] + d, out[2, i] + e
+                    j = unknown[first + c]
+                    out[j] += S[entry] * xi
+                    total += S[entry + m * w] * x[j]
+                    entry += 1
+                out[i] += total
 
 
 @inlined
@@ -326,29 +326,34 @@ def _turns(dq, model):
 
 
 @inlined
-def _solve_transposed(dq, c_mass, linear, matrix, model):
+def _solve_transposed(dq, c_mass, W, linear, matrix, model):
     """Solve (K T + C + c_mass M)^T W = right with the factors of the same without T; whether that converges.
 
-    Then `parts` are K^T W, C^T W and M^T W.
+    Then `parts` are K^T W, C^T W and M^T W, C times its rate.
     """
-    right, W, parts = linear.right, linear.W, linear.parts
+    right, parts = linear.right, linear.parts
     n_v, size, turns = model.info.nv, right.size, _turns(dq, model)
-    r, turned, change, largest = parts[3], parts[4], 0.0, 0.0
+    r, turned = parts[3], parts[4]
     for i in range(size):
-        W[i], r[i] = 0.0, right[i]
+        W[i] = turned[i] = 0.0
+        parts[0, i] = 0.0
+    change = largest = 0.0
     for _ in range(MOST):
-        largest = change = 0.0
+        for i in range(size):
+            r[i] = right[i] - (turned[i] - parts[0, i] if i < n_v else 0.0)
         sparse_lu.solve(matrix, r)
+        change = largest = 0.0
         for i in range(size):
-            W[i] += r[i]
-            change, largest = max(change, abs(r[i])), max(largest, abs(W[i]))
-        _multiply(linear, matrix, W, parts)
-        if not turns or not change > CONVERGED * largest:
-            return True
+            change, largest = max(change, abs(r[i] - W[i])), max(largest, abs(r[i]))
+            W[i] = r[i]
+        multiply(linear.K, matrix, W, parts[0])
         _turn_transposed(dq, False, model, parts[0], turned)
-        for i in range(size):
-            r[i] = right[i] - (turned[i] if i < n_v else parts[0, i]) - parts[1, i] - c_mass * parts[2, i]
-    return change <= 1e-9 * largest
+        if not turns or not change > CONVERGED * largest:
+            break
+    multiply(linear.M, matrix, W, parts[2])
+    for i in range(n_v):
+        parts[1, i] = right[i] - turned[i] - c_mass * parts[2, i]
+    return not turns or change <= 1e-9 * largest
 
 
 @indirect(_I(_I, _I, TAPE, SPARSE, SPARSE, MODEL, INTEGERS, WORKSPACE, LINEAR, MATRIX, MATRIX))
@@ -371,22 +376,22 @@ def pull_back(first, last, tape, room, matrix, model, models, work, linear, deri
     options, n_v, groups = work.options, model.info.nv, linear.sides.size
     am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
     k, half = (1.0 - am) / (1.0 - af), 1.0 / (2.0 * beta) - 1.0
-    right, W, rows, parts = linear.right, linear.W, linear.rows, linear.parts
+    right, rows, parts = linear.right, linear.rows, linear.parts
     for n in range(last, first - 1, -1):
         h, part, dq = tape.numbers[n, LENGTH], tape.numbers[n, PART], tape.dq[n]
         c_mass, c_rate = alpha.rates(h, options)
         c_step = 1.0 / (beta * h * h)
         _differentiate(n, model, models, work, tape, room, linear)
-        _transpose(linear.K, linear.C, linear.M, c_mass, matrix)
+        transpose(room.values, matrix)
         if sparse_lu.factor(matrix) != 0:
             return n + 1
         for q in range(derivatives.shape[0]):
-            x, y = derivatives[q, :n_v], derivatives[q, n_v : 2 * n_v]
+            W, x, y = linear.W[q], derivatives[q, :n_v], derivatives[q, n_v : 2 * n_v]
             z, w = derivatives[q, 2 * n_v : 3 * n_v], derivatives[q, 3 * n_v : 4 * n_v]
             _turn_transposed(dq, False, model, x, parts[4])
             for i in range(right.size):
                 right[i] = parts[4, i] + c_rate * y[i] + c_step * z[i] + c_mass * w[i] if i < n_v else 0.0
-            if not _solve_transposed(dq, c_mass, linear, matrix, model):
+            if not _solve_transposed(dq, c_mass, W, linear, matrix, model):
                 return n + 1
             for g in range(groups):
                 for i in range(right.size):
@@ -446,7 +451,7 @@ def pull_back_sample(theta, h, y0, y1, seed, model, states, move, change, start,
     theta : float, part of the step of length h
     seed : (2 nv,) float, derivatives by coordinates and rates at the sample
     states : (4, ny) float, scratch; move : (nv,) float, scratch; change : (2 nv,) float, scratch
-    start, end : (4 nv + 1,) float, as of `pull_back`
+    start, end : (m,) float, as of `pull_back`, the time last
     """
     n_q, n_v = model.info.nq, model.info.nv
     at, up, down, moved = states[0], states[1], states[2], states[3]
@@ -479,4 +484,4 @@ def pull_back_sample(theta, h, y0, y1, seed, model, states, move, change, start,
         interpolate(theta - d, h, y0, y1, model, down)
         for i in range(at.size):
             up[i] -= down[i]
-        start[4 * n_v] -= _along(up, at, seed, model, change) / (2.0 * d * h)
+        start[start.size - 1] -= _along(up, at, seed, model, change) / (2.0 * d * h)
