@@ -216,3 +216,21 @@ def test_reeling_in_an_end_stops_the_run() -> None:
     found = solve(tether(rate=-4.0, nodes=2), samples=[0.0, 8.0], method="rk4", step=2e-3)
     assert not found.success
     assert "reels in what is already wound" in found.message
+
+
+@pytest.mark.parametrize("mesh", ["material", "moving"])
+def test_an_end_on_a_body_driven_along_a_line(mesh: str) -> None:
+    """The drive of the body accelerates the mass at the thread's end too: the energy balance closes."""
+    system = System()
+    drive = parts.RampDrive(rate=0.0, steps=((0.05, 0.2, 0.5),))
+    cart = parts.RigidBody(motion="driven", position=(1.8, 0.0, 0.0), drive=drive, direction=(1.0, 0.0, 0.0))
+    system.add(cart, "cart")
+    still = parts.ConstantDrive(angle=18.0, rate=0.0)
+    system.add(parts.Reel(body="ground", radius=0.1, centre=(0.0, 0.0, -0.1), drive=still), "reel")
+    thread = parts.Thread(
+        reel="reel", length=2.0, line_density=0.1, nodes=5, stiffness=2500.0, damping=1.0, mesh=mesh, end="cart",
+        tip_mass=0.05,
+    )  # fmt: skip
+    system.add(thread, "tether")
+    found = run(system.assemble(), np.linspace(0.0, 0.3, 4), "rk4", step=5e-4)
+    assert np.abs(found.energy_defect).max() < 1e-8 * found.energy.max()

@@ -116,11 +116,15 @@ DRIVES = {
 }
 
 
-@pytest.mark.parametrize("moving", [None, {"rate": 0.3, "axis": (0.0, 0.6, 0.8)}], ids=["ground", "driven"])
+@pytest.mark.parametrize(
+    "moving",
+    [None, {"rate": 0.3, "axis": (0.0, 0.6, 0.8)}, {"drive": parts.RampDrive(steps=((0.05, 0.2, 0.5),))}],
+    ids=["ground", "turning", "line"],
+)
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("winds", [True, False], ids=["take-up", "end"])
 def test_balances(winds: bool, drive: str, moving: Any, book: Book) -> None:
-    """Energy with what both reels, weight and the driven body do, to the error of the integration; and the tangent."""
+    """Energy with what both reels, weight and the driven body do, to the error of the integration, by two methods."""
     take_up = parts.RampDrive(rate=-2.0, steps=((0.1, 0.2, -7.0),)) if winds else None
     place = (1.8, 0.05, 0.1)
     given: dict[str, Any] = {"gravity": (0.0, 0.0, -9.81), "moving": moving, "damping": 2.0, "place": place}

@@ -59,7 +59,7 @@ class Thread(Part):
     end : point, optional
         Point of a body or a point mass, such as "satellite.hook", to which the outer end is fixed. Without it the end
         is an attachment point for springs, forces, point masses and joints, by the name "tether.tip" (`segments`
-        'springs').
+        'springs', `mesh` 'material'). On a moving mesh it is on the ground or a driven body.
     segments : {"springs", "inextensible"}
         Springs, or segments of fixed length.
     stiffness, damping : float, N/m and N s/m
@@ -85,7 +85,7 @@ class Thread(Part):
         damping does: 2.3 and 5.5 with the default.
     direction : (3,) float, optional
         Direction of the thread deployed at the start, body axes; the pay-out axis of the reel if left out. With `end`
-        the thread is straight to that point.
+        or `take_up` the thread is straight to that point.
     rotate_velocity : bool
         Whether a released node's velocity is turned along the thread (springs; eq. 12).
     wound_mass : {"ignored", "carried"}

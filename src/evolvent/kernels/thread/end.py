@@ -42,7 +42,10 @@ def place_end(y, model, p):
 
 @inlined
 def end_acceleration(p, model):
-    """Acceleration of the point of a driven body that thread p ends at: three floats, zeros without one."""
+    """Acceleration of the point of a body that thread p ends at, but for the body's own: three floats.
+
+    Of a driven body it is that of the point. Zeros without an end.
+    """
     bodies, e = model.bodies, model.threads[p].end
     if e < 0:
         return 0.0, 0.0, 0.0
@@ -63,7 +66,7 @@ def carry_end(model, p):
         return 0.0
     b, m, x, v = markers[e].index, nodes[k].mass, nodes[k].x, nodes[k].v
     dx, dy, dz = x[0] - bodies[b].x[0], x[1] - bodies[b].x[1], x[2] - bodies[b].x[2]
-    cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
+    cx, cy, cz = end_acceleration(p, model)
     gx, gy, gz = gravity[0], gravity[1], gravity[2]
     add_wrench(bodies[b].F, dx, dy, dz, m * (gx - cx), m * (gy - cy), m * (gz - cz))
     add_mass(bodies, b, m, dx, dy, dz)
