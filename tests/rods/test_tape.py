@@ -177,6 +177,14 @@ def test_uniform_bending_follows_wuest(section: TapeSection, material: Material,
         assert M.max() == pytest.approx(peak, rel=1e-3)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("first", [2, 20])
+def test_an_arc_begins_with_rising_load(first: int) -> None:
+    found = solve_static(bent(TAPE, STEEL, 0.6), arc_length=True, load_steps=first, most_steps=3)
+    assert found.path is not None
+    assert np.all(np.diff(np.asarray(found.path.factor)) > 0.0)
+
+
 def test_initial_stiffness() -> None:
     for section, material, wanted in ((TAPE, STEEL, 0.94137), (CUBE_TAPE, CUBE, 0.92770)):
         assert wuest(section, material, 0.01) / 0.01 == pytest.approx(wanted, rel=1e-3)
