@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import pathlib
 from typing import Any
 
 import numpy as np
@@ -73,6 +74,12 @@ def test_a_fold_runs_at_the_moment_of_the_maxwell_line(sense: float) -> None:
     assert fine < coarse
 
 
+def test_the_page_has_the_moments() -> None:
+    page = (pathlib.Path(__file__).parents[2] / "docs" / "systems" / "tape-springs.md").read_text(encoding="utf-8")
+    for value in (f"{propagation(1.0):.3f} and {propagation(-1.0):.3f} N m", f"{energy(1.0 / DRUM) * DRUM:.4f} N m"):
+        assert value in " ".join(page.split())
+
+
 @functools.cache
 def run(name: str) -> Any:
     """A built-in case, run once."""
@@ -104,4 +111,7 @@ def test_the_coil_turns_its_drum_with_its_energy_times_the_radius() -> None:
     slope = (stored[i] - stored[j]) / (fold[i] - fold[j])
     assert slope == pytest.approx(energy(1.0 / DRUM) * DRUM, rel=0.02)
     assert slope > 1.05 * propagation(1.0)
+    steady = found.ev.regular()
+    braked = steady["motor"]["torque"].values[(steady["time"].values > 0.7) & (steady["time"].values < 2.3)]
+    assert -braked.mean() == pytest.approx(0.077, rel=0.04)
     assert np.median(found["tape"]["curvature_z"].values[i, 5:40]) == pytest.approx(1.0 / DRUM, rel=0.01)
