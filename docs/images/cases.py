@@ -52,6 +52,8 @@ FRAMES = {
     "solar-array": Frame(0.12),
     "solar-array-flexible": Frame(0.12),
     "spinning-tether": Frame(0.5),
+    "tape-drum": Frame(0.3),
+    "tape-hinge": Frame(0.4),
     "two-booms": Frame(0.05),
     "wire-boom-satellite": Frame(0.2),
     "wire-booms": Frame(0.7, {"wire.nodes": 8}),

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         Circle,
         General,
         IBeam,
+        Lenticular,
         Rectangle,
         SectionStiffness,
         Strip,
@@ -47,6 +48,7 @@ __all__ = [
     "General",
     "IBeam",
     "InputError",
+    "Lenticular",
     "Material",
     "Rectangle",
     "RunFailed",
@@ -80,11 +82,11 @@ __all__ = [
 _LAZY = {
     **dict.fromkeys(("ALUMINIUM", "CFRP", "KAPTON", "STEEL", "Material"), "evolvent.elements.materials"),
     **dict.fromkeys(
-        ("Angle", "Arc", "Circle", "General", "IBeam", "Rectangle", "SectionStiffness", "Strip", "TapeSection"),
+        ("Angle", "Arc", "Circle", "General", "IBeam", "Lenticular", "Rectangle", "SectionStiffness", "Strip"),
         "evolvent.elements.sections",
     ),
     **dict.fromkeys(
-        ("Taper", "Tube"),
+        ("Taper", "TapeSection", "Tube"),
         "evolvent.elements.sections",
     ),
     "SectionInertia": "evolvent.elements.inertia",

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import brentq
+from scipy.sparse.linalg import ArpackError
 
 from evolvent import InputError, RunFailed, System, parts
 from evolvent.elements import General, Material, Rectangle
+from evolvent.solvers import eigenproblem
 from evolvent.solvers.eigenproblem import DENSE
 from evolvent.solvers.linear_motion import matrices
 from evolvent.solvers.modes import modes
@@ -71,6 +73,22 @@ def test_frequencies_converge_with_the_square_of_the_elements(book):
 
 
 @pytest.mark.slow
+def test_dense_algebra_takes_over_where_a_krylov_method_fails(monkeypatch):
+    system = System()
+    system.add(parts.Rod(length=1.0, section=BAR, material=STEEL, elements=DENSE // 6 + 2), "bar")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bar.root", type="clamp"))
+    wanted = system.modes(count=4).frequency
+
+    def fails(*_, **__):
+        raise ArpackError(3)
+
+    monkeypatch.setattr(eigenproblem, "eigsh", fails)
+    assert_allclose(system.modes(count=4).frequency, wanted, rtol=1e-6)
+    monkeypatch.setattr(eigenproblem, "MOST_DENSE", DENSE)
+    with pytest.raises(InputError, match="lost in round-off"):
+        system.modes(count=4)
+
+
 def test_modes_are_orthogonal_and_their_multiple_frequencies_complete():
     # eight bars, all alike: every frequency 16-fold; sparse algebra
     system = System()

@@ -108,7 +108,7 @@ def test_the_page_on_beams_names_every_section_and_material():
     from evolvent.elements.sections import UNIFORM
 
     page = (ROOT / "docs" / "guide" / "beams.md").read_text(encoding="utf-8")
-    assert set(re.findall(r"`\{([a-z-]+): ", page)) == {*UNIFORM, "strip", "taper", "stiffness", "tape"}
+    assert set(re.findall(r"`\{([a-z-]+): ", page)) == {*UNIFORM, "strip", "taper", "stiffness", "tape", "lenticular"}
     rows = re.findall(r"^\| `(\S+)` \| (\S+) \| (\S+) \| (\S+) \| (\S+) \| (.*) \|$", page, flags=re.MULTILINE)
     assert sorted(row[0] for row in rows) == sorted(MATERIALS)
     for name, E, G, density, expansion, source in rows:

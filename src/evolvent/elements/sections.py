@@ -363,13 +363,15 @@ DEEPEST = 0.75 * math.pi
 
 
 class FlatteningConstants(NamedTuple):
-    """Constants of `evolvent.kernels.tape`: N m2, 1, 1/m, m2, m2, and the mass of a coordinate per length, kg m3."""
+    """Constants of `evolvent.kernels.tape`: N m2, 1, 1/m, m2, m2, 1, 1 if closed; mass of a coordinate, kg m3."""
 
     bending: float
     poisson: float
     transverse: float
     slenderness: float
     twisting: float
+    stretching: float
+    closed: int
     mass: float
 
 
@@ -407,8 +409,58 @@ class TapeSection(Arc):
         plate = material.E * t**3 / (12.0 * (1.0 - nu * nu))
         return FlatteningConstants(
             s * plate, nu, 1.0 / self.radius, 3.0 * (1.0 - nu * nu) * s**4 / (t * t), (1.0 - nu) * s * s / 6.0,
-            material.density * t * s**5 / 720.0,
+            1.0 / 180.0, 0, material.density * t * s**5 / 720.0,
         )  # fmt: skip
+
+
+class Lenticular(TapeSection):
+    """Section of a lenticular rod, of a `Rod`: two shallow arcs, joined at their edges, that flatten when it is wound.
+
+    Parameters
+    ----------
+    radius : float, m
+        Radius of the middle lines without stress.
+    angle : float, rad
+        Angle of each arc, from 0.1 rad to 135 degrees; the chord is along z.
+    thickness : float, m
+        Thickness of each wall, below the radius.
+
+    Notes
+    -----
+    Bending about z is that of two shallow shells whose edges stay in one plane and turn freely there
+    (`evolvent.kernels.tape`), alike in both senses. All else is linear, with the properties of the closed thin wall.
+    """
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Extents along y and z, m."""
+        half = 0.5 * self.angle
+        return 2.0 * self.radius * (1.0 - math.cos(half)) + self.thickness, 2.0 * self.radius * math.sin(half)
+
+    def properties(self, nu: float) -> Properties:
+        """Area, moments and factors of thin walls.
+
+        Notes
+        -----
+        With the half angle p, s = sin p, c = cos p and the enclosed area A_m = 2 R^2 (p - s c): J = 4 A_m^2 t/(4 p R)
+        (Bredt); shear factors by the flow of Jourawski, 0 at the apexes or at the edges.
+        """
+        R, t, p = self.radius, self.thickness, 0.5 * self.angle
+        s, c = math.sin(p), math.cos(p)
+        area, enclosed = 4.0 * p * R * t, 2.0 * R * R * (p - s * c)
+        Iz = 2.0 * R**3 * t * (p - 3.0 * s * c + 2.0 * p * c * c)
+        Iy = 2.0 * R**3 * t * (p - s * c)
+        along_y = 0.5 * (p - s * c) - 2.0 * c * (s - p * c) + c * c * p**3 / 3.0
+        along_z = 0.5 * (p + s * c) - 2.0 * s * c + p * c * c
+        shear_y, shear_z = (m * m / (4.0 * area * R**5 * t * own) for m, own in ((Iz, along_y), (Iy, along_z)))
+        return Properties(area, Iy, Iz, enclosed * enclosed * t / (p * R), shear_y, shear_z)
+
+    def flattening(self, material: Material) -> FlatteningConstants:
+        """Constants of the section's flattening."""
+        own = super().flattening(material)
+        return own._replace(
+            bending=2.0 * own.bending, poisson=0.0, stretching=1.0 / 30.0, closed=1, mass=12.0 * own.mass
+        )
 
 
 class General(CrossSection):
@@ -558,10 +610,19 @@ class Taper(CrossSection):
 
 
 AnySection = Annotated[CrossSection, OneOf({**UNIFORM, "taper": Taper})]
-#: Sections of a rod: those of a beam, a thin strip, one by its stiffness matrix, and one that flattens.
+#: Sections of a rod: those of a beam, a thin strip, one by its stiffness matrix, and those that flatten.
 RodSection = Annotated[
     CrossSection,
-    OneOf({**UNIFORM, "strip": Strip, "taper": Taper, "stiffness": SectionStiffness, "tape": TapeSection}),
+    OneOf(
+        {
+            **UNIFORM,
+            "strip": Strip,
+            "taper": Taper,
+            "stiffness": SectionStiffness,
+            "tape": TapeSection,
+            "lenticular": Lenticular,
+        }
+    ),
 ]
 
 

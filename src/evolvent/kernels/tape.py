@@ -1,4 +1,4 @@
-"""Flattening of the section of a tape-spring rod: its law, and the coordinates of the nodes.
+"""Flattening of the section of a tape-spring or lenticular rod: its law, and the coordinates of the nodes.
 
 The section is a shallow arc of the curvature k0, the width s and the thickness t; D is the bending stiffness of its
 wall. With the bending curvature x of the rod about z, positive in opposite sense (the edges are on the inner side),
@@ -9,8 +9,13 @@ is free, is per length::
     W = s D/2 ((1 - nu^2) x^2 + N(u) (k0 + nu x - a)^2 + u/180 a^2),   u = 3 (1 - nu^2) s^4 x^2/t^2
     N = g (1 - F)/(g - 1 + F),  g = u/180,  F = 2/L (cosh L - cos L)/(sinh L + sin L),  L^4 = u
 
-and dW/dx at the a of least W is the moment of Wuest and Mansfield. Along the rod s D (1 - nu) s^2/12 a'^2 of twisting
-of the wall is added; an element has W at both of its ends, half each, by the curvature of its helix. The mass of a is
+and dW/dx at the a of least W is the moment of Wuest and Mansfield. A lenticular section is two arcs, edge to edge, with
+the same a, q = y^2/2 - s^2/8 from the plane of the edges, and without Poisson's coupling, which cancels::
+
+    W = s D (x^2 + N (k0 - a)^2 + g a^2),   g = u/30,  F = 1/L (sinh L + sin L)/(cosh L + cos L)
+
+Along the rod s D (1 - nu) s^2/12 a'^2 of twisting
+of each wall is added; an element has W at both of its ends, half each, by the curvature of its helix. The mass of a is
 that of a q. Over an interval the strains x, k0 + nu x - a and a x change as in `kernels.rod`: products by the means of
 their factors, N by its secant in u. Filter and damping act on these strains with the stiffness of N = 1.
 
@@ -31,6 +36,8 @@ from evolvent.model import MODEL
 USED_FOR = "tapes"
 _I = types.int64
 _TERMS = 16
+#: u/g of a strip with free edges, and of two that are joined edge to edge.
+OF_OPEN, OF_CLOSED = 180, 30
 #: u below which N is a series: it converges below 500, the fourth power of the first pole's L.
 _NEAR = 16.0
 #: Change of u, beside 1 + u, below which secants are derivatives.
@@ -45,58 +52,63 @@ def _quotient(a, b):
     return found
 
 
-def _series():
+def _series(closed):
     """Coefficients of N in powers of u."""
-    n = _TERMS + 2
-    above = [Fraction(2, math.factorial(4 * k + 2)) for k in range(n)]
-    below = [Fraction(1, math.factorial(4 * k + 1)) for k in range(n)]
+    n, part, first, factor = _TERMS + 2, *((OF_CLOSED, 1, 1) if closed else (OF_OPEN, 2, 2))
+    above = [Fraction(factor, math.factorial(4 * k + first)) for k in range(n)]
+    below = [Fraction(1, math.factorial(4 * k + first - 1)) for k in range(n)]
     F = _quotient(above, below)
-    S = [-180 * F[k + 1] for k in range(n - 1)]  # (1 - F)/g
-    T = [-180 * S[k + 1] for k in range(n - 2)]  # (1 - S)/g
+    S = [-part * F[k + 1] for k in range(n - 1)]  # (1 - F)/g
+    T = [-part * S[k + 1] for k in range(n - 2)]  # (1 - S)/g
     return tuple(float(c) for c in _quotient(S, T))
 
 
-_N = _series()
+_N_OPEN, _N_CLOSED = _series(False), _series(True)
 
 
-@entry(REAL)
+@entry(REAL, _I)
 @kernel
-def profile(u):
-    """N of u and its first two derivatives."""
+def profile(u, closed):
+    """N of u and its first two derivatives; closed: 1 of a lenticular section."""
     if u < _NEAR:
         p = q = r = 0.0
         for k in range(_TERMS - 1, -1, -1):
             r = q + u * r
             q = p + u * q
-            p = _N[k] + u * p
+            p = (_N_CLOSED[k] if closed else _N_OPEN[k]) + u * p
         return p, q, 2.0 * r
     L = math.sqrt(math.sqrt(u))
     e = math.exp(-L)
     sh, ch, s, c = 0.5 * (1.0 - e * e), 0.5 * (1.0 + e * e), e * math.sin(L), e * math.cos(L)
-    d = sh + s
-    F, P = 2.0 / L * (ch - c) / d, sh * s / (d * d)
-    P_L = ((ch * s + sh * c) - 2.0 * sh * s * (ch + c) / d) / (d * d)
+    if closed:
+        d, slope = ch + c, 1.0 / OF_CLOSED
+        F, P = (sh + s) / (L * d), 0.5 * (e * e + ch * c) / (d * d)
+        P_L = (0.5 * (sh * c - ch * s) - (e * e + ch * c) * (sh - s) / d) / (d * d)
+    else:
+        d, slope = sh + s, 1.0 / OF_OPEN
+        F, P = 2.0 / L * (ch - c) / d, sh * s / (d * d)
+        P_L = ((ch * s + sh * c) - 2.0 * sh * s * (ch + c) / d) / (d * d)
     F2 = 0.25 * F - P  # -u dF/du
-    g, A, A1 = u / 180.0, 1.0 - F, F2 / u
+    g, A, A1 = u * slope, 1.0 - F, F2 / u
     A2 = -(0.25 * F2 / u + 0.25 * L / u * P_L) / u - F2 / (u * u)
-    left, slope = g - A, 1.0 / 180.0
+    left = g - A
     top = A1 * g * g - A * A * slope
     second = (A2 * g * g + 2.0 * slope * A1 * left) / (left * left) - 2.0 * top * (slope - A1) / (left * left * left)
     return A * g / left, top / (left * left), second
 
 
 @inlined
-def profile_secant(u0, u1):
+def profile_secant(u0, u1, closed):
     """Mean of N over an interval, its secant in u, and at the end the derivatives of the secant and of N by u."""
-    N1, d1, dd1 = profile(u1)
+    N1, d1, dd1 = profile(u1, closed)
     change = u1 - u0
     if change == 0.0:
         return N1, d1, 0.5 * dd1, d1
-    N0, _, _ = profile(u0)
+    N0, _, _ = profile(u0, closed)
     if abs(change) > _SMALL * (1.0 + u1):
         secant = (N1 - N0) / change
         return 0.5 * (N0 + N1), secant, (d1 - secant) / change, d1
-    _, secant, second = profile(0.5 * (u0 + u1))
+    _, secant, second = profile(0.5 * (u0 + u1), closed)
     return 0.5 * (N0 + N1), secant, 0.5 * second, d1
 
 
@@ -127,8 +139,8 @@ def evaluate_tape(k, h, chi, ratio, c_rate, rate, model):
     x = 0.5 * (x0 + x1)
     x_rate = rate if h == 0.0 else (x1 - x0) / h
     x_extra = 0.5 * chi * (x1 - x0 - ratio * rows[k].before[5]) + beta * x_rate
-    N, secant, secant1, slope1 = profile_secant(slender * x0 * x0, slender * x1 * x1)
-    stretching, more = slender / 180.0, 1.0 + chi + c_rate * beta
+    N, secant, secant1, slope1 = profile_secant(slender * x0 * x0, slender * x1 * x1, own.closed)
+    stretching, more = slender * own.stretching, 1.0 + chi + c_rate * beta
     plate, filtered = 1.0 - nu * nu, N + chi + c_rate * beta
     f0, T00, lost = plate * (x + x_extra), plate * more, plate * x_rate * x_rate
     gradient = gradient_rate = 0.0
@@ -195,10 +207,14 @@ def _energy(k, model):
     own = model.tapes[rows[k].tape - 1]
     x, length = rows[k].m1[STRAIN + 5], rows[k].length
     u = own.slenderness * x * x
-    N, _, _ = profile(u)
+    N, _, _ = profile(u, own.closed)
     a, b = nodes[rows[k].tape_node].value, nodes[rows[k].tape_node + 1].value
     p, q = own.transverse + own.poisson * x - a, own.transverse + own.poisson * x - b
-    found = (1.0 - own.poisson * own.poisson) * x * x + 0.5 * N * (p * p + q * q) + u / 360.0 * (a * a + b * b)
+    found = (
+        (1.0 - own.poisson * own.poisson) * x * x
+        + 0.5 * N * (p * p + q * q)
+        + 0.5 * own.stretching * u * (a * a + b * b)
+    )
     found += own.twisting * (b - a) * (b - a) / (length * length)
     return 0.5 * own.bending * length * found
 

@@ -194,8 +194,9 @@ RECORDS: dict[str, np.dtype] = {
         arm_a=_3, arm_b=_3, stiffness=_66, rest=_6, section=_66, free=_6, m0=(15,), m1=(15,), before=_6,
     ),
     # sections of rods that flatten (`kernels.tape`). bending: stiffness of the wall times the width, N m2; transverse:
-    # its curvature without stress, 1/m; slenderness: u over the square of the curvature, m2; twisting: m2
-    "tapes": _record("first_node nodes", "bending poisson transverse slenderness twisting"),
+    # its curvature without stress, 1/m; slenderness: u over the square of the curvature, m2; twisting: m2; stretching:
+    # g over u; closed: 1 of a lenticular section
+    "tapes": _record("first_node nodes closed", "bending poisson transverse slenderness twisting stretching"),
     # the coordinate of a node; alpha: damping by mass, 1/s; value0, value1: at the ends of a step; before: its change
     # over the step before
     "tape_nodes": _record("iq iv", "mass alpha", "value rate force value0 value1 before"),

@@ -39,7 +39,7 @@ RodNodes = Annotated[tuple[tuple[units.Triple, ...], ...], Arrays(shape="of the 
 
 
 class Fold(Section):
-    """A fold of a tape spring at the start: an arc of its section's radius, straight before and after.
+    """A fold or coil of a tape spring at the start: an arc, straight before and after.
 
     Parameters
     ----------
@@ -47,10 +47,13 @@ class Fold(Section):
         Length from the root to its middle.
     angle : float, rad
         Angle by which it turns the rod about z, above 0 in opposite sense, with the edges of the section inside.
+    radius : float, m, optional
+        Of the arc; the section's if left out.
     """
 
     at: units.Length
     angle: units.Angle
+    radius: units.Length | None = None
 
 
 class Rod(Part):
@@ -210,7 +213,8 @@ class Rod(Part):
             raise InputError(f"{name}.folds is given, but its section is no tape; give folds to one that flattens")
         turn, reached = np.zeros(self.elements), 0.0
         for k, fold in enumerate(self.folds):
-            half = 0.5 * self.section.radius * abs(fold.angle)
+            radius = self.section.radius if fold.radius is None else fold.radius
+            half = 0.5 * radius * abs(fold.angle)
             if fold.at - half < reached or fold.at + half > self.length:
                 raise InputError(
                     f"{name}.folds[{k}] is from {fold.at - half:.6g} to {fold.at + half:.6g} m; it must be behind the "
@@ -377,19 +381,19 @@ class Rod(Part):
                 f"{name}.material.shear is given, but the section of {name} is a tape, whose wall must be isotropic; "
                 f"leave it out"
             )
-        *constants, mass = own = self.section.flattening(self.material)
+        own = self.section.flattening(self.material)
         first = len(builder.rows["tape_nodes"])
-        keys = ("bending", "poisson", "transverse", "slenderness", "twisting")
-        tape = builder.add(
-            "tapes", first_node=first, nodes=self.elements + 1, **dict(zip(keys, constants, strict=True))
-        )
+        fields = own._asdict()
+        del fields["mass"]
+        tape = builder.add("tapes", first_node=first, nodes=self.elements + 1, **fields)
         shares = self.centres()[0]
         at_nodes = 0.5 * (np.append(bent[0], bent) + np.append(bent, bent[-1]))
         for share, x in zip(shares, at_nodes, strict=True):
             u = own.slenderness * float(x) ** 2
-            N = float(tapes.profile(u)[0]) if u > 0.0 else 1.0
-            q, v = builder.coordinates([N * (own.transverse + own.poisson * float(x)) / (N + u / 180.0)], [0.0])
-            builder.add("tape_nodes", iq=q, iv=v, mass=mass * float(share), alpha=self.mass_damping)
+            N = float(tapes.profile(u, own.closed)[0]) if u > 0.0 else 1.0
+            start = N * (own.transverse + own.poisson * float(x)) / (N + own.stretching * u)
+            q, v = builder.coordinates([start], [0.0])
+            builder.add("tape_nodes", iq=q, iv=v, mass=own.mass * float(share), alpha=self.mass_damping)
         return tape + 1, first
 
     @property

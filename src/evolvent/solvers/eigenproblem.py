@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sparse
-from scipy.sparse.linalg import LinearOperator, eigs, eigsh, splu
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, eigsh, splu
 
+from evolvent.base.errors import InputError
 from evolvent.elements.dense import facing
 
 Array = np.ndarray
@@ -32,6 +33,14 @@ FAR = 1e8
 #: Real part, beside the modulus, from which a pole grows; what round-off adds to eigenvalues of the shifted inverse,
 #: beside its size; number of slowest motions that are examined where all are too many.
 GROWS, SPLIT, LOOKED_AT = 1e-6, 1e-13, 20
+
+
+#: Free directions up to which dense algebra replaces a Krylov method that fails.
+MOST_DENSE = 3000
+_ROUND_OFF_LEFT = (
+    "the slowest modes are lost in round-off: the stiffness differs too much between directions, as of extremely thin "
+    "strips; {size} free directions are more than the {most} of dense algebra; take fewer elements or a thicker section"
+)
 
 
 class Problem:
@@ -115,16 +124,18 @@ class Problem:
     def undamped(self, count: int, s2: float) -> tuple[Array, Array]:
         """Poles and real shapes (count, n), u^T M u = 1, without velocities; s2: about the square of the last one."""
         inverse = self.inverse(s2)
-        if self.size <= DENSE or count >= self.size - 1:
+
+        def by_dense_algebra() -> tuple[Array, Array]:
             Z = self.free()
             M = Z.T @ (self.M @ Z)
             L = np.linalg.cholesky(0.5 * (M + M.T))
             B = L.T @ (Z.T @ inverse(Z @ L))
             mu, v = scipy.linalg.eigh(0.5 * (B + B.T))
-            V = Z @ scipy.linalg.solve_triangular(L.T, v)
             keep = np.argsort(-np.abs(mu))[:count]
-            mu, V = mu[keep], V[:, keep]
-            squares = 1.0 / mu - s2
+            return mu[keep], (Z @ scipy.linalg.solve_triangular(L.T, v))[:, keep]
+
+        if self.size <= DENSE or count >= self.size - 1:
+            mu, V = by_dense_algebra()
         else:
             operator = LinearOperator((self.n, self.n), matvec=lambda f: inverse(f.ravel()), dtype=float)
 
@@ -133,9 +144,13 @@ class Problem:
                 found, v = eigsh(self.K, k=count, M=self.M, sigma=-s2, v0=v0, OPinv=operator)
                 return 1.0 / (found + s2), v
 
-            mu, V = _all_of(find, self.M)
-            squares = 1.0 / mu - s2
-        squares = self._checked(squares, V, s2)
+            try:
+                mu, V = _all_of(find, self.M)
+            except ArpackError as error:
+                if self.size > MOST_DENSE:
+                    raise InputError(_ROUND_OFF_LEFT.format(size=self.size, most=MOST_DENSE)) from error
+                mu, V = by_dense_algebra()
+        squares = self._checked(1.0 / mu - s2, V, s2)
         order = np.argsort(squares, kind="stable")[:count]
         squares, V = squares[order], V[:, order]
         pole = np.where(squares >= 0.0, 1j, 1.0) * np.sqrt(np.abs(squares))

@@ -317,9 +317,10 @@ class Search:
             self._store_point(1.0)
             self._end(1.0)
             return
+        rising = b.total.copy()
         self._back(state)
         longest, shortest = 4.0 * length, 1e-6 * length
-        b.before[:] = 0.0
+        b.before[:] = rising
         while True:
             if self.steps + self.rejected >= self.most:
                 self._fail(self.reached, f"{self.most} steps along the arc were not enough")

@@ -41,11 +41,15 @@ def observe_rod(view: View, name: str) -> Observed:
     found.along("rate", "node", rate, "rad s-1", "angular velocities of the nodes' sections, inertial axes")
     own = slice(int(row["first_element"]), int(row["first_element"] + row["elements"]))
     found.results_along("rod_elements", fields, own, "element", (*_SUMS, "free"), "in the middle of each element")
+    flat: list[str] = []
     if row["tape"] > 0:
         tape = view.model.tapes[int(row["tape"]) - 1]
         nodes = slice(int(tape["first_node"]), int(tape["first_node"] + tape["nodes"]))
         called, unit, about = RESULTS["tape_nodes"]["value"]
         found.along(called, "node", view.fields["tape_nodes"]["value"][:, nodes], unit, about)
+        turn = fields["curvature_z"][:, own] @ part.lengths
+        found.scalar("fold_angle", turn, "rad", "turn of the tip about z against the root, of all folds together")
+        flat = [called]
     pays = bool(row["payout"])
     found.results("rods", view.fields["rods"], index, () if pays else _PAYOUT)
     if pays:
@@ -58,7 +62,8 @@ def observe_rod(view: View, name: str) -> Observed:
     found.coordinate("arc", "element", middles, "m", "length from the root to the elements' middles")
     draw_line(part, np.swapaxes(R, -1, -2)[:, :, 1:], found)
     moments = ["bending_moment_y", "bending_moment_z", "torsional_moment"]
-    found.plots_along = ["deflection", "axial_force", *moments]
+    found.plots_along = ["deflection", "axial_force", *moments, *flat]
+    found.plots += ["fold_angle", *flat] if flat else []
     return found
 
 
