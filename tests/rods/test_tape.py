@@ -87,7 +87,7 @@ def shell(section: TapeSection, material: Material, x: float, nodes: int = 2001)
     s, t, D = section.radius * section.angle, section.thickness, material.E * section.thickness**3 / 12.0
     D /= 1.0 - material.nu**2
     h, n = s / (nodes - 1), nodes - 2
-    second = sparse.diags([1.0, -2.0, 1.0], [-1, 0, 1], shape=(n, n)).tocsc() / h**2  # type: ignore[list-item]
+    second = sparse.diags([1.0, -2.0, 1.0], [-1, 0, 1], shape=(n, n)).tocsc() / h**2
     rest = np.full(n, 1.0 / section.radius)
     w = splu((D * second.T @ second + material.E * t * x * x * sparse.identity(n)).tocsc()).solve(D * second.T @ rest)
     bent = second @ w - rest

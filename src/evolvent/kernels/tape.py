@@ -54,7 +54,8 @@ def _quotient(a, b):
 
 def _series(closed):
     """Coefficients of N in powers of u."""
-    n, part, first, factor = _TERMS + 2, *((OF_CLOSED, 1, 1) if closed else (OF_OPEN, 2, 2))
+    n = _TERMS + 2
+    part, first, factor = (OF_CLOSED, 1, 1) if closed else (OF_OPEN, 2, 2)
     above = [Fraction(factor, math.factorial(4 * k + first)) for k in range(n)]
     below = [Fraction(1, math.factorial(4 * k + first - 1)) for k in range(n)]
     F = _quotient(above, below)
