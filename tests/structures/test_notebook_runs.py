@@ -1,4 +1,4 @@
-"""A notebook that is executed by a kernel, as a user's is: each last value of a cell shows itself as HTML or a picture."""
+"""A notebook that is executed by a kernel: the last value of each cell shows itself as HTML or a picture."""
 
 from __future__ import annotations
 
