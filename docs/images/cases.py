@@ -41,7 +41,7 @@ FRAMES = {
     "heliogyro": Frame(0.8, _FAST_BLADES),
     "heliogyro-designed": Frame(0.6, _FAST_BLADES),
     "heliogyro-paper": Frame(1.0, _FAST_BLADES),
-    "heliogyro-payout": Frame(0.1),
+    "heliogyro-strip-payout": Frame(0.1),
     "heliogyro-strip": Frame(0.5),
     "heliogyro-unequal": Frame(0.8, {"spool.rate": [3.5, 2.8]}),
     "inertia-stand": Frame(0.02),

@@ -54,11 +54,11 @@ def state_of_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    """A headless Chromium for all files of a folder; where there is none the test is skipped, with the reason.
+    """A headless Chromium; where there is none the test is skipped, with the reason.
 
-    Not for all folders: while it runs, no other event loop can be run, as some tests elsewhere do.
+    Not for several files: while it runs, no other event loop can be run, as some tests elsewhere do.
     """
     sync_api = pytest.importorskip(
         "playwright.sync_api", reason="browser tests need playwright (pip install playwright)"

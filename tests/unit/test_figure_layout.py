@@ -21,7 +21,7 @@ SHORT = {
     "boom-slew": {"simulate.until": 1.0},
     "hanging-chain": {"simulate.until": 0.5},
     "heliogyro": {"solver.duration": 20.0},
-    "heliogyro-payout": {"simulate.until": 1.0},
+    "heliogyro-strip-payout": {"simulate.until": 1.0},
     "heliogyro-strip": {"simulate.until": 1.0},
     "inertia-stand": {},
     "offload": {},

@@ -1,4 +1,4 @@
-"""Figure of the theory page "Rods that pay out": run it to write heliogyro-payout.png here."""
+"""Figure of the theory page "Rods that pay out": run it to write heliogyro-strip-payout.png here."""
 
 import pathlib
 
@@ -11,7 +11,7 @@ from evolvent.view import plots
 
 def main() -> None:
     """Draw the figure."""
-    run = evolvent.run("heliogyro-payout")
+    run = evolvent.run("heliogyro-strip-payout")
     t, blade = np.asarray(run["time"]), run["blade 1"]
     W = np.asarray(run["body"]["rate"])[:, 2]
     x = np.asarray(blade["position"])
@@ -27,8 +27,8 @@ def main() -> None:
             Line(x=t, y=pitch, label="root", color=0),
             Line(x=t, y=pitch + np.degrees(np.asarray(blade["twist_angle"])[:, -1]), label="tip", color=1)]),
     ]  # fmt: skip
-    figure = Figure(name="heliogyro-payout", title="Strip blades that are paid out", panels=panels, height=150.0)
-    plots.save(figure, pathlib.Path(__file__).with_name("heliogyro-payout.png"))
+    figure = Figure(name="heliogyro-strip-payout", title="Strip blades that are paid out", panels=panels, height=150.0)
+    plots.save(figure, pathlib.Path(__file__).with_name("heliogyro-strip-payout.png"))
 
 
 if __name__ == "__main__":
