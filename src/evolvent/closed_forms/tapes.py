@@ -15,14 +15,14 @@ Array = np.ndarray
 _SMALL = 0.05
 
 
-def flattened_bending(section: TapeSection, material: Material, curvature: Array) -> tuple[Array, Array]:
+def flattened_bending(section: TapeSection, material: Material, curvature: Array | float) -> tuple[Array, Array]:
     """Moment and energy per length of uniform bending about z, where the flattening is that of least energy.
 
     Parameters
     ----------
     section : TapeSection or Lenticular
     material : Material
-    curvature : array, 1/m, above 0 in opposite sense of a tape spring
+    curvature : float or array, 1/m, above 0 in opposite sense of a tape spring
 
     Returns
     -------
