@@ -88,10 +88,10 @@ for row in table["wide lens"]:
 #
 # Both snap at a fraction of the root moment that would stop an elastic rib: the end of the unwinding needs a damper
 # or a motor. A fold has a radius of its own, at which a radian has the least energy. It should be close to that of
-# the hub: the coil of the narrow lens has nearly twice the least energy, which it could lose by leaving the hub for
+# the hub: the coil of the narrow lens has 1.75 times the least energy, which it could lose by leaving the hub for
 # tighter folds.
 #
-# Simulated is a wide lens of 0.6 m, of which 0.48 m are wound. The root is clamped to the fixed hub, without a
+# A run follows a wide lens of 0.6 m, of which 0.48 m are wound. The root is clamped to the fixed hub, without a
 # damper.
 
 SHORT, WOUND = 0.6, 0.48
@@ -113,8 +113,8 @@ def run(elements=200, until=90.0):
 
 
 # %%
-# The tail of the length :math:`l_0` that is free at the start takes part of the energy: :math:`v = \sqrt{(6 w/m) (1 -
-# l_0/l)}`.
+# The tail of the length :math:`l_0` that is free at the start takes part of the energy:
+# :math:`v = \sqrt{(6 w/m) (1 - l_0/l)}`.
 
 
 def compare(found):
@@ -154,7 +154,7 @@ curvature = np.geomspace(1e-3, 10.0, 400)
 for name, section in (("plain", PLAIN), ("wide lens", WIDE), ("narrow lens", NARROW)):
     bent.loglog(curvature, 1e6 * law(section, curvature)[0], label=name)
 bent.axvline(1.0 / HUB, color="gray", linewidth=0.8, linestyle="--", label="hub")
-bent.set(xlabel="curvature [1/m]", ylabel="moment [uN m]", title="sections", ylim=(1e-4, 1e2))
+bent.set(xlabel="curvature [1/m]", ylabel="moment [uN m]", title="sections", ylim=(1e-4, 1e3))
 bent.legend(loc="upper left")
 unwound = time <= time[straight]
 fast.plot(time[unwound], 1e3 * speed[unwound], label="run")
