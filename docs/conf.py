@@ -151,6 +151,7 @@ sphinx_gallery_conf = {
             "hardening_spring.py",
             "payout_sweep.py",
             "rib_modes.py",
+            "lenticular_rib.py",
             "torque_margins.py",
             "attitude_control.py",
             "*",

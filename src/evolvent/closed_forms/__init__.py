@@ -14,6 +14,8 @@ turns at W. M, S and I are mass, first and second moment of a blade about its hi
 positive behind the outward direction.
 
 **The membrane strip** has its root on the spin axis; tension alone makes it stiff.
+
+**The tape spring and the lenticular rod** flatten where they are bent; their law of uniform bending is nonlinear.
 """
 
 from __future__ import annotations
@@ -64,6 +66,7 @@ from evolvent.closed_forms.tails import (
     spun_tail,
     winding_share,
 )
+from evolvent.closed_forms.tapes import Snap, flattened_bending, snap
 
 __all__ = [
     "MOST_DOUBLINGS",
@@ -73,6 +76,7 @@ __all__ = [
     "WOUND_LAG",
     "HeldTail",
     "Rotor",
+    "Snap",
     "SpunTail",
     "Strip",
     "Winding",
@@ -84,6 +88,7 @@ __all__ = [
     "deployment_speed",
     "deployment_time",
     "driven_twist",
+    "flattened_bending",
     "held_tails",
     "lag_frequency",
     "least_winding_torque",
@@ -95,6 +100,7 @@ __all__ = [
     "rotor_inertia",
     "short_tail",
     "slow_torque_limit",
+    "snap",
     "spin_up_lag",
     "spin_up_swing",
     "spinning_strip_modes",
