@@ -260,11 +260,10 @@ def test_those_of_runs_with_fixed_steps_are_central_differences(case: str, metho
 
 #: Cases that the adjoint does not support, and what it says.
 REFUSED = {("friction", ALPHA): "joints have friction", ("friction", ENERGY): "joints have friction"}
-REFUSED["beam", ENERGY] = "the adjoint does not support beams under energy-momentum"
 
 
 #: Cases whose strains or gaps energy-momentum filters over two steps, unless its spectral radius is 1.
-FILTERED = ("rod", "contact")
+FILTERED = ("rod", "contact", "beam")
 
 
 @pytest.mark.slow
@@ -331,6 +330,59 @@ def test_strains_that_are_filtered_over_two_steps_are_refused() -> None:
     settings: dict[str, Any] = {"until": 0.1, "step": 0.01, "method": ENERGY, "mode": "adjoint"}
     with pytest.raises(InputError, match="filtered strains of rods of energy-momentum; take `spectral_radius` 1"):
         rod().sensitivity("tip.position.y.last", "tip.mass", **settings)
+
+
+@pytest.mark.slow
+def test_strains_of_beams_that_are_filtered_are_refused() -> None:
+    settings: dict[str, Any] = {"until": 0.1, "step": 0.02, "method": ENERGY, "mode": "adjoint"}
+    with pytest.raises(InputError, match="filtered strains of beams of energy-momentum; take `spectral_radius` 1"):
+        evolvent.load("boom-slew").sensitivity("tip mass.position.y.last", "tip mass.mass", **settings)
+
+
+def driven_wheel() -> System:
+    """A motor at a constant voltage, with back-EMF, turns a wheel against a spring."""
+    found = System()
+    found.add(parts.RigidBody(motion="spin", inertia=0.4), "wheel")
+    found.add(parts.RotationalSpring(a="ground", b="wheel", stiffness=1.5), "hinge")
+    found.add(
+        parts.Motor(joint="hinge", voltage={"constant": 12.0}, torque_constant=0.05, resistance=2.0, ratio=4.0), "motor"
+    )
+    return found
+
+
+@pytest.mark.slow
+@BOTH
+def test_those_of_a_motor_with_back_emf_are_its_closed_form(method: str) -> None:
+    """J x'' + c x' + k x = n K U/R, c = (n K)^2/R, from rest: derivatives of x by K, R and J of the closed form."""
+    end, keys = 0.8, {"motor.torque_constant": 0.05, "motor.resistance": 2.0, "wheel.inertia": 0.4}
+
+    def angle(K: float, R: float, J: float) -> float:
+        c, force, k = (4.0 * K) ** 2 / R, 4.0 * K * 12.0 / R, 1.5
+        decay, w = 0.5 * c / J, math.sqrt(k / J - (0.5 * c / J) ** 2)
+        return force / k * (1.0 - math.exp(-decay * end) * (math.cos(w * end) + decay / w * math.sin(w * end)))
+
+    settings: dict[str, Any] = {"until": end, "step": 1e-3, "method": method}
+    forward, adjoint = (
+        driven_wheel().sensitivity("hinge.angle.last", list(keys), mode=mode, **settings)
+        for mode in ("forward", "adjoint")
+    )
+    np.testing.assert_allclose(adjoint.derivative, forward.derivative, rtol=1e-6)
+    for j, (key, at) in enumerate(keys.items()):
+        sides = [angle(*[v * (1.0 + d * (name == key)) for name, v in keys.items()]) for d in (1e-4, -1e-4)]
+        exact = (sides[0] - sides[1]) / (2e-4 * at)
+        assert float(adjoint.derivative[0, j]) == pytest.approx(exact, rel=1e-5), key
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["hinge.latch_time", "hinge.angle.last"])
+def test_those_of_the_adjoint_through_a_latch_are_central_differences(name: str) -> None:
+    """Of energy-momentum, with fixed steps."""
+    keys = {"hinge.stiffness": 0.0, "flap.inertia": 0.0}
+    settings: dict[str, Any] = {"until": 1.5, "step": 0.01, "method": ENERGY, "spectral_radius": 0.9}
+    found = hinge().sensitivity(name, list(keys), mode="adjoint", **settings)
+    for key in keys:
+        compared = differences(hinge(), name, key, float(found["at"].sel(key=key)), change=2e-3, **settings)
+        assert float(found.derivative.sel(value=name, key=key)) == pytest.approx(compared, rel=1e-6), key
 
 
 def masses_in_a_row(count: int) -> System:
