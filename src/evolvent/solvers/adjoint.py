@@ -211,10 +211,9 @@ class Adjoint:
                 code, failure, jump = self.jumps.take(searched)
                 if jump is None:
                     return "failed", failure
-                if lead.midpoint and lead.model.beams.size and not math.isnan(jump.event):
+                if lead.model.beams.size and not math.isnan(jump.event):
                     raise InputError(
-                        f"the adjoint does not support latches and events beside beams under {lead.plan.method}; take "
-                        f"generalized-alpha, or mode 'forward'"
+                        "the adjoint does not support latches and events beside beams; take rods, or mode 'forward'"
                     )
                 self.parts.append(jump)
                 self.shifted = True
