@@ -294,9 +294,10 @@ def tangent(scale, model, work, matrix):
 
     Left out is what only slows Newton's method: what `evolvent.flow.implicit.tangent` leaves out; and that a vector
     fixed to a body, of which the mean of both ends acts, turns by (1 - [theta/2]x)^-1 times what the tangent has, theta
-    the rotation vector of the step. Rods have that. Others would need columns of their own beside those of the rows:
-    measured on bodies with springs, joints by penalties and user's laws, it saves no iteration where a step turns them
-    by less than 0.1 rad, and up to a third of them at 0.2 rad.
+    the rotation vector of the step. So of a body that turns all columns are inexact: those by its turns, by its
+    translation, and by the multipliers of joints on it. Rods have the factor. Others would need columns of their own
+    beside those of the rows: measured on bodies with springs, joints by penalties and user's laws, it saves no
+    iteration where a step turns them by less than 0.1 rad, and up to a third of them at 0.2 rad.
 
     Forces' tangents have torques on a free body in axes that turn with it; `body_step.add_body_tangents` takes them to
     the axes of the step's start.

@@ -22,6 +22,7 @@ from evolvent.assembly.families import PARTS_OF_OTHERS
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual
 from evolvent.kernels.blocks import displace
+from evolvent.kernels.coordinate_laws import BY_LAW
 from evolvent.kernels.sparse import INNER
 from evolvent.solvers import implicit_loop, run as runs, tape as tapes, tape_energy
 from evolvent.solvers.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
@@ -43,12 +44,17 @@ TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
 #: Families that are supported: their tangents are exact, and nothing in their records goes on from step to step.
 SUPPORTED = (
     "bodies", "points", "springs", "links", "guides", "beams", "joints", "coordinates", "loads", "beam_loads",
-    "synchronizations", "rods", "events", "body_contacts",
+    "synchronizations", "rods", "events", "body_contacts", "motors", "reduced_bodies", "wheels", "thrusters", "fields",
 )  # fmt: skip
 
 
 #: Families whose strains or gaps are filtered over two steps by energy-momentum.
-FILTERED = {"rods": "strains of rods", "body_contacts": "gaps of body_contacts"}
+FILTERED = {
+    "beams": "strains of beams", "rods": "strains of rods", "reduced_bodies": "strains of reduced bodies",
+    "body_contacts": "gaps of body_contacts",
+}  # fmt: skip
+#: Families that may depend on time.
+TIMED_FAMILIES = ("loads", "beam_loads", "motors", "wheels", "thrusters", "fields")
 
 
 def check(plan: Any) -> None:
@@ -66,13 +72,17 @@ def check(plan: Any) -> None:
         raise InputError("the adjoint does not support rods whose section is a tape; take mode 'forward'")
     if np.any(model.coordinates["friction"] > 0.0):
         raise InputError("joints have friction, which the adjoint does not support; take mode 'forward'")
+    if np.any(model.motors["kind"] == BY_LAW):
+        raise InputError("motors have a law, which the adjoint does not support; take mode 'forward'")
     for field, what in (("friction", "friction"), ("viscous", "viscous friction")):
         if np.any(model.body_contacts[field] != 0):
             raise InputError(
                 f"contacts between bodies have {what}, which the adjoint does not support; take mode 'forward'"
             )
-    if options.midpoint and model.beams.size:
-        raise InputError(f"the adjoint does not support beams under {plan.method}; take rods, or mode 'forward'")
+    if options.midpoint and model.beams.size and model.body_contacts.size:
+        raise InputError(
+            f"the adjoint does not support beams beside body_contacts under {plan.method}; take mode 'forward'"
+        )
     if options.midpoint and options.chi > 0.0:
         filtered = next((what for name, what in FILTERED.items() if getattr(model, name).size), None)
         if filtered is not None or options.tolerance > 0.0:
@@ -91,7 +101,7 @@ def depends_on_time(model: Any) -> bool:
         model.joints["law"],
         model.springs["law"],
     ]
-    return model.loads.size + model.beam_loads.size > 0 or any(bool(np.any(field)) for field in moved)
+    return any(getattr(model, name).size for name in TIMED_FAMILIES) or any(bool(np.any(field)) for field in moved)
 
 
 def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
@@ -201,6 +211,10 @@ class Adjoint:
                 code, failure, jump = self.jumps.take(searched)
                 if jump is None:
                     return "failed", failure
+                if lead.model.beams.size and not math.isnan(jump.event):
+                    raise InputError(
+                        "the adjoint does not support latches and events beside beams; take rods, or mode 'forward'"
+                    )
                 self.parts.append(jump)
                 self.shifted = True
                 tape = self._new_tape()
@@ -256,10 +270,10 @@ class Adjoint:
             self.begins[:, k] = difference(sides[0], sides[1], 0.5 / one.change, model)
 
     def _group(self) -> None:
-        """Parameters that change different equations in one group, by states about the start."""
+        """Parameters that change different equations in one group, by states about the start at times of the run."""
         rng, work, model, scratch = np.random.default_rng(0), self.lead.work, self.lead.model.copy(), self.middle.work
-        n_q, n_v, t, h = int(model.info.nq), self.n_v, float(self.lead.reached), float(self.lead.work.loop.step)
-        for _ in range(TRIALS):
+        n_q, n_v, h = int(model.info.nq), self.n_v, float(self.lead.work.loop.step)
+        for t in np.linspace(float(self.lead.reached), float(work.samples[-1]), TRIALS).tolist():
             y, size = work.y.copy(), 1e-2 * work.weight[:n_v]
             displace(work.y, size * rng.uniform(-1, 1, n_v), False, self.lead.model, y)
             y[n_q : n_q + n_v] += 1e2 * size * rng.uniform(-1, 1, n_v) / float(work.options.span)
@@ -274,8 +288,9 @@ class Adjoint:
                     patch.undo(model)
                 up, down = sides[0] - middle, middle - sides[1]
                 one.rows |= sides[0] != sides[1]
-                same = EVEN * np.abs(up).max(initial=0.0) + ROUND_OFF * np.abs(middle).max(initial=0.0)
-                one.is_linear &= bool(np.all(np.abs(up - down) <= same))
+                for own in (slice(0, n_v), slice(n_v, None)):  # forces and constraints have other sizes
+                    same = EVEN * np.abs(up[own]).max(initial=0.0) + ROUND_OFF * np.abs(middle[own]).max(initial=0.0)
+                    one.is_linear &= bool(np.all(np.abs(up[own] - down[own]) <= same))
         taken: list[tuple[bool, Array]] = []
         for one in self.parameters:
             if not np.any(one.rows):

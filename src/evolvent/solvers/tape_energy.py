@@ -13,9 +13,10 @@ T = s (1 - [p]x), E = C(2 p)^T of turns by the increments 2 p, s = 1/(1 + p.p). 
     R_u^T W = T^T x + (c/h)(y + w),   dvalue -= W^T R_p dp
     (x, y, w) <- (E^T x, y - c (y + w), c f (y + w)) - R_z0^T W
 
-R_u is the tangent of Newton's method, where that is exact: of point masses. Else its columns, and R_e0 always, are
-central differences of the residual, of many coordinates at once that have no equation in common. Velocities at the
-start, and b0, are only in the inertia.
+R_u is the tangent of Newton's method, where that is exact: of point masses without joints. Else its columns, and R_e0
+always, are central differences of the residual, of many unknowns at once that have no equation in common. Columns by
+multipliers have a scale of their own, since nothing stands on the right of their equations. Velocities at the start,
+and b0, are only in the inertia.
 """
 
 from __future__ import annotations
@@ -49,17 +50,26 @@ from evolvent.solvers.tape import (
 )
 
 _I = types.int64
+#: Change of coordinates by differences of the fourth order, and of multipliers, in which the residual is linear.
+WIDE = 1e-4
 _model_at = at_address(MODEL)
+#: Central differences of the second and of the fourth order, as of `Colours.stencil`. Those of the fourth are exact of
+#: beams, whose forces are cubic in their coordinates: changes are large, as their stiff directions leave round-off.
+STENCILS = (
+    ((CHANGE, 0.5 / CHANGE), (-CHANGE, -0.5 / CHANGE)),
+    ((WIDE, 2 / 3 / WIDE), (-WIDE, -2 / 3 / WIDE), (2 * WIDE, -1 / 12 / WIDE), (-2 * WIDE, 1 / 12 / WIDE)),
+)
 
 
 class Colours(Struct):
-    """Coordinates of which no two of a colour have an equation in common.
+    """Coordinates, and multipliers behind them, of which no two of a colour have an equation in common.
 
     Attributes
     ----------
-    starts : (colours + 1,) int; columns : (nv,) int, coordinates of each colour
-    first : (nv + 1,) int; rows : (n,) int, equations of each coordinate
-    inexact : (1,) int, 1 where the tangent is not exact
+    starts : (colours + 1,) int; columns : (nv + nj,) int, unknowns of each colour
+    first : (nv + nj + 1,) int; rows : (n,) int, equations of each unknown
+    inexact : (1,) int, 1 where the tangent is not exact; coordinates : (1,) int, colours of coordinates
+    stencil : (n, 2) float, changes of a coordinate, beside its size, and factors of the residuals in its derivative
     base : (ny,) float, and move : (nv,) float, scratch
     """
 
@@ -68,6 +78,8 @@ class Colours(Struct):
     first: np.ndarray = array(1, np.int64)
     rows: np.ndarray = array(1, np.int64)
     inexact: np.ndarray = array(1, np.int64)
+    coordinates: np.ndarray = array(1, np.int64)
+    stencil: np.ndarray = array(2)
     base: np.ndarray = array(1)
     move: np.ndarray = array(1)
 
@@ -129,30 +141,45 @@ def _find_rows(t, h, timed, model, models, work, linear):
 
 
 @inlined
+def _size(j, n, tape, work, colours):
+    """Size of unknown j, in which its changes are given; of multipliers such that they change by `WIDE`."""
+    n_v = work.dq.size
+    return work.weight[j] if j < n_v else WIDE / colours.stencil[0, 0] * (1.0 + abs(tape.la[n, j - n_v]))
+
+
+@inlined
 def _difference(k, starts, t, h, tape, n, model, work, colours, out):
-    """Half the difference of the residuals to both sides of the coordinates of colour k.
+    """Derivatives of the residual by the unknowns of colour k, times their sizes.
 
     Parameters
     ----------
     starts : bool, whether coordinates of the start are changed, with the increments as they are; else increments
     """
-    base, move, columns, r = colours.base, colours.move, colours.columns, work.r
+    base, move, columns, stencil, r = colours.base, colours.move, colours.columns, colours.stencil, work.r
     for i in range(move.size):
         move[i] = 0.0
-    for side in (1.0, -1.0):
+    for i in range(r.size):
+        out[i] = 0.0
+    for s in range(stencil.shape[0]):
+        change, factor = stencil[s, 0], stencil[s, 1]
         for p in range(colours.starts[k], colours.starts[k + 1]):
             j = columns[p]
             if starts:
-                move[j] = side * CHANGE * work.weight[j]
+                move[j] = change * work.weight[j]
+            elif j < move.size:
+                work.dq[j] = tape.dq[n, j] + change * work.weight[j]
             else:
-                work.dq[j] = tape.dq[n, j] + side * CHANGE * work.weight[j]
+                work.la[j - move.size] = tape.la[n, j - move.size] + change * _size(j, n, tape, work, colours)
         if starts:
             displace(base, move, False, model, work.y0)
         evaluate(t, h, model, work)
         for i in range(r.size):
-            out[i] = r[i] if side > 0.0 else 0.5 * (out[i] - r[i])
+            out[i] += factor * r[i]
     for p in range(colours.starts[k], colours.starts[k + 1]):
-        work.dq[columns[p]] = tape.dq[n, columns[p]]
+        if columns[p] < move.size:
+            work.dq[columns[p]] = tape.dq[n, columns[p]]
+        else:
+            work.la[columns[p] - move.size] = tape.la[n, columns[p] - move.size]
 
 
 @inlined
@@ -172,12 +199,14 @@ def _assemble(t, h, n, tape, scale, model, work, room, colours, out):
     for k in range(colours.starts.size - 1 if colours.inexact[0] != 0 else 0):
         _difference(k, False, t, h, tape, n, model, work, colours, out)
         for p in range(colours.starts[k], colours.starts[k + 1]):
-            j = colours.columns[p]
+            j, held = colours.columns[p], False
             for q in range(colours.first[j], colours.first[j + 1]):
+                held = held or out[colours.rows[q]] != 0.0
+            for q in range(colours.first[j], colours.first[j + 1] if held else 0):  # not of joints that hold nothing
                 i = colours.rows[q]
                 at, _, _ = sparse.first_entry(room, i, j)
                 if at >= 0:
-                    room.values[at] = _row_scale(i, scale, model) * out[i] / (CHANGE * work.weight[j])
+                    room.values[at] = _row_scale(i, scale, model) * out[i] / _size(j, n, tape, work, colours)
 
 
 @inlined
@@ -255,7 +284,7 @@ def _pull_back_coordinates(t, h, n, tape, model, work, linear, colours, derivati
     out = linear.parts[0]
     for i in range(work.y0.size):
         colours.base[i] = work.y0[i] = tape.y0[n, i]
-    for k in range(colours.starts.size - 1):
+    for k in range(colours.coordinates[0]):
         _difference(k, True, t, h, tape, n, model, work, colours, out)
         for p in range(colours.starts[k], colours.starts[k + 1]):
             j = colours.columns[p]
@@ -263,7 +292,7 @@ def _pull_back_coordinates(t, h, n, tape, model, work, linear, colours, derivati
                 total = 0.0
                 for at in range(colours.first[j], colours.first[j + 1]):
                     total += linear.W[q, colours.rows[at]] * out[colours.rows[at]]
-                derivatives[q, j] -= total / (CHANGE * work.weight[j])
+                derivatives[q, j] -= total / work.weight[j]
 
 
 def colours_of(model, matrix):
@@ -280,11 +309,13 @@ def colours_of(model, matrix):
     for b, others in enumerate(beside):
         for j in own[b]:
             rows[j] = np.sort(np.concatenate([own[k] for k in sorted(others)]))
-    exact = bool(np.all(model.blocks["family"] == POINT))
+    exact = bool(np.all(model.blocks["family"] == POINT)) and n_u == n_v
     taken: list = []
     members: list = []
-    for j in range(n_v):
-        free = (k for k, used in enumerate(taken) if not np.any(used[rows[j]]))
+    coordinates = 0
+    for j in range(n_u):
+        coordinates = len(taken) if j == n_v else coordinates
+        free = (k for k, used in enumerate(taken) if k >= coordinates and not np.any(used[rows[j]]))
         k = next(free, len(taken))
         if k == len(taken):
             taken.append(np.zeros(n_u, dtype=bool))
@@ -292,13 +323,15 @@ def colours_of(model, matrix):
         taken[k][rows[j]] = True
         members[k].append(j)
     none = np.zeros(0, dtype=np.int64)
-    starts, first = ([0, *(len(one) for one in of)] for of in (members, rows[:n_v]))
+    starts, first = ([0, *(len(one) for one in of)] for of in (members, rows))
     return Colours(
         starts=np.cumsum(starts),
         columns=np.concatenate([*members, none]).astype(np.int64),
         first=np.cumsum(first),
-        rows=np.concatenate([*rows[:n_v], none]).astype(np.int64),
+        rows=np.concatenate([*rows, none]).astype(np.int64),
         inexact=np.array([0 if exact else 1]),
+        coordinates=np.array([coordinates if n_u > n_v else len(taken)]),
+        stencil=np.array(STENCILS[1 if model.beams.size else 0]),
         base=np.zeros(int(model.info.ny)),
         move=np.zeros(n_v),
     )
