@@ -136,8 +136,8 @@ def test_quasi_isotropic_laminate() -> None:
         (lambda: Angle(height=0.04, width=0.003, thickness=0.003), "legs' thickness must be below height and width"),
         (lambda: IBeam(height=0.01, width=0.05, web=0.004, flange=0.006), "thinner than the height"),
         (lambda: IBeam(height=0.1, width=0.003, web=0.004, flange=0.006), "thicker than the flanges are wide"),
-        (lambda: Arc(radius=0.02, angle=0.05, thickness=1e-4), "angle is 0.05 rad; it must be from 0.1 to 2 pi rad"),
-        (lambda: Arc(radius=0.02, angle=7.0, thickness=1e-4), "angle is 7 rad"),
+        (lambda: Arc(radius=0.02, angle=0.05, thickness=1e-4), "angle is 2.86479 deg; it must be from 5.73 to 360 deg"),
+        (lambda: Arc(radius=0.02, angle=7.0, thickness=1e-4), "angle is 401.07 deg"),
         (lambda: Arc(radius=0.02, angle=1.0, thickness=0.02), "must be below its radius"),
         (lambda: General(area=1e-4, Iy=1e-9, Iz=1e-9, J=1e-9, Iyz=1e-9), "Iyz\\^2 must be below Iy Iz"),
         (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -96,3 +97,15 @@ def test_a_rod_hangs_over_a_drum_by_friction() -> None:
     weight = 1000.0 * np.pi * 1e-4 * 9.81
     assert 0.0 < float(run["drum"].normal_force.values[-1].sum()) < 2.0 * weight
     assert np.abs(run.energy_defect).max() < 1e-6 * float(np.abs(run.work_loads).max())
+
+
+def test_a_cylinder_of_a_rod_is_drawn_by_its_outline() -> None:
+    """It has no ends, which a solid would show."""
+    system = System()
+    system.add(boom(), "boom")
+    system.add(parts.Joint(a=(0, 0, 0), b="boom.root", type="clamp"), "root")
+    system.add(surface("cylinder", stiffness=1e4), "stop")
+    run = system.simulate(until=1e-3, every=1e-3, method="energy-momentum", step=1e-3)
+    drawn = json.loads(run["stop"].attrs["drawn"])
+    assert not any("surface" in one for one in drawn)
+    assert any("outline" in symbol for symbol in drawn for symbol in symbol.values())

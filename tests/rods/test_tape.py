@@ -236,6 +236,7 @@ ARC = Arc(radius=0.015, angle=1.5, thickness=1e-4)
     [
         ({"curvature": (0.0, 0.0, 1.0)}, "curved without stress"),
         ({"folds": ({"at": 0.01, "angle": 3.0},)}, "behind the fold"),
+        ({"folds": ({"at": 0.05, "angle": 0.0},)}, r"folds\[0\].angle is 0; it must not be 0"),
         ({"section": ARC, "folds": ({"at": 0.05, "angle": 1.0},)}, "no tape"),
         ({"material": STEEL.model_copy(update={"shear": 8e10})}, "isotropic"),
     ],
@@ -247,6 +248,7 @@ def test_refusals(keys: dict[str, Any], message: str) -> None:
         system.assemble()
 
 
-def test_a_deep_arc_is_refused() -> None:
-    with pytest.raises(InputError, match="must be from"):
-        TapeSection(radius=0.015, angle=3.0, thickness=1e-4)
+@pytest.mark.parametrize("angle", [0.0, 3.0])
+def test_an_arc_too_flat_or_too_deep_is_refused(angle: float) -> None:
+    with pytest.raises(InputError, match=f"angle is {math.degrees(angle):.6g} deg; it must be from 5.73 to 135 deg"):
+        TapeSection(radius=0.015, angle=angle, thickness=1e-4)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from pydantic import BeforeValidator, GetJsonSchemaHandler, model_validator
@@ -319,14 +319,17 @@ class Arc(CrossSection):
     radius: units.Length
     angle: units.Angle
     thickness: units.Length
+    #: Largest angle, rad.
+    deepest: ClassVar[float] = 2.0 * math.pi
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if not FLATTEST <= self.angle <= 2.0 * math.pi * (1.0 + 1e-12):
-            message = f"angle is {self.angle:.6g} rad; it must be from {FLATTEST} to 2 pi rad"
+        if not FLATTEST <= self.angle <= self.deepest * (1.0 + 1e-12):
+            low, high, own = (math.degrees(one) for one in (FLATTEST, self.deepest, self.angle))
+            message = f"angle is {own:.6g} deg; it must be from {low:.3g} to {high:.6g} deg"
             raise PydanticCustomError("section", "{message}", {"message": message})
         if self.thickness >= self.radius:
-            raise PydanticCustomError("section", "the strip's thickness must be below its radius")
+            raise PydanticCustomError("section", "the thickness of the wall must be below its radius")
         return self
 
     @property
@@ -395,13 +398,7 @@ class TapeSection(Arc):
     used: that of the shallow arc is s^5 t/(720 R^2), s = R angle.
     """
 
-    @model_validator(mode="after")
-    def _check_depth(self) -> Self:
-        if self.angle > DEEPEST * (1.0 + 1e-12):
-            low, high, own = (math.degrees(one) for one in (FLATTEST, DEEPEST, self.angle))
-            message = f"angle is {own:.6g} deg; that of a tape must be from {low:.3g} to {high:.6g} deg"
-            raise PydanticCustomError("section", "{message}", {"message": message})
-        return self
+    deepest = DEEPEST
 
     def flattening(self, material: Material) -> FlatteningConstants:
         """Constants of the section's flattening."""

@@ -214,6 +214,8 @@ class Rod(Part):
         turn, reached = np.zeros(self.elements), 0.0
         for k, fold in enumerate(self.folds):
             radius = self.section.radius if fold.radius is None else fold.radius
+            if fold.angle == 0.0:
+                raise InputError(f"{name}.folds[{k}].angle is 0; it must not be 0: leave out a fold that does not turn")
             half = 0.5 * radius * abs(fold.angle)
             if fold.at - half < reached or fold.at + half > self.length:
                 raise InputError(

@@ -58,6 +58,8 @@ def _drawn(view: View, name: str) -> list[dict[str, Any]]:
     """The shapes of a contact that its bodies are not drawn by."""
     part, found = view.part(name), []
     if hasattr(part, "beams"):
+        if part.kind == "cylinder-contact":  # without ends: drawn by its outline
+            return []
         return [{"surface": {"body": part.body, "solids": [_solid(view, name)]}}]
     rows = view.model.body_contacts
     row = rows[view.index(name)]
@@ -87,12 +89,7 @@ def _solid(view: View, name: str) -> dict[str, Any]:
     centre, axis = row["place_b"].tolist(), row["axis_b"].tolist()
     if row["surface"] == surfaces.PLANE:
         return disc(view.part(name).size, centre, axis)
-    radius, half = float(row["radius"]), float(row["half_b"])
-    return capsule(radius, 2.0 * half if np.isfinite(half) else _SHOWN * radius, centre, axis)
-
-
-#: Length of a cylinder without ends as it is drawn, in radii.
-_SHOWN = 4.0
+    return capsule(float(row["radius"]), 2.0 * float(row["half_b"]), centre, axis)
 
 
 def body_name(view: View, index: int) -> str:

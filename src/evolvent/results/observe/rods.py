@@ -55,6 +55,7 @@ def observe_rod(view: View, name: str) -> Observed:
     if pays:
         text = "force of the drive on the material at the exit along the rod, positive pays out"
         found.scalar("drive_force", view.fields["rods"]["drive_force"][:, index], "N", text)
+        found.plots = ["deployed_length", "drive_force", *found.plots]
     for field in _SUMS:
         name, *described = RESULTS["rod_elements"][field]
         found.scalar(name, fields[field][:, own].sum(axis=1), *described)
