@@ -18,20 +18,8 @@ if TYPE_CHECKING:
     from evolvent.design.studies import simulate_many, sweep
     from evolvent.elements.inertia import SectionInertia
     from evolvent.elements.materials import ALUMINIUM, CFRP, KAPTON, STEEL, Material
-    from evolvent.elements.sections import (
-        Angle,
-        Arc,
-        Circle,
-        General,
-        IBeam,
-        Lenticular,
-        Rectangle,
-        SectionStiffness,
-        Strip,
-        Taper,
-        TapeSection,
-        Tube,
-    )
+    from evolvent.elements.sections import General, Lenticular, SectionStiffness, Taper, TapeSection
+    from evolvent.elements.shapes import Angle, Arc, Circle, IBeam, Rectangle, Strip, Tube
     from evolvent.results import open, save  # noqa: A004  (evolvent.open is the public name)
 
 __version__ = "0.2.0"

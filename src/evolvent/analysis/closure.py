@@ -10,7 +10,8 @@ import numpy as np
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.references import split_reference
-from evolvent.elements.sections import Strip, TapeSection
+from evolvent.elements.sections import TapeSection
+from evolvent.elements.shapes import Strip
 from evolvent.kernels import thread
 from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad

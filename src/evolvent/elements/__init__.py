@@ -28,22 +28,8 @@ from evolvent.elements.inertia import (
     cable_mass,
 )
 from evolvent.elements.materials import ALUMINIUM, CFRP, KAPTON, STEEL, Material
-from evolvent.elements.sections import (
-    Angle,
-    Arc,
-    Circle,
-    CrossSection,
-    General,
-    IBeam,
-    Lenticular,
-    Properties,
-    Rectangle,
-    SectionStiffness,
-    Strip,
-    Taper,
-    TapeSection,
-    Tube,
-)
+from evolvent.elements.sections import General, Lenticular, SectionStiffness, Taper, TapeSection
+from evolvent.elements.shapes import Angle, Arc, Circle, CrossSection, IBeam, Properties, Rectangle, Strip, Tube
 from evolvent.elements.winding import bending_stiffness_ratio, bent_element, coil, nodal, resampled
 
 __all__ = [

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import dot, legendre, norm, product
 from evolvent.elements.materials import Material
-from evolvent.elements.sections import CrossSection, Properties, Rectangle
+from evolvent.elements.shapes import CrossSection, Properties, Rectangle
 
 Array = NDArray[np.float64]
 Rule = list[tuple[float, float]]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from evolvent.elements.dense import product
 from evolvent.elements.inertia import axis_shape
 from evolvent.elements.materials import Material
-from evolvent.elements.sections import CrossSection
+from evolvent.elements.shapes import CrossSection
 from evolvent.elements.winding import _CABLES, _energy, _least
 
 Array = NDArray[np.float64]

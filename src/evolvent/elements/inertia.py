@@ -12,7 +12,8 @@ from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
 from evolvent.elements.forms import Array, gauss
 from evolvent.elements.materials import Material
-from evolvent.elements.sections import CrossSection, SectionStiffness
+from evolvent.elements.sections import SectionStiffness
+from evolvent.elements.shapes import CrossSection
 
 #: What a polar moment may be beyond its limits by rounding.
 ROUNDED = 1e-6

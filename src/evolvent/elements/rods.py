@@ -10,7 +10,8 @@ import numpy as np
 from evolvent.elements.dense import inverse, legendre, norm, product
 from evolvent.elements.inertia import OWN_INERTIA, SectionInertia
 from evolvent.elements.materials import Material
-from evolvent.elements.sections import CrossSection, SectionStiffness, Strip, TapeSection
+from evolvent.elements.sections import SectionStiffness, TapeSection
+from evolvent.elements.shapes import CrossSection, Strip
 
 Array = np.ndarray
 #: Gauss's four points of an element and their weights.

@@ -33,7 +33,7 @@ from evolvent.elements.forms import (
     straight_cable,
 )
 from evolvent.elements.materials import Material
-from evolvent.elements.sections import CrossSection
+from evolvent.elements.shapes import CrossSection
 
 Array = NDArray[np.float64]
 #: Amplitudes of a load.

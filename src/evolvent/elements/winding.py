@@ -18,7 +18,7 @@ from evolvent.elements.dense import modes, product
 from evolvent.elements.forms import beam_form, cable_form, cable_stretch_energy, cable_stretch_form
 from evolvent.elements.inertia import axis_shape
 from evolvent.elements.materials import Material
-from evolvent.elements.sections import CrossSection
+from evolvent.elements.shapes import CrossSection
 
 Array = NDArray[np.float64]
 _CABLES = ("cable", "cable_stretch")

@@ -14,7 +14,8 @@ from evolvent.base.errors import InputError
 from evolvent.compiled import lookups
 from evolvent.elements.dense import dot, inverse, product
 from evolvent.elements.inertia import SectionInertia
-from evolvent.elements.sections import AnySection, CrossSection, MaterialOrName
+from evolvent.elements.sections import AnySection, MaterialOrName
+from evolvent.elements.shapes import CrossSection
 from evolvent.kernels import ancf_beams as kernels, element_calls
 from evolvent.kernels.beam_strains import POINTS
 from evolvent.parts.applies import Applies, given, left_out

@@ -13,7 +13,7 @@ from evolvent.base.errors import InputError
 from evolvent.elements.dense import modes
 from evolvent.elements.forms import gauss
 from evolvent.elements.materials import Material
-from evolvent.elements.sections import CrossSection
+from evolvent.elements.shapes import CrossSection
 from evolvent.kernels import rigid
 from evolvent.parts.beam import CABLES, Beam
 

@@ -7,7 +7,7 @@ import numpy as np
 from evolvent.base.errors import InputError, counted
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.materials import Material
-from evolvent.elements.sections import CrossSection
+from evolvent.elements.shapes import CrossSection
 
 
 def element_lengths(length: float, elements: int, grading: float | tuple[float, ...]) -> np.ndarray:

@@ -15,14 +15,8 @@ from evolvent.base.schema import Section
 from evolvent.elements import OWN_INERTIA, rods
 from evolvent.elements.dense import product
 from evolvent.elements.inertia import SectionInertia
-from evolvent.elements.sections import (
-    CrossSection,
-    MaterialOrName,
-    RodSection,
-    SectionStiffness,
-    Strip,
-    TapeSection,
-)
+from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness, TapeSection
+from evolvent.elements.shapes import CrossSection, Strip
 from evolvent.kernels import rigid, tape as tapes
 from evolvent.kernels.rod_payout import LEAST_OUT
 from evolvent.parts.applies import Applies, given, left_out

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.elements.sections import Arc, Circle, Tube
+from evolvent.elements.shapes import Arc, Circle, Tube
 from evolvent.kernels.beam_strains import POINTS
 from evolvent.model import RESULTS
 from evolvent.results.observe.variables import Observed, norm
