@@ -260,6 +260,11 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
         ("hub", "kind"),
         "parts.hub.kind is missing; known: acceleration-field, adhesion, attitude-controller, beam, ",
     ),
+    "a kind as type": (
+        {"hub": {"type": "reel", "radius": 1}},
+        ("hub", "kind"),
+        "parts.hub.kind is missing; give kind: reel in place of type$",
+    ),
     "a misspelt kind": (
         {"hub": {"kind": "rigid body"}},
         ("hub", "kind"),

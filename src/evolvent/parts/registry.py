@@ -126,7 +126,9 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
     def read(name: str, given: Mapping[str, Any]) -> Part | None:
         here = f"{key}.{name}"
         if "kind" not in given:
-            wrong(f"{here}.kind is missing; known: {', '.join(sorted(kinds()))}", given, name, "kind")
+            meant = [word for word in sorted(kinds()) if given.get("type") == word]
+            advice = f"give kind: {meant[0]} in place of type" if meant else f"known: {', '.join(sorted(kinds()))}"
+            wrong(f"{here}.kind is missing; {advice}", given, name, "kind")
         elif not isinstance(given["kind"], str) or given["kind"] not in kinds():
             word = given["kind"]
             wrong(f"{here}.kind is {shown(word)}; {not_known(word)}", word, name, "kind")
