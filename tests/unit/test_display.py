@@ -109,3 +109,14 @@ def test_drives_in_rpm():
     assert drive.as_keys()["drive"] == {"constant": {"rate": "6 rpm"}}
     moved = parts.PrescribedMotion(at="bob", drive={"constant": {"rate": "6 rpm"}}, radius=1.0)
     assert moved.as_keys()["drive"] == {"constant": {"rate": "6 rpm"}}
+
+
+def test_round_off_and_signs_of_zero_are_shown_as_0() -> None:
+    """A position of 1e-30 m beside one of 1 m, and one of -0."""
+    system = evolvent.System()
+    system.add(parts.Point(mass=1.0, position=(1e-30, 0.0, -0.0)), "still")
+    system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0), velocity=(1.0, 0.0, 0.0)), "moving")
+    run = system.simulate(until=1.0)
+    rows = {row.label: row.value for row in cases.presenter(run).numbers(run)}
+    assert rows["still.position"].startswith("(0, 0, 0) m")
+    assert rows["moving.position"].startswith("(2, 0, 0) m")

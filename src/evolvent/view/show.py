@@ -27,6 +27,8 @@ _NAMED = 7
 _LONGEST_LABEL = 30
 #: Share of a variable's largest value in any part, below which it is round-off.
 _NOISE = 1e-12
+#: Value, in the unit that is shown, from which a row of the table is not looked at for round-off.
+_TINY = 1e-9
 #: Most times of events of one kind in a row of the table.
 _EVENTS = 4
 #: Most rows of the table that parts take.
@@ -362,7 +364,7 @@ def numbers(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Number]:
     listed = [name for _, name in names if name in shown]
     times = root["time"].values if "time" in root else np.zeros(1)
     found = latch_numbers(run) + event_numbers(run)
-    found += [Number(label=name, value=_reached(display.shown(variables.get(run, name)), times)) for name in listed]
+    found += [Number(label=name, value=_reached(run, name, times)) for name in listed]
     if len(names) > len(shown):
         found.append(Number(label="more variables", value=f"{len(names) - len(shown)}; `evolvent info` lists them all"))
     if run.sizes.get("time", 1) > 1:
@@ -373,16 +375,19 @@ def numbers(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Number]:
     return found + results.closing_numbers(root)
 
 
-def _reached(found: xr.DataArray, times: np.ndarray) -> str:
+def _reached(run: xr.DataTree, name: str, times: np.ndarray) -> str:
     """Last and largest value of a variable, with its unit and time; of a vector, its components at the end."""
+    found = display.shown(variables.get(run, name))
     unit = unit_text(str(found.attrs.get("units", "")))
     columns = variables.values(found)
     finite = columns[np.isfinite(columns)]
     if not finite.size:
         return "none"
     size = float(np.abs(finite).max())
+    if 0.0 < size < _TINY and size < _NOISE * _largest(run, name.partition(".")[2]):
+        columns, size = 0.0 * columns, 0.0
     factor, unit = prefixed_unit(size, "" if unit == "1" else unit)
-    columns = np.where(np.abs(columns) < _ROUND_OFF * size, 0.0, columns) / factor
+    columns = np.where(np.abs(columns) < _ROUND_OFF * size, 0.0, columns) / factor + 0.0  # without a zero's sign
     finite, unit = columns[np.isfinite(columns)], f" {unit}" if unit else ""
     if found.ndim == 1:
         k = int(np.nanargmax(np.abs(columns[:, 0])))
