@@ -127,13 +127,12 @@ def run(arguments: list[str]) -> int:
 
 
 def in_parallel() -> list[str]:
-    """Options of pytest that run tests on up to five processes, one more than there are cores: some wait for a browser.
+    """Options of pytest that run tests on up to four processes.
 
     Tests stay in their order, so that most files run on one process with what their tests share; a process that has no
     more takes half of what another has left.
     """
-    cores = os.cpu_count() or 1
-    workers = min(5, cores + 1) if cores > 1 else 1
+    workers = min(4, os.cpu_count() or 1)
     return ["-n", str(workers), "--dist", "worksteal"] if workers > 1 else []
 
 
