@@ -10,6 +10,7 @@ from evolvent.flow.impulse import impulse, prepare, strike
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import constraint_rows, coordinate, coordinate_laws, rigid, thread
+from evolvent.kernels.drive import LEAST_OUT
 from evolvent.kernels.rotations import cross
 from evolvent.model import (
     ELASTIC,
@@ -68,7 +69,7 @@ def event_values(t, y, s, model, g):
             if s[p] == 0 or (s[p] == 1 and threads[p].end >= 0):
                 g[2 * p + 1] = -nodes_out - OVERRUN
             if threads[p].kind == thread.MOVING:
-                least = thread.LEAST_OUT * threads[p].n + threads[p].taken[0] / threads[p].segment
+                least = LEAST_OUT * threads[p].n + threads[p].taken[0] / threads[p].segment
                 g[2 * p + 1] = least - nodes_out - OVERRUN
     for k in range(model.events.size):
         parameters = model.parameters[model.events[k].first : model.events[k].last]

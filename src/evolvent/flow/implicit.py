@@ -93,10 +93,10 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[MARKER_LOADS] += heat
         for k in range(model.rods.size):
             if model.rods[k].payout != 0:
-                driven, weighed = rod_payout.drive_rod(a, n_q, k, model)
-                rod_payout.weigh(factor, k, model, P)
+                driven, by_weight = rod_payout.drive_rod(a, n_q, k, model)
+                rod_payout.set_weight(factor, k, model, P)
                 powers[DRIVEN] += driven
-                powers[MARKER_LOADS] += weighed
+                powers[MARKER_LOADS] += by_weight
     if model.tapes.size > 0:
         powers[MASS_DAMPING] += tape.add_nodes(a, 1.0, 0.0, model, F)
     if model.reduced_bodies.size > 0:
@@ -225,7 +225,8 @@ def energies(t, y, model, out):
     attitude.add_wheel_energy(y, model, out, 0)
     if model.rods.size > 0:
         rod.evaluate_rods(model, out)
-        add_flows(0, 1, model, out)
+        rod_payout.sum_flows(model)
+        out[0] += model.sums[1, 0]
     if model.tapes.size > 0:
         tape.add_kinetic_energy(y, model, out, 0)
     if model.reduced_bodies.size > 0:
@@ -251,20 +252,9 @@ def momenta(y, model, out):
     points.add_point_momenta(y, model.points, P, H)
     rigid.add_body_momenta(y, model.bodies, P, H)
     attitude.add_wheel_momenta(y, model, H)
-    add_flows(1, 7, model, out)
-
-
-@inlined
-def add_flows(first, last, model, out):
-    """Add numbers `first` to `last` of `rod_payout.add_flow_sums` of all rods to out."""
-    own = model.sums[1]
-    for k in range(model.rods.size):
-        if model.rods[k].payout != 0:
-            for i in range(7):
-                own[i] = 0.0
-            rod_payout.add_flow_sums(k, model, own)
-            for i in range(first, last):
-                out[i - first] += own[i]
+    rod_payout.sum_flows(model)
+    for i in range(6):
+        out[i] += model.sums[1, 1 + i]
 
 
 @kernel

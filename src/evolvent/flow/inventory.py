@@ -30,16 +30,13 @@ def inventory(t, y, s, model, out):
     rigid.add_body_momenta(y, model.bodies, P, H)
     points.add_point_energy(y, model.points, out, KINETIC)
     points.add_point_momenta(y, model.points, P, H)
-    part = model.sums[1]
-    for k in range(model.rods.size):
-        if model.rods[k].payout != 0:
-            for i in range(7):
-                part[i] = 0.0
-            rod_payout.add_flow_sums(k, model, part)
-            out[KINETIC] += part[0]
-            for c in range(3):
-                P[c] += part[1 + c]
-                H[c] += part[4 + c]
+    if model.rods.size > 0:
+        rod_payout.sum_flows(model)
+        flow = model.sums[1]
+        out[KINETIC] += flow[0]
+        for c in range(3):
+            P[c] += flow[1 + c]
+            H[c] += flow[4 + c]
     if model.wheels.size > 0:
         attitude.add_wheel_energy(y, model, out, KINETIC)
         attitude.add_wheel_momenta(y, model, H)

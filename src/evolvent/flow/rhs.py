@@ -57,9 +57,9 @@ def rhs(t, y, s, model, dy):
         dy[model.info.nq + model.info.nv + DRIVE] += coordinate_laws.motor_power(model)
     for k in range(model.rods.size):
         if model.rods[k].payout != 0:
-            driven, weighed = rod_payout.drive_rod(dy, 0, k, model)
+            driven, by_weight = rod_payout.drive_rod(dy, 0, k, model)
             dy[model.info.nq + model.info.nv + DRIVE] += driven
-            dy[model.info.nq + model.info.nv + LOAD] += weighed
+            dy[model.info.nq + model.info.nv + LOAD] += by_weight
 
 
 @inlined

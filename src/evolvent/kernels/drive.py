@@ -7,6 +7,8 @@ from evolvent.compiled.lookups import drive_law_at
 from evolvent.kernels.profile import row_before
 
 RAMPS, TABLE, LAW, FREE = 0, 1, 2, 3
+#: Part of the whole length of a thread or rod on a moving mesh that must be out.
+LEAST_OUT = 1e-3
 
 
 @inlined

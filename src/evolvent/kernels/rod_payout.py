@@ -30,8 +30,6 @@ from evolvent.model import MODEL, having, nonzero
 
 USED_FOR = having("rods", payout=nonzero)
 _I = types.int64
-#: Part of the whole length that must be out.
-LEAST_OUT = 1e-3
 
 
 @indirect(void(REAL, _I, MODEL))
@@ -231,7 +229,7 @@ def drive_rod(a, shift, r, model):
 
 
 @indirect(void(REAL, _I, MODEL, VECTOR))
-def weigh(factor, r, model, P):
+def set_weight(factor, r, model, P):
     """Weight of the nodes of rod r, whose masses change, into the loads P."""
     row, gravity = model.rods[r], model.info.gravity
     for b in range(row.first_body, row.first_body + row.elements + 1):
@@ -267,6 +265,17 @@ def add_flow_sums(r, model, out):
         out[4] += sx + tx
         out[5] += sy + ty
         out[6] += sz + tz
+
+
+@inlined
+def sum_flows(model):
+    """`add_flow_sums` of all rods together, into the row 1 of `Model.sums`: (7,) float."""
+    own = model.sums[1]
+    for i in range(7):
+        own[i] = 0.0
+    for r in range(model.rods.size):
+        if model.rods[r].payout != 0:
+            add_flow_sums(r, model, own)
 
 
 @indirect(void(REAL, REAL, REAL, MODEL))

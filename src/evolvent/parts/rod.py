@@ -18,7 +18,7 @@ from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness, TapeSection
 from evolvent.elements.shapes import CrossSection, Strip
 from evolvent.kernels import rigid, tape as tapes
-from evolvent.kernels.rod_payout import LEAST_OUT
+from evolvent.kernels.drive import LEAST_OUT
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.beam import _across

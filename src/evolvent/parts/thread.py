@@ -13,6 +13,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError, nearest
 from evolvent.elements.dense import norm, product
 from evolvent.kernels import rigid, springs, thread as kernels
+from evolvent.kernels.drive import LEAST_OUT
 from evolvent.parts.applies import Applies, left_out, one_of
 from evolvent.parts.base import Part, PointReference, ReelName, unit
 from evolvent.parts.drive import FreeSpool, RampDrive
@@ -284,7 +285,7 @@ class Thread(Part):
             if getattr(self, key) != allowed:
                 raise InputError(f"{name}.{key} is {getattr(self, key)!r}, which mesh 'moving' does not support; "
                                  f"leave it out, or use mesh 'material'")  # fmt: skip
-        least = kernels.LEAST_OUT * self.length
+        least = LEAST_OUT * self.length
         if out < least * (1.0 - 1e-9):
             raise InputError(
                 f"{name}.mesh is 'moving', but {out:g} m are out at the start; start with "

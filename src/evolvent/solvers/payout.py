@@ -6,8 +6,8 @@ import numpy as np
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
-from evolvent.kernels.drive import FREE, drive_angles
-from evolvent.kernels.thread import LEAST_OUT, MOVING
+from evolvent.kernels.drive import FREE, LEAST_OUT, drive_angles
+from evolvent.kernels.thread import MOVING
 from evolvent.model import Model
 
 #: Times at which a drive is evaluated over a run.

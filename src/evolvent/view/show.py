@@ -27,7 +27,7 @@ _NAMED = 7
 _LONGEST_LABEL = 30
 #: Share of a variable's largest value in any part, below which it is round-off.
 _NOISE = 1e-12
-#: Value, in the unit that is shown, from which a row of the table is not looked at for round-off.
+#: Value, in the unit that is shown, below which a row of the table may hold round-off alone.
 _TINY = 1e-9
 #: Most times of events of one kind in a row of the table.
 _EVENTS = 4

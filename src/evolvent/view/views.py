@@ -17,7 +17,7 @@ _PLANAR = 0.06
 _SPIN, _ABOUT_ONE = 2.0 * np.pi, 0.98
 #: Share of the extent of the whole motion below which the first moment has a view of its own.
 _STOWED = 0.4
-#: Samples that are looked at, at most.
+#: Largest number of samples that bound a view.
 _SAMPLES = 200
 #: Inertial axes in the order right, away, up, by the axis that points up; the sign of "away".
 _ORDER = {"z": ("x", "y", 1.0), "y": ("x", "z", -1.0), "x": ("y", "z", 1.0)}
@@ -73,7 +73,7 @@ def views(motion: Motion) -> list[View]:
 
 
 def _kept(motion: Motion) -> Array:
-    """Samples that are looked at."""
+    """Samples whose positions bound the views."""
     return np.unique(np.linspace(0, motion.time.size - 1, min(motion.time.size, _SAMPLES)).round().astype(int))
 
 

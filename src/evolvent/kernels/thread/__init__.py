@@ -41,7 +41,6 @@ from evolvent.kernels.thread.implicit import add_thread_residual, add_thread_tan
 from evolvent.kernels.thread.joined import has_springs, leaves_spool, note_tensions, pull_joined
 from evolvent.kernels.thread.loads import add_node_load_tangents, evaluate_thread_loads, node_loads
 from evolvent.kernels.thread.moving import (
-    LEAST_OUT,
     carry_root,
     hold_root,
     kick_moving,
@@ -80,7 +79,6 @@ __all__ = [
     "FREE_SPOOL",
     "INEXTENSIBLE",
     "JOINED",
-    "LEAST_OUT",
     "MOVING",
     "SHORT",
     "SPRINGS",

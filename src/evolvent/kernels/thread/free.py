@@ -10,14 +10,13 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.drive import FREE as FREE_SPOOL, LEAST_OUT
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import FREE, SPIN
 from evolvent.kernels.rotor import acceleration_about, add_reaction
 from evolvent.kernels.sparse import SPARSE, add_entry
 from evolvent.kernels.thread.boundary import pull_slopes
 from evolvent.kernels.thread.end import TINY
-from evolvent.kernels.thread.moving import LEAST_OUT
 from evolvent.kernels.thread.moving_tangent import add_payout
 from evolvent.kernels.thread.spool import MOVING, paid_out, spool_direction, spool_pull, spool_torques
 from evolvent.kernels.thread.springs import damper_slope, paid_rates, segment_columns, segment_vector, turning_columns

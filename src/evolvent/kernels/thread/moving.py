@@ -45,8 +45,6 @@ from evolvent.model import MODEL, having
 
 USED_FOR = having("threads", kind=MOVING)
 _I = types.int64
-#: Part of the whole length that must be out.
-LEAST_OUT = 1e-3
 #: Places in `root` of a thread: mass at Q, force there (3), coefficients of l'' (3); mass and force of l, force of the
 #: flow at constant l.
 MASS, FORCE, PAYOUT, PAYOUT_MASS, PAYOUT_FORCE, FLOW_FORCE = 0, 1, 4, 7, 8, 9
