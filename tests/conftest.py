@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import pathlib
 import sys
 
+#: Of the collection of garbage while tests are collected: most of what that makes stays, and is looked through in vain.
+COLLECTING = 100_000
+THRESHOLDS = gc.get_threshold()
+gc.set_threshold(COLLECTING, *THRESHOLDS[1:])
 os.environ.setdefault("MPLBACKEND", "Agg")
 # packages that a user has added change what is listed; tests of plug-ins ask for them
 os.environ["EVOLVENT_PLUGINS"] = "none"
@@ -82,6 +87,12 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     if path:
         reports = [report for kind in ("failed", "error") for report in terminalreporter.stats.get(kind, ())]
         pathlib.Path(path).write_text("".join(f"{name}\n" for name in dict.fromkeys(one.nodeid for one in reports)))
+
+
+def pytest_collection_finish() -> None:
+    """Collect garbage as before, but never again among the tests."""
+    gc.freeze()
+    gc.set_threshold(*THRESHOLDS)
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
