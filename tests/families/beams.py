@@ -324,7 +324,7 @@ def friction() -> Case:
     K = (stiff + stick) * np.array([[count, arms.sum()], [arms.sum(), arms @ arms]])
     across = np.linalg.eigvals(np.diag([1.0, 12.0]) @ K / MASS)
     return Case(
-        part="left", system=system, end=0.8, step=8e-6, theory=5e-4, kink=1e-5,
+        part="left", system=system, end=0.5, step=8e-6, theory=5e-4, kink=1e-5,
         seen=lambda assembly, y: coordinates(assembly, y, "rod")[..., 0, 0, :1],
         motion=lambda t: columns(v * t - 0.5 * (mu * math.sqrt(2.0) * g - along) * t**2),
         still=(MASS * along / (2 * count * stick),), poles=springs_poles(2 * count * stick / MASS, *across, *across),

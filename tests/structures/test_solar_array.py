@@ -14,41 +14,27 @@ from book import Book
 #: Masses, and moments of inertia about z, of the satellite and the panels.
 MASS = np.array([300.0, 4.0, 4.0, 4.0])
 INERTIA = np.array([70.0, *[4.0 * (1.0 + 0.02**2) / 12.0] * 3])
-#: From each body's centre to its outer hinge, and from the inner hinge to its centre, body axes.
-OUTER = np.array([[0.55, -0.5], [0.5, 0.0], [0.5, 0.0], [0.0, 0.0]])
-INNER = np.array([[0.0, 0.0], [0.5, 0.0], [0.5, 0.0], [0.5, 0.0]])
+#: From each body's centre to its outer hinge, and from the inner hinge to its centre, body axes, as x + iy.
+OUTER, INNER = np.array([0.55 - 0.5j, 0.5, 0.5, 0.0]), np.array([0.0, 0.5, 0.5, 0.5])
+#: Share of body j in the way from the satellite's centre to that of body i.
+WAYS = np.tril(np.ones((4, 4)), -1) * (OUTER + INNER) + np.diag(INNER)
 STIFFNESS, DAMPING = np.array([0.2, 0.1, 0.05]), np.array([0.2, 0.1, 0.05])
 REST = np.radians([-20.0, 20.0, -20.0])
 LATCH = (2000.0, 40.0)
 
 
-def turned(angle: float, v: np.ndarray) -> np.ndarray:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([c * v[0] - s * v[1], s * v[0] + c * v[1]])
-
-
 def acceleration(angles: np.ndarray, rates: np.ndarray, torques: np.ndarray) -> np.ndarray:
-    """Second derivatives of the satellite's place and of the four attitudes (5,): Kane's equations.
+    """Second derivatives of the satellite's place and of the four attitudes (6,): Kane's equations.
 
-    Centres r_i = r_0 + sum_j A(angle_j) d_ij; hinge k takes its torque from body k + 1 and gives it to body k.
+    Centres r_i = r_0 + sum_j exp(i angle_j) d_ij; hinge k takes its torque from body k + 1 and gives it to body k.
     """
-    M, force = np.zeros((6, 6)), np.zeros(6)
-    for i in range(4):
-        J, bias = np.zeros((2, 6)), np.zeros(2)
-        J[:, :2] = np.eye(2)
-        for j in range(i + 1):
-            d = (OUTER[j] if j < i else 0.0) + (INNER[j] if j > 0 else 0.0)
-            arm = turned(angles[j], np.broadcast_to(d, 2))
-            if i == 0:
-                arm = np.zeros(2)
-            J[:, 2 + j] = [-arm[1], arm[0]]
-            bias -= rates[j] ** 2 * arm
-        M += MASS[i] * J.T @ J
-        M[2 + i, 2 + i] += INERTIA[i]
-        force -= MASS[i] * J.T @ bias
-    for k in range(3):
-        force[2 + k] += torques[k]
-        force[3 + k] -= torques[k]
+    arms = WAYS * np.exp(1j * angles)
+    J = np.column_stack([np.ones(4), np.full(4, 1j), 1j * arms])
+    weighed = (MASS[:, None] * J).conj().T
+    M, force = (weighed @ J).real, (weighed @ (arms @ rates**2)).real
+    M[range(2, 6), range(2, 6)] += INERTIA
+    force[2:5] += torques
+    force[3:6] -= torques
     return np.linalg.solve(M, force)
 
 

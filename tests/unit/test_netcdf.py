@@ -129,6 +129,22 @@ def test_what_is_read_is_what_xarray_reads(request, kind, tmp_path, monkeypatch)
     assert netcdf.is_plain(ours)
 
 
+def test_a_variable_called_as_a_dimension_of_the_whole_run_is_plain(tree, sample, tmp_path):
+    """As the axis of a joint is; one that is called as a dimension of its own part is left to xarray."""
+    joint = xr.DataTree(xr.Dataset({"axis": (("time", "axis"), np.ones((7, 3)), {"units": "1"})}))
+    run = tree.assign({"elbow": joint})
+    assert netcdf.is_plain(run)
+    netcdf.write(run, str(tmp_path / "ours.nc"))
+    run.to_netcdf(tmp_path / "theirs.nc", engine="h5netcdf")
+    for name in ("ours.nc", "theirs.nc"):
+        xr.testing.assert_identical(as_xarray_reads(tmp_path / name), run)
+        with (tmp_path / name).open("rb") as file:
+            xr.testing.assert_identical(netcdf._read(file), run)
+    own = xr.DataTree(xr.Dataset({"node": (("time", "node"), np.ones((7, 2)))}))
+    assert not netcdf.is_plain(tree.assign({"elbow": own}))
+    assert not netcdf.is_plain(own)
+
+
 @pytest.mark.slow
 def test_what_was_not_written_here_is_read_by_xarray(tree, tmp_path):
     packed = tree.to_dataset()

@@ -8,6 +8,7 @@ Source: NetCDF-4 file format specification, Unidata.
 from __future__ import annotations
 
 import io
+from collections.abc import Container, Hashable
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -33,17 +34,22 @@ class NotPlain(Exception):
     """A file holds what `write` does not write."""
 
 
-def is_plain(run: xr.DataTree | xr.Dataset) -> bool:
-    """Whether `write` can write a run: plain values, no encoding of the user's, no groups in groups."""
+def is_plain(run: xr.DataTree | xr.Dataset, inherited: Container[Hashable] = ()) -> bool:
+    """Whether `write` can write a run: plain values, no encoding of the user's, no groups in groups.
+
+    A part may have a variable that is called as a dimension which it has `inherited` (the axis of a joint), but not one
+    that is called as a dimension of its own.
+    """
     if isinstance(run, xr.DataTree):
         if any(node.children for node in run.children.values()):
             return False
-        return all(map(is_plain, datasets(run).values()))
+        root, *parts = datasets(run).values()
+        return is_plain(root) and all(is_plain(part, root.dims) for part in parts)
     if run.encoding.get("unlimited_dims"):
         return False
     for name, variable in run.variables.items():
         asked = {key for key, value in variable.encoding.items() if value not in (None, False, 0)}
-        clash = variable.ndim != 1 and name in run.dims
+        clash = variable.ndim != 1 and name in run.dims and name not in inherited
         if variable.dtype.kind not in _KINDS or asked - _IDLE or clash:
             return False
     return True

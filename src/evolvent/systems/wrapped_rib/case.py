@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator
 from typing import Literal
@@ -28,6 +29,9 @@ from evolvent.systems.wrapped_rib.keys import (
     Solver,
     key,
 )
+
+#: The string is asked for several times a run: for its duration, its figures, and by every case of a study.
+_string_winding = functools.lru_cache(maxsize=16)(closed_forms.string_winding)
 
 
 class Case(Section):
@@ -289,7 +293,7 @@ class Case(Section):
         """A string without bending stiffness under the drive's torque."""
         assert self.drive is not None
         assert self.drive.torque is not None
-        return closed_forms.string_winding(
+        return _string_winding(
             self.strip, self.drive.torque, self.damping.alpha, damped=self.damped_arcs, start_angle=self.rib.start_angle
         )
 
