@@ -258,8 +258,9 @@ class Problem:
         return whitener(self.frequency_covariance)
 
     @functools.cached_property
-    def _shape_whitener(self) -> np.ndarray | None:
-        return None if self.shape_covariance is None else whitener(self.shape_covariance)
+    def _shape_whitener(self) -> np.ndarray:
+        assert self.shape_covariance is not None
+        return whitener(self.shape_covariance)
 
     def assigned(self, values: np.ndarray) -> Setup:
         """The setup with values of the unknowns."""
