@@ -391,6 +391,7 @@ def test_what_mountings_refuse(changes: Mapping[str, Any], said: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("outlined")
 def test_the_command_writes_a_certificate(tmp_path: pathlib.Path) -> None:
     content = description() | {"recordings": {"a.csv": {}, "b.csv": {"mounting.rotation": "90 deg about x"}}}
     content["body"] |= {"Iyz": "0.5 kg m^2"}

@@ -6,14 +6,14 @@ import json
 import os
 import pathlib
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 import yaml
+from click.testing import CliRunner
 
 from evolvent import InputError
+from evolvent.commands.massprops import identify
 from evolvent.massprops import mass_properties
 from evolvent.massprops.inertia.pendulums import multifilar
 from massprops import rig
@@ -41,18 +41,13 @@ def wires(**changes: object) -> dict[str, object]:
 
 
 @NEEDED
+@pytest.mark.usefixtures("outlined")
 def test_eleven_recordings_give_the_platform(tmp_path: pathlib.Path) -> None:
     """The published 0.23479(35) kg m2, scatter over the eleven; nothing is set by hand but the rig."""
-    code = "import sys; from evolvent.commands.massprops import identify; identify()"
     page = tmp_path / "certificate.html"
-    done = subprocess.run(
-        [sys.executable, "-c", code, *map(str, RECORDINGS), "--stand", str(TRIFILAR), "-o", str(page)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert "scatter of 11 recordings" in done.stdout
+    done = CliRunner().invoke(identify, [*map(str, RECORDINGS), "--stand", str(TRIFILAR), "-o", str(page)])
+    assert done.exit_code == 0, done.output
+    assert "scatter of 11 recordings" in done.output
     text = page.read_text(encoding="utf-8")
     value = json.loads(re.search(r"values: (\[.*?\])", text)[1])[0]  # type: ignore[index]
     variance = json.loads(re.search(r"covariance: (\[\[.*?\]\])", text)[1])[0][0]  # type: ignore[index]

@@ -163,7 +163,7 @@ def skew(a: Array) -> Array:
 
 
 def quaternion(R: Array) -> Array:
-    """Quaternion (4,), scalar part first and not below zero, of a rotation matrix."""
+    """Quaternions (..., 4), scalar part first and not below zero, of rotation matrices (..., 3, 3)."""
     from scipy.spatial.transform import Rotation
 
     found: Array = Rotation.from_matrix(np.array(R)).as_quat(canonical=True, scalar_first=True)

@@ -228,7 +228,7 @@ def compare(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Model frequencies, agreement of shapes, and model shapes scaled to the measured ones."""
     modal, used = task.modal, task.used
-    found = p.linear(assign(p.base, p.unknown, values)).modes()
+    found = p.modes(p.assigned(values))
     w, v = np.sqrt(found.eigenvalue), found.at(task.sensors, task.directions)
     frequency, shapes = modal.frequency[list(used)], modal.shapes[list(used)]
     agreement = np.nan_to_num(mac(shapes[:, None], v[None]))

@@ -96,9 +96,11 @@ def _residual(
 
 
 def _ends(
-    p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], share: float
+    p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], share: float, *, middle: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
     """Shifts (2 q, q) of each input up and down by a share of its deviation, and the residuals there.
+
+    With `middle` one more row has no shift.
 
     Raises
     ------
@@ -106,7 +108,7 @@ def _ends(
         Where no stand or body can have the input so far off; it names the input.
     """
     steps = np.diag([share * i.std for i in inputs])
-    shifts = np.concatenate([steps, -steps])
+    shifts = np.concatenate([steps, -steps, *([np.zeros((1, len(inputs)))] if middle else [])])
     with np.errstate(all="ignore"):
         try:
             r = _residual(p, values, inputs, shifts)
@@ -114,7 +116,7 @@ def _ends(
                 return shifts, r
         except (InputError, np.linalg.LinAlgError):
             pass
-        for k, shift in enumerate(shifts):
+        for k, shift in enumerate(shifts[: 2 * len(inputs)]):
             item = inputs[k % len(inputs)]
             reason = "the model has no modes"
             try:
@@ -143,11 +145,10 @@ def _second_order_terms(
     """
     if not inputs:
         return np.zeros((0, len(values)))
-    shifts, _ = _ends(p, values, inputs, 1.0)
-    shifts = np.concatenate([shifts, np.zeros((1, len(inputs)))])
-    found = np.broadcast_to(values, (len(shifts), len(values)))
+    shifts, r = _ends(p, values, inputs, 1.0, middle=True)
+    found = values - r @ P.T
     with np.errstate(all="ignore"):
-        for _ in range(4):
+        for _ in range(3):
             try:
                 found = found - _residual(p, found, inputs, shifts) @ P.T
             except (InputError, np.linalg.LinAlgError):

@@ -124,6 +124,8 @@ def check_curve(name: str, part: Curved) -> None:
 def stress_free(part: Curved) -> tuple[Array, Array]:
     """Nodes of the stress-free shape: positions (n, 3), m, and axes (n, 3, 3) as columns, in the axes of the root."""
     arc = np.asarray(part.arc)
+    if not is_curved(part):
+        return np.outer(arc, [1.0, 0.0, 0.0]), np.tile(np.eye(3), (arc.size, 1, 1))
     if part.shape is None:
         each = [rods.advanced(np.array(part.curvature), float(s)) for s in arc]
         return np.array([x for x, _ in each]), np.array([R for _, R in each])

@@ -431,12 +431,13 @@ class Rod(Part):
         """Write the nodes as free bodies; returns the first one's index."""
         arms, w = self.arms(), np.array(self.angular_velocity)
         first = len(builder.rows["bodies"])
-        for i in range(self.elements + 1):
+        centres = np.array([x[i] - product(R[i], arms[i]) for i in range(self.elements + 1)])
+        velocities = np.array(self.velocity) + np.cross(w, centres - x[0])
+        turns = rods.quaternion(R)
+        for i, (centre, velocity) in enumerate(zip(centres, velocities, strict=True)):
             own = [share[1] for share in shares[max(i - 1, 0) : i]] + [share[0] for share in shares[i : i + 1]]
             mass, inertia = sum(s.mass for s in own), sum((s.inertia for s in own), np.zeros((3, 3)))
-            centre = x[i] - product(R[i], arms[i])
-            velocity = np.array(self.velocity) + np.cross(w, centre - x[0])
-            q, v = builder.coordinates([*centre, *rods.quaternion(R[i])], [*velocity, *product(R[i].T, w)])
+            q, v = builder.coordinates([*centre, *turns[i]], [*velocity, *product(R[i].T, w)])
             builder.poses.append(Pose(centre, R[i], velocity, w))
             builder.add(
                 "bodies", motion=rigid.FREE, iq=q, iv=v, mass=mass, inertia=inertia,

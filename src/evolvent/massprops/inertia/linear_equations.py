@@ -7,7 +7,7 @@ import numpy as np
 from evolvent.base.errors import InputError
 from evolvent.massprops.inertia.problem import BODY_NAMES, Problem, assign, scale_of, value_of
 from evolvent.massprops.inertia.stand import MOMENTS, Setup
-from evolvent.massprops.inertia.statics import Pose, Y, equilibrium_pose, gradient, skew, spring_state, turning
+from evolvent.massprops.inertia.statics import Pose, Y, cross, equilibrium_pose, gradient, skew, spring_state, turning
 from evolvent.massprops.inertia.vibration import level, linearise
 
 
@@ -124,7 +124,7 @@ def six_mode_properties(p: Problem, pose: Pose | None = None) -> dict[str, float
         R = at.rotation
         r = p.points @ R.T
         u = np.broadcast_to(p.directions, r.shape)
-        phi = rigid_shapes(p, np.concatenate([u, np.cross(r, u)], axis=1), np.eye(6))
+        phi = rigid_shapes(p, np.concatenate([u, cross(r, u)], axis=1), np.eye(6))
         K = spring_stiffness(s, at)
         size = np.sqrt(np.abs(np.diag(linearise(s).mass)))
         A, b = [], []
@@ -140,7 +140,7 @@ def six_mode_properties(p: Problem, pose: Pose | None = None) -> dict[str, float
             rows = np.zeros((4, 10))
             rows[0, 0] = g
             rows[1:, 1:4] = g * -skew(Y) @ R
-            load = np.concatenate([[force[:, 1].sum()], np.cross(arms, force).sum(axis=0)])
+            load = np.concatenate([[force[:, 1].sum()], cross(arms, force).sum(axis=0)])
             unit = np.array([load[0], *(load[0] * np.abs(s.points).max(),) * 3])
             A.append(rows / unit[:, None])
             b.append(load / unit)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,11 +14,13 @@ from evolvent.base.errors import InputError, nearest
 from evolvent.massprops.identification import Modes
 from evolvent.massprops.inertia import mounted
 from evolvent.massprops.inertia.stand import CENTRE, MOMENTS, Body, Mounting, Setup, Stand, array, setup
-from evolvent.massprops.inertia.vibration import LinearModel, NormalModes, level, linearise, spring_energies
+from evolvent.massprops.inertia.vibration import NormalModes, level, linearise, spring_energies
 
 BODY_NAMES = ("mass", *CENTRE, *MOMENTS)
 STAND_NAMES = ("stiffness", "a", "b", "length", "lateral_stiffness", "gravity")
 MODELS = {"full": linearise, "vertical": level}
+#: Modes of so many setups are kept, of each no more than so many bytes.
+KEPT, LARGEST_KEPT = 16, 200_000
 #: Standard deviations that weight the data where none are given: of a frequency, of a shape's largest amplitude.
 FREQUENCY_STD, SHAPE_STD = 1e-5, 1e-2
 
@@ -165,6 +168,28 @@ def mac(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return uv / np.where(uu_vv > 0.0, uu_vv, 1.0)
 
 
+class _Content:
+    """A model and a setup, equal to another with the same numbers."""
+
+    def __init__(self, model: str, s: Setup) -> None:
+        self.model, self.setup = model, s
+        arrays = [np.asarray(x) for x in (*s[:12], s.added, *(s.mounting or ())) if x is not None]
+        self.size = sum(x.nbytes for x in arrays)
+        self._key = (model, s.guided, s.added is None, tuple((x.shape, x.tobytes()) for x in arrays))
+        self._hash = hash(self._key)
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Content) and self._key == other._key
+
+
+@functools.lru_cache(maxsize=KEPT)
+def _kept_modes(of: _Content) -> NormalModes:
+    return MODELS[of.model](of.setup).modes()
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Problem:
     """Measured modes, the model they are held against, and what is unknown in it.
@@ -228,18 +253,30 @@ class Problem:
         """Whether shapes were measured."""
         return self.shapes is not None
 
+    @functools.cached_property
+    def _whitener(self) -> np.ndarray:
+        return whitener(self.frequency_covariance)
+
+    @functools.cached_property
+    def _shape_whitener(self) -> np.ndarray:
+        assert self.shape_covariance is not None
+        return whitener(self.shape_covariance)
+
     def assigned(self, values: np.ndarray) -> Setup:
         """The setup with values of the unknowns."""
         return assign(self.base, self.unknown, values)
 
-    @property
+    @functools.cached_property
     def scale(self) -> np.ndarray:
         """(p,) sizes of the unknowns."""
         return np.array([scale_of(self.base, name) for name in self.unknown])
 
-    def linear(self, s: Setup) -> LinearModel:
-        """The model of a setup."""
-        return MODELS[self.model](s)
+    def modes(self, s: Setup) -> NormalModes:
+        """Undamped modes of a setup; those evaluated last are kept: derivatives are taken again at equal values."""
+        none = np.zeros(s.stiffness.shape[-1])
+        s = s._replace(damping=none, lateral_damping=none)
+        of = _Content(self.model, s)
+        return _kept_modes(of) if of.size <= LARGEST_KEPT else MODELS[self.model](s).modes()
 
     def residual(
         self,
@@ -271,7 +308,7 @@ class Problem:
         frequency = self.frequency if frequency is None else frequency
         shapes = self.shapes if shapes is None else shapes
         s = self.base if known_values is None else assign(self.base, known, known_values)
-        modes = self.linear(assign(s, self.unknown, values)).modes()
+        modes = self.modes(assign(s, self.unknown, values))
         batch = np.broadcast_shapes(modes.eigenvalue.shape[:-1], frequency.shape[:-1], np.shape(values)[:-1])
         f = np.sqrt(modes.eigenvalue)
         v = None if self.points is None or shapes is None else modes.at(self.points, self.directions)
@@ -282,10 +319,10 @@ class Problem:
             cost = cost + 1.0 - mac(shapes[..., :, None, :], v[..., None, :, :])
         pick = matching(np.broadcast_to(cost, (*batch, *cost.shape[-2:])))
         f = np.take_along_axis(np.broadcast_to(f, (*batch, f.shape[-1])), pick, axis=-1)
-        rows = [(f - frequency) @ whitener(self.frequency_covariance).T]
+        rows = [(f - frequency) @ self._whitener.T]
         if v is not None and shapes is not None and self.shape_covariance is not None:
             v = np.take_along_axis(np.broadcast_to(v, (*batch, *v.shape[-2:])), pick[..., None], axis=-2)
-            W = whitener(self.shape_covariance)
+            W = self._shape_whitener
             Wv, Wa = np.einsum("mij,...mj->...mi", W, v), np.einsum("mij,...mj->...mi", W, shapes)
             if self.release is None:
                 size = np.sum(Wv * Wv, axis=-1, keepdims=True)  # zero where no sensor sees the model's mode
@@ -300,7 +337,7 @@ class Problem:
     def jacobian(self, values: np.ndarray, known: Sequence[str] | None = None) -> np.ndarray:
         """(r, p) derivative of the residual by the unknowns, or by the `known` numbers; central differences."""
         names = self.unknown if known is None else tuple(known)
-        scale = np.array([scale_of(self.base, name) for name in names])
+        scale = self.scale if known is None else np.array([scale_of(self.base, name) for name in names])
         at = values if known is None else np.array([float(value_of(self.base, name)) for name in names])
         step = 1e-5 * scale
         both = at + np.concatenate([np.diag(step), -np.diag(step)])

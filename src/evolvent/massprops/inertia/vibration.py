@@ -15,6 +15,7 @@ from evolvent.massprops.inertia.statics import (
     LEVEL,
     Pose,
     Z,
+    cross,
     equilibrium_pose,
     gradient,
     jacobian,
@@ -70,7 +71,7 @@ class LinearModel:
         u = array("directions", directions, (3,))
         r = (points - self.centre[..., None, :]) @ np.swapaxes(self.pose.rotation, -1, -2)
         u = np.broadcast_to(u, r.shape)
-        return np.concatenate([u, np.cross(r, u)], axis=-1)
+        return np.concatenate([u, cross(r, u)], axis=-1)
 
     def jump(self, impulse: Any, point: Any) -> np.ndarray:
         """Velocity of the centre of mass and angular velocity (6,), level axes, that an impulse gives the body at rest.
@@ -85,7 +86,7 @@ class LinearModel:
         In the motions B that the support leaves: B (B^T M B)^-1 B^T (impulse, r x impulse).
         """
         impulse, point = array("impulse", impulse, (3,)), array("point", point, (3,))
-        load = np.concatenate([impulse, np.cross(self.pose.rotation @ (point - self.centre), impulse)])
+        load = np.concatenate([impulse, cross(self.pose.rotation @ (point - self.centre), impulse)])
         found: np.ndarray = self.basis @ np.linalg.solve(self.reduced()[0], self.basis.T @ load)
         return found
 
@@ -235,7 +236,7 @@ class NormalModes:
         share = np.swapaxes(self.shares, -1, -2)[..., 3:].sum(axis=-1, keepdims=True)
         square = np.where(share > LEAST_ROTATION, np.sum(turn**2, axis=-1, keepdims=True), np.nan)
         R = self.model.pose.rotation[..., None, :, :]
-        arm, direction = np.cross(turn, u) / square, turn / np.sqrt(square)
+        arm, direction = cross(turn, u) / square, turn / np.sqrt(square)
         direction = direction * facing(np.nan_to_num(direction))[..., None]
         points = self.model.centre[..., None, :] + np.einsum("...ji,...j->...i", R, arm)
         return points, np.einsum("...ji,...j->...i", R, direction)
@@ -267,7 +268,7 @@ class NormalModes:
     def _load(self, force: Any, point: Any) -> np.ndarray:
         force, point = array("force", force, (3,)), array("point", point, (3,))
         r = np.einsum("...ij,...j", self.model.pose.rotation, point - self.model.centre)
-        Q = np.concatenate(np.broadcast_arrays(force + 0 * r, np.cross(r, force)), axis=-1)
+        Q = np.concatenate(np.broadcast_arrays(force + 0 * r, cross(r, force)), axis=-1)
         return np.einsum("...im,...i", self.shapes, Q)
 
     def state(self, displacement: Any, velocity: Any = (0.0,) * 6) -> np.ndarray:
