@@ -8,7 +8,7 @@ import urllib.request
 import pytest
 
 import evolvent
-from evolvent import cases
+from evolvent import cases, results
 from studio.serving import choose, part
 
 #: Whether the picture of the start is drawn, and how far its first line reaches along x, m.
@@ -36,11 +36,15 @@ parts:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A working folder with a shortened slew."""
+    """A working folder with a shortened slew, two runs of it, and a structure without a key `system`."""
     place = tmp_path_factory.mktemp("structures") / "work"
     place.mkdir()
     content = cases.content_of("boom-slew", {"simulate.until": "0.4 s"})
     (place / "slew.yaml").write_text(cases.dump(content))
+    (place / "cantilever.yaml").write_text(CANTILEVER)
+    run = evolvent.run(content)
+    for name in ("slew.nc", "again.nc"):
+        results.save(run, place / name)
     return place
 
 
@@ -213,7 +217,6 @@ def test_a_structure_is_run_and_its_variables_are_drawn(page, server, folder, sh
     choose(page, "variables", re.compile(r"hub\.rate"), typed="hub.ra")
     page.keyboard.press("Escape")
     page.wait_for_selector(f"{part('chosen')} canvas")
-    page.wait_for_timeout(500)
     page.screenshot(path=shots / "structure-variables.png")
     ref = "job:" + next(p.name for p in (folder / ".evolvent-studio").iterdir() if p.name.endswith("slew"))
     for what, begins in (("run", b"\x89HDF"), ("case", b"system: structure")):
@@ -242,7 +245,6 @@ def test_modes_are_listed_and_the_chosen_one_moves(page, server, shots):
     page.wait_for_function(f"(window.now = {MOVES}.now) > 0.6 * {MOVES}.end")
     page.wait_for_function(f"{MOVES}.now < window.now")
     assert page.evaluate(f"{MOVES}.playing")
-    page.wait_for_timeout(300)
     page.screenshot(path=shots / "structure-modes.png")
     page.click(part("mode-8"))
     page.wait_for_function(f"{title}?.startsWith('Mode 8')")
@@ -256,13 +258,9 @@ def test_modes_are_listed_and_the_chosen_one_moves(page, server, shots):
     page.wait_for_function(f"{title}?.startsWith('Mode 8')")  # the one that was shown last
 
 
-def test_the_equilibrium_is_found_and_drawn(page, folder, shots):
+def test_the_equilibrium_is_found_and_drawn(page, shots):
     """A cantilever under a weight at its tip: w L^3/(3 EI) below its root."""
     content = cases.parse_yaml(CANTILEVER, "cantilever")
-    (folder / "cantilever.yaml").write_text(CANTILEVER)
-    page.reload()
-    page.wait_for_selector(part("run"))
-    page.wait_for_timeout(400)
     choose(page, "case", "cantilever.yaml")
     page.click(part("equilibrium"))
     page.wait_for_selector(part("result"))
@@ -273,20 +271,13 @@ def test_the_equilibrium_is_found_and_drawn(page, folder, shots):
     assert tip == pytest.approx(wanted, rel=1e-4)
     assert tip == pytest.approx(-0.05 * 2.0**3 / (3.0 * 70e9 * 0.02 * 0.002**3 / 12.0), rel=2e-2)
     assert not page.locator(part("play")).is_visible()
-    page.wait_for_timeout(400)
     page.screenshot(path=shots / "structure-equilibrium.png")
 
 
-def test_two_runs_of_a_structure_are_compared(page, server):
-    for _ in range(2):
-        page.click(part("tab-case"))
-        choose(page, "case", "slew.yaml")
-        page.click(part("run"))
-        page.wait_for_selector(part("result"))
-    page.wait_for_timeout(500)
-    boxes = page.locator(f"{part('runs')} .q-checkbox")
-    for k in range(2):
-        boxes.nth(k).click()
+def test_two_runs_of_a_structure_are_compared(page):
+    page.click(part("tab-runs"))
+    for name in ("slew.nc", "again.nc"):
+        page.click(part(f"tick-file:{name}"))
     page.click(part("compare"))
     page.wait_for_selector(part("comparison"))
     page.wait_for_selector(f"{part('charts')} canvas")
