@@ -1,20 +1,23 @@
-"""Studies on the page in a real browser, and the page on a phone."""
+"""Studies, margins, dispersions and calibrations on the page in a real browser, and the page on a phone."""
 
 from __future__ import annotations
 
 import json
 import re
+import shutil
 
 import pytest
 
 from evolvent import cases
 from evolvent.design import studies
+from margin_cases import case
+from studio.conftest import AT_ONCE
 from studio.serving import SHORT, WAIT, choose, part
 
-#: A phone.
-PHONE = {"width": 390, "height": 844}
-#: Where the tests begin: the panel, and what it has when it is there.
-FIRST_TAB = ("tab-studies", "run-study")
+#: A phone, and the screen of the other tests.
+PHONE, SCREEN = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
+#: The picture of a result.
+VIEWER = "document.querySelector('.ev-motion')?.viewer"
 
 
 @pytest.fixture(scope="module")
@@ -32,15 +35,30 @@ def folder(tmp_path_factory):
     keep = ["best_spring", "mode_energy"]
     orders = {"study": "orders", "case": "inertia-stand", "over": over, "keep": keep}
     studies.sweep(studies.read(orders), output=place / "orders")
+    (place / "hinge.yaml").write_text(cases.dump(case()))
+    silent = case()
+    silent["margin"]["zero"].remove("harness")
+    (place / "silent.yaml").write_text(cases.dump(silent))
+    (place / "springs.csv").write_text("stiffness (mN m/rad)\n98\n101\n99.5\n102\n97\n100\n")
+    shutil.copyfile(cases.system("wire-booms").data_files["rbsp-a.csv"], place / "log.csv")
+    over = {"solver.step": "table(1e-4 s, 1e-4 s, 1e-4 s, 2e-2 s)", "spool.rate": "5%"}
+    loose = {
+        "study": "loose",
+        "case": "short.yaml",
+        "sample": "monte-carlo",
+        "samples": 100,
+        "batch": 1,
+        "over": over,
+    }
+    loose |= {"set": {"solver.duration": "0.4 s"}, "keep": ["body_rate.last", "tip_lag.max"]}
+    (place / "loose.yaml").write_text(json.dumps(loose))
+    (place / "wrong.csv").write_text("stiffness (mN m/rad)\n98\nabc\n")
     return place
 
 
-def opened(browser, server, **options):
-    context = browser.new_context(**options)
-    page = context.new_page()
-    page.set_default_timeout(WAIT)
-    page.goto(server.url)
-    return page
+def has_value(page, field, text):
+    """Wait until a field shows a text: the form is drawn again after some choices."""
+    page.wait_for_function("([s, text]) => document.querySelector(s)?.value === text", arg=[part(field), text])
 
 
 def state(page, pattern):
@@ -50,50 +68,129 @@ def state(page, pattern):
     return found.inner_text()
 
 
-def typed(page, field, text):
-    page.locator(part(field)).fill(text)
-    page.wait_for_timeout(300)
+#: Numbers of a page that stand on two lines, and those that reach out of it to the right where nothing scrolls.
+BROKEN = r"""() => {
+  const found = [], walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  const hides = (e) => e && (getComputedStyle(e).overflowX !== "visible" || hides(e.parentElement));
+  while (walk.nextNode()) {
+    const node = walk.currentNode, range = document.createRange(), text = node.data.trim();
+    if (["STYLE", "SCRIPT", "TEXTAREA", "PRE"].includes(node.parentElement.tagName)) continue;
+    for (const match of node.data.matchAll(/(?<![\w.-])[-+]?\d[\d.]*(e[-+]?\d+)?/g)) {
+      range.setStart(node, match.index);
+      range.setEnd(node, match.index + match[0].length);
+      const boxes = [...range.getClientRects()].filter((box) => box.width > 0);
+      if (new Set(boxes.map((box) => Math.round(box.top))).size > 1) found.push(`${match[0]} on two lines: ${text}`);
+      if (boxes.some((box) => box.right > innerWidth + 1) && !hides(node.parentElement)) found.push(`outside: ${text}`);
+    }
+  }
+  return found;
+}"""
 
 
-def test_a_first_visit_offers_an_example(browser, server, shots):
-    page = opened(browser, server, viewport=PHONE, has_touch=True, is_mobile=True)
+def resized(page, screen):
+    """Give the page another size, and wait until the reports in it have theirs."""
+    page.set_viewport_size(screen)
+    page.wait_for_function("width => innerWidth === width", arg=screen["width"])
+    for frame in page.frames[1:]:
+        place = frame.frame_element()
+        while place.is_visible() and place.evaluate("e => e.clientWidth") != frame.evaluate("innerWidth"):
+            page.wait_for_timeout(20)
+
+
+def checked(page, shots, name):
+    """Screenshots on both screens; nothing is wider than the page, and no number is missing or on two lines."""
+    for size, screen in (("", SCREEN), ("phone-", PHONE)):
+        resized(page, screen)
+        page.screenshot(path=shots / f"{size}{name}.png")
+        for frame in page.frames:
+            assert frame.evaluate("document.documentElement.scrollWidth <= innerWidth + 1"), (name, screen)
+            assert not re.search(r"\b(nan|inf|None|undefined|NaN)\b", frame.locator("body").inner_text())
+            assert frame.evaluate(BROKEN) == [], (name, screen)
+    resized(page, SCREEN)
+
+
+# ------------------------------------------------------------------------------------------------ a phone
+
+
+def test_a_first_visit_on_a_phone_offers_an_example_and_shows_its_result(browser, server, shots):
+    context = browser.new_context(viewport=PHONE, has_touch=True, is_mobile=True)
+    context.add_init_script(AT_ONCE)
+    context.set_default_timeout(WAIT)
+    page = context.new_page()
+
+    def fits():
+        return page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+
     try:
+        page.goto(server.url)
         page.wait_for_selector(part("run-start"))  # the start of the first case, with a button that runs it
-        page.tap(part("tab-case"))
-        page.wait_for_timeout(500)
+        for tab, inside in (("runs", "compare"), ("measure", "measure"), ("studies", "run-study"), ("case", "run")):
+            page.tap(part(f"tab-{tab}"))
+            page.wait_for_selector(part(inside))
+            box = page.locator(part(inside)).bounding_box()
+            assert box["y"] + box["height"] <= PHONE["height"], tab
+            assert not page.locator(part("main")).is_visible()
+            assert fits(), tab
         choose(page, "case", "short.yaml")
         page.reload()
         page.wait_for_selector(part("example"))
         page.screenshot(path=shots / "phone-welcome.png")
         page.tap(part("example"))
-        page.wait_for_selector(f"{part('motion')} canvas")
+        page.wait_for_selector(part("result"))
         assert "boom-slew" in page.locator(part("result")).inner_text()
+        page.wait_for_function(f"{VIEWER}?.motions[0].frames > 1")
+        page.screenshot(path=shots / "phone-run.png")
+        assert fits()
+        motion, numbers = (page.locator(place).first.bounding_box() for place in (part("motion"), ".ev-two"))
+        assert motion["y"] >= 0.0
+        assert motion["height"] > 250.0
+        assert motion["y"] + motion["height"] < numbers["y"]
+        assert numbers["y"] + 100.0 < PHONE["height"]
+        before = page.evaluate(f"{VIEWER}.camera.azimuth")
+        page.evaluate(
+            f"""(canvas => {{ for (const [type, x] of [['pointerdown', 150], ['pointermove', 200], ['pointerup', 200]])
+            canvas.dispatchEvent(new PointerEvent(type, {{ clientX: x, clientY: 300, pointerId: 1,
+            pointerType: 'touch', isPrimary: true, bubbles: true }})) }})({VIEWER}.canvas)"""
+        )
+        assert page.evaluate(f"{VIEWER}.camera.azimuth") != before
+        page.tap(part("play"))
+        page.wait_for_function(f"{VIEWER}.now > 0.0")
+        page.tap(part("tab-studies"))
+        page.tap(part("study-broken"))
+        page.wait_for_selector(f"{part('study-chart')} canvas")
+        page.screenshot(path=shots / "phone-study.png")
+        assert not page.locator(part("run-study")).is_visible()  # the panels are folded
+        assert fits()
     finally:
-        page.context.close()
+        context.close()
+
+
+# ------------------------------------------------------------------------------------------------ studies
 
 
 def test_a_study_is_written_estimated_saved_and_run(page, folder, shots):
+    page.click(part("tab-studies"))
     choose(page, "case-of-study", "short.yaml")
     page.locator(part("axis-error-0"), has_text="Choose a key").wait_for()  # that of the other case is gone
     assert page.locator(part("run-study")).is_disabled()
     choose(page, "axis-key-0", "spool.rate", typed="spool.rate")
-    page.wait_for_function(f"document.querySelector('{part('axis-0-values')}')?.value === '3.5 rad/s'")
+    has_value(page, "axis-0-values", "3.5 rad/s")
     assert "a plain number is in rad/s" in page.locator(part("axis-0")).inner_text()
-    typed(page, "axis-0-values", "2, 3 rad/s, [")
-    assert page.locator(part("axis-error-0")).inner_text().startswith("over.spool.rate is '[2, 3 rad/s, []'")
+    page.locator(part("axis-0-values")).fill("2, 3 rad/s, [")
+    page.locator(part("axis-error-0"), has_text="over.spool.rate is '[2, 3 rad/s, []'").wait_for()
     assert page.locator(part("run-study")).is_disabled()
-    typed(page, "axis-0-values", "2, 3 rad/s")
-    while page.locator(".q-chip__icon--remove").count():
-        page.locator(".q-chip__icon--remove").first.click()
-        page.wait_for_timeout(300)
+    page.locator(part("axis-0-values")).fill("2, 3 rad/s")
+    chips = page.locator(f".q-field:has({part('keep')}) .q-chip")
+    for left in reversed(range(chips.count())):
+        chips.locator(".q-chip__icon--remove").first.click()
+        chips.nth(left).wait_for(state="detached")
     page.locator(part("keep")).fill("body_rate.last")
     page.keyboard.press("Enter")
     page.keyboard.press("Escape")
     page.locator(f"{part('block-set')} .q-item").first.click()
-    typed(page, "set-of-study", "solver.duration: 0.4 s")
-    typed(page, "name-of-study", "rates")
+    page.locator(part("set-of-study")).fill("solver.duration: 0.4 s")
+    page.locator(part("name-of-study")).fill("rates")
     state(page, "^2 cases$")
-    page.wait_for_timeout(1500)
     page.screenshot(path=shots / "study-form.png")
     page.click(part("estimate"))
     assert "2 cases of about" in state(page, "each|failed|cancelled")
@@ -114,17 +211,19 @@ def test_a_study_is_written_estimated_saved_and_run(page, folder, shots):
     page.click(part("run-study"))
     page.locator(part("study-result"), has_text="study rates").wait_for()
     page.click(part("edit-study"))
-    page.wait_for_timeout(500)
-    assert page.locator(part("name-of-study")).input_value() == "rates"
+    has_value(page, "name-of-study", "rates")
     assert page.locator(part("axis-0-values")).input_value() == "2, 3 rad/s"
     choose(page, "sample", "Latin hypercube: spread random samples")
     assert page.locator(part("axis-0-to")).input_value() == "3 rad/s"
     assert page.locator(part("samples-of-study")).input_value() == "100"
-    typed(page, "samples-of-study", "12")
+    page.locator(part("samples-of-study")).fill("12")
     state(page, "^12 cases$")
 
 
+@pytest.mark.release
 def test_a_study_is_cancelled_and_continued(page, shots):
+    """As a dispersion is in `test_a_dispersion_is_cancelled_and_continued_and_its_failures_are_results`."""
+    page.click(part("tab-studies"))
     choose(page, "study", "many.yaml")
     state(page, "^400 cases$")
     page.click(part("run-study"))
@@ -138,14 +237,14 @@ def test_a_study_is_cancelled_and_continued(page, shots):
     page.click(part("cancel"))
     page.wait_for_selector(part("continue"))
     page.click(part("edit-study"))
-    page.wait_for_timeout(500)
-    assert page.locator(part("axis-0-points")).input_value() == "400"
+    has_value(page, "axis-0-points", "400")
 
 
 def test_failed_cases_are_marked_with_their_reason(page, shots):
+    page.click(part("tab-studies"))
     page.click(part("study-broken"))
-    page.wait_for_selector(f"{part('study-chart')} canvas")
-    page.wait_for_timeout(500)
+    shown = f"document.querySelector('{part('study-chart')} .ev-chart')"
+    page.wait_for_function(f"{shown}?.chart?.getOption()?.series?.length > 1")  # the canvas is there before its options
     page.screenshot(path=shots / "study-failed.png")
     assert page.locator(part("study-failed")).inner_text().startswith("3 of 6 cases failed")
     chart = page.locator(f"{part('study-chart')} .ev-chart").first
@@ -163,6 +262,7 @@ def test_failed_cases_are_marked_with_their_reason(page, shots):
 
 
 def test_categories_have_a_discrete_legend(page, shots):
+    page.click(part("tab-studies"))
     page.click(part("study-orders"))
     page.wait_for_selector(f"{part('study-chart')} canvas")
     shown = f"document.querySelector('{part('study-chart')} .ev-chart')"
@@ -176,53 +276,163 @@ def test_categories_have_a_discrete_legend(page, shots):
     page.screenshot(path=shots / "study-categories.png")
 
 
-# ------------------------------------------------------------------------------------------------ a phone
+# ------------------------------------------------------------------------- margins, dispersions, calibrations
 
 
-def test_the_first_result_is_seen_on_a_phone(browser, server, shots):
-    page = opened(browser, server, viewport=PHONE, has_touch=True, is_mobile=True)
+def test_all_tabs_are_seen(page, shots):
+    for width in (1440, 1000, 390):
+        resized(page, {"width": width, "height": 844})
+        page.screenshot(path=shots / f"tabs-{width}.png")
+        inside = page.locator(".ev-side").bounding_box()
+        last = page.locator(part("tab-measure")).bounding_box()
+        assert last["x"] + last["width"] <= inside["x"] + inside["width"] + 0.5
+        content = page.locator(".ev-side .q-tabs__content").first
+        assert content.evaluate("e => e.scrollWidth <= e.clientWidth"), "which arrows would move"
+        assert not page.locator(".ev-side .q-tabs__arrow--right:visible").count()
+    resized(page, SCREEN)
 
-    def fits():
-        return page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
 
-    try:
-        page.wait_for_selector(part("shell"))
-        for tab, inside in (("case", "run"), ("runs", "compare"), ("measure", "measure"), ("studies", "run-study")):
-            page.tap(part(f"tab-{tab}"))
-            page.wait_for_timeout(500)
-            box = page.locator(part(inside)).bounding_box()
-            assert box["y"] + box["height"] <= PHONE["height"], tab
-            assert not page.locator(part("main")).is_visible()
-            assert fits(), tab
-        page.tap(part("tab-case"))
-        choose(page, "case", "short.yaml")
-        page.tap(part("run"))
-        page.wait_for_selector(f"{part('motion')} canvas")
-        page.wait_for_timeout(800)
-        page.screenshot(path=shots / "phone-run.png")
-        assert not page.locator(part("run")).is_visible()  # the panels are folded
-        assert fits()
-        motion, numbers = (page.locator(place).first.bounding_box() for place in (part("motion"), ".ev-two"))
-        assert motion["y"] >= 0.0
-        assert motion["height"] > 250.0
-        assert motion["y"] + motion["height"] < numbers["y"]
-        assert numbers["y"] + 100.0 < PHONE["height"]
-        viewer = "document.querySelector('.ev-motion').viewer"
-        before = page.evaluate(f"{viewer}.camera.azimuth")
-        page.evaluate(
-            f"""(canvas => {{ for (const [type, x] of [['pointerdown', 150], ['pointermove', 200], ['pointerup', 200]])
-            canvas.dispatchEvent(new PointerEvent(type, {{ clientX: x, clientY: 300, pointerId: 1,
-            pointerType: 'touch', isPrimary: true, bubbles: true }})) }})({viewer}.canvas)"""
-        )
-        assert page.evaluate(f"{viewer}.camera.azimuth") != before
-        page.tap(part("play"))
-        page.wait_for_timeout(300)
-        assert page.evaluate(f"{viewer}.now") > 0.0
-        page.tap(part("tab-studies"))
-        page.tap(part("study-broken"))
-        page.wait_for_selector(f"{part('study-chart')} canvas")
-        page.wait_for_timeout(500)
-        page.screenshot(path=shots / "phone-study.png")
-        assert fits()
-    finally:
-        page.context.close()
+def test_margins_of_the_open_case(page, shots):
+    choose(page, "case", "hinge.yaml")
+    page.click(part("margin"))
+    page.locator(part("report-of"), has_text=re.compile(r"Margins \d+ hinge")).wait_for()
+    report = page.frame_locator(part("margins"))
+    report.locator("text=Every margin holds.").wait_for()
+    text = report.locator("body").inner_text()
+    assert "motorization" in text
+    assert re.search(r"hinge\.stiffness\s+spring\s", text)
+    assert re.search(r"hinge\.friction\s+friction\s", text)
+    assert report.locator("figure img").count() == 1
+    assert "every margin holds" in page.locator(part("message")).inner_text().lower()
+    checked(page, shots, "margins")
+
+
+def test_a_category_that_is_not_declared_is_refused_by_name(page, shots):
+    choose(page, "case", "silent.yaml")
+    page.click(part("margin"))
+    message = page.locator(part("message"), has_text="harness")
+    message.wait_for()
+    assert "'hinge'" in message.inner_text()
+    assert "Traceback" not in message.inner_text()
+    checked(page, shots, "margins-refused")
+    page.click(part("open-job-case"))
+    page.locator("text=case of run").first.wait_for()
+
+
+def test_a_dispersion_of_the_open_case(page, folder, shots):
+    """The case is open and changed; the example's keys and results of another case are gone."""
+    choose(page, "case", "hinge.yaml")
+    page.click(part("tab-disperse"))
+    page.wait_for_selector(part("dispersion-run-study"))
+    page.locator(f".q-field:has({part('dispersion-case-of-study')})", has_text="the open case: hinge.yaml").wait_for()
+    assert page.locator(part("dispersion-run-study")).is_disabled()  # no key is chosen
+    assert page.locator(f".q-field:has({part('dispersion-keep')}) .q-chip").count() == 0
+    choose(page, "dispersion-axis-key-0", "parts.hinge.stiffness", typed="hinge.stiff")
+    has_value(page, "dispersion-axis-0-text", "normal(nominal, 5%)")
+    page.locator(part("dispersion-axis-0-text")).fill("table(wrong.csv)")
+    page.locator(part("dispersion-axis-error-0"), has_text="'wrong.csv', row 3: 'abc' is not a number").wait_for()
+    page.locator(part("dispersion-axis-0-text")).fill("table(springs.csv)")
+    page.locator(part("dispersion-axis-error-0"), has_text=re.compile("^$")).wait_for(state="attached")
+    page.click(part("dispersion-add-key"))
+    choose(page, "dispersion-axis-key-1", "parts.hinge.friction_torque", typed="friction_torque")
+    has_value(page, "dispersion-axis-1-text", "normal(nominal, 5%)")
+    page.locator(part("dispersion-samples-of-study")).fill("60")
+    page.locator(f"{part('dispersion-state-of-study')}:has-text('60 cases')").wait_for()
+    choose(page, "dispersion-keep", "hinge.margin", typed="margin")
+    page.keyboard.press("Escape")
+    page.locator(part("dispersion-run-study")).scroll_into_view_if_needed()
+    checked(page, shots, "dispersion-form")
+    page.click(part("dispersion-run-study"))
+    page.locator(part("report-of"), has_text="Dispersion").wait_for()
+    report = page.frame_locator(part("dispersion"))
+    report.locator("text=95/95 lower").first.wait_for()
+    text = report.locator("body").inner_text()
+    assert "60 runs, plain random over 2 draws" in text
+    assert "standardised coefficient" in text
+    assert "table(98 mN m/rad, 101 mN m/rad" in text
+    assert report.locator("figure img").count() == 2
+    checked(page, shots, "dispersion")
+    page.click(part("open-runs"))
+    page.wait_for_selector(f"{part('study-chart')} canvas")
+    page.screenshot(path=shots / "dispersion-runs.png")
+
+
+def test_a_dispersion_is_cancelled_and_continued_and_its_failures_are_results(page, shots):
+    page.click(part("tab-disperse"))
+    page.wait_for_selector(part("dispersion-run-study"))
+    choose(page, "dispersion-study", "loose.yaml")
+    page.locator(f"{part('dispersion-state-of-study')}:has-text('100 cases')").wait_for()
+    page.click(part("dispersion-run-study"))
+    page.locator(part("progress"), has_text=re.compile(r"[1-9]\d* of 100 runs")).wait_for()
+    page.click(part("cancel"))
+    page.wait_for_selector(part("continue"))
+    assert "of 100 runs are done" in page.locator(part("message")).inner_text()
+    page.click(part("continue"))
+    report = page.frame_locator(part("dispersion"))
+    report.locator("text=Runs that failed").wait_for()
+    text = report.locator("body").inner_text()
+    assert "stability limit" in text
+    assert re.search(r"\d+ of 100 runs failed; their probability is between", text)
+    assert re.match(r"\d+ of 100 runs failed", page.locator(part("message")).inner_text())
+    checked(page, shots, "dispersion-failed")
+    page.click(part("open-runs"))
+    page.locator(f"{part('failed-cases')} button").first.click()
+    page.locator("text=of study loose").first.wait_for()  # the case of the run that failed is open
+
+
+def test_a_study_follows_the_case_that_is_open_and_forgets_the_one_before(page):
+    choose(page, "case", "boom-slew")
+    page.click(part("tab-studies"))
+    choose(page, "study", "new study")
+    keys = page.locator(part("axis-key-0"))
+    has_value(page, "axis-key-0", "parts.boom.length")
+    assert page.locator(f".q-field:has({part('keep')}) .q-chip").count() == 3
+    page.click(part("tab-case"))
+    choose(page, "case", "hinge.yaml")
+    page.click(part("tab-studies"))
+    page.locator(f".q-field:has({part('case-of-study')})", has_text="the open case: hinge.yaml").wait_for()
+    assert keys.input_value() == ""
+    assert page.locator(f".q-field:has({part('keep')}) .q-chip").count() == 0
+    assert page.locator(part("name-of-study")).input_value() == "hinge"
+    choose(page, "axis-key-0", "parts.arm.mass", typed="arm.mass")
+    page.click(part("tab-case"))
+    page.click(part("part-arm"))
+    page.locator(part("field-parts.arm.mass")).fill("3 kg")
+    page.click(part("tab-studies"))
+    page.locator(part("axis-0"), has_text="3 kg in the case").wait_for()  # changed, and not saved
+    assert "hinge.yaml, changed" in page.locator(f".q-field:has({part('case-of-study')})").inner_text()
+    assert keys.input_value() == "parts.arm.mass"
+
+
+def test_keys_of_the_open_case_are_fitted_to_a_log(page, shots):
+    choose(page, "case", "wire-booms")
+    page.click(part("tab-calibrate"))
+    page.wait_for_selector(part("calibrate"))
+    page.locator(part("case-of-calibration"), has_text="of the open case: wire-booms").wait_for()
+    assert page.locator(part("calibrate")).is_disabled()
+    choose(page, "data-file", "log.csv")
+    page.locator("text=add a variable that was measured").wait_for()
+    page.click(part("add-observe"))
+    choose(page, "observe-0-variable", "spin_rate", typed="spin_rate")
+    for place, key in enumerate(("wire.tip_mass", "start_lengths.1", "rates")):
+        page.click(part("add-fit"))
+        page.locator(part(f"fit-{place}-key")).fill(key)
+        page.keyboard.press("Enter")
+        page.locator(f"{part(f'fit-{place}')} .ev-what").wait_for(state="attached")  # the rows are drawn again
+    page.locator(part("fit-0-low")).fill("80 g")
+    page.locator(part("fit-0-high")).fill("100 g")
+    page.keyboard.press("Escape")
+    checked(page, shots, "calibration-form")
+    page.click(part("calibrate"))
+    report = page.frame_locator(part("calibration"))
+    report.locator("text=standard error").first.wait_for()
+    text = report.locator("body").inner_text()
+    assert re.search(r"wire\.tip_mass\s+0\.09\d+ kg\s+0\.0\d+ kg", text)
+    assert report.locator("figure img").count() == 1
+    assert "parameters fitted, root mean square" in page.locator(part("message")).inner_text()
+    checked(page, shots, "calibration")
+    page.click(part("open-fitted"))
+    page.locator("text=case with the values of calibration").first.wait_for()
+    mass = float(page.locator(part("field-wire.tip_mass")).input_value().split()[0])
+    assert 0.08 < mass < 0.1
+    assert mass != 0.091

@@ -174,7 +174,7 @@ class CasePanel:
 
     def _submit(self, kind: str = "run") -> None:
         def add() -> None:
-            self._flush()
+            self.flush()
             if wrong := self.wrong():
                 self._show_all()
                 raise InputError(first_error(wrong))
@@ -191,7 +191,7 @@ class CasePanel:
             self._parts.show_all()
         self._changed(self.draft.content, self._wrong)
 
-    def _flush(self) -> None:
+    def flush(self) -> None:
         """Check now what was typed a moment ago."""
         if self._parts is not None:
             self._parts.flush()
@@ -200,7 +200,7 @@ class CasePanel:
 
     def _written(self) -> str:
         """The case as YAML, in full where it is right."""
-        self._flush()
+        self.flush()
         try:
             return cases.to_yaml(cases.load(self.draft.content), self.draft.content)
         except EvolventError:

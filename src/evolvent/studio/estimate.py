@@ -11,6 +11,7 @@ import tempfile
 import time
 from typing import Any
 
+from evolvent.base import startup
 from evolvent.studio import child
 
 #: Longest first case, s, after which no other one is computed.
@@ -23,7 +24,8 @@ def main() -> int:
     from evolvent.base.errors import EvolventError
 
     try:
-        send(**estimated(sys.stdin.read()))
+        with startup.hidden(*startup.ARRAY_LIBRARIES):
+            send(**estimated(sys.stdin.read()))
     except EvolventError as error:
         send(error=str(error))
     return 0

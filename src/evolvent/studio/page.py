@@ -114,6 +114,7 @@ class Page(Context):
 
     def _turn(self, tab: str) -> None:
         """Another panel is shown; what it lists of the folder is listed again."""
+        self.case.flush()  # another panel may take the case
         self.studio.tab = tab
         if tab == "case":
             self.case_drawn()
