@@ -78,7 +78,7 @@ def integrated(force: Any, torque: Any, R: Array, *, frame: str = "inertial", **
         def slope(_: float, y: Array) -> Array:
             Q, m = y[3:12].reshape(3, 3), y[12:]
             gamma, k = Q.T @ n / C[:3] + np.array([1.0, 0.0, 0.0]), Q.T @ m / C[3:] + rest
-            along, turning = Q @ gamma, Q @ crossed(k).T
+            along, turning = Q @ gamma, Q @ crossed(k)
             return np.concatenate([along, turning.ravel(), -crossed(along) @ n])
 
         n, m = turn @ np.array(force), turn @ np.array(torque)
