@@ -204,10 +204,10 @@ def test_a_constant_field_is_gravity(method: str) -> None:
     """On points, bodies, beams, threads with tip masses and wound thread."""
     g = (0.3, -1.0, 0.5)
     options: dict[str, Any] = {"tolerance": 1e-9} if method == "dopri5" else {"step": 5e-3}
-    falls = everything(g).simulate(until=0.5, every=0.25, method=method, **options)
+    falls = everything(g).simulate(until=0.2, every=0.1, method=method, **options)
     system = everything()
     system.add(parts.AccelerationField(law=["0.3", "-1", "0.5"]), "field")
-    run = system.simulate(until=0.5, every=0.25, method=method, **options)
+    run = system.simulate(until=0.2, every=0.1, method=method, **options)
     for name in ("body", "wheel", "point", "thread", "beam", "cable"):
         for key in ("position", "attitude"):
             if key in falls[name]:

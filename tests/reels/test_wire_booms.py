@@ -111,10 +111,14 @@ class Continuum:
 
 def lengths_and_rates(case: Case) -> Callable[[int, float], tuple[float, float, float]]:
     """Length of a pair and its derivatives, by differences of the closed form."""
+    h = 0.05
+
+    @functools.lru_cache(maxsize=1)
+    def lengths(t: float) -> np.ndarray:
+        return lengths_at(case, np.array([t - h, t, t + h]))
 
     def found(p: int, t: float) -> tuple[float, float, float]:
-        h = 0.05
-        x = lengths_at(case, np.array([t - h, t, t + h]))[:, p]
+        x = lengths(t)[:, p]
         return float(x[1]), float(x[2] - x[0]) / (2 * h), float(x[2] - 2 * x[1] + x[0]) / h**2
 
     return found

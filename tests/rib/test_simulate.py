@@ -31,7 +31,7 @@ def wound(run):
 @pytest.mark.slow
 @pytest.mark.parametrize(("count", "formulation"), [(1, "cable"), (3, "assumed_strain"), (8, "cable")])
 def test_a_stacked_coil_starts_without_stretch_or_pressure(count, formulation):
-    changes = {"contact.self": True, "rib.count": count, "rib.formulation": formulation, "solver.duration": 1e-3}
+    changes = {"contact.self": True, "rib.count": count, "rib.formulation": formulation, "solver.duration": 1e-6}
     run = evolvent.run("wrapped-rib-deploy", changes)
     assert np.all(over_ribs(run, "layer-{}.normal_force")[0] == 0.0)
     assert np.nanmin(run["contact-1"]["gap"].values[0]) > -1e-9

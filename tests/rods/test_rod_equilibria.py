@@ -57,6 +57,12 @@ def found(*loads: parts.Part, **keys: Any) -> tuple[Solution, Array, Array]:
     return r, at, Rotation.from_quat([x, y, z, w]).as_matrix()
 
 
+def crossed(a: Array) -> Array:
+    """The matrix of the product a x b."""
+    x, y, z = a
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
 def integrated(force: Any, torque: Any, R: Array, *, frame: str = "inertial", **keys: Any) -> Array:
     """Tip of the rod of Reissner and Simo by integration from the tip to the root; R is where its rotation is sought.
 
@@ -72,8 +78,8 @@ def integrated(force: Any, torque: Any, R: Array, *, frame: str = "inertial", **
         def slope(_: float, y: Array) -> Array:
             Q, m = y[3:12].reshape(3, 3), y[12:]
             gamma, k = Q.T @ n / C[:3] + np.array([1.0, 0.0, 0.0]), Q.T @ m / C[3:] + rest
-            along, turning = Q @ gamma, Q @ np.cross(np.eye(3), k)
-            return np.concatenate([along, turning.ravel(), -np.cross(along, n)])
+            along, turning = Q @ gamma, Q @ crossed(k)
+            return np.concatenate([along, turning.ravel(), -crossed(along) @ n])
 
         n, m = turn @ np.array(force), turn @ np.array(torque)
         y0 = np.concatenate([np.zeros(3), R.ravel(), m])

@@ -74,12 +74,13 @@ class Continuum:
         base = -L0 * rate**2 * hub + speed * (2.0 * a0_t + lam * a0_xi) * f[-2]
         A = base + length * self.integral @ (f[inner] * Dw[:, None] - e[inner] * (w**2)[:, None])
         # accelerations by a'', psi'' and l''; each equation is what A does along the first two, and along e(a0)
-        Phi = length * np.einsum("qp,pk,pc->kqc", self.integral, self.P[inner], f[inner])
-        turning = np.broadcast_to(L0 * across, A.shape)
-        feeding = e[-2] + self.integral @ (f[inner] * (rest * a_xi[inner])[:, None])
-        along = np.concatenate([Phi, [turning, np.broadcast_to(e[-2], A.shape)]])
-        by = np.concatenate([Phi, [turning, feeding]])
-        weights = np.append(RHO * length * self.weights, TIP)
+        along, by = np.empty((2, n + 2, *A.shape))
+        along[:n] = by[:n] = length * np.einsum("qp,pk,pc->kqc", self.integral, self.P[inner], f[inner])
+        along[n] = by[n] = L0 * across
+        along[n + 1] = e[-2]
+        by[n + 1] = e[-2] + self.integral @ (f[inner] * (rest * a_xi[inner])[:, None])
+        weights = np.full(xi.size + 1, TIP)
+        weights[:-1] = RHO * length * self.weights
         M = np.einsum("q,jqc,kqc->jk", weights, along, by)
         r = -np.einsum("q,kqc,qc->k", weights, along, A)
         M[n, n] += 0.5 * J

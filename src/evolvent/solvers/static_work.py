@@ -274,10 +274,11 @@ class Work:
         if A.shape[0] == 0:
             return 0
         size = abs(A).max(axis=1).toarray().ravel()
-        D = sparse.diags(1.0 / np.sqrt(np.where(size > 0.0, size, 1.0)))
-        A = D @ A @ D
+        d = 1.0 / np.sqrt(np.where(size > 0.0, size, 1.0))
+        A = A.tocoo()
+        A = sparse.csc_matrix((d[A.row] * A.data * d[A.col], (A.row, A.col)), shape=A.shape)
         try:
-            lu = splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            lu = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         except RuntimeError:  # a pivot is zero
             return -1
         return int(np.sum(lu.U.diagonal() < -PIVOT_ROUND_OFF)) if np.array_equal(lu.perm_r, lu.perm_c) else -1
