@@ -113,8 +113,8 @@ def test_energy_and_hub_tension() -> None:
 
 @pytest.mark.slow
 def test_springs_at_1e7_are_inextensible_from_the_start() -> None:
-    """c = 1e7, n = 20 against rigid segments, 2.5 s: rate to 1e-5, lag to 0.01 deg after 1 s (issue 2)."""
-    t = np.arange(0.0, 2.5, 0.02)
+    """c = 1e7, n = 20 against rigid segments, 5 s of deployment: rate to 1e-5, lag to 0.01 deg after 1 s (issue 2)."""
+    t = np.arange(0.0, 5.0, 0.02)
     rigid = run(heliogyro(), t, rtol=1e-10, atol=1e-12)
     springs = run(heliogyro(segments="springs", stiffness=1e7), t, "rk4")
     assert np.max(np.abs(springs.rate() - rigid.rate()) / rigid.rate()) < 1e-5
@@ -123,9 +123,9 @@ def test_springs_at_1e7_are_inextensible_from_the_start() -> None:
 
 @pytest.mark.slow
 def test_springs_at_1e7_are_inextensible_farther_out() -> None:
-    """As above from 3.2 m out, through a release: rate to 1e-5, lag to 0.01 deg (issue 2)."""
-    t = np.arange(0.0, 3.0, 0.05)
-    given = {"out": 3.2, "rate": 1.0}
+    """As above from 3 m out, through a release: rate to 1e-5, lag to 0.01 deg (issue 2)."""
+    t = np.arange(0.0, 7.0, 0.05)
+    given = {"out": 3.1, "rate": 1.0}
     rigid = run(heliogyro(**given), t, rtol=1e-10, atol=1e-12)
     springs = run(heliogyro(segments="springs", stiffness=1e7, **given), t, "rk4")
     assert rigid.solution.s[-1, 0] == rigid.solution.s[0, 0] + 1
@@ -154,20 +154,20 @@ def test_stiffness_hardly_matters(stiffness: float, difference: float, tolerance
 
 @pytest.mark.slow
 def test_damping_hardly_matters() -> None:
-    """d between 1e-6 and 1 N s/m changes the lag by less than 0.002 deg (thread.md): c = 1e4, [10, 30] s, mean."""
-    t = np.arange(0.0, 30.0, 0.05)
+    """d between 1e-6 and 1 N s/m changes the lag by less than 0.002 deg (thread.md): c = 1e4, [20, 60] s, mean."""
+    t = np.arange(0.0, 60.0, 0.05)
     runs = [run(heliogyro(segments="springs", damping=d), t, "rk4") for d in (1e-6, 1e-1)]
-    lags = [one.lag()[: t.size][t >= 10.0].mean() for one in (*runs, springs(1e4, True))]  # 1e-3 unless given
+    lags = [one.lag()[: t.size][t >= 20.0].mean() for one in (*runs, springs(1e4, True))]  # 1e-3 unless given
     assert np.ptp(lags) < 0.002
 
 
 @pytest.mark.slow
 def test_the_rotation_of_velocities_hardly_matters() -> None:
-    """Leaving (12) out changes the mean lag by less than 0.006 deg (thread.md); c = 1e3.
+    """Leaving (12) out changes the mean lag by less than 0.006 deg (thread.md); c = 1e4.
 
     So it does up to 100 s, by 0.0003 deg up to 60 s; by 0.007 deg in the last window.
     """
-    differences = np.abs(np.subtract(*(means(springs(1e3, turn).lag()) for turn in (True, False))))
+    differences = np.abs(np.subtract(*(means(springs(1e4, turn).lag()) for turn in (True, False))))
     assert np.all(differences < [0.0005, 0.0005, 0.006, 0.008])
 
 

@@ -365,12 +365,12 @@ def test_damping_of_contact_points_takes_what_makes_sliding_vibrate(way: float, 
 def test_a_small_tolerance_does_not_make_friction_ring(solve: Any) -> None:
     """Without the damping, e^(mu beta) is off by 8 to 11 %, and the steps stay at 3 us.
 
-    The mean over 0.1 s: the tension vibrates by 0.4 %, and is off by less than 1e-4.
+    The mean over 0.2 s: the tension vibrates by 0.4 %, and is off by less than 1e-4.
     """
-    solution = solve(capstan(turning=0.5, n=16), samples=[0.0, *np.linspace(0.2, 0.3, 201)], tolerance=1e-6)
+    solution = solve(capstan(turning=0.5, n=16), samples=[0.0, *np.linspace(0.2, 0.4, 401)], tolerance=1e-6)
     assert solution.success, solution.message
     assert np.abs(solution.la[1:, 0]).mean() == pytest.approx(math.exp(-MU * BETA), rel=1e-3)
-    assert solution.statistics["steps"] < 60_000
+    assert solution.statistics["steps"] < 80_000
 
 
 @pytest.mark.slow
