@@ -53,6 +53,8 @@ def test_warnings_are_quoted_as_they_are():
 
 
 RUN = evolvent.run
+#: Keys that make runs of the pages short.
+SHORT = {"heliogyro": {"solver.duration": "20 s"}}
 #: Pages with Python, which goes on from block to block.
 PAGES = (
     "index", "quickstart", "guide/model-your-own", "guide/beams", "guide/identification", "guide/sharing",
@@ -72,13 +74,13 @@ def saved(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def run_once():
-    """`evolvent.run` that runs the same case once: more than one page begins with it."""
+    """`evolvent.run` that runs the same case once, and shorter: more than one page begins with it."""
     runs = {}
 
     def run(case, changes=None, **options):
         key = repr((case, changes, options))
         if key not in runs:
-            runs[key] = RUN(case, changes, **options)
+            runs[key] = RUN(case, SHORT.get(case, {}) | (changes or {}), **options)
         return runs[key]
 
     return run

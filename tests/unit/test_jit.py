@@ -437,7 +437,7 @@ def passing(t, y, p):
 def system(segments):
     s = System(gravity=(0.0, 0.0, -1.0))
     s.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.2, 0.25), angular_velocity=(0.1, 0.0, 2.0)), "hub")
-    drive = parts.LawDrive(law=turning, parameters=(5.0, 40.0))
+    drive = parts.LawDrive(law=turning, parameters=(6.5, 40.0))
     s.add(parts.Reel(body="hub", centre=(0.3, 0.0, 0.0), radius=0.01, drive=drive), "reel")
     s.add(parts.Thread(reel="reel", length=0.3, line_density=0.02, nodes=4, segments=segments, stiffness=50.0,
                        damping=0.01, wound_mass="carried"), "thread")
@@ -454,7 +454,7 @@ out = {}
 for segments, method in (("springs", "rk4"), ("inextensible", "dopri5")):
     a = system(segments)
     step = 2e-3 if method == "rk4" else None
-    found = solve(a, samples=np.linspace(0.0, 0.1, 3), method=method, step=step, rtol=1e-6, atol=1e-8)
+    found = solve(a, samples=np.linspace(0.0, 0.06, 3), method=method, step=step, rtol=1e-6, atol=1e-8)
     seen = observe(a.model, found.t, found.y, found.s)
     out[method] = {"y": found.y.tolist(), "s": found.s.tolist(), "status": found.status,
                    "steps": found.statistics["steps"], "events": found.event_times.tolist(),
