@@ -54,7 +54,7 @@ OTHER_PROCESSOR = {
     "EVOLVENT_ROUND_OFF": "1",
     "EVOLVENT_BOOK": "",
 }
-COMPILE = ["python", "-c", "from evolvent.compiled import precompile; precompile.load_all()"]
+COMPILE = ["python", "-c", "from evolvent.compiled import precompile; precompile.compile_all()"]
 #: Benchmarks that run only where they are named: they install other programs, and write a page of the documentation.
 BY_NAME = ("compare",)
 DOCTREES = PAGES.parent / "doctrees"

@@ -14,6 +14,7 @@ longer enter are dropped.
 from __future__ import annotations
 
 import ast
+import functools
 import hashlib
 import json
 import math
@@ -163,6 +164,7 @@ def renewed(
     return sorted(found.values(), key=lambda row: (order[row["chapter"]], *_in_order(row), key_of(row))), changes
 
 
+@functools.cache
 def tests_with_rows() -> list[str]:
     """All tests that enter rows: those that ask for `book`."""
     found = []
@@ -170,7 +172,7 @@ def tests_with_rows() -> list[str]:
         text = path.read_text(encoding="utf-8")
         if "book: Book" not in text and "book(" not in text:
             continue
-        for node in ast.walk(ast.parse(text)):
+        for node in ast.parse(text).body:
             if not isinstance(node, ast.FunctionDef) or not node.name.startswith("test_"):
                 continue
             if "book" in [argument.arg for argument in (*node.args.args, *node.args.kwonlyargs)]:

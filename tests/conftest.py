@@ -55,6 +55,7 @@ def sketched(monkeypatch: pytest.MonkeyPatch) -> None:
     from evolvent.view import plots
 
     monkeypatch.setattr(plots, "picture", lambda figure, kind, **_: b"-")
+    monkeypatch.setattr(plots, "sheet", lambda figure, **_: None)
     monkeypatch.setattr(plots, "_points", lambda drawn: (np.zeros((1, 1, 3), dtype=np.uint8), 72.0))
 
 
@@ -103,4 +104,4 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         return
     from evolvent.compiled import precompile
 
-    precompile.load_all()
+    precompile.compile_all()

@@ -16,17 +16,23 @@ PROGRAM = """
 import sys
 from evolvent.commands import cli
 sys.argv[0] = "evolvent"
+def loaded():
+    return " ".join(name for name, module in sys.modules.items() if module is not None)
 if "--no-figures" not in sys.argv and "-o" in sys.argv:
     from evolvent.commands import run
-    say = run.say
+    say, draw = run.say, run.draw
     run.say = lambda text, **rest: say(f"{'matplotlib' in sys.modules} {text}", **rest)
+    def draw_later(*words):
+        print("loaded before figures:", loaded())
+        return draw(*words)
+    run.draw = draw_later
 try:
     cli.main()
 finally:
     if "matplotlib" in sys.modules:
         from matplotlib import artist, lines
         print("tables:", "antialiased" in lines.Line2D.set.__doc__, "antialiased" in artist.kwdoc(lines.Line2D))
-    print("loaded:", *(name for name, module in sys.modules.items() if module is not None))
+    print("loaded:", loaded())
 """
 #: What no command here needs.
 NEVER = {"IPython", "dask", "distributed", "nicegui", "pandas.plotting._matplotlib", "pint", "pyevtk", "scipy.signal"}
@@ -59,11 +65,17 @@ def test_help_and_list_load_no_large_library(words, tmp_path):
     assert not found & (NEVER | {"h5py", "matplotlib", "numba", "numpy", "pandas", "rich", "scipy", "xarray"})
 
 
+@pytest.fixture(scope="module")
+def drawn(compiled, tmp_path_factory):
+    """A run with figures: what it prints, and the modules that it has loaded before it draws and at its end."""
+    printed, found = started("run", "heliogyro", *TINY, "-o", "run.nc", cwd=tmp_path_factory.mktemp("drawn"))
+    (before,) = (line for line in printed.splitlines() if line.startswith("loaded before figures:"))
+    return printed, set(before.split()[3:]), found
+
+
 @pytest.mark.slow
-@pytest.mark.usefixtures("compiled")
-def test_a_run_loads_what_it_needs(tmp_path):
-    case = ("run", "heliogyro", *TINY, "--no-figures", "-o", "run.nc")
-    found = loaded(*case, cwd=tmp_path)
+def test_a_run_loads_what_it_needs(drawn):
+    _, found, _ = drawn
     assert {"numba", "xarray", "h5py"} <= found
     assert not found & (
         NEVER | {"h5netcdf", "matplotlib", "rich", "scipy.linalg", "scipy.optimize", "numba.np.arraymath"}
@@ -71,10 +83,9 @@ def test_a_run_loads_what_it_needs(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("compiled")
-def test_figures_load_no_windows_and_no_scipy(tmp_path):
+def test_figures_load_no_windows_and_no_scipy(drawn):
     """And no tables of properties, which can be had; they are drawn after the table of results is printed."""
-    printed, found = started("run", "heliogyro", *TINY, "-o", "run.nc", cwd=tmp_path)
+    printed, _, found = drawn
     assert printed.startswith("False status")
     assert "\nTrue results: run.nc\nTrue figures: body_rate.png, " in printed
     assert "matplotlib.figure" in found

@@ -275,8 +275,7 @@ def test_search_works_in_pages_opened_as_files(tmp_path):
         page.on("requestfailed", lambda request: failed.append(request.url))
         page.on("pageerror", lambda error: failed.append(str(error)))
         page.goto((tmp_path / "out" / "search.html").as_uri() + "?q=reel")
-        page.wait_for_selector("#search-results ul.search li a", timeout=20_000)
-        page.wait_for_timeout(500)
+        page.wait_for_selector(".search-summary:has-text('finished')", timeout=20_000)
         found = page.locator("#search-results ul.search li a").all_inner_texts()
         browser.close()
     assert found == ["Spools"]

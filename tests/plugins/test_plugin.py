@@ -48,18 +48,6 @@ def environment(installed):
     return env
 
 
-@pytest.fixture
-def program(environment, tmp_path):
-    """Run the program `evolvent` with the package installed; returns exit code, output and errors."""
-
-    def run(*words: str) -> tuple[int, str, str]:
-        line = [sys.executable, "-m", "evolvent", *words]
-        done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-        return done.returncode, done.stdout, done.stderr
-
-    return run
-
-
 #: A process that runs one command line after another: a list of words on every line of its input.
 COMMANDS = """
 import contextlib, io, json, os, sys
@@ -120,8 +108,8 @@ def cable(monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_command_finds_the_system(program, command, tmp_path):
-    code, out, err = program("list")
+def test_the_command_finds_the_system(command, tmp_path):
+    code, out, err = command("list")
     assert (code, err) == (0, "")
     assert "pantograph " in out
     assert "A mast of four scissor cells springs open" in out
@@ -207,6 +195,20 @@ def test_a_structure_with_the_part(command, tmp_path):
         assert sentence in err
 
 
+#: Builds pages, then once more with another page.
+TWO_BUILDS = """
+import pathlib, shutil, sys
+from sphinx.cmd.build import main
+build = ["-q", "-b", "text", ".", "out"]
+code = main(build)
+shutil.copytree("out", "first")
+print("second", file=sys.stderr)
+pathlib.Path("index.md").write_text(sys.argv[1])
+main(build)
+sys.exit(code)
+"""
+
+
 @pytest.mark.slow
 def test_pages_of_the_package_show_its_keys(environment, tmp_path):
     pytest.importorskip("sphinx")
@@ -214,48 +216,14 @@ def test_pages_of_the_package_show_its_keys(environment, tmp_path):
     (tmp_path / "conf.py").write_text('extensions = ["myst_parser", "evolvent.sphinxext"]\n')
     page = "# Mast\n\n```{keys} pantograph tension-cable\n```\n\n```{parts} tension-cable\n```\n\n"
     (tmp_path / "index.md").write_text(page + "```{case-file} pantograph\n```\n")
-    build = [sys.executable, "-m", "sphinx", "-q", "-b", "text", ".", "out"]
+    build = [sys.executable, "-c", TWO_BUILDS, "# Mast\n\n```{keys} pantografh\n```\n"]
     done = subprocess.run(build, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-    text = (tmp_path / "out" / "index.txt").read_text()
+    first, _, second = done.stderr.partition("second\n")
+    assert (done.returncode, first) == (0, "")
+    assert "no system and no kind of part is called 'pantografh'; did you mean 'pantograph'?" in second
+    text = (tmp_path / "first" / "index.txt").read_text()
     for words in ("Pantograph\n", "Tension cable\n", "cells", "stiffness", "system: pantograph"):
         assert words in text, words
-    (tmp_path / "index.md").write_text("# Mast\n\n```{keys} pantografh\n```\n")
-    done = subprocess.run(build, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-    assert "no system and no kind of part is called 'pantografh'; did you mean 'pantograph'?" in done.stderr
-
-
-@pytest.mark.slow
-def test_a_package_that_cannot_be_loaded_harms_no_other(environment, tmp_path, installed):
-    broken = installed / "broken-0.1.dist-info"
-    broken.mkdir()
-    (broken / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 0.1\n")
-    points = "[evolvent.systems]\nbroken = no_such_module:System\n[evolvent.parts]\nhoop = no_such_module:Hoop\n"
-    (broken / "entry_points.txt").write_text(points)
-    try:
-        with one_process(environment) as run:
-            code, out, err = run(tmp_path, "list")
-            assert code == 0
-            assert "pantograph" in out
-            assert "the system 'broken' of 'no_such_module:System' cannot be loaded: ModuleNotFoundError" in err
-            (tmp_path / "case.yaml").write_text("system: broken\n")
-            code, _, err = run(tmp_path, "run", "case.yaml")
-            assert code == 2
-            assert "the system 'broken' of 'no_such_module:System' cannot be loaded" in err
-            # a part stops the cases that use it, and no others
-            (tmp_path / "case.yaml").write_text("parts: {a: {kind: point, mass: 1 kg}}\nsimulate: {until: 1 s}\n")
-            assert run(tmp_path, "run", "case.yaml", "--no-figures")[0] == 0
-            code, out, err = run(tmp_path, "parts")
-            assert code == 0
-            assert "tension-cable " in out
-            assert "the plug-in 'hoop' of the package 'broken' cannot be loaded: ModuleNotFoundError" in err
-            code, _, err = run(tmp_path, "run", "case.yaml", "--set", "parts.a.kind=hoop")
-            assert code == 2
-            assert err.startswith(
-                "evolvent: parts.a.kind is 'hoop'; the plug-in 'hoop' of the package 'broken' cannot be"
-            )
-    finally:
-        shutil.rmtree(broken)
 
 
 #: Lines by which modules end the process that imports them, and how these endings are named.
@@ -267,45 +235,81 @@ ENDINGS = {
 }
 
 
-@pytest.fixture
-def ending(installed):
-    """A package of one module for each of `ENDINGS`, which provides a system and a part."""
-    folder = installed / "ending-0.1.dist-info"
-    folder.mkdir()
-    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: ending\nVersion: 0.1\n")
+#: A case that needs no package outside.
+PLAIN = "parts: {a: {kind: point, mass: 1 kg}}\nsimulate: {until: 1 s}\n"
+
+
+def entry_points(folder: pathlib.Path, name: str, systems: dict[str, str], kinds: dict[str, str]) -> None:
+    """A package that has nothing but its entry points."""
+    about = folder / f"{name}-0.1.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 0.1\n")
+    points = ["[evolvent.systems]", *(f"{key} = {value}" for key, value in systems.items())]
+    points += ["[evolvent.parts]", *(f"{key} = {value}" for key, value in kinds.items())]
+    (about / "entry_points.txt").write_text("\n".join(points) + "\n")
+
+
+@pytest.fixture(scope="module")
+def faulty(environment, tmp_path_factory):
+    """A process that has two more packages, and what it says of `list` and of a run, its first commands.
+
+    `broken` cannot be loaded; `ending` has a module for each of `ENDINGS`, which provides a system and a part.
+    """
+    site, folder = tmp_path_factory.mktemp("site"), tmp_path_factory.mktemp("run")
+    entry_points(site, "broken", {"broken": "no_such_module:System"}, {"hoop": "no_such_module:Hoop"})
     numbers = range(len(ENDINGS))
-    points = ["[evolvent.systems]", *(f"ending{k} = ends_{k}:System" for k in numbers)]
-    points += ["[evolvent.parts]", *(f"hoop{k} = ends_{k}:Hoop" for k in numbers)]
-    (folder / "entry_points.txt").write_text("\n".join(points) + "\n")
+    systems, kinds = ({f"{key}{k}": f"ends_{k}:{name}" for k in numbers}
+                      for key, name in (("ending", "System"), ("hoop", "Hoop")))  # fmt: skip
+    entry_points(site, "ending", systems, kinds)
     for k, line in enumerate(ENDINGS):
-        (installed / f"ends_{k}.py").write_text(f"import sys\n{line}\n")
-    yield
-    shutil.rmtree(folder)
+        (site / f"ends_{k}.py").write_text(f"import sys\n{line}\n")
+    (folder / "case.yaml").write_text(PLAIN)
+    paths = {"PYTHONPATH": os.pathsep.join([environment["PYTHONPATH"], str(site)])}
+    with one_process(environment | paths) as run:
+        listed = run(folder, "list")
+        yield run, listed, run(folder, "run", "case.yaml", "--no-figures", "-o", "run.nc")
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("ending")
-def test_a_package_that_ends_the_process_is_named_and_harms_no_other(program, environment, tmp_path):
+def test_a_package_that_cannot_be_loaded_harms_no_other(faulty, tmp_path):
+    run, (code, out, err), ran = faulty
+    assert code == 0
+    assert "pantograph" in out
+    assert "the system 'broken' of 'no_such_module:System' cannot be loaded: ModuleNotFoundError" in err
+    (tmp_path / "case.yaml").write_text("system: broken\n")
+    code, _, err = run(tmp_path, "run", "case.yaml")
+    assert code == 2
+    assert "the system 'broken' of 'no_such_module:System' cannot be loaded" in err
+    # a part stops the cases that use it, and no others
+    assert ran[0] == 0
+    code, out, err = run(tmp_path, "parts")
+    assert code == 0
+    assert "tension-cable " in out
+    assert "the plug-in 'hoop' of the package 'broken' cannot be loaded: ModuleNotFoundError" in err
+    (tmp_path / "case.yaml").write_text(PLAIN)
+    code, _, err = run(tmp_path, "run", "case.yaml", "--set", "parts.a.kind=hoop")
+    assert code == 2
+    assert err.startswith("evolvent: parts.a.kind is 'hoop'; the plug-in 'hoop' of the package 'broken' cannot be")
+
+
+@pytest.mark.slow
+def test_a_package_that_ends_the_process_is_named_and_harms_no_other(faulty, tmp_path):
     def part(k: int, why: str) -> str:
         return f"the plug-in 'hoop{k}' of the package 'ending' cannot be loaded: {why}\n"
 
-    code, out, err = program("list")
+    run, (code, out, err), ran = faulty
     assert code == 0
     assert "pantograph" in out
     for k, why in enumerate(ENDINGS.values()):
         system = f"evolvent: the system 'ending{k}' of 'ends_{k}:System' cannot be loaded: {why}\n"
         assert err.count(system) == err.count(f"evolvent: {part(k, why)}") == 1
-    with one_process(environment) as run:
-        (tmp_path / "case.yaml").write_text("parts: {a: {kind: point, mass: 1 kg}}\nsimulate: {until: 1 s}\n")
-        code, _, err = run(tmp_path, "run", "case.yaml", "--no-figures", "-o", "run.nc")
-        assert code == 0
-        assert all(f"evolvent: {part(k, why)}" in err for k, why in enumerate(ENDINGS.values()))
-        assert all("cannot be loaded" in line for line in err.splitlines())
-        for k in range(len(ENDINGS)):
-            (tmp_path / "case.yaml").write_text(f"system: ending{k}\n")
-            code, _, err = run(tmp_path, "run", "case.yaml")
-            assert code == 2
-            assert f"the system 'ending{k}' of 'ends_{k}:System' cannot be loaded" in err
+    assert ran[0] == 0
+    assert all("cannot be loaded" in line for line in ran[2].splitlines())
+    for k in range(len(ENDINGS)):
+        (tmp_path / "case.yaml").write_text(f"system: ending{k}\n")
+        code, _, err = run(tmp_path, "run", "case.yaml")
+        assert code == 2
+        assert f"the system 'ending{k}' of 'ends_{k}:System' cannot be loaded" in err
 
 
 def test_plug_ins_can_be_left_out(installed, monkeypatch):

@@ -81,7 +81,7 @@ def test_round_off_is_no_failure(speed: float, method: str, step: float) -> None
 
 @pytest.mark.slow
 def test_energies_above_round_off_are_not_called_so() -> None:
-    run = beam(0.1).simulate(until=0.05, every=0.005, method="energy-momentum")
+    run = beam(0.1).simulate(until=0.01, every=0.001, method="energy-momentum")
     assert run.attrs["status"] == "success"
     assert "round-off" not in run.attrs.get("warning", "")
     defect = run.energy_defect.values

@@ -507,6 +507,7 @@ def test_aliases_and_depths_of_yaml(tmp_path: pathlib.Path, call: Any) -> None:
             assert code == 2, name
             assert err.count("\n") == 1, name
             assert len(err) < mutations.LONGEST, f"{name}: {err[:300]}"
+            assert ("nested more than 100 levels deep" in err) == name.startswith("deep"), name
     assert not (tmp_path / "hacked").exists()
 
 

@@ -84,7 +84,7 @@ def test_standard_errors_cover_the_noise(tmp_path: pathlib.Path) -> None:
 @pytest.mark.slow
 def test_a_stopped_calibration_goes_on(tmp_path: pathlib.Path) -> None:
     source = made_log(tmp_path / "log.csv", tip_mass=0.12, density=0.003, hidden=11.0)
-    options: Any = {"fit": FIT, "observe": ["spin_rate"], "folder": tmp_path / "kept"}
+    options: Any = {"fit": FIT, "observe": ["spin_rate"], "folder": tmp_path / "kept", "references": False}
     counts = []
 
     def stop(count: int, rms: float) -> None:
@@ -95,7 +95,7 @@ def test_a_stopped_calibration_goes_on(tmp_path: pathlib.Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         calibration.calibrate("wire-booms", source, progress=stop, **options)
     again = calibration.calibrate("wire-booms", source, **options)
-    whole = calibration.calibrate("wire-booms", source, fit=FIT, observe=["spin_rate"])
+    whole = calibration.calibrate("wire-booms", source, **options | {"folder": None})
     assert again.reused >= 7
     np.testing.assert_array_equal(again.values, whole.values)
     third = calibration.calibrate("wire-booms", source, **options)
@@ -124,7 +124,8 @@ def test_evaluations_that_were_altered_are_computed_again(tmp_path: pathlib.Path
     source = made_log(tmp_path / "log.csv", tip_mass=0.12, density=0.003, hidden=11.0)
     said: list[str] = []
     fit = ["wire.tip_mass,start_lengths.1"]
-    options: Any = {"fit": fit, "observe": ["spin_rate"], "folder": tmp_path / "kept", "report": said.append}
+    options: Any = {"fit": fit, "observe": ["spin_rate"], "folder": tmp_path / "kept", "references": False}
+    options["report"] = said.append
     whole = calibration.calibrate("wire-booms", source, **options)
     (kept,) = (tmp_path / "kept").glob("evaluations-*.jsonl")
     lines = kept.read_text().splitlines()

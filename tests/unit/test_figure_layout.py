@@ -40,6 +40,8 @@ SHORT = {
     "yo-yo-despin": {"simulate.until": 0.2},
     "z-fold": {"simulate.until": 5.0},
 }
+#: Variants of other cases in this list.
+VARIANTS = ("heliogyro-strip-payout", "solar-array-flexible")
 SCHEMATICS = [name for name, entry in papers.ENTRIES.items() if "schematic" in entry.function]
 #: Room around a text that may be shared, pixels, and share of points that a legend may cover.
 SLACK, COVERED = 2.0, 0.01
@@ -95,7 +97,9 @@ def test_schematics_of_papers(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SHORT)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.release] if name in VARIANTS else []) for name in SHORT]
+)
 def test_figures_of_built_in_cases(name):
     run = evolvent.run(name, SHORT[name])
     figures = cases.presenter(run).figures(run)

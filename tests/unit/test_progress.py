@@ -48,11 +48,17 @@ def test_a_terminal_shows_what_takes_longer_than_a_second(monkeypatch, slow):
     monkeypatch.setattr(console, "DELAY", 0.05 if slow else 1e9)
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "100")
+
+    def wait_for(words):
+        end = time.monotonic() + (20.0 if slow else 0.1)
+        while words not in terminal.getvalue() and time.monotonic() < end:
+            time.sleep(0.01)
+
     with console.showing_progress() as say:
         progress.report("drawing frames", 0, 4)
-        time.sleep(0.4)
+        wait_for("drawing frames")
         progress.report("drawing frames", 2, 4)
-        time.sleep(0.3)
+        wait_for("2 of 4")
         say("one sentence")
     text = terminal.getvalue()
     assert "evolvent: one sentence" in text

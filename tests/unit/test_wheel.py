@@ -42,27 +42,26 @@ class Compiled(event.Listener):
         pass
 
 event.register("numba:compile", Compiled())
-codes = []
+codes, names = [], []
 for words in json.loads(sys.argv[1]):
-    sys.argv = ["evolvent", *words]
+    sys.argv, Compiled.names = ["evolvent", *words], []
     try:
         cli.main()
     except SystemExit as ended:
         codes.append(ended.code)
-print(json.dumps({"compiled": Compiled.names, "codes": codes, "file": evolvent.__file__}))
+    names.append(Compiled.names)
+Compiled.names = []
+found = {"compiled": names, "codes": codes, "file": evolvent.__file__}
 """
+PRINT = "print(json.dumps(found))\n"
 #: After kernels of the package have run, a function and a law of the user are compiled for this machine's processor.
 HOST = """
-import json
 import numba
-import numpy as np
 from llvmlite import binding
 from numba.core.registry import cpu_target
-import evolvent
 from evolvent.compiled.laws import law_address
 
 before = cpu_target.target_context.codegen()
-run = evolvent.run("heliogyro", {"solver.duration": "1 s"})
 
 @evolvent.spring_law
 def law(extension, rate, t, p):
@@ -76,11 +75,9 @@ law_address(law, "spring")
 own(1.0)
 after = cpu_target.target_context.codegen()
 compiled = [list(f.overloads.values())[0].library.codegen for f in (law, own)]
-print(json.dumps({
-    "same": before is after and all(c is before for c in compiled),
-    "processor": after.magic_tuple()[1],
-    "host": binding.get_host_cpu_name(),
-}))
+found["same"] = before is after and all(c is before for c in compiled)
+found["processor"] = after.magic_tuple()[1]
+found["host"] = binding.get_host_cpu_name()
 """
 SHORT = {
     "heliogyro": ["--set", "solver.duration=3 s"],
@@ -121,17 +118,24 @@ def python_of(folder: pathlib.Path) -> pathlib.Path:
     return folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
 
-def call(installed: pathlib.Path, cache: pathlib.Path, program: str, *arguments: str) -> tuple[dict, str]:
-    """Run a program in the fresh environment; returns what it prints last, as JSON, and its stderr."""
+def call(installed: pathlib.Path, cache: pathlib.Path, program: str, *commands: list[str]) -> tuple[dict, str]:
+    """Run a program on command lines in the fresh environment; returns what it prints last, as JSON, and its stderr."""
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"} | {"EVOLVENT_CACHE": str(cache)}
     script = cache.parent / "program.py"
     script.write_text(program)
     done = subprocess.run(
-        [str(python_of(installed)), str(script), *arguments],
+        [str(python_of(installed)), str(script), json.dumps(commands)],
         capture_output=True, text=True, env=environment, cwd=cache.parent, timeout=600, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1]), done.stderr
+
+
+@pytest.fixture(scope="module")
+def first(installed: pathlib.Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, str]:
+    """What the first runs from the wheel say, without a cache; then a user's functions are compiled."""
+    words = [["run", name, *keys, "--no-figures"] for name, keys in SHORT.items()]
+    return call(installed, tmp_path_factory.mktemp("first") / "cache", COMMANDS + HOST + PRINT, *words)
 
 
 def kernels_called_in(path: pathlib.Path) -> set[tuple[str, bool]]:
@@ -149,8 +153,10 @@ def kernels_called_in(path: pathlib.Path) -> set[tuple[str, bool]]:
         if isinstance(node, ast.FunctionDef) and isinstance(known.get(node.name), jit.Kernel | jit.Indirect):
             return
         if isinstance(node, ast.Call):
-            first, *rest = ast.unparse(node.func).split(".")
-            called = known.get(first)
+            function, rest = node.func, []
+            while isinstance(function, ast.Attribute):
+                function, rest = function.value, [function.attr, *rest]
+            called = known.get(function.id) if isinstance(function, ast.Name) else None
             for name in rest:
                 called = getattr(called, name, None)
             if isinstance(called, jit.Kernel):
@@ -194,16 +200,15 @@ def test_no_file_of_the_wheel_names_a_folder_of_this_machine(wheel):
 
 
 @pytest.mark.parametrize("name", SHORT)
-def test_the_first_run_from_a_wheel_compiles_nothing(installed, tmp_path, name):
-    words = ["run", name, *SHORT[name], "--no-figures"]
-    found, err = call(installed, tmp_path / "cache", COMMANDS, json.dumps([words]))
+def test_the_first_run_from_a_wheel_compiles_nothing(installed, first, name):
+    (found, err), k = first, list(SHORT).index(name)
     assert pathlib.Path(found["file"]).is_relative_to(installed)
-    assert (found["compiled"], found["codes"]) == ([], [0])
+    assert (found["compiled"][k], found["codes"][k]) == ([], 0)
     assert "compiling" not in err
 
 
-def test_what_others_compile_is_for_the_host(installed, tmp_path):
-    found, _ = call(installed, tmp_path / "cache", HOST)
+def test_what_others_compile_is_for_the_host(first):
+    found, _ = first
     assert found["same"]
     assert found["processor"] == found["host"]
 
@@ -221,9 +226,9 @@ def test_a_wheel_for_other_versions_compiles(installed, tmp_path):
     other = kernels.rename(shipped / kernels.name.replace("numba-", "numba-0."))
     try:
         words = ["run", "heliogyro", *SHORT["heliogyro"], "--no-figures"]
-        found, err = call(installed, cache, COMMANDS, json.dumps([words]))
+        found, err = call(installed, cache, COMMANDS + PRINT, words)
     finally:
         other.rename(kernels)
-    assert found["compiled"][0] == "inventory"  # then what is linked into it
+    assert found["compiled"][0][0] == "inventory"  # then what is linked into it
     assert found["codes"] == [0]
     assert "compiling 1 function for this machine, once" in err

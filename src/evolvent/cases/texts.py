@@ -162,8 +162,9 @@ def parse_yaml(source: str, name: str) -> Any:
         try:
             _check_events(source)
             return yaml.load(source, Loader=_Loader)  # noqa: S506  (a SafeLoader)
-        except (yaml.scanner.ScannerError, yaml.parser.ParserError, yaml.composer.ComposerError):
-            if len(source) > _LONGEST_SLOW:
+        except (yaml.scanner.ScannerError, yaml.parser.ParserError, yaml.composer.ComposerError) as error:
+            # the slow loader takes time that grows with the square of the depth
+            if len(source) > _LONGEST_SLOW or "nesting depth" in str(error.problem):
                 raise
             return yaml.load(source, Loader=_SlowLoader)  # noqa: S506  (a SafeLoader)
     except yaml.MarkedYAMLError as error:

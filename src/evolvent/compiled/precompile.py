@@ -14,23 +14,23 @@ import sys
 from typing import Any
 
 from evolvent.base import progress
-from evolvent.compiled import codecache, jit
+from evolvent.compiled import codecache, compilers, jit
 
 
-def load_all() -> list[Any]:
-    """Load all functions that the package compiles, and return them; what is not in the cache is compiled."""
+def compile_all() -> list[Any]:
+    """Compile what is not in the cache of all functions that the package compiles, and return all of them."""
     for path in codecache.sources():
         importlib.import_module(codecache.module_name(path))
     found = jit.functions()
-    jit.load(found)
+    jit.load(one for one in found if not compilers.is_kept(one.dispatcher, one.signature))
     return found
 
 
 def write_kernels(folder: pathlib.Path) -> int:
     """Write all compiled functions to `folder`, and return how many there are."""
-    functions = load_all()
+    functions, place = compile_all(), folder / codecache.folder_name()
     for function in functions:
-        function.dispatcher._cache.copy(function.signature, folder / codecache.folder_name())
+        function.dispatcher._cache.copy(function.signature, place)
     return len(functions)
 
 
