@@ -41,7 +41,6 @@ def part(name: str) -> str:
 _SETTLED = """async () => {
   for (let k = 0; k < 2; k++)
     await new Promise((done) => socket.emit("ack", { client_id: clientId, next_message_id: 0 }, done));
-  for (let k = 0; k < 2; k++) await new Promise(requestAnimationFrame);
 }"""
 
 
@@ -49,6 +48,12 @@ def settle(page: Any) -> None:
     """Wait until the page shows what the server answers at once; not what it does later, as by a timer or a process."""
     page.wait_for_function("window.did_handshake")
     page.evaluate(_SETTLED)
+    frames(page)
+
+
+def frames(page: Any) -> None:
+    """Wait until the page has drawn what was changed in it: two frames."""
+    page.evaluate("async () => { for (let k = 0; k < 2; k++) await new Promise(requestAnimationFrame); }")
 
 
 def choose(page: Any, select: str, option: str | re.Pattern[str], *, typed: str = "") -> None:
