@@ -16,8 +16,8 @@ from evolvent.massprops import certificate, mass_properties
 from evolvent.results.figures import Figure, Line, Panel
 from evolvent.results.motion import Line as Thread, Motion
 from evolvent.view import animation, plots
-from studio.conftest import browser  # noqa: F401  (a fixture)
-from studio.serving import SHORT, WAIT, choose, part, serving
+from studio.conftest import AT_ONCE, browser  # noqa: F401  (a fixture)
+from studio.serving import SHORT, WAIT, choose, part, serving, settle
 
 #: What would run if it were HTML, or an attribute, in one of the places where text stands.
 IMAGE = "<img src=x onerror=hacked()>"
@@ -170,12 +170,14 @@ def test_nothing_that_a_folder_holds_becomes_html(browser, folder, tmp_path_fact
         with serving(folder) as server:
             page = browser.new_page(viewport={"width": 1440, "height": 900})
             page.set_default_timeout(WAIT)
+            page.add_init_script(AT_ONCE)
             page.add_init_script("window.attacks = []; window.hacked = () => window.attacks.push(location.href)")
             violated = []
             page.on("request", lambda request: violated.append(request.url) if request.url.endswith("/x") else 0)
 
             def check(where):
-                page.wait_for_timeout(700)
+                settle(page)
+                page.wait_for_timeout(100)  # for what an image or a script does that is not loaded at once
                 page.screenshot(path=shots_of(where))
                 assert page.evaluate("window.attacks") == [], where
                 assert page.locator("img[src='x'], [onclick], [onerror], svg[onload]").count() == 0, where
@@ -208,6 +210,8 @@ def test_nothing_that_a_folder_holds_becomes_html(browser, folder, tmp_path_fact
             choose(page, "study", "study.yaml")
             page.wait_for_function("s => document.querySelector(s).disabled", arg=part("run-study"))  # it is refused
             check("message")
+            page.wait_for_timeout(600)
+            check("all")
             page.close()
             assert violated == []
         assert "Traceback" not in server.log.read_text()

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from studio.serving import WAIT, part, serving
+from studio.serving import WAIT, part, serving, settle
 
 ARGUMENTS = [
     "--no-sandbox",
@@ -20,7 +20,6 @@ ARGUMENTS = [
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
-    "--enable-unsafe-swiftshader",
 ]
 
 #: Run in each page: no transitions, which are drawn in software and awaited.
@@ -128,7 +127,7 @@ def page(request: pytest.FixtureRequest, context: Any, server: Any, kept_pages: 
         shown.locator(".q-dialog").wait_for(state="detached")
     shown.click(part(tab))
     shown.wait_for_selector(part(button))
-    shown.wait_for_timeout(400)
+    settle(shown)
     yield shown
     try:
         assert shown.outside == []

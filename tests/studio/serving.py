@@ -36,6 +36,26 @@ def part(name: str) -> str:
     return f'[data-testid="{name}"]'
 
 
+#: Returns when the page shows what the server has sent in answer to all before: the first answer comes after the server
+#: has handled what was done before, the second after what it sent thereupon.
+_SETTLED = """async () => {
+  for (let k = 0; k < 2; k++)
+    await new Promise((done) => socket.emit("ack", { client_id: clientId, next_message_id: 0 }, done));
+}"""
+
+
+def settle(page: Any) -> None:
+    """Wait until the page shows what the server answers at once; not what it does later, as by a timer or a process."""
+    page.wait_for_function("window.did_handshake")
+    page.evaluate(_SETTLED)
+    frames(page)
+
+
+def frames(page: Any) -> None:
+    """Wait until the page has drawn what was changed in it: two frames."""
+    page.evaluate("async () => { for (let k = 0; k < 2; k++) await new Promise(requestAnimationFrame); }")
+
+
 def choose(page: Any, select: str, option: str | re.Pattern[str], *, typed: str = "") -> None:
     """Choose an entry of one of the page's lists, by its whole text or a pattern.
 
@@ -57,7 +77,8 @@ def choose(page: Any, select: str, option: str | re.Pattern[str], *, typed: str 
             page.keyboard.press("Escape")
     else:
         raise AssertionError(f"{select} has no entry {option!r}")
-    page.wait_for_timeout(400)
+    page.locator(".q-menu[class*='-leave-']").first.wait_for(state="detached")
+    settle(page)
 
 
 class Server:

@@ -17,7 +17,7 @@ from evolvent import cases, results
 from evolvent.design import studies
 from evolvent.design.studies import draw
 from evolvent.massprops.inertia import Body, Stand, linear_model
-from studio.serving import LONG, SHORT, WAIT, choose, part
+from studio.serving import LONG, SHORT, WAIT, choose, frames, part, settle
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "stand.yaml"
 #: Values that the cases of a study take together.
@@ -105,26 +105,27 @@ def test_run_to_results_and_play(page, server, folder, shots):
     page.wait_for_selector(f"{part('charts')} canvas")
     assert page.locator(f"{part('main')} >> text=body rate at the end").is_visible()
     page.wait_for_selector(part("play"))
-    page.wait_for_timeout(500)
+    page.wait_for_function("document.querySelector('.ev-motion').viewer?.motions.length === 1")
+    frames(page)
     now = "document.querySelector('.ev-motion').viewer.now"
     view = page.locator(f"{part('motion')} canvas")
     page.locator(part("scrub")).evaluate("e => { e.value = 100; e.dispatchEvent(new Event('input')); }")
-    page.wait_for_timeout(300)
+    frames(page)
     begun, before = page.evaluate(now), view.screenshot()
     cursor = "document.querySelector('.ev-cursor').style.transform"
     at = page.evaluate(cursor)
     page.click(part("play"))
-    page.wait_for_timeout(1200)
+    page.wait_for_function(f"{now} > {begun} + 0.2")
     page.click(part("play"))
-    assert page.evaluate(now) > begun
+    frames(page)
     assert view.screenshot() != before
     assert page.evaluate(cursor) != at, "the charts' cursor follows the time"
     held = page.evaluate(now)
-    page.wait_for_timeout(300)
+    page.wait_for_timeout(100)
     assert page.evaluate(now) == held
     before = view.screenshot()
     page.select_option(part("axes"), "body")
-    page.wait_for_timeout(300)
+    frames(page)
     assert view.screenshot() != before, "in inertial axes the body turns"
     page.select_option(part("color"), "1")
     page.screenshot(path=shots / "run.png")
@@ -144,8 +145,7 @@ def test_cancel_and_queue_after_reload(page, shots):
     page.click(part("run"))
     page.locator("text=queued").first.wait_for()
     page.reload()
-    page.wait_for_selector(part("runs"))
-    page.wait_for_timeout(500)
+    page.locator(f"{part('runs')} >> text=waiting").wait_for()
     listed = page.locator(part("runs")).inner_text()
     assert "long" in listed
     assert "running" in listed
@@ -169,7 +169,6 @@ def test_compare_saved_runs(page, shots):
     text = page.locator(part("main")).inner_text()
     assert re.search(r"spool.rate\s+3.0\srad/s\s+4.0\srad/s", text)
     page.wait_for_function("document.querySelector('.ev-motion').viewer?.motions.length === 2")
-    page.wait_for_timeout(600)
     page.screenshot(path=shots / "compare.png")
 
 
@@ -223,16 +222,13 @@ def test_200_nodes_and_1000_frames_move_without_the_server(page, server, folder)
     page.locator("button:has(i:text('refresh')) >> visible=true").click()
     page.locator(".ev-link", has_text="wide.nc").click()
     page.wait_for_selector(f"{part('play')} >> visible=true")
-    page.wait_for_timeout(1500)
-    assert page.evaluate("(([m]) => [m.frames, m.nodes])(document.querySelector('.ev-motion').viewer.motions)") == [
-        1000,
-        201,
-    ]
+    page.wait_for_function("document.querySelector('.ev-motion').viewer?.motions[0]?.frames === 1000")
+    assert page.evaluate("document.querySelector('.ev-motion').viewer.motions.map((m) => m.nodes)") == [201]
     asked = []
     page.on("request", lambda request: asked.append(request.url))
     page.evaluate("document.querySelector('.ev-motion').viewer.times.length = 0")
     page.click(part("play"))
-    page.wait_for_timeout(3000)
+    page.wait_for_function("document.querySelector('.ev-motion').viewer.times.length > 40")
     page.click(part("play"))
     gap, work = np.array(page.evaluate("document.querySelector('.ev-motion').viewer.times")).T
     told = f"frames every {np.median(gap):.0f} ms, 95 % within {np.percentile(gap, 95):.0f} ms; "
@@ -247,7 +243,6 @@ def test_failed_run_is_labelled(page, shots):
     page.locator(".ev-link", has_text="bad.nc").click()
     page.wait_for_selector(part("failed"))
     assert "the energy no longer closes" in page.locator(part("failed")).inner_text()
-    page.wait_for_timeout(500)
     page.screenshot(path=shots / "failed.png")
 
 
@@ -267,7 +262,7 @@ def test_signal_to_certificate(page, folder, shots):
     page.locator(part("point-2")).fill("nowhere")
     page.locator(f"{part('form-error')} >> text=signals.sensors.1.point").wait_for()
     page.locator(part("point-2")).fill("2")
-    page.wait_for_timeout(600)
+    page.locator(f"{part('form-error')} >> text=signals.sensors.1.point").wait_for(state="hidden")
     page.click(part("measure"))
     page.wait_for_selector(part("measured"))
     row = page.locator(f"{part('measured')} tr", has_text="Ixx").inner_text().split("\t")
@@ -339,7 +334,7 @@ def test_keys_that_no_field_shows_are_told(page, folder, shots):
     (folder / "typo.yaml").write_text(SHORT.replace("nodes: 6", "nodes: 6, tip_mas: 5 g"))
     (folder / "torn.yaml").write_text("system: [heliogyro")
     page.click("button:has(i:text('refresh')) >> nth=0")
-    page.wait_for_timeout(500)
+    settle(page)
     choose(page, "case", "typo.yaml")
     page.locator(f"{part('form-error')} >> text=did you mean 'blade.tip_mass'").wait_for()
     assert not page.locator(part("run")).is_enabled()
@@ -359,7 +354,7 @@ def test_two_pages_run_what_each_of_them_shows(page, context, server, folder):
     other.set_default_timeout(WAIT)
     other.goto(server.url)
     other.wait_for_function(length, arg=part("field-blade.length"))
-    other.wait_for_timeout(400)
+    settle(other)
     other.locator(part("field-body.rate")).fill("7 rad/s")
     other.wait_for_timeout(500)
     page.locator(part("field-blade.length")).fill("90 cm")
@@ -389,11 +384,11 @@ def test_dropped_files_and_what_was_typed_stay(page, folder):
                 f"{part('signals')} input[type=file]", [folder.parent / "one.csv", folder.parent / "two.csv"]
             )
         page.locator(".ev-row >> text=two.csv").wait_for()
-        page.wait_for_timeout(500)
+        settle(page)
     assert page.locator(".ev-row .ev-link >> visible=true").all_inner_texts() == ["one.csv", "two.csv"]
     open_runs(page)
     page.click(part("tab-measure"))
-    page.wait_for_timeout(500)
+    settle(page)
     assert page.locator(part("field-title")).input_value() == "A platform"
     page.set_input_files(f"{part('signals')} input[type=file]", folder.parent / "knock.csv")
     for name in ("one.csv", "two.csv"):
@@ -411,8 +406,9 @@ def test_a_narrow_page_is_one_column(context, server, shots):
     page.wait_for_selector(part("tab-runs"), timeout=WAIT)
     open_runs(page)
     page.locator(".ev-link", has_text="slow.nc").click()
+    page.wait_for_selector(f"{part('motion')} canvas")
     page.wait_for_selector(f"{part('charts')} canvas")
-    page.wait_for_timeout(500)
+    settle(page)
     page.screenshot(path=shots / "narrow.png", full_page=True)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     assert page.locator(f"{part('motion')} canvas").bounding_box()["width"] > 340
@@ -435,7 +431,7 @@ def test_case_that_reads_outside_is_refused(page, folder):
     outside.write_bytes((folder / "slow.nc").read_bytes())
     (folder / "sly.yaml").write_text("system: wrapped-rib\nphase: deploy\nstart: ../secret.nc\n")
     page.click("button:has(i:text('refresh')) >> nth=0")
-    page.wait_for_timeout(500)
+    settle(page)
     choose(page, "case", "sly.yaml")
     page.locator("text=is outside the working folder").first.wait_for()
 

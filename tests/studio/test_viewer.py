@@ -10,6 +10,7 @@ from evolvent.results.motion import Line, Motion
 from evolvent.view import animation
 from evolvent.view.views import views
 from many_bodies import many_bodies
+from studio.serving import frames
 
 VIEWER = "document.getElementById('viewer').viewer"
 
@@ -28,7 +29,7 @@ def page(browser, path):
     opened.on("pageerror", lambda error: errors.append(str(error)))
     opened.on("request", lambda request: asked.append(request.url))
     opened.goto(path.as_uri())
-    opened.wait_for_timeout(150)
+    frames(opened)
     yield opened
     assert not errors
     assert asked == [path.as_uri()], "the page needs nothing else"
@@ -41,7 +42,7 @@ def get(page, what):
 
 def press(page, key):
     page.keyboard.press(key)
-    page.wait_for_timeout(80)
+    frames(page)
 
 
 def image(page):
@@ -71,13 +72,12 @@ def test_it_plays_once_in_15_seconds(browser, path, tmp_path):
     opened = browser.new_page()
     opened.goto(playing.as_uri())
     opened.keyboard.press("Space")
-    opened.wait_for_timeout(700)
+    opened.wait_for_function(f"{VIEWER}.now > 0.3")
     assert get(opened, "playing")
     assert get(opened, "speed") == pytest.approx(12.0 / 15.0)
-    assert 0.0 < get(opened, "now") < 3.0
+    assert get(opened, "now") < 3.0
     opened.evaluate(f"{VIEWER}.go({VIEWER}.end - 0.01)")
-    opened.wait_for_timeout(300)
-    assert not get(opened, "playing")
+    opened.wait_for_function(f"!{VIEWER}.playing")
     assert get(opened, "now") == 12.0
     opened.close()
 
@@ -88,11 +88,10 @@ def test_a_period_is_played_again_and_again(browser, tmp_path):
     opened = browser.new_page()
     opened.goto(page.as_uri())
     opened.keyboard.press("Space")
-    opened.wait_for_timeout(300)
+    opened.wait_for_function(f"{VIEWER}.now > 0.0")
     opened.evaluate(f"{VIEWER}.go({VIEWER}.end - 0.01)")
-    opened.wait_for_timeout(300)
+    opened.wait_for_function(f"{VIEWER}.now < 6.0")
     assert get(opened, "playing")
-    assert 0.0 < get(opened, "now") < 6.0
     opened.close()
 
 
@@ -131,8 +130,7 @@ def test_keys(page):
     press(page, "Escape")
     assert not page.locator("[data-testid=panel]").is_visible()
     press(page, "f")
-    page.wait_for_timeout(300)
-    assert page.evaluate("document.fullscreenElement !== null")
+    page.wait_for_function("document.fullscreenElement !== null")
     press(page, "f")
 
 
@@ -171,7 +169,6 @@ def test_less_is_drawn_as_well(browser, tmp_path, what):
     opened.goto(path.as_uri())
     for key in "tbctb?":
         press(opened, key)
-    opened.wait_for_timeout(200)
     assert not errors
     assert get(opened, "inertial")  # b twice; without bodies there is nothing else
     assert opened.locator("[data-testid=axes]").is_visible() == (what != "no bodies")
@@ -180,13 +177,13 @@ def test_less_is_drawn_as_well(browser, tmp_path, what):
 
 def test_a_click_on_a_point_shows_its_trail(page, shots):
     page.evaluate(f"{VIEWER}.go(6)")
-    page.wait_for_timeout(100)
+    frames(page)
     found = f"{VIEWER}.spots.find(s => s.point.name === 'boom, last point')"
     spot = page.evaluate(f"(({{ x, y }}) => ({{ x, y }}))({found})")
     box = page.locator("canvas").bounding_box()
     before = image(page)
     page.mouse.click(box["x"] + spot["x"], box["y"] + spot["y"])
-    page.wait_for_timeout(100)
+    frames(page)
     (name,) = get(page, "trails.map(t => t.point.name)")
     assert name in ("boom, last point", "hinge", "panel")  # all three are there
     assert image(page) != before
@@ -207,7 +204,7 @@ def test_it_is_turned_moved_and_zoomed(page):
         page.mouse.down(**options)
         page.mouse.move(x + 60, y + 30, steps=3)
         page.mouse.up(**options)
-        page.wait_for_timeout(60)
+        frames(page)
 
     before = get(page, "camera")
     drag()
@@ -217,7 +214,7 @@ def test_it_is_turned_moved_and_zoomed(page):
     drag(button="right")
     assert get(page, "camera")["pan"] == [60, 30]
     page.mouse.wheel(0, -300)
-    page.wait_for_timeout(60)
+    frames(page)
     assert get(page, "camera")["zoom"] > 1.2
     press(page, "r")
     assert get(page, "camera") == before
@@ -272,11 +269,10 @@ def test_what_is_stowed_fills_the_first_frame_and_then_the_scale_is_that_of_all(
     animation.write(boom(0.1), tmp_path / "boom.html")
     opened = browser.new_page(viewport={"width": 1000, "height": 700})
     opened.goto((tmp_path / "boom.html").as_uri())
-    opened.wait_for_timeout(150)
     ends = f"{VIEWER}.spots.filter((s) => s.point).map((s) => s.x)"
 
     def spread():
-        opened.wait_for_timeout(80)
+        frames(opened)
         found = opened.evaluate(ends)
         return max(found) - min(found)
 

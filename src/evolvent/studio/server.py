@@ -53,6 +53,7 @@ def serve(root: str, *, host: str, port: int, token: str | None, browser: bool) 
             dark=None,
             show=f"/{query}" if browser else False,
             reload=False,
+            tailwind=False,
             show_welcome_message=False,
             reconnect_timeout=20.0,
             uvicorn_logging_level="warning",
