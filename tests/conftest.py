@@ -7,10 +7,6 @@ import os
 import pathlib
 import sys
 
-#: Of the collection of garbage while tests are collected: most of what that makes stays, and is looked through in vain.
-COLLECTING = 100_000
-THRESHOLDS = gc.get_threshold()
-gc.set_threshold(COLLECTING, *THRESHOLDS[1:])
 os.environ.setdefault("MPLBACKEND", "Agg")
 # packages that a user has added change what is listed; tests of plug-ins ask for them
 os.environ["EVOLVENT_PLUGINS"] = "none"
@@ -26,6 +22,9 @@ from evolvent.commands import cli
 
 settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("seeded")
+
+#: How often garbage is collected.
+THRESHOLDS = gc.get_threshold()
 
 
 @pytest.fixture
@@ -90,8 +89,13 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         pathlib.Path(path).write_text("".join(f"{name}\n" for name in dict.fromkeys(one.nodeid for one in reports)))
 
 
+def pytest_collection() -> None:
+    """Collect garbage rarely while tests are collected: what that makes stays, and is looked through in vain."""
+    gc.set_threshold(100_000, 50, 100)
+
+
 def pytest_collection_finish() -> None:
-    """Collect garbage as before, but never again among the tests."""
+    """Collect garbage as usual, but no longer among the tests."""
     gc.freeze()
     gc.set_threshold(*THRESHOLDS)
 

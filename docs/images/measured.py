@@ -1,4 +1,4 @@
-"""Figures of the laboratory and of the wrapped rib's paper: `python docs/images/measured.py [FILE ...]` writes them here.
+"""Figures of the laboratory and of the rib's paper: `python docs/images/measured.py [FILE ...]` writes them here.
 
 Without a FILE all are written: those of the laboratory in a minute, those of the paper as `evolvent figure list` tells.
 """
