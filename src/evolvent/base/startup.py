@@ -14,7 +14,7 @@ from typing import Any
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 #: Allocations between two collections: loading libraries allocates some 500 000 objects that stay, and looking through
 #: them again and again takes a tenth of the time.
-_ALLOCATIONS = 200_000
+_ALLOCATIONS = 1_000_000
 #: Array libraries that xarray loads where they are installed, to distinguish their arrays from NumPy's: half a second.
 ARRAY_LIBRARIES = ("cupy", "dask", "distributed", "pint", "sparse")
 
