@@ -288,7 +288,13 @@ class _Keys(Section, Generic[A, R]):
 
 
 class _OneDrive:
-    """A pydantic annotation on `_Keys`: a drive, made in Python or read from a mapping with one of the keys."""
+    """A pydantic annotation on `_Keys`: a drive, made in Python or read from a mapping with one of the keys.
+
+    Parameters
+    ----------
+    rate : str, example of a rate
+    spool : bool, whether it may be free
+    """
 
     kinds: ClassVar[dict[str, type[DriveKind]]] = {
         "constant": ConstantDrive,
@@ -297,7 +303,10 @@ class _OneDrive:
         "free": FreeSpool,
         "expression": ExpressionDrive,
     }
-    allowed = f"a mapping with one of the keys {', '.join(kinds)}, such as {{constant: {{rate: 3.5 rad/s}}}}"
+
+    def __init__(self, rate: str = "3.5 rad/s", *, spool: bool = False) -> None:
+        self.names = [name for name in self.kinds if spool or name != "free"]
+        self.allowed = f"a mapping with one of the keys {', '.join(self.names)}, such as {{constant: {{rate: {rate}}}}}"
 
     def read(self, value: Any, handler: Any) -> DriveKind:
         """The drive itself."""
@@ -312,7 +321,7 @@ class _OneDrive:
         if len(given) != 1:
             raise PydanticCustomError("drive", "it must be {allowed}", {"allowed": self.allowed})
         if given[0] not in self.kinds:
-            guess = nearest(str(given[0]), self.kinds)
+            guess = nearest(str(given[0]), self.names)
             raise PydanticCustomError("drive", "{key} is no drive; {guess}", {"key": repr(given[0]), "guess": guess})
         keys = handler(value)
         if keys.expression is not None:
@@ -349,8 +358,8 @@ if TYPE_CHECKING:
     LineDrive = DriveKind
 else:
     #: How a spool or a body turns.
-    Drive = Annotated[_Keys[units.Angle, units.AngularRate], _OneDrive()]
+    Drive = Annotated[_Keys[units.Angle, units.AngularRate], _OneDrive(spool=True)]
     #: How a point is moved along a line (m, m/s) or round a circle (rad, rad/s).
     PathDrive = Annotated[_Keys[units.AngleOrLength, units.AngularRateOrSpeed], _OneDrive()]
     #: How a body is carried along a line.
-    LineDrive = Annotated[_Keys[units.Coordinate, units.Speed], _OneDrive()]
+    LineDrive = Annotated[_Keys[units.Coordinate, units.Speed], _OneDrive("5 cm/s")]
