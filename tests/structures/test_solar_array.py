@@ -30,8 +30,8 @@ def acceleration(angles: np.ndarray, rates: np.ndarray, torques: np.ndarray) -> 
     """
     arms = WAYS * np.exp(1j * angles)
     J = np.column_stack([np.ones(4), np.full(4, 1j), 1j * arms])
-    weighed = (MASS[:, None] * J).conj().T
-    M, force = (weighed @ J).real, (weighed @ (arms @ rates**2)).real
+    weighted = (MASS[:, None] * J).conj().T
+    M, force = (weighted @ J).real, (weighted @ (arms @ rates**2)).real
     M[range(2, 6), range(2, 6)] += INERTIA
     force[2:5] += torques
     force[3:6] -= torques

@@ -187,12 +187,12 @@ def test_a_torn_log_loses_only_its_last_record(study, reference, swept, tmp_path
     for path in sorted((tmp_path / "s" / "results.zarr").rglob("*"), reverse=True):
         path.rmdir() if path.is_dir() else path.unlink()
     (tmp_path / "s" / "results.zarr").rmdir()
-    told, seen = [], []
-    again = studies.sweep(study, output=tmp_path / "s", report=told.append, progress=lambda *n: seen.append(n))
+    reports, seen = [], []
+    again = studies.sweep(study, output=tmp_path / "s", report=reports.append, progress=lambda *n: seen.append(n))
     xr.testing.assert_equal(again, reference)
     assert seen == [(4, 6), (6, 6)]
-    assert len(told) == 1
-    assert "cut off" in told[0]
+    assert len(reports) == 1
+    assert "cut off" in reports[0]
 
 
 # ------------------------------------------------------------------------------------------------ ends of processes
@@ -275,7 +275,7 @@ def test_ctrl_c_stops_and_says_how_to_go_on(long_study, tmp_path, workers):
 @pytest.mark.slow
 def test_a_worker_that_dies_is_replaced(long_study, tmp_path):
     """The bits are those of one process, and no worker is left."""
-    told, victims = [], []
+    reports, victims = [], []
     before = set(children())
 
     def progress(done, count):
@@ -286,10 +286,10 @@ def test_a_worker_that_dies_is_replaced(long_study, tmp_path):
 
     long_study["set"]["output.every"] = "0.1 ms"
     long_study["over"]["spool.rate"]["points"] = 5
-    found = studies.sweep(long_study, output=tmp_path / "s", workers=2, progress=progress, report=told.append)
+    found = studies.sweep(long_study, output=tmp_path / "s", workers=2, progress=progress, report=reports.append)
     assert victims
     assert (found.status == "success").all()
-    assert any("a worker stopped" in sentence for sentence in told)
+    assert any("a worker stopped" in sentence for sentence in reports)
     same(found, studies.sweep(long_study))
     same(found, studies.open(tmp_path / "s"))
     wait_for(lambda: not [p for p in set(children()) - before if "resource_tracker" not in " ".join(p.cmdline())], 20.0)
@@ -350,10 +350,10 @@ def test_workers_of_a_scheduler(study, reference):
     from distributed import LocalCluster
 
     with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0") as cluster:
-        told = []
-        found = studies.sweep(study, scheduler=cluster.scheduler_address, workers=None, report=told.append)
+        reports = []
+        found = studies.sweep(study, scheduler=cluster.scheduler_address, workers=None, report=reports.append)
     same(found, reference)
-    assert told == []
+    assert reports == []
 
 
 def test_schedulers_and_workers_that_cannot_be_used(study, monkeypatch):
@@ -434,10 +434,10 @@ def test_a_long_sweep_is_forecast(study, monkeypatch):
     monkeypatch.setattr(runner, "_MANY", 1)
     monkeypatch.setattr(runner, "_TASK", 0.0)
     monkeypatch.setattr(runner, "_LONG", 0.0)
-    told = []
-    studies.sweep(study, report=told.append)
-    assert len(told) == 1
-    assert re.fullmatch(r"\d cases of about [\d.e-]+ s each: about [\d.e-]+ s on one core", told[0])
+    reports = []
+    studies.sweep(study, report=reports.append)
+    assert len(reports) == 1
+    assert re.fullmatch(r"\d cases of about [\d.e-]+ s each: about [\d.e-]+ s on one core", reports[0])
     assert [runner._duration(s) for s in (12.3, 89.0, 114.0, 7300.0)] == ["12 s", "89 s", "1.9 min", "2 h"]
 
 

@@ -420,7 +420,7 @@ def test_the_start_follows_what_is_typed(page, shots):
     length.fill("1.5 kg")
     page.locator(f"{part('error-parts.boom.length')} >> text=unit of something else").wait_for()
     page.locator(f"{part('start-error')} >> text=parts.boom.length").wait_for()
-    page.locator(f"{part('start')} >> text=the last complete state").wait_for()  # it stays, and says so
+    page.locator(f"{part('start')} >> text=the last complete state").wait_for()  # it stays, with a note
     assert abs(page.evaluate(TIP) - 1.7) < 1e-6
     assert not page.locator(part("run")).is_enabled()
     page.screenshot(path=shots / "structure-error.png")

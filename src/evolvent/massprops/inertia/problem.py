@@ -19,8 +19,6 @@ from evolvent.massprops.inertia.vibration import NormalModes, level, linearise, 
 BODY_NAMES = ("mass", *CENTRE, *MOMENTS)
 STAND_NAMES = ("stiffness", "a", "b", "length", "lateral_stiffness", "gravity")
 MODELS = {"full": linearise, "vertical": level}
-#: Modes of so many setups are kept, of each no more than so many bytes.
-KEPT, LARGEST_KEPT = 16, 200_000
 #: Standard deviations that weight the data where none are given: of a frequency, of a shape's largest amplitude.
 FREQUENCY_STD, SHAPE_STD = 1e-5, 1e-2
 
@@ -168,28 +166,6 @@ def mac(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return uv / np.where(uu_vv > 0.0, uu_vv, 1.0)
 
 
-class _Content:
-    """A model and a setup, equal to another with the same numbers."""
-
-    def __init__(self, model: str, s: Setup) -> None:
-        self.model, self.setup = model, s
-        arrays = [np.asarray(x) for x in (*s[:12], s.added, *(s.mounting or ())) if x is not None]
-        self.size = sum(x.nbytes for x in arrays)
-        self._key = (model, s.guided, s.added is None, tuple((x.shape, x.tobytes()) for x in arrays))
-        self._hash = hash(self._key)
-
-    def __hash__(self) -> int:
-        return self._hash
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Content) and self._key == other._key
-
-
-@functools.lru_cache(maxsize=KEPT)
-def _kept_modes(of: _Content) -> NormalModes:
-    return MODELS[of.model](of.setup).modes()
-
-
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Problem:
     """Measured modes, the model they are held against, and what is unknown in it.
@@ -272,11 +248,9 @@ class Problem:
         return np.array([scale_of(self.base, name) for name in self.unknown])
 
     def modes(self, s: Setup) -> NormalModes:
-        """Undamped modes of a setup; those evaluated last are kept: derivatives are taken again at equal values."""
+        """Undamped modes of a setup."""
         none = np.zeros(s.stiffness.shape[-1])
-        s = s._replace(damping=none, lateral_damping=none)
-        of = _Content(self.model, s)
-        return _kept_modes(of) if of.size <= LARGEST_KEPT else MODELS[self.model](s).modes()
+        return MODELS[self.model](s._replace(damping=none, lateral_damping=none)).modes()
 
     def residual(
         self,
