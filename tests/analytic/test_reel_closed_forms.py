@@ -191,7 +191,8 @@ def test_pendulum_that_wraps_on_a_peg(book: Book) -> None:
     bob = system.add(
         parts.Point(mass=1.0, position=tangent + free * np.array([math.sin(theta), -math.cos(theta), 0.0]))
     )
-    system.add(parts.Link(a="ground", b=bob, length=length, drum=drum, anchor=(-1.0, 0.0, 0.0)))
+    whole = length + 2.0 * math.pi * drum  # with a turn more on the peg, which it needs where theta < 0
+    system.add(parts.Link(a="ground", b=bob, length=whole, drum=drum, anchor=(-1.0, 0.0, 0.0)))
     t = np.linspace(0.0, 5.0, 201)
     seen = run(system.assemble(), t, rtol=1e-11, atol=1e-12)
 

@@ -72,7 +72,12 @@ def satellite() -> System:
             parts.Point(mass=0.3, position=tuple(place), velocity=tuple(np.cross([0.0, 0.0, 3.0], place))), f"mass-{k}"
         )
         cord = parts.Link(
-            a=("body", (at, 0.0, 0.0)), b=f"mass-{k}", length=free, drum=radius, anchor=(sign, 0.0, 0.0), sense=1
+            a=("body", (at, 0.0, 0.0)),
+            b=f"mass-{k}",
+            length=free + 2.0 * math.pi * radius,
+            drum=radius,
+            anchor=(sign, 0.0, 0.0),
+            sense=1,
         )
         system.add(cord, f"cord-{k}")
     return system
@@ -101,7 +106,9 @@ def test_a_cord_round_a_post() -> None:
     radius, free, speed, mass = 0.1, 1.0, 0.7, 0.5
     system = System()
     system.add(parts.Point(mass=mass, position=(radius, free, 0.0), velocity=(speed, 0.0, 0.0)), "bob")
-    cord = parts.Link(a=(0.0, 0.0, 0.0), b="bob", length=free, drum=radius, anchor=(1.0, 0.0, 0.0), sense=1)
+    cord = parts.Link(
+        a=(0.0, 0.0, 0.0), b="bob", length=free + 2.0 * math.pi * radius, drum=radius, anchor=(1.0, 0.0, 0.0), sense=1
+    )
     system.add(cord, "cord")
     found = ran(system, 2.0, 0.02)
     x = found.y[:, :3]

@@ -81,8 +81,6 @@ def _second_rate(k, model):
         if joints[k].on[side] != ON_BODY:
             continue
         b, g, local = joints[k].index[side], joints[k].g[side], joints[k].local[side]
-        if joints[k].kind == joint.CORD and side == 0:  # not from where the cord leaves, which turns not with the drum
-            local = joints[k].centre
         dx, dy, dz = turn(bodies[b].R, local[0], local[1], local[2])
         cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
         value += g[0] * cx + g[1] * cy + g[2] * cz

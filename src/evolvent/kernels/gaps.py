@@ -184,7 +184,8 @@ def add_gap_tangent(k, la, model, matrix, a, n, Ja, b, m, Jb, d, n_d, Jd):
 
     Parameters
     ----------
-    a, n, Ja and so on : first unknown of a side, their number, and its columns (`sides.side_columns`)
+    a, n, Ja and so on : first unknown of a side, their number, and its columns (`sides.side_columns`); d of a CORD
+        are those of the drum's body at the free end
     """
     joints, K = model.joints, model.K12
     kind, g, u = joints[k].kind, joints[k].g, joints[k].u
@@ -213,6 +214,9 @@ def add_gap_tangent(k, la, model, matrix, a, n, Ja, b, m, Jb, d, n_d, Jd):
         add_product(matrix, b, m, Jb, K, 0, 0, b, m, Jb, s)
         add_product(matrix, a, n, Ja, K, 0, 0, b, m, Jb, -times * s)
         add_product(matrix, b, m, Jb, K, 0, 0, a, n, Ja, -s)
+        if kind == CORD:  # the wound part turns in the tangent plane as well; d is the drum's body at the free end
+            write_axial(K, 0.0, 1.0, g[2])
+            _add_stretch(matrix, b, m, Jb, d, n_d, Jd, K, la * u[2, 0])
 
 
 @inlined

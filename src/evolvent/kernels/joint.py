@@ -150,36 +150,36 @@ def _cord_geometry(y, k, model):
 
     Notes
     -----
-    The force on the drum acts where the cord leaves it, which is entered as the point of side a.
+    The force on the drum acts where the cord leaves it, which is entered as the point of side a. Instead of a third
+    side, g[2] and u[2, 0] are the direction q and `bend` of `drum_cord`.
     """
     joints, bodies = model.joints, model.bodies
-    body, radius, centre, n0, z0 = (
-        joints[k].index[0],
-        joints[k].radius,
-        joints[k].centre,
-        joints[k].axis,
-        joints[k].zero,
-    )
+    body, centre, n0, z0 = joints[k].index[0], joints[k].centre, joints[k].axis, joints[k].zero
     a = side_vector(y, bodies, ON_BODY, body, -1, -1, centre, True)
     b = side_vector(
         y, bodies, joints[k].on[1], joints[k].index[1], joints[k].iq[1], joints[k].iv[1], joints[k].local[1], True
     )
     R, w, u, g = bodies[body].R, bodies[body].w, joints[k].u, joints[k].g
-    n, z = turn(R, n0[0], n0[1], n0[2]), turn(R, z0[0], z0[1], z0[2])
-    d, v = (b[0] - a[0], b[1] - a[1], b[2] - a[2]), (b[3] - a[3], b[4] - a[4], b[5] - a[5])
-    omega = w[0] * n[0] + w[1] * n[1] + w[2] * n[2]
-    length, rate, free, ex, ey, ez, rx, ry, rz, radial = drum_cord(
-        radius, joints[k].along[0], joints[k].value, d, v, n, z, omega
-    )
+    d = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    length, free, p, e, q, bend = drum_cord(
+        joints[k].radius, joints[k].along[0], joints[k].value, d,
+        turn(R, n0[0], n0[1], n0[2]), turn(R, z0[0], z0[1], z0[2]),
+    )  # fmt: skip
+    # velocity of the end against the drum, and against the drum's point where the cord leaves it
+    rx, ry, rz = cross(w[0], w[1], w[2], d[0], d[1], d[2])
+    px, py, pz = cross(w[0], w[1], w[2], p[0], p[1], p[2])
+    vx, vy, vz = b[3] - a[3] - px, b[4] - a[4] - py, b[5] - a[5] - pz
+    rate = e[0] * vx + e[1] * vy + e[2] * vz
+    across = q[0] * (b[3] - a[3] - rx) + q[1] * (b[4] - a[4] - ry) + q[2] * (b[5] - a[5] - rz)
     joints[k].measured, joints[k].gap, joints[k].rate = length, length - joints[k].value, rate
-    joints[k].bends = radial * radial / free
-    lx, ly, lz = turn_back(R, radius * rx, radius * ry, radius * rz)
+    joints[k].bends = (vx * vx + vy * vy + vz * vz - rate * rate) / free + bend * across * across
+    lx, ly, lz = turn_back(R, p[0], p[1], p[2])
     local = joints[k].local[0]
     local[0], local[1], local[2] = centre[0] + lx, centre[1] + ly, centre[2] + lz
-    u[0, 0], u[0, 1], u[0, 2] = a[0] + radius * rx, a[1] + radius * ry, a[2] + radius * rz
-    u[1, 0], u[1, 1], u[1, 2] = b[0], b[1], b[2]
-    g[0, 0], g[0, 1], g[0, 2] = -ex, -ey, -ez
-    g[1, 0], g[1, 1], g[1, 2] = ex, ey, ez
+    u[2, 0] = bend
+    for c in range(3):
+        u[0, c], u[1, c] = a[c] + p[c], b[c]
+        g[0, c], g[1, c], g[2, c] = -e[c], e[c], q[c]
 
 
 @inlined

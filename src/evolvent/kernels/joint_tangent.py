@@ -6,6 +6,7 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import reduced, rigid
 from evolvent.kernels.gaps import (
     ANGLE,
+    CORD,
     GEAR,
     SEGMENT,
     add_gap_tangent,
@@ -81,7 +82,19 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
                 matrix, model, joints[k].index[side], joints[k].local[side],
                 force * g[0], force * g[1], force * g[2],
             )  # fmt: skip
+    if kind == CORD:
+        d, n_d = _drum_at_end(k, model, Jd)
     add_gap_tangent(k, la, model, matrix, a, n, Ja, b, m, Jb, d, n_d, Jd)
+
+
+@inlined
+def _drum_at_end(k, model, J):
+    """Columns of the drum's body at the point where the free end of the cord k is, as of `sides.side_columns`."""
+    joints, own = model.joints, model.e[2]
+    body, end = joints[k].index[0], joints[k].u[1]
+    x, R = model.bodies[body].x, model.bodies[body].R
+    own[0], own[1], own[2] = turn_back(R, end[0] - x[0], end[1] - x[1], end[2] - x[2])
+    return side_columns(model, ON_BODY, body, joints[k].iv[0], own, True, J)
 
 
 @inlined

@@ -14,10 +14,11 @@ from evolvent.kernels import joint, springs
 from evolvent.parts.applies import Applies, given
 from evolvent.parts.base import Part, PointReference, unit
 from evolvent.parts.joint import add_row, point_side
+from evolvent.parts.release import ReleaseName, release_fields
 
 
 class Link(Part):
-    """A massless link of fixed length; with a drum, a cord that winds onto it without slipping.
+    """A massless link of fixed length; with a drum, a cord that winds onto it.
 
     Parameters
     ----------
@@ -34,10 +35,19 @@ class Link(Part):
         Direction in which the cord is fixed to the drum, body axes.
     sense : {1, -1}
         The cord winds on in the positive or negative sense about `axis`.
+    until : float, s, optional
+        Time at which the link is released.
+    released_by : str, optional
+        Event, or spring with a latch, that releases the link where that comes before `until`.
 
     Notes
     -----
-    The motion of a cord is taken to stay in the plane across the drum's axis.
+    A cord is fixed to the drum in the plane across its axis through `a`, at the radius `drum` in the direction
+    `anchor`. It is taut and takes the shortest way over the drum: a helix, which goes over into the straight free part
+    with one slope. It does not slip round the drum, and is free of friction along it; the drum is as long as needed. A
+    cord that has unwound swings about its anchor, and then winds on in the other sense, unless it is released.
+
+    A link pushes as well as it pulls; the result `tension` shows which.
     """
 
     applies: ClassVar[Applies] = {key: (given("drum"),) for key in ("axis", "anchor", "sense")}
@@ -49,6 +59,8 @@ class Link(Part):
     axis: units.Direction = (0.0, 0.0, 1.0)
     anchor: units.Direction = (1.0, 0.0, 0.0)
     sense: Literal[1, -1] = 1
+    until: units.Duration | None = None
+    released_by: ReleaseName | None = None
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the link into the family `links`."""
@@ -66,14 +78,14 @@ class Link(Part):
         index = builder.add("links", a=a, b=b, length=length, drum=self.drum, axis=axis, zero=anchor, sense=self.sense)
         builder.names[name] = ("links", index)
         # the same constraint as implicit methods have it
-        sides = point_side(builder, self.a), point_side(builder, self.b)
+        sides, release = (point_side(builder, self.a), point_side(builder, self.b)), release_fields(builder, name, self)
         if self.drum > 0.0:
             add_row(
                 builder, joint.CORD, *sides, centre=sides[0].local, axis=axis, zero=anchor, radius=self.drum,
-                along=np.array([float(self.sense), 0.0, 0.0]), value=length,
+                along=np.array([float(self.sense), 0.0, 0.0]), value=length, **release,
             )  # fmt: skip
         else:
-            add_row(builder, joint.DISTANCE, *sides, value=length)
+            add_row(builder, joint.DISTANCE, *sides, value=length, **release)
 
     def _cord(
         self, builder: Builder, name: str, a: int, distance: np.ndarray, axis: np.ndarray, anchor: np.ndarray
@@ -87,8 +99,7 @@ class Link(Part):
         if abs(axis @ anchor) > 1e-9:
             raise InputError(f"{name}.anchor is {self.anchor!r}; it must be across the axis")
         n = product(builder.poses[marker["index"]].R, axis)
-        if abs(n @ distance) > 1e-9 * np.linalg.norm(distance):
-            raise InputError(f"{name}.b is not in the plane of the drum at {name}.a")
-        if distance @ distance <= self.drum**2:
+        across = distance - (n @ distance) * n
+        if across @ across <= self.drum**2:
             raise InputError(f"{name}.b is inside the drum of radius {self.drum} m at the start")
         return self.length

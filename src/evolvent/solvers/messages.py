@@ -208,7 +208,7 @@ def explicit_stalled(stall: Stall, run: explicit_run.Run) -> str:
 
 def unbalanced(run: explicit_run.Run) -> str:
     """What is known of an explicit run whose energy does not balance, and what to try."""
-    smaller, found = "use a smaller `rtol`", run.found or run.closure(0)
+    smaller, found = "use a smaller `tolerance`", run.found or run.closure(0)
     if run.plan.step is not None:
         model = run.model
         other = "energy-momentum" if model.beams.size or model.rods.size else "dopri5"
