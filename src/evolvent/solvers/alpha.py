@@ -126,7 +126,7 @@ def local_error(h, model, work):
     c, error, rates = abs(work.options.beta - 1.0 / 6.0) * h * h, 0.0, 0.0
     for i in range(work.dq.size):
         change = c * (work.a1[i] - work.a0[i])
-        error = max(error, abs(change) / work.weight[i])
+        error = max(error, abs(change) / work.error_weight[i])
         rates += work.shares[i] * change * change
     turn = largest_turn(work.dq, False, model.info.nq, model.blocks) / LARGEST_TURN
     error = beside_tolerance(error, rates, h, work.dq, work.shares, work.loop, work.options)

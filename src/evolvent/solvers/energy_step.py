@@ -153,7 +153,7 @@ def end_step(model, work):
         step.before[i] = step.dv[i]
         new, old = _acceleration(i, work), work.acceleration[i]
         filtered = step.step.held * abs(new) + (abs(new - old) if work.loop.last > 0.0 else 0.0)
-        largest = max(largest, filtered / work.weight[i])
+        largest = max(largest, filtered / work.error_weight[i])
         squares += work.shares[i] * filtered * filtered
         work.acceleration[i] = new
         work.rate[i] = step.dq[i] / h
@@ -227,7 +227,7 @@ def local_error(model, work):
     c = h * h * (1.0 / 12.0 + 0.25 * step.step.chi)
     for i in range(step.dq.size):
         change = c * (_acceleration(i, work) - work.acceleration[i])
-        error = max(error, abs(change) / work.weight[i])
+        error = max(error, abs(change) / work.error_weight[i])
         rates += work.shares[i] * change * change
     turn = largest_turn(step.dq, True, model.info.nq, model.blocks)  # h w of bodies, which turn by 2 atan(h w/2)
     error = max(error, turn**3 / 12.0)

@@ -94,13 +94,35 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     return weight, float(np.exp(np.mean(np.log(masses)))) if masses.size else 1.0
 
 
+def error_sizes(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
+    """What counts as 1 in the error of a step: `weight`, and without limit turns of rods' sections across their axes.
+
+    Those follow the slope of the axis but for shear, whose waves are far faster than bending and carry next to no
+    energy: after a sudden load they would rule the steps of a thin rod. The slope is held by the positions of nodes.
+    """
+    found = weight.copy()
+    found[_section_turns(model)] = np.inf
+    return found
+
+
+def _section_turns(model: mdl.Model) -> np.ndarray:
+    """Indices of turns about axes across a rod of its nodes; of a rod with one element nothing but these may move."""
+    nodes = [
+        model.bodies["iv"][rod["first_body"] :][: rod["elements"] + 1] for rod in model.rods if rod["elements"] > 1
+    ]
+    first = np.concatenate([*nodes, np.zeros(0, dtype=np.int64)]) - int(model.info.nq)
+    return np.concatenate([first + 4, first + 5])  # the first axis is that of the rod
+
+
 def shares(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
     """Share of each rate in the mean square of the rates: (nv,) float, 1/m2 or 1, 0 of what has no inertia.
 
     The rates beside `weight` are averaged by their inertias, the diagonal of the mass matrix, as in the kinetic energy.
+    Turns of rods' sections across their axes are left out, as in `error_sizes`.
     """
     inertia, own = np.zeros(weight.size), np.arange(3) < model.blocks["count"][:, None]
     inertia[indices(model.blocks, "iv")[own] - int(model.info.nq)] = model.blocks["inertia"][own]
+    inertia[_section_turns(model)] = 0.0
     total = float(inertia @ weight**2)
     return inertia / total if total > 0.0 else inertia
 
@@ -254,6 +276,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         **{name: np.zeros(n_j) for name in ("la0", "la1", "gaps")},
         x=np.zeros(n_v + n_j),
         weight=weight,
+        error_weight=error_sizes(model, weight),
         shares=shares(model, weight),
         energies=np.zeros(3),
         forces=np.zeros((2, out.forces.shape[1])),

@@ -74,8 +74,8 @@ class Workspace(Struct):
     la, la0 : (nj,) float, multipliers; dq : (nv,) float, increments; r, x : (nv + nj,) float
     dq0, la1 : (nv,) and (nj,) float, increments and multipliers of the last stage that has converged
     rate, acceleration : (nv,) float, mean rates of the step before, and accelerations by it and the one before that
-    weight : (nu,) float, size of each unknown that counts as 1; shares : (nv,) float, see
-        `implicit_setup.shares`
+    weight, error_weight : (nu,) float, size of each unknown that counts as 1, in iterations and in errors of steps
+        (`implicit_setup.error_sizes`); shares : (nv,) float, see `implicit_setup.shares`
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     momenta : (6,) float, scratch
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
@@ -113,6 +113,7 @@ class Workspace(Struct):
     rate: np.ndarray = array(1)
     acceleration: np.ndarray = array(1)
     weight: np.ndarray = array(1)
+    error_weight: np.ndarray = array(1)
     shares: np.ndarray = array(1)
     powers: np.ndarray = array(2)
     gaps: np.ndarray = array(1)
