@@ -1,7 +1,8 @@
-"""What acts on a system from outside: every end of every family counts, and only what is isolated keeps its momentum."""
+"""What acts on a system from outside: every end of every family counts; only what is isolated keeps its momentum."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -21,7 +22,7 @@ from evolvent.solvers.implicit_setup import acts_from_outside
 from families.case import CASES
 from families.moving import SYSTEMS, coupled
 from families.reduced import two_node_file
-from implicit.rigs import run
+from implicit.rigs import RUBBER, SQUARE, run
 from implicit.test_tangent import beam
 
 Array = np.ndarray
@@ -46,9 +47,9 @@ def at(third: str, x: tuple[float, float, float] = (0.1, 0.2, 0.0)) -> Any:
     return x if third == "ground" else (third, x)
 
 
-def tied(name: str, motion: str) -> System:
+def tied(name: str, motion: str, **given: Any) -> System:
     """Two free bodies, and a third one with the motion."""
-    found = System()
+    found = System(**given)
     inertia = (0.2, 0.3, 0.25)
     found.add(parts.RigidBody(mass=2.0, inertia=inertia, position=(1.0, 0.0, 0.0)), "a")
     found.add(parts.RigidBody(mass=3.0, inertia=inertia, position=(2.0, 0.5, 0.3)), "b")
@@ -56,7 +57,7 @@ def tied(name: str, motion: str) -> System:
     if motion == FREE:
         found.add(parts.RigidBody(mass=4.0, inertia=inertia), "c")
     elif motion == DRIVEN:
-        found.add(parts.RigidBody(motion="driven", axis=(0.0, 0.0, 1.0), rate=0.3), "c")
+        found.add(parts.RigidBody(motion="driven", axis=(0.0, 0.0, 1.0)), "c")
     elif motion == SPIN:
         found.add(parts.RigidBody(motion="spin", inertia=0.4, axis=(0.0, 0.0, 1.0)), "c")
     else:
@@ -93,7 +94,7 @@ def end_of_pulley(system: System, third: str) -> None:
 
 @tie("the direction of a slide")
 def direction(system: System, third: str) -> None:
-    system.add(parts.Joint(a=at(third), b=B, type="point-on-line", axis=(0.3, 0.2, 0.9), position=None))
+    system.add(parts.Joint(a=at(third), b=B, type="point-on-line", axis=(1.9, 0.2, 0.3)))
 
 
 @tie("a joint")
@@ -153,22 +154,22 @@ def harness(system: System, third: str) -> None:
 
 @tie("a contact")
 def contact(system: System, third: str) -> None:
-    sphere = parts.Sphere(radius=1.3)
+    sphere = parts.Sphere(radius=0.99)
     system.add(parts.BodyContact(a="b", b=at(third), shape_a=sphere, shape_b=sphere, stiffness=1e3))
 
 
 @tie("the drum of a cord")
 def drum(system: System, third: str) -> None:
-    system.add(parts.Link(a=at(third, (0.0, 0.0, 0.0)), b="b", drum=0.2, anchor=(0.0, -1.0, 0.0), length=3.5))
+    apart, radius = math.hypot(2.0, 0.5), 0.2
+    wound = math.atan2(0.5, 2.0) - math.acos(radius / apart) + 0.5 * math.pi
+    length = math.sqrt(apart**2 - radius**2) + radius * wound
+    a = at(third, (0.0, 0.0, 0.3))
+    system.add(parts.Link(a=a, b="b", drum=radius, anchor=(0.0, -1.0, 0.0), length=length))
 
 
 @tie("a rod")
 def rod(system: System, third: str) -> None:
-    tube = {"thickness": 0.02, "width": 0.02}
-    material = {"young_modulus": 2e6, "poisson_ratio": 0.0, "density": 1000.0}
-    system.add(
-        parts.Rod(length=1.0, section=tube, material=material, elements=2, position=(2.0, 0.5, 0.3)), "rod"
-    )
+    system.add(parts.Rod(length=1.0, section=SQUARE, material=RUBBER, elements=2, position=(2.0, 0.5, 0.3)), "rod")
     system.add(parts.Joint(a="b", b="rod.root", type="clamp"))
     system.add(parts.Joint(a=at(third, (3.0, 0.5, 0.3)), b="rod.tip", type="clamp"))
 
@@ -191,7 +192,7 @@ PAIRS = [(name, motion) for name in TIES for motion in (FREE, GROUND, DRIVEN, SP
 
 
 def imbalance(assembly: Assembly, rng: np.random.Generator) -> float:
-    """Torque on all that moves free, of a disturbed state with any multipliers, that loads do not explain.
+    """Torque on all that moves, at any velocities and multipliers, that loads do not explain, beside the forces.
 
     Notes
     -----
@@ -202,7 +203,8 @@ def imbalance(assembly: Assembly, rng: np.random.Generator) -> float:
     needs.load(model, flow.residual, flow.momenta, flow.add_rigid_motion)
     model.switches[:] = assembly.s
     y, a, la = assembly.y.copy(), rng.standard_normal(n_v), rng.standard_normal(model.joints.size)
-    blocks.displace(assembly.y, 0.02 * rng.standard_normal(n_v), False, model, y)
+    if not model.joints.size:  # whose forces on both sides have one line where the sides meet
+        blocks.displace(assembly.y, 0.02 * rng.standard_normal(n_v), False, model, y)
     y[n_q : n_q + n_v] += 0.5 * rng.standard_normal(n_v)
     r, powers = np.zeros(n_v + la.size), np.zeros(N_POWERS)
     flow.residual(t, y, a, la, 0.0, 1.0, model, r, powers)
@@ -253,16 +255,17 @@ def test_between_free_bodies_momentum_is_kept(name: str, rng: np.random.Generato
 @pytest.mark.parametrize("name", [*CASES, *SYSTEMS])
 def test_momentum_is_corrected_only_where_it_is_kept(name: str, rng: np.random.Generator) -> None:
     assembly = (SYSTEMS[name] if name in SYSTEMS else CASES[name]().system)().assemble()
-    if isolated(assembly):
-        assert imbalance(assembly, rng) < 1e-8
+    off = imbalance(assembly, rng)  # which also finds what touches
+    assert off < 1e-8 or not isolated(assembly)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("motion", [FREE, GROUND, DRIVEN, SPIN])
+@pytest.mark.parametrize("motion", [FREE, GROUND, SPIN])
 @pytest.mark.parametrize("name", ["the point of a pulley", "a gear", "a screw", "a synchronization", "a spring"])
 def test_the_motion_is_that_of_an_explicit_method(name: str, motion: str) -> None:
-    system, samples = tied(name, motion), np.linspace(0.0, 0.5, 3)
-    other = solve(system.assemble(), samples=samples, method="dopri5", tolerance=1e-10)
+    system, samples = tied(name, motion, gravity=(0.3, -1.0, 0.5)), np.linspace(0.0, 0.5, 3)
+    system.add(parts.Spring(a=A, b=("b", (0.3, 0.1, 0.2)), stiffness=20.0, length=0.4), "within")
+    other = solve(system.assemble(), samples=samples, method="rk4", step=5e-4)
     found = run(system.assemble(), samples, step=1e-3)
     n = int(system.assemble().model.info.nq)
     size = np.ptp(other.y[:, :n], axis=0).max()

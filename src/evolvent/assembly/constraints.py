@@ -20,7 +20,9 @@ def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> 
     ]
     held = np.flatnonzero(joints["stiffness"] == 0.0)
     for k in sorted(held, key=lambda k: joints["kind"][k] not in (joint.DISTANCE, joint.CORD)):
-        entries.append((constraint_rows.JOINT, int(k), list(dict.fromkeys(ends_of("joints", joints[k], families.__getitem__)))))
+        entries.append(
+            (constraint_rows.JOINT, int(k), list(dict.fromkeys(ends_of("joints", joints[k], families.__getitem__))))
+        )
     inverse = _Masses(families, masses, n_q)
     found = [(r, *inverse.side(*end)) for r, (_, _, ends) in enumerate(entries) for end in ends]
     shared: dict[tuple[str, int], list[int]] = {}

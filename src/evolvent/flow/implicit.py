@@ -271,10 +271,10 @@ def is_isolated(t, model):
     for k in range(surfaces.size):
         if surfaces[k].outside != 0 and surfaces[k].touching > 0.0:
             return False
+    touching = False
     for k in range(contacts.size):
-        if contacts[k].outside != 0 and contacts[k].gap1 < 0.0:
-            return False
-    return True
+        touching = touching or (contacts[k].outside != 0 and contacts[k].gap1 < 0.0)
+    return not touching
 
 
 @kernel
