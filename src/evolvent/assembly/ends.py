@@ -142,6 +142,16 @@ def ends_of(name: str, row: Any, records: Records) -> Iterator[End]:
     return ENDS[name](row, records)
 
 
+def _unbalanced(joints: Array) -> Array:
+    """Joints whose forces on both sides need not lie on one line: (n,) bool.
+
+    A cord on a drum is one of its plane. The damper of a soft joint pulls along the rate of a gap between two points,
+    not along the gap.
+    """
+    damped = (joints["kind"] == joint.POINT) & (joints["stiffness"] > 0.0) & (joints["damping"] > 0.0)
+    return np.asarray((joints["kind"] == joint.CORD) | damped)
+
+
 def mark_outside(families: dict[str, Array], info: Any) -> None:
     """Note which records tie the system to what is not part of it: bodies that are driven, or spin about an axis.
 
@@ -166,4 +176,6 @@ def mark_outside(families: dict[str, Array], info: Any) -> None:
     acts += [np.any(families["bodies"]["motion"] == rigid.SPIN), families["threads"].size > 0]
     acts += [np.any(families["beams"]["paper"] != 0), np.any(families["rods"]["payout"] != 0)]
     acts += [np.any(families[name]["alpha"] != 0.0) for name in ("elements", "rods")]
+    joints = families["joints"]
+    acts += [np.any(_unbalanced(joints))]
     info["open"] = any(bool(one) for one in acts)
