@@ -13,6 +13,7 @@ from evolvent.assembly.assembled import Array, Assembly, Pose
 from evolvent.assembly.blocks import blocks_of
 from evolvent.assembly.checks import check_constraints, factored_masses, off_axis
 from evolvent.assembly.constraints import constraint_families
+from evolvent.assembly.ends import mark_outside
 from evolvent.assembly.references import Location, split_reference
 from evolvent.base.errors import InputError, nearest
 from evolvent.compiled import laws
@@ -329,6 +330,7 @@ class Builder:
             rubbed=self.rubbed,
             penalties=sum(row["stiffness"] > 0.0 for row in self.rows["joints"]),
         )  # fmt: skip
+        mark_outside(families, info)
         values = np.array(self.values, dtype=float)
         values[self.velocity_parameters] += n_q
         model = mdl.Model(

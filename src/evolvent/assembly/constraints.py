@@ -2,53 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
-
 import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Array
+from evolvent.assembly.ends import ends_of
 from evolvent.assembly.order import reverse_cuthill_mckee
-from evolvent.kernels import ancf_beams, constraint_rows, joint, rigid, sides, thread
-
-
-def ends_of(row: Any, coordinates: Array) -> Iterator[tuple[str, int]]:
-    """What a joint's row acts on: ("bodies", index), ("reduced_bodies", index), ("vectors", index of a velocity).
-
-    The index of vectors is that in the state of the first velocity; of reduced bodies the modal coordinates are meant.
-
-    Parameters
-    ----------
-    row : record of the family `joints`
-    coordinates : records of the family `gear_coordinates`
-    """
-    if row["kind"] == joint.GEAR:
-        for coordinate in coordinates[int(row["first"]) : int(row["last"])]:
-            yield "bodies", int(coordinate["body"])
-            yield "bodies", int(coordinate["other"])
-        return
-    for side in range(3):
-        on, index, iv = (int(row[key][side]) for key in ("on", "index", "iv"))
-        if on == sides.ON_BODY or (on == sides.ON_COORDINATES and index >= 0):  # or a spinning body's angle
-            yield "bodies", index
-        elif on != sides.ON_NOTHING:
-            for vector in range(3 if on == sides.ON_NODE else 1):
-                yield "vectors", iv + 3 * vector
-    if row["reduced"] > 0:
-        yield "reduced_bodies", int(row["reduced"]) - 1
+from evolvent.kernels import ancf_beams, constraint_rows, joint, rigid, thread
 
 
 def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> dict[str, Array]:
     """The families `rows`, in reverse Cuthill-McKee order, `row_sides` and `row_pairs`; beams and joints are marked."""
-    threads, joints, gears = families["threads"], families["joints"], families["gear_coordinates"]
+    threads, joints = families["threads"], families["joints"]
     entries: list[tuple[int, int, list[tuple[str, int]]]] = [
         (constraint_rows.THREAD, int(p), [("bodies", int(threads["body"][p]))])
         for p in np.flatnonzero(threads["kind"] == thread.INEXTENSIBLE)
     ]
     held = np.flatnonzero(joints["stiffness"] == 0.0)
     for k in sorted(held, key=lambda k: joints["kind"][k] not in (joint.DISTANCE, joint.CORD)):
-        entries.append((constraint_rows.JOINT, int(k), list(dict.fromkeys(ends_of(joints[k], gears)))))
+        entries.append(
+            (constraint_rows.JOINT, int(k), list(dict.fromkeys(ends_of("joints", joints[k], families.__getitem__))))
+        )
     inverse = _Masses(families, masses, n_q)
     found = [(r, *inverse.side(*end)) for r, (_, _, ends) in enumerate(entries) for end in ends]
     shared: dict[tuple[str, int], list[int]] = {}

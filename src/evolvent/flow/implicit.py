@@ -51,7 +51,6 @@ from evolvent.kernels import (
 from evolvent.kernels.ancf import STATE
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE
 from evolvent.kernels.rotations import cross, turn_back
-from evolvent.kernels.sides import ON_BODY
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 
@@ -259,58 +258,23 @@ def momenta(y, model, out):
 
 @kernel
 def is_isolated(t, model):
-    """Whether nothing but gravity and loads on beams acts from outside, whose torque is known."""
-    bodies, markers = model.bodies, model.markers
-    if model.loads.size > 0 or model.threads.size > 0 or model.fields.size > 0 or model.thrusters.size > 0:
+    """Whether nothing but gravity and loads on beams acts from outside, whose torque is known (`assembly.ends`)."""
+    joints, surfaces, contacts = model.joints, model.contact_surfaces, model.body_contacts
+    if model.info.outside != 0 or model.info.open != 0:
         return False
-    for k in range(model.wheels.size):
-        if bodies[model.wheels[k].body].motion != rigid.FREE:
-            return False
-    for k in range(model.beams.size):
-        if model.beams[k].paper != 0:
-            return False
-    for k in range(model.elements.size):
-        if model.elements[k].alpha != 0.0:
-            return False
-    for k in range(model.rods.size):
-        if model.rods[k].alpha != 0.0 or model.rods[k].payout != 0:
-            return False
-    for k in range(model.joints.size):
-        if joint.holds(t, model.joints, k):
-            for side in range(2):
-                if model.joints[k].kind == joint.ANGLE:
-                    return False
-                if model.joints[k].on[side] == ON_BODY and bodies[model.joints[k].index[side]].motion != rigid.FREE:
-                    return False
-    for k in range(model.gear_coordinates.size):
-        for index in (model.gear_coordinates[k].body, model.gear_coordinates[k].other):
-            if bodies[index].motion != rigid.FREE:
-                return False
-    for k in range(model.coordinates.size):
-        if bodies[model.coordinates[k].body].motion != rigid.FREE:
-            return False
-        if model.coordinates[k].on == ON_BODY and bodies[model.coordinates[k].other].motion != rigid.FREE:
+    for k in range(joints.size):
+        if joints[k].outside != 0 and joint.holds(t, joints, k):
             return False
     for k in range(model.custom_forces.size):
         if model.custom_forces[k].balanced == 0.0:
             return False
-        for i in range(model.custom_forces[k].points):
-            m = model.custom_forces[k].first_marker + i
-            if markers[m].kind == springs.ON_BODY and bodies[markers[m].index].motion != rigid.FREE:
-                return False
-    for k in range(model.contact_surfaces.size):
-        if model.contact_surfaces[k].touching > 0.0 and bodies[model.contact_surfaces[k].body].motion != rigid.FREE:
+    for k in range(surfaces.size):
+        if surfaces[k].outside != 0 and surfaces[k].touching > 0.0:
             return False
-    for k in range(model.body_contacts.size):
-        a, b = bodies[model.body_contacts[k].a], bodies[model.body_contacts[k].b]
-        if model.body_contacts[k].gap1 < 0.0 and (a.motion != rigid.FREE or b.motion != rigid.FREE):
-            return False
-    for k in range(model.springs.size):
-        for side in range(2):
-            m = model.springs[k].a if side == 0 else model.springs[k].b
-            if markers[m].kind == springs.ON_BODY and bodies[markers[m].index].motion != rigid.FREE:
-                return False
-    return True
+    touching = False
+    for k in range(contacts.size):
+        touching = touching or (contacts[k].outside != 0 and contacts[k].gap1 < 0.0)
+    return not touching
 
 
 @kernel

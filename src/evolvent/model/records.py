@@ -37,9 +37,11 @@ RECORDS: dict[str, np.dtype] = {
     # spools that friction can hold; step: a bound for fixed steps, s; redundant: 1 where joints have a `slack`;
     # exact: 1 where the residual leaves that out (`solvers.least_norm`); rubbed: index of the account of what friction
     # of contacts takes under explicit methods, which the bristles follow; -1 where nothing has friction; stepping:
-    # 1 while an explicit method steps, whose frictions go on from the start of the step
+    # 1 while an explicit method steps, whose frictions go on from the start of the step; outside: 1 where something at
+    # all times ties the system to bodies that are not free, open: where forces act from outside (`assembly.ends`). So
+    # has a record of joints, contact_surfaces and body_contacts that does so when it acts
     "info": _record(
-        "nq nv ny ns ne bandwidth penalties brakes redundant exact rubbed stepping",
+        "nq nv ny ns ne bandwidth penalties brakes redundant exact rubbed stepping outside open",
         "gravity",
         "step compliance",
         gravity=_3,
@@ -217,7 +219,7 @@ RECORDS: dict[str, np.dtype] = {
     # distance, product, travel or angle, of which the gap is the rest; u0, u1: u at both ends of an interval; force,
     # moment: on the second side
     "joints": _record(
-        "kind on index iq iv path drive law first last event switch nodes reduced mode_shape",
+        "kind on index iq iv path drive law first last event switch nodes reduced mode_shape outside",
         "local along centre axis zero radius value stiffness damping until latest slack",
         "u g u0 u1 measured gap rate driven bends gap0 gap1 stored force moment",
         on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),
@@ -302,7 +304,7 @@ RECORDS: dict[str, np.dtype] = {
     # account: index in the state of the bristle of its first point under explicit methods, three numbers a point;
     # impulse: N s, which implicit methods sum up
     "contact_surfaces": _record(
-        "body law first last under surface account",
+        "body law first last under surface account outside",
         "sense shift centre axis radius half_length stiffness exponent damping friction bristle_stiffness "
         "bristle_damping",
         "force moment normal impulse energy power touching",
@@ -335,7 +337,7 @@ RECORDS: dict[str, np.dtype] = {
     # on a (N), c: point of contact (m), inertial axes; on_a, on_b: force (N) and moment (N m) at the bodies' origins;
     # impulse: of the normal force, N s, NaN under explicit methods
     "body_contacts": _record(
-        "a b first law surface account",
+        "a b first law surface account outside",
         "place_a axis_a place_b axis_b half_a half_b sides radius_a radius extent share "
         "stiffness exponent damping friction bristle_stiffness bristle_damping viscous",
         "X Q gap stick damper drag gap1 stick1 damper1 drag1 slide "

@@ -263,7 +263,7 @@ class Adjoint:
                 for move in moves:
                     ctypes.memmove(*move)
                 patch.write(own)
-                start.y[:] = y
+                start.y[:], start.loop.follows = y, self.lead.work.loop.resolves
                 if implicit_loop.begin(own, self.room, start) != DONE:
                     raise InputError(f"with {one.name!r} a little larger or smaller the run does not start")
                 sides.append(state_of(start, model))

@@ -146,9 +146,16 @@ class _Step(NamedTuple):
 
 
 class _Start(NamedTuple):
-    """A start at an event or change of loads: whether by accelerations, and whether velocities are filtered then."""
+    """A start at an event or change of loads.
+
+    Attributes
+    ----------
+    by_accelerations : bool; resolves : int, whether with those of the step (`alpha_start.start_accelerations`)
+    held : float, whether velocities are filtered then
+    """
 
     by_accelerations: bool
+    resolves: int
     held: float
 
 
@@ -232,10 +239,12 @@ class Jumps:
                 event, latches = float(lead.reached), int(lead.work.loop.latches)
             short = kind == EVENT and latch == NONE and code == BUDGET  # of an event
             if code == AT_RESTART:
-                failure = lead.restart() or middle.restart()
+                failure = lead.restart()
+                middle.work.loop.follows = resolves = int(lead.work.loop.resolves)
+                failure = failure or middle.restart()
                 if failure:
                     return code, failure, None
-                steps.append(_Start(not lead.midpoint, float(lead.work.step.step.held)))
+                steps.append(_Start(not lead.midpoint, resolves, float(lead.work.step.step.held)))
                 code = BUDGET
             if latch != TRIED and not short and not (code == BUDGET and self._grows()):
                 break
@@ -383,6 +392,7 @@ class Jumps:
         work.step.step.held = of.held
         if of.by_accelerations:
             loop = work.loop
+            loop.follows = of.resolves
             after = float(loop["time"] + max(1e-9 * loop["last"], 20.0 * work.options["smallest"]))
             if implicit_loop.restart(after, model, self.room, work) != DONE:
                 raise InputError(f"a neighbour does not start again at t = {after:.6g} s")

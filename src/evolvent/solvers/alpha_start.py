@@ -131,7 +131,8 @@ def start_accelerations(model, matrix, work):
     Multipliers are of second order from the first step on where the method starts as it goes on (Arnold, Bruls &
     Cardona, 2015): with a0 = v'(t0 + (alpha_m - alpha_f) h), and velocities that part from the constraints by what a
     step's position error asks for, h^2 ((1/6 - (alpha_m - alpha_f)/2 - beta) v'' + w x w'/12), the last for the
-    rotation vector of a free body. Where a step does not resolve v'', both are left out.
+    rotation vector of a free body. Where a step does not resolve v'', both are left out; of a neighbour where the run
+    leaves them out (`LOOP.follows`).
     """
     n_q, n_v, t, h, options = model.info.nq, model.info.nv, work.loop.time, work.loop.step, work.options
     y, la, A, blocks = work.y, work.la, work.dv1, model.blocks
@@ -180,10 +181,11 @@ def start_accelerations(model, matrix, work):
     for i in range(n_v):
         jerk = max(jerk, h * h * h * abs(J[i]) / work.weight[i])
         rest = max(rest, (h * abs(y[n_q + i]) + h * h * abs(A[i])) / work.weight[i])
-    shift = options.alpha_m - options.alpha_f
+    shift, loop = options.alpha_m - options.alpha_f, work.loop
     for i in range(n_v):
         work.a1[i] = A[i]
-    if jerk < 0.1 * rest:
+    loop.resolves = loop.follows if loop.follows != 0 else (1 if jerk < 0.1 * rest else -1)
+    if loop.resolves > 0:
         c = 1.0 / 6.0 - 0.5 * shift - options.beta
         for i in range(n_v):
             work.a1[i] += shift * h * J[i]

@@ -6,14 +6,14 @@ Unknowns are the velocities of the model in their order, then one multiplier for
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.assembly.constraints import ends_of
-from evolvent.kernels import joint, sides, springs
+from evolvent.assembly.ends import ends_of
+from evolvent.kernels import joint
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import ANGLE, BODY, REDUCED, WHEEL
 from evolvent.kernels.drive import FREE
@@ -48,8 +48,12 @@ class _Graph:
         found = sorted({int(b) for b in blocks if b >= 0})
         self.pairs.update((a, b) for i, a in enumerate(found) for b in found[i + 1 :])
 
+    def ends(self, name: str, row: Any) -> Iterator[tuple[str, int]]:
+        """What a record of a family acts on."""
+        return ends_of(name, row, lambda other: getattr(self.model, other))
+
     def end(self, what: str, index: int) -> int:
-        """Block of what a joint's row acts on (`constraints.ends_of`); -1 of what has no unknowns."""
+        """Block of what a record acts on (`assembly.ends`); -1 of what has no unknowns."""
         if what == "bodies":
             return int(self.body[index])
         if what == "reduced_bodies":
@@ -62,6 +66,10 @@ class _Graph:
         return int(self.block[iv - self.n_q])
 
 
+#: Families whose records couple all that they act on; the torques of coordinates turn with both bodies.
+COUPLED = (
+    "springs", "rod_elements", "coordinates", "gear_coordinates", "synchronizations", "custom_forces", "body_contacts"
+)  # fmt: skip
 #: Gap below which turns on one another are coupled, of the length of an element.
 _NEAR = 0.1
 
@@ -111,13 +119,6 @@ def _add_coordinates(graph: _Graph) -> None:
             graph.couple(at, graph.body[model.wheels["body"][owner]])
 
 
-def _block_of_marker(graph: _Graph, marker: np.record) -> int:
-    """Block of what a marker is on, -1 of what does not move."""
-    if marker["kind"] == springs.ON_POINT:
-        return graph.of(int(graph.model.points["iv"][marker["index"]]))
-    return int(graph.body[marker["index"]])
-
-
 def _spool(graph: _Graph, thread: Any) -> int:
     """Block of a free spool, -1 of one that a drive turns."""
     return graph.of(int(thread["spool_v"])) if thread["drive"] == FREE else -1
@@ -130,39 +131,16 @@ def _couple_forces(graph: _Graph) -> None:
         for i in range(thread["n"]):
             graph.couple(graph.of(int(thread["iv"]) + 3 * i), graph.body[thread["body"]], _spool(graph, thread))
         if thread["end"] >= 0:
-            end = _block_of_marker(graph, model.markers[thread["end"]])
+            end = [graph.end(*one) for one in graph.ends("threads", thread)][-1]
             graph.couple(end, graph.body[thread["body"]], _spool(graph, thread))
             if thread["n"] > 1:
                 graph.couple(end, graph.of(int(thread["iv"]) + 3))
-    for spring in model.springs:
-        ends = []
-        for marker in model.markers[[spring["a"], spring["b"]]]:
-            ends.append(_block_of_marker(graph, marker))
-        graph.couple(*ends)
-    for element in model.rod_elements:
-        ends = [int(graph.body[element["a"]]), int(graph.body[element["b"]])]
-        if element["tape"] > 0:
-            own = model.tape_nodes["iv"][element["tape_node"] :][:2]
-            ends += [graph.of(int(iv)) for iv in own]
-        graph.couple(*ends)
-    for row in itertools.chain(model.coordinates, model.gear_coordinates):  # whose torques turn with both bodies
-        second = graph.body[row["other"]] if row["on"] == sides.ON_BODY else graph.of(int(row["iv"]))
-        graph.couple(second, graph.body[row["body"]])
-    coordinates = model.coordinates
-    for cable in model.synchronizations:
-        ends = []
-        for row in coordinates[[cable["a"], cable["b"]]]:
-            on_body = row["on"] == sides.ON_BODY
-            ends += [graph.body[row["body"]], graph.body[row["other"]] if on_body else graph.of(int(row["iv"]))]
-        graph.couple(*ends)
-    for force in model.custom_forces:
-        own = model.markers[int(force["first_marker"]) :][: int(force["points"])]
-        graph.couple(*(_block_of_marker(graph, marker) for marker in own))
-    for cylinder in model.contact_surfaces[model.contact_surfaces["under"] < 0]:
+    for name in COUPLED:
+        for row in getattr(model, name):
+            graph.couple(*(graph.end(*end) for end in graph.ends(name, row)))
+    for cylinder in model.contact_surfaces[model.contact_surfaces["under"] < 0]:  # point by point
         for point in model.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
             graph.couple(*(graph.of(int(iv)) for iv in point["iv"]), graph.body[cylinder["body"]])
-    for row in model.body_contacts:
-        graph.couple(graph.body[row["a"]], graph.body[row["b"]])
 
 
 def _couple_layers(graph: _Graph) -> None:
@@ -206,8 +184,7 @@ def _add_multipliers(graph: _Graph) -> dict[int, int]:
             ends = _segment_ends(graph, row)
             owner[add([k], ends)] = ends[0]
         else:
-            found = ends_of(row, graph.model.gear_coordinates)
-            ends = [graph.end(what, index) for what, index in found]
+            ends = [graph.end(*end) for end in graph.ends("joints", row)]
             groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
         if row["kind"] not in (joint.POINT, joint.ANGLE, joint.GEAR):  # the force turns with the other side
             graph.couple(*ends)

@@ -16,7 +16,7 @@ from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.energy_momentum import STEP, EnergyStep
 from evolvent.flow.implicit import measure_constraints
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact, joint, rigid, sides, springs
+from evolvent.kernels import contact, joint, rigid
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.blocks import ANGLE, BEAM, POSITION, REDUCED, SCALAR, THREAD, indices
 from evolvent.kernels.drive import FREE
@@ -193,20 +193,9 @@ def check_start(assembly: Assembly, t: float) -> None:
 
 def acts_from_outside(model: mdl.Model, t: float = -math.inf) -> bool:
     """Whether something joins, pushes or pulls on the system from outside at t, beside gravity and loads."""
-    free = model.bodies["motion"] == rigid.FREE
-    joints, coordinates, markers = model.joints[t <= model.joints["until"]], model.coordinates, model.markers
-    fixed = [~free[joints["index"][joints["on"] == sides.ON_BODY]], joints["kind"] == joint.ANGLE]
-    fixed += [~free[coordinates["body"]], ~free[coordinates["other"][coordinates["on"] == sides.ON_BODY]]]
-    fixed += [~free[model.contact_surfaces["body"]], ~free[model.body_contacts["a"]], ~free[model.body_contacts["b"]]]
-    fixed += [~free[model.gear_coordinates["body"]], ~free[model.gear_coordinates["other"]]]
-    own = [np.arange(row["first_marker"], row["first_marker"] + row["points"]) for row in model.custom_forces]
-    used = np.concatenate([model.springs["a"], model.springs["b"], *own]).astype(int)
-    fixed += [model.custom_forces["points"] == 1]
-    ends = model.threads["end"][model.threads["end"] >= 0]
-    used = np.concatenate([used, ends])
-    fixed += [~free[model.threads["body"]]]
-    fixed += [~free[markers["index"][used][markers["kind"][used] == springs.ON_BODY]]]
-    return any(bool(np.any(one)) for one in fixed)
+    tied = [rows["outside"] != 0 for rows in (model.contact_surfaces, model.body_contacts)]
+    tied += [(model.joints["outside"] != 0) & (t <= model.joints["until"])]
+    return bool(model.info.outside) or any(bool(np.any(one)) for one in tied)
 
 
 def check_redundancy(assembly: Assembly, t: float) -> None:

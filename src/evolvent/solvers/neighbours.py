@@ -83,7 +83,15 @@ class Neighbours:
 
     def start(self) -> str:
         """Start all; returns why that failed, '' where it did not."""
-        return next((failure for one in (self.lead, *self.all) if (failure := one.begin())), "")
+        return self._each(Run.begin)
+
+    def _each(self, start: Callable[[Run], str]) -> str:
+        """Start all, or start them again, neighbours as the run does; returns why that failed."""
+        failure = start(self.lead)
+        for one in self.all:
+            one.work.loop.follows = self.lead.work.loop.resolves
+            failure = failure or start(one)
+        return failure
 
     def run(self, progress: Callable[[float], None] | None = None) -> runs.Ending:
         """Run to the end; returns how.
@@ -108,7 +116,7 @@ class Neighbours:
                     f"too short for a derivative; take another step"
                 )
             if code == AT_RESTART:
-                failure = next((why for one in (lead, *self.all) if (why := one.restart())), "")
+                failure = self._each(Run.restart)
             elif code not in (BUDGET, DONE, STOPPED):
                 failure = reason(code, lead)
             if not failure:

@@ -46,21 +46,25 @@ def applies(model: mdl.Model, options: Any) -> bool:
     return bool(options.tolerance > 0.0) and is_held(model) and _without_contacts(model) and not model.threads.size
 
 
+#: Families that resist no change of shape, but by laws and penalties.
+WITHOUT_STIFFNESS = frozenset(
+    (
+        "info", "blocks", "bodies", "points", "markers", "links", "guides", "nodes", "events", "fields",
+        "field_points", "rows", "row_sides", "row_pairs", "joints", "gear_coordinates", "wheels", "thrusters", "loads",
+        "beam_loads", "reduced_bodies",
+    )
+)  # fmt: skip
+
+
 def _without_contacts(model: mdl.Model) -> bool:
     return not model.contact_surfaces.size and not model.body_contacts.size
 
 
 def has_stiffness(model: mdl.Model) -> bool:
     """Whether anything but constraints resists a change of shape."""
-    stiff = (
-        model.elements.size
-        + model.rods.size
-        + model.coordinates.size
-        + model.custom_forces.size
-        + model.springs.size
-        + model.modes.size
-    )
-    return bool(stiff) or bool(np.any(model.joints["stiffness"] > 0.0))
+    lawful = [getattr(model, name)["law"] != 0 for name in ("loads", "beam_loads", "wheels", "fields")]
+    stiff = [getattr(model, name).size for name in mdl.RECORDS if name not in WITHOUT_STIFFNESS]
+    return any(stiff) or any(bool(np.any(one)) for one in [*lawful, model.joints["stiffness"] > 0.0])
 
 
 def is_held(model: mdl.Model) -> bool:
