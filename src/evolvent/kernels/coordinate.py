@@ -149,22 +149,21 @@ def add_coordinates(t, y, h, s, model, F):
 
 
 @inlined
-def end_frictions(y, s, model):
-    """Frictions at the end of an explicit step into the accounts of the state y there; returns what they take, J."""
+def end_frictions(y, model):
+    """Frictions at the end of an explicit step into the accounts of the state y there; returns what they take, J.
+
+    After `measure_coordinate` of all coordinates there.
+    """
     coordinates, taken = model.coordinates, 0.0
     for k in range(coordinates.size):
         if coordinates[k].friction > 0.0:
             at, stick, before = coordinates[k].account, coordinates[k].stick, coordinates[k].before
-            measure_coordinate(y, s, coordinates, model.bodies, k)
             moved, start = coordinates[k].angle - before, y[at + FRICTION_FORCE]
             end = kept_friction(y, coordinates, k, moved)
             lost = 0.5 * (start + end) * moved - 0.5 * (end * end - start * start) / stick
             y[at + FRICTION_FORCE] = end
             y[at + BY_FRICTION] += lost
             taken += lost
-    if model.resistances.size > 0 or model.drivetrains.size > 0:
-        for k in range(coordinates.size):
-            measure_coordinate(y, s, coordinates, model.bodies, k)
     if model.resistances.size > 0:
         taken += end_resistances(y, 1, model)
     if model.drivetrains.size > 0:

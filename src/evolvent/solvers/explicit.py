@@ -18,13 +18,14 @@ from numba import types
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.flow.events import DUE
-from evolvent.flow.explicit_forces import end_frictions
+from evolvent.flow.explicit_forces import end_frictions, measure_frictions
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import coordinate, rigid, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import normalise
 from evolvent.kernels.passing import note_places, passing
+from evolvent.kernels.turning import NO_TURN
 from evolvent.model import MODEL
 from evolvent.solvers.dense import cubic
 from evolvent.solvers.explicit_events import (
@@ -134,7 +135,8 @@ def start_up(model, work):
     if model.coordinates.size > 0:
         coordinate.note_turns(t, work.y, work.s, model)
     if model.info.rubbed >= 0:
-        end_frictions(t, work.y, work.s, -1.0, model)
+        measure_frictions(t, work.y, work.s, 0.0, -1.0, model)
+        end_frictions(work.y, -1.0, model)
     for k in range(work.g0.size):
         work.g0[k] = 0.0
     stop = fire(model, t, work) if work.g.size > 0 else 0
@@ -162,14 +164,14 @@ def end_step(target, corrected, model, work):
 
 
 @inlined
-def end_rubbing(target, model, work):
-    """Frictions at the end work.y1 of a step at `target`, with what they add to its accounts in work.jump."""
+def end_rubbing(model, work):
+    """Frictions at the end work.y1 of a step, measured there, with what they add to its accounts in work.jump."""
     if model.info.rubbed < 0:
         return
     y1, jump = work.y1, work.jump
     for n in range(y1.size):
         jump[n] = -y1[n]
-    end_frictions(target, y1, work.s, math.inf, model)
+    end_frictions(y1, math.inf, model)
     for n in range(y1.size):
         jump[n] += y1[n]
 
@@ -371,6 +373,8 @@ def advance(A, b, c, E, P, rtol, atol, model, work, budget):
             loop.stale = 0
         t = loop.time
         target, h = adapted_step(until, model, work) if adapts else grid_step(end, until, model, loop)
+        if loop.turn < h:
+            target, h = t + loop.turn, loop.turn
         if adapts and not h > 1e-14 * max(abs(t), 1e-3):
             if target < until:
                 return TOO_SMALL
@@ -402,7 +406,13 @@ def advance(A, b, c, E, P, rtol, atol, model, work, budget):
                 h = target - t if adapts else part * h  # of fixed steps the very one that was tried
             stages(A, c, model, t, y, s, h, 1, until, work)
             add_stages(b, b.size, y, h, K, y1)
-        end_rubbing(target, model, work)
+        if model.info.rubbed >= 0:
+            turn = measure_frictions(target, y1, s, h, math.inf, model)
+            if turn < NO_TURN and turn * h > 1e-14 * max(abs(t), 1e-3):
+                loop.turn, loop.rejected, rejected = turn * h, loop.rejected + 1, True
+                continue
+        loop.turn = math.inf
+        end_rubbing(model, work)
         if adapts:
             keep_samples_before(P, t, h, target, work)
         else:
