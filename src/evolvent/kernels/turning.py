@@ -1,11 +1,10 @@
 """Where dry friction turns back within a step: steps end there, for a step sees the way of its start to its end alone.
 
-Every dry friction is a bristle, a spring in series with a slider (`joint_friction`, `resistance.bristle_between`,
-`contact_laws.friction`). Its force follows from the way that it has moved by since the step's start, as if this went
-one way. Where the sliding rate changes sign within the step it does not: the force would keep the sense of the first
-part on the second one, which would then drive what friction stops. So a step over a turn is taken again, as one that
-ends at the turn, where the rate is none. Friction is continuous there: nothing starts again. A bristle that sticks all
-along has the same force by both ways, and shortens no step.
+Every dry friction is a `bristle` (`joint_friction`, `resistance`, `contact_laws.friction`). Its force follows from the
+way that it has moved by since the step's start, as if this went one way. Where the sliding rate changes sign within the
+step it does not: the force would keep the sense of the first part on the second one, which it would then drive. So a
+step over a turn is taken again, as one that ends at the turn, where the rate is none. Friction is continuous there:
+nothing starts again. A bristle that sticks all along has the same force by both ways, and shortens no step.
 
 Rates are those of states, `measure_rates`, at both ends of a step, and between them as of a constant acceleration. A
 turn does not count where the forces by both ways differ by less than `NEAR` of the limit.
@@ -18,8 +17,8 @@ from numba import void
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import axial, body_gaps, contact_laws, rigid, surfaces
 from evolvent.kernels.ancf_beams import NODE_VECTORS
+from evolvent.kernels.bristle import SLIP, bristle_between
 from evolvent.kernels.contact import place, turn_axes
-from evolvent.kernels.resistance import SLIP, bristle_between
 from evolvent.model import FRICTION_FORCE, MODEL
 
 #: Part of the limit of a friction by which the force at the end of a step may be off by a turn within it.
@@ -111,6 +110,33 @@ def _keep_slides(rows):
             a[c] = b[c]
 
 
+@inlined
+def friction_power(model):
+    """Power that all frictions of a model take or store at the last evaluation, W, after `measure_rates` of its state.
+
+    Those of bearings, which explicit methods do not have, are left out.
+    """
+    coordinates, rows, power = model.coordinates, model.resistances, 0.0
+    for k in range(coordinates.size):
+        power += coordinates[k].rubs * coordinates[k].end_rate
+    for k in range(model.drivetrains.size):
+        power += model.drivetrains[k].rubs * coordinates[model.drivetrains[k].coordinate].end_rate
+    for k in range(rows.size):
+        for i in range(rows[k].first, rows[k].last):
+            power += model.bristles[i].force * coordinates[rows[k].coordinate].end_rate
+    return power - _contact_power(model.contact_points) - _contact_power(model.body_contacts)
+
+
+@inlined
+def _contact_power(rows):
+    """Power of the frictions of contacts, W."""
+    power = 0.0
+    for i in range(rows.size):
+        d, v = rows[i].drag1, rows[i].slid1
+        power += d[0] * v[0] + d[1] * v[1] + d[2] * v[2]
+    return power
+
+
 # ------------------------------------------------------------------------------------------------ turns
 
 
@@ -120,7 +146,7 @@ def until_turn_of(kind, stick, limit, start, rate0, rate1, h):
 
     Parameters
     ----------
-    kind, stick, limit, start : of `resistance.bristle_between`
+    kind, stick, limit, start : of `bristle.bristle_between`
     rate0, rate1 : float, rates of the slider at both ends of the step
     """
     if rate0 * rate1 >= 0.0 or limit <= 0.0:

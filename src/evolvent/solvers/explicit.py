@@ -25,8 +25,8 @@ from evolvent.kernels import coordinate, rigid, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import normalise
 from evolvent.kernels.passing import note_places, passing
-from evolvent.kernels.turning import NO_TURN
-from evolvent.model import MODEL
+from evolvent.kernels.turning import NO_TURN, friction_power
+from evolvent.model import DISSIPATED, MODEL
 from evolvent.solvers.dense import cubic
 from evolvent.solvers.explicit_events import (
     BUDGET,
@@ -174,6 +174,7 @@ def end_rubbing(model, work):
     end_frictions(y1, math.inf, model)
     for n in range(y1.size):
         jump[n] += y1[n]
+    work.loop.rubs1 = friction_power(model)
 
 
 @inlined
@@ -287,15 +288,32 @@ def event_in_step(A, b, c, P, t, h, target, end, until, model, work):
 
 
 @inlined
-def keep_samples_before(P, t, h, time, work):
+def keep_samples_before(P, t, h, time, model, work):
     """Keep the samples before a time in a step, by the step's continuous extension."""
     loop = work.loop
     while loop.sample < work.samples.size and work.samples[loop.sample] < time:
         theta = (work.samples[loop.sample] - t) / h
         interpolate(P, work.y, work.K, h, theta, work.w)
-        for n in range(work.jump.size):
-            work.w[n] += theta * work.jump[n]
+        if model.info.rubbed >= 0:
+            part = rubbed_until(theta, h, model, work)
+            for n in range(work.jump.size):
+                work.w[n] += part * work.jump[n]
         keep_sample(work, work.w)
+
+
+@inlined
+def rubbed_until(theta, h, model, work):
+    """Part of what frictions take in a step of length h that they have taken at the part theta of it.
+
+    By the cubic with their powers at both ends, which is exact for a constant friction and acceleration; it does not
+    fall.
+    """
+    loop, taken = work.loop, work.jump[model.info.nq + model.info.nv + DISSIPATED]
+    if not taken > 0.0:
+        return theta
+    first, last = min(max(h * loop.rubs0 / taken, 0.0), 3.0), min(max(h * loop.rubs1 / taken, 0.0), 3.0)
+    rest = 1.0 - theta
+    return theta * (rest * (first * rest + (3.0 - last) * theta) + theta * theta)
 
 
 @inlined
@@ -414,9 +432,10 @@ def advance(A, b, c, E, P, rtol, atol, model, work, budget):
         loop.turn = math.inf
         end_rubbing(model, work)
         if adapts:
-            keep_samples_before(P, t, h, target, work)
+            keep_samples_before(P, t, h, target, model, work)
         else:
             keep_samples_by_cubics(t, h, target - near, until, model, work)
+        loop.rubs0 = loop.rubs1
         stale = end_step(target, corrected, model, work) or part != NO_EVENT or not adapts
         if target >= loop.origin + (loop.grid + 1) * loop.step:
             loop.grid += 1
