@@ -116,10 +116,13 @@ def advance(model, matrix, work, budget):
         turn = until_turn(t_end, h, model, work) if turning.has_friction(model) else turning.NO_TURN
         if turn < turning.NO_TURN and h * turn > options.smallest:
             restore_start(model, work)
+            loop.whole = loop.whole if loop.whole > 0.0 else h
             loop.turn_step, loop.rejected = h * turn, loop.rejected + 1
             continue
-        turned = loop.turn_step < math.inf
+        turned, rest = loop.turn_step < math.inf, loop.whole - h
         accept_step(t1, t_end, h, model, work)
+        if not adaptive and rest > options.smallest:
+            loop.turn_step = rest
         gained = has_gained(t1 >= end - near, model, work)
         keep_samples(t, h if midpoint else t1 - t, model, work)
         stopped = user_events.is_stopped(model)
@@ -305,7 +308,7 @@ def accept_step(t1, t_end, h, model, work):
     fill_energies(t_end, model, work)
     note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.shares))
     loop.steady = loop.steady + 1 if abs(h - loop.last) <= 1e-9 * h else 0
-    loop.last, loop.event_step, loop.turn_step, loop.extended = h, math.inf, math.inf, 0
+    loop.last, loop.event_step, loop.turn_step, loop.whole, loop.extended = h, math.inf, math.inf, 0.0, 0
     if turning.has_friction(model):
         turning.keep_rates(model)
     loop.time = t1

@@ -24,15 +24,16 @@ ALPHA, ENERGY = 0, 1
 #: behind an event; settling: steps until rates are smooth again after a contact; stages: solutions that needed softened
 #: contacts; divided: steps that were divided; steady: steps of one length in a row. step, wanted: length of the next
 #: step, and that of undivided fixed ones, s; event_step: its limit, on which a latch or an event lies; turn_step: on
-#: which a friction turns back; last: length of the step before, s; factored: length of the step whose matrix is
-#: factored, s, 0 of none; quality: its worst pivot so far; start_energy: J; gain, lowest_gain: what the balance has
-#: gained since the start, and the lowest of that so far, J; fastest: largest mean rate so far, 1/s; left, left0: what
-#: Newton's method has left in this step and in those before, beside `weight`; tried: length of the step that was tried
-#: last, s; and the extremes of `evolvent.solvers.balance`.
+#: which a friction turns back, or that on which the rest of a fixed step ends; whole: length of the step that this was
+#: cut from, s, or 0; last: length of the step before, s; factored: length of the step whose matrix is factored, s, 0 of
+#: none; quality: its worst pivot so far; start_energy: J; gain, lowest_gain: what the balance has gained since the
+#: start, and the lowest of that so far, J; fastest: largest mean rate so far, 1/s; left, left0: what Newton's method
+#: has left in this step and in those before, beside `weight`; tried: length of the step that was tried last, s; and the
+#: extremes of `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "contact_set",
                                    "over", "latches", "extended", "settling", "stages", "divided", "steady")]
-    + [(name, np.float64) for name in ("time", "step", "wanted", "event_step", "turn_step", "last", "factored",
+    + [(name, np.float64) for name in ("time", "step", "wanted", "event_step", "turn_step", "whole", "last", "factored",
                                        "quality", "start_energy", "gain", "lowest_gain", "fastest", "left", "left0",
                                        "tried")]
     + list(EXTREMES),
