@@ -23,6 +23,7 @@ from evolvent.kernels import (
     rigid,
     rod,
     thermal,
+    turning,
 )
 from evolvent.kernels.ancf import STATE
 from evolvent.model import (
@@ -151,9 +152,33 @@ def add_explicit_inventory(t, y, s, model, out):
             out[ELASTIC] += joint.penalty_energy(model.joints, k)
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, REAL, MODEL))
-def end_frictions(t, y, s, step, model):
-    """Make the state y at t the start of the next explicit step for frictions: bristles and losses into its accounts.
+@indirect(REAL(REAL, VECTOR, INTEGERS, REAL, REAL, MODEL))
+def measure_frictions(t, y, s, h, step, model):
+    """Frictions and their rates in the state y at t, the end of a step of length h from the last one that is accepted.
+
+    Parameters
+    ----------
+    step : float, s, as of `end_frictions`
+
+    Returns
+    -------
+    float, part of the step at which the first friction turns back, as of `turning.until_turn`
+    """
+    rigid.kinematics(t, y, model)
+    if contact.any_contact(model):
+        contact.add_contacts(y, y, KEPT, step, 1.0, 0.0, 0.0, model, model.F)
+    if model.coordinates.size > 0:
+        for k in range(model.coordinates.size):
+            coordinate.measure_coordinate(y, s, model.coordinates, model.bodies, k)
+    turning.measure_rates(y, model)
+    return turning.until_turn(y, h, model)
+
+
+@indirect(void(VECTOR, REAL, MODEL))
+def end_frictions(y, step, model):
+    """Make the state y the start of the next explicit step for frictions: bristles and losses into its accounts.
+
+    After `measure_frictions` of that state.
 
     Parameters
     ----------
@@ -165,16 +190,15 @@ def end_frictions(t, y, s, step, model):
     `coordinate.kept_friction`); their losses are those of the mean forces of both ends.
     """
     taken = 0.0
-    rigid.kinematics(t, y, model)
     if contact.any_contact(model):
-        contact.add_contacts(y, y, KEPT, step, 1.0, 0.0, 0.0, model, model.F)
         slip, _ = contact.end_contacts(y, model)
         contact.keep_bristles(y, model)
         if step > 0.0:
             y[model.info.rubbed] += slip
             taken += slip
     if step > 0.0:
-        taken += coordinate.end_frictions(y, s, model)
+        taken += coordinate.end_frictions(y, model)
+    turning.keep_rates(model)
     y[model.info.nq + model.info.nv + DISSIPATED] += taken
 
 

@@ -120,6 +120,19 @@ def measure_between(rows, bodies, k, y, h, quarters):
 
 
 @inlined
+def rate_of(rows, bodies, k, y):
+    """Rate of coordinate k in the state y, by the bodies' current positions and velocities; changes no record."""
+    x, y_, z, vx, vy, vz = second_side(y, rows, bodies, k)
+    if rows[k].kind == TRAVEL:
+        _, _, rate = _travel(rows, bodies, k, (x, y_, z, vx, vy, vz))
+        return rate
+    _, _, _, _, g = angle_of(rows, bodies, k, (x, y_, z))
+    w = bodies[rows[k].body].w
+    wx, wy, wz = cross(w[0], w[1], w[2], x, y_, z)
+    return g[0] * (vx - wx) + g[1] * (vy - wy) + g[2] * (vz - wz)
+
+
+@inlined
 def second_rate(rows, bodies, k, y):
     """Second derivative of coordinate k without accelerations, after `measure_between` of a state.
 

@@ -156,7 +156,7 @@ def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
             if not (gap1 < 0.0 or gap0 < 0.0):
                 rubbed += contact_laws.bristle_energy(point, row)
                 continue
-            p, arm, u, c, L = _place(y0, y1, point, row, body, elements, half, h)
+            p, arm, u, c, L = place(y0, y1, point, row, body, elements, half, h)
             m, unit, fell, same = _normal(point, row, elements, p, u, c, o, a, gap0 - gap1, h)
             if not same:
                 point.rest1, gap1 = max(-point.gap1, 0.0), math.inf
@@ -227,7 +227,7 @@ def _press(point, row, gap0, gap1, rate, fell, h, soft, chi, ratio):
 
 
 @inlined
-def _place(y0, y1, point, row, body, elements, half, h):
+def place(y0, y1, point, row, body, elements, half, h):
     """Where a contact point is over an interval: (p, arm, u, c, L).
 
     p (m): mean position; arm (m): from the origin of the surface's body, or from the point below; u: displacement over
@@ -284,8 +284,17 @@ def _push(F, force, moment, point, elements, c, L, half, arm, f, n_q):
 
 
 @inlined
+def turn_axes(a, n):
+    """Axes of a bristle against a turn of a coil with the axis a, n the unit normal: along the turn, and beside it."""
+    ex, ey, ez = cross(a[0], a[1], a[2], n[0], n[1], n[2])
+    size = math.sqrt(ex * ex + ey * ey + ez * ez)
+    ex, ey, ez = ex / size, ey / size, ez / size
+    return (ex, ey, ez), cross(n[0], n[1], n[2], ex, ey, ez), (0.0, 0.0, 0.0)
+
+
+@inlined
 def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step, at):
-    """`contact_laws.rub` of a contact point with the unit normal n, whose u, arm and p are those of `_place`.
+    """`contact_laws.rub` of a contact point with the unit normal n, whose u, arm and p are those of `place`.
 
     Notes
     -----
@@ -300,10 +309,7 @@ def _rub(y, point, row, body, elements, half, u, arm, p, a, n, lam, h, step, at)
             x, yy, z = turn(body.R, q[0], q[1], q[2])
             s = (arm[0] - x, arm[1] - yy, arm[2] - z)
     else:
-        ex, ey, ez = cross(a[0], a[1], a[2], n[0], n[1], n[2])
-        size = math.sqrt(ex * ex + ey * ey + ez * ez)
-        ex, ey, ez = ex / size, ey / size, ez / size
-        axes = ((ex, ey, ez), cross(n[0], n[1], n[2], ex, ey, ez), (0.0, 0.0, 0.0))
+        axes = turn_axes(a, n)
         if h == 0.0 and step > 0.0 and point.carrier >= 0:
             c, off = point.carrier, point.offset
             x, yy, z = surfaces.combined(y, elements[c].iq, half, ancf.cubic(elements[c].length, point.xi))

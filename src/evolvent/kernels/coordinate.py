@@ -23,7 +23,7 @@ from evolvent.kernels.coordinate_laws import (
     synchronization_energy,
 )
 from evolvent.kernels.drivetrain import add_drivetrains, drivetrain_energy, end_drivetrains
-from evolvent.kernels.joint_friction import bristle_energy, friction_force, kept_friction
+from evolvent.kernels.joint_friction import bristle_energy, end_kept_friction, friction_force, kept_friction
 from evolvent.kernels.resistance import (
     add_resistances,
     end_resistances,
@@ -31,7 +31,7 @@ from evolvent.kernels.resistance import (
     resistance_energy,
     until_end_of_curve,
 )
-from evolvent.model import BY_FRICTION, FRICTION_FORCE, MODEL, family_type
+from evolvent.model import BY_FRICTION, MODEL, family_type
 
 USED_FOR = "coordinates"
 _I = types.int64
@@ -149,22 +149,17 @@ def add_coordinates(t, y, h, s, model, F):
 
 
 @inlined
-def end_frictions(y, s, model):
-    """Frictions at the end of an explicit step into the accounts of the state y there; returns what they take, J."""
+def end_frictions(y, model):
+    """Frictions at the end of an explicit step into the accounts of the state y there; returns what they take, J.
+
+    After `measure_coordinate` of all coordinates there.
+    """
     coordinates, taken = model.coordinates, 0.0
     for k in range(coordinates.size):
         if coordinates[k].friction > 0.0:
-            at, stick, before = coordinates[k].account, coordinates[k].stick, coordinates[k].before
-            measure_coordinate(y, s, coordinates, model.bodies, k)
-            moved, start = coordinates[k].angle - before, y[at + FRICTION_FORCE]
-            end = kept_friction(y, coordinates, k, moved)
-            lost = 0.5 * (start + end) * moved - 0.5 * (end * end - start * start) / stick
-            y[at + FRICTION_FORCE] = end
-            y[at + BY_FRICTION] += lost
+            lost = end_kept_friction(y, coordinates, k, coordinates[k].angle - coordinates[k].before)
+            y[coordinates[k].account + BY_FRICTION] += lost
             taken += lost
-    if model.resistances.size > 0 or model.drivetrains.size > 0:
-        for k in range(coordinates.size):
-            measure_coordinate(y, s, coordinates, model.bodies, k)
     if model.resistances.size > 0:
         taken += end_resistances(y, 1, model)
     if model.drivetrains.size > 0:

@@ -15,7 +15,13 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels.joint_friction import bristle_energy, friction_force, kept_friction, taken_by_friction
+from evolvent.kernels.joint_friction import (
+    bristle_energy,
+    end_kept_friction,
+    friction_force,
+    kept_friction,
+    taken_by_friction,
+)
 from evolvent.model import BY_COPPER, BY_EDDY, BY_GEAR, BY_HYSTERESIS, FRICTION_FORCE, MODEL
 
 USED_FOR = "drivetrains"
@@ -149,10 +155,7 @@ def end_drivetrains(h, share, y, kept, model):
         limit = rows[k].friction
         magnetic = rows[k].ratio * rows[k].hysteresis / limit if limit > 0.0 else 0.0
         if kept != 0:
-            start = y[at + FRICTION_FORCE]
-            end = kept_friction(y, rows, k, x - before)
-            taken = 0.5 * (start + end) * (x - before) - 0.5 * (end * end - start * start) / rows[k].stick
-            y[at + FRICTION_FORCE] = end
+            taken = end_kept_friction(y, rows, k, x - before)
         else:
             taken = taken_by_friction(rows, k, x, before, share)
             y[at + FRICTION_FORCE] = rows[k].stick * rows[k].bristle

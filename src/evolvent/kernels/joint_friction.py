@@ -1,10 +1,13 @@
 """Coulomb friction of a joint's coordinate x, an angle or a travel, of joints, of drivetrains and of bearings.
 
-Friction is a spring (the bristle) in series with a slider: force = stick z, abs(force) <= friction, z the deflection
-of the bristle, which has no force at `anchor`. Within a step the anchor stays; its end moves the anchor to x - z.
+Friction is a `bristle` that slips: force = stick z, abs(force) <= friction, z the deflection of the bristle, which has
+no force at `anchor`. Within a step the anchor stays; its end moves the anchor to x - z.
 """
 
+import math
+
 from evolvent.compiled.jit import inlined
+from evolvent.kernels.bristle import SLIP, bristle_between, energy_taken
 from evolvent.model import FRICTION_FORCE
 
 #: Numerical damping of friction that sticks, under generalized-alpha.
@@ -57,6 +60,25 @@ def kept_friction(y, coordinates, k, moved):
     force = min(max(y[coordinates[k].account + FRICTION_FORCE] + stick * moved, -friction), friction)
     coordinates[k].bristle, coordinates[k].rubs = force / stick, force
     return force
+
+
+@inlined
+def end_kept_friction(y, rows, k, moved):
+    """Make a state that has moved since the last one the start of the next step for friction k; what that has taken, J.
+
+    Notes
+    -----
+    Where friction slips all along, its mean force is that of both ends, since its limit may change; else it reaches the
+    limit, that of the end, within the step.
+    """
+    at, stick, limit = rows[k].account + FRICTION_FORCE, rows[k].stick, rows[k].friction
+    start, end = y[at], kept_friction(y, rows, k, moved)
+    mean = 0.5 * (start + end)
+    if rows[k].slips * moved <= 0.0:
+        _, mean, _, _ = bristle_between(SLIP, stick, limit, start, moved)
+    rows[k].slips = math.copysign(1.0, end) if abs(end) >= limit else 0.0
+    y[at] = end
+    return energy_taken(stick, start, end, mean, moved)
 
 
 @inlined

@@ -1,14 +1,7 @@
 """Resistances on a joint's coordinate x that depend on its path: harnesses, tape-spring hinges, adhesion.
 
-A resistance is an elastic curve T(x), a table with straight lines between its rows, and a number of bristles beside it.
+A resistance is an elastic curve T(x), a table with straight lines between its rows, and bristles (`bristle`) beside it.
 A torque is one on the left of the equations: a positive one resists a growing coordinate.
-
-A bristle is a spring of the stiffness k with a limit L of its force F. Along a path that goes one way (s = 1 or -1),
-- slip (an element of the models of Masing and Iwan): dF/dx = k below the limit, then F = s L;
-- Dahl: dF/dx = k (1 - s F/L) (Dahl, 1976), so F goes to s L exponentially.
-Both have the energy F^2/(2 k), and take (F dx - F dF/k) >= 0: L of each slip, and F^2/L dx. Over an interval the path
-is taken to go one way, and all integrals are closed forms: the mean force times the way is exactly what is stored and
-lost.
 
 A curve may end at an angle, where the resistance changes over to another curve at once: a tape-spring that buckles, or
 an adhesion that breaks. Steps end there; what the energy falls by is lost. Beyond its rows a curve goes on straight.
@@ -21,6 +14,7 @@ from numba import types
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.axial import SMALL
+from evolvent.kernels.bristle import SLIP, bristle_between, energy_taken
 from evolvent.kernels.joint_friction import NEAR
 from evolvent.kernels.profile import row_before
 from evolvent.model import MODEL
@@ -28,12 +22,8 @@ from evolvent.model import MODEL
 USED_FOR = "resistances"
 #: Kinds of resistances.
 HARNESS, TAPE_SPRING, ADHESION = 0, 1, 2
-#: Kinds of bristles.
-SLIP, DAHL = 0, 1
 #: A coordinate this near to the end of a curve, rad or m, has reached it.
 AT_END = 1e-10
-#: Part of the way k/L over which a bristle's integrals are series.
-_SERIES = 1e-3
 
 
 # ------------------------------------------------------------------------------------------------ curves
@@ -80,35 +70,6 @@ def curve_between(p, curves, c, x0, x1):
 
 
 @inlined
-def bristle_between(kind, stick, limit, start, moved):
-    """Force of a bristle behind a way in one sense, and its mean; the derivative of the first, twice of the second.
-
-    Parameters
-    ----------
-    stick, limit : stiffness k and largest force L
-    start : force at the start; moved : rad or m, the way
-    """
-    if moved == 0.0:
-        return start, start, stick, stick
-    sense, d = (1.0, moved) if moved > 0.0 else (-1.0, -moved)
-    room = sense * limit - start  # to the limit
-    if kind == SLIP:
-        until = max(sense * room / stick, 0.0)
-        if d <= until:
-            return start + stick * moved, start + 0.5 * stick * moved, stick, stick
-        part = until / d
-        return sense * limit, sense * (limit - 0.5 * stick * until * part), 0.0, stick * part * part
-    u = stick * d / limit
-    gone = -math.expm1(-u)
-    if u > _SERIES:
-        mean, bend = 1.0 - gone / u, (gone - 1.0 + gone / u) / u
-    else:
-        mean, bend = u * (0.5 - u * (1.0 / 6.0 - u / 24.0)), 0.5 - u * (1.0 / 3.0 - 0.125 * u)
-    free = stick * sense * room / limit
-    return start + room * gone, start + room * mean, free * (1.0 - gone), 2.0 * free * bend
-
-
-@inlined
 def _end_of_bristle(bristles, i, start, moved):
     """`bristle_between` of a step of generalized-alpha, which acts by the force of its end.
 
@@ -125,12 +86,6 @@ def _end_of_bristle(bristles, i, start, moved):
         bristles[i].slips = 1.0 if free > 0.0 else -1.0
         return bristles[i].slips * limit, mean, 0.0, by_mean
     return end, mean, by_end, by_mean
-
-
-@inlined
-def _lost(stick, start, end, mean, moved):
-    """Energy that a bristle takes over a way, J."""
-    return mean * moved - 0.5 * (end - start) * (end + start) / stick
 
 
 @inlined
@@ -219,7 +174,7 @@ def end_resistances(y, kept, model):
             moved = x - (coordinates[h].before if kept != 0 else bristles[i].before)
             stick, start = bristles[i].stick, _start_of(y, rows, bristles, i, kept != 0)
             end, mean, _, _ = bristle_between(bristles[i].kind, stick, bristles[i].limit, start, moved)
-            lost += _lost(stick, start, end, mean, moved)
+            lost += energy_taken(stick, start, end, mean, moved)
             bristles[i].force = bristles[i].force0 = y[bristles[i].account] = end
             bristles[i].before = x
         y[rows[k].account] += lost

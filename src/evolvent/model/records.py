@@ -235,13 +235,13 @@ RECORDS: dict[str, np.dtype] = {
     # interval; bristle: deflection of the friction, slips: the sense in which it slips, rubs: its force, relax: of its
     # numerical damping; stored: J; lost, latch_lost: powers, W. Of the last step: before, pace, bristle0, rubs0, lost0,
     # latch_lost0, and anchor, the coordinate at which the bristle has no force. caught: rate at which the latch has
-    # locked; peak: its largest torque
+    # locked; peak: its largest torque; start_rate, end_rate: in the states at both ends of a step (`kernels.turning`)
     "coordinates": _record(
         "kind body on other iq iv switch account",
         "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
         "angle rate torque before pace slope damper applied applied_slope applied_damper motor_slope motor_damper "
         "u g p0 q0 p1 q1 bristle slips rubs relax stored lost latch_lost latch_torque bristle0 rubs0 lost0 latch_lost0 "
-        "anchor caught peak",
+        "anchor caught peak start_rate end_rate",
         axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),
     # motors on coordinates: by a profile (kind 0), a user's law (1), PD to a drive's motion (2), a voltage (3) or a
@@ -319,14 +319,14 @@ RECORDS: dict[str, np.dtype] = {
     # xi, normals n0 and n1 at both ends, how far `offset` off along the axis the start was; `anchor` is what it moved
     # by against what is below. rest: depth that a point keeps (`surfaces.measure_points`); sank: change of the gap over
     # the step before, of the filter of `contact_laws.press`; viscous: of `contact_laws.sliding_damper`;
-    # rubbing: of f the friction
+    # rubbing: of f the friction; slid0, slid1: sliding velocity at both ends of a step, in the bristle's axes
     "contact_points": _record(
         "element iq iv carrier carrier1", "S reach viscous",
         "xi xi1 offset "
         "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal tilt "
         "drag drag1 "
-        "x n0 n1 rest rest1 sank apart rubbing",
-        x=_3, n0=_3, n1=_3, rubbing=_3,
+        "x n0 n1 rest rest1 sank apart rubbing slid0 slid1",
+        x=_3, n0=_3, n1=_3, rubbing=_3, slid0=_3, slid1=_3,
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
     # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
@@ -335,17 +335,18 @@ RECORDS: dict[str, np.dtype] = {
     # share: of the points of the part's kind that can touch at the same time. Of the step's start:
     # position X and rotation Q of a in the axes of b, and what ends in 0; of its end: what ends in 1. rubbing: friction
     # on a (N), c: point of contact (m), inertial axes; on_a, on_b: force (N) and moment (N m) at the bodies' origins;
-    # impulse: of the normal force, N s, NaN under explicit methods
+    # impulse: of the normal force, N s, NaN under explicit methods; slid0, slid1: as of contact points
     "body_contacts": _record(
         "a b first law surface account outside",
         "place_a axis_a place_b axis_b half_a half_b sides radius_a radius extent share "
         "stiffness exponent damping friction bristle_stiffness bristle_damping viscous",
         "X Q gap stick damper drag gap1 stick1 damper1 drag1 slide "
         "distance0 distance u0 v0 w0 s0 t0 u1 v1 w1 s1 t1 n n1 t "
-        "rubbing c on_a on_b force impulse d_gap d_rate along across by_normal tilt energy power sank",
+        "rubbing c on_a on_b force impulse d_gap d_rate along across by_normal tilt energy power sank "
+        "slid0 slid1",
         place_a=_3, axis_a=_3, place_b=_3, axis_b=_3, sides=_3,
         X=_3, Q=_33, stick=_3, drag=_3, stick1=_3, drag1=_3, slide=_3, n=_3, n1=_3, t=_3, rubbing=_3, c=_3,
-        on_a=_6, on_b=_6,
+        on_a=_6, on_b=_6, slid0=_3, slid1=_3,
     ),
     # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
     # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;

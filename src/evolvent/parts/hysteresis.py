@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.kernels import resistance
+from evolvent.kernels.bristle import DAHL, SLIP, bristle_between
 
 Array = np.ndarray
 #: Ways after which the bristles of an identification slip, of the loop's whole range: places that they may take.
@@ -40,7 +40,7 @@ class Hysteresis:
 
 def bristle(kind: int, stick: float, limit: float, start: float, moved: float) -> float:
     """Force of a bristle behind a way that goes one way."""
-    law: Any = resistance.bristle_between
+    law: Any = bristle_between
     return float(getattr(law, "py_func", law)(kind, stick, limit, start, moved)[0])
 
 
@@ -75,7 +75,7 @@ def identified(key: str, loop: Array, law: str, misfit: float) -> Hysteresis:
     ways = np.append(np.diff(x), 0.0)
     if np.all(ways >= 0.0) or np.all(ways <= 0.0):
         raise InputError(f"{key} goes one way; a loop has a way there and one back")
-    kind = {"slip": resistance.SLIP, "dahl": resistance.DAHL}[law]
+    kind = {"slip": SLIP, "dahl": DAHL}[law]
     found = np.zeros((x.size, DEFLECTIONS.size))
     for i, way in enumerate(span * DEFLECTIONS):
         force = 0.0

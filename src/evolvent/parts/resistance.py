@@ -14,6 +14,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.kernels import resistance as kernels
+from evolvent.kernels.bristle import DAHL, SLIP
 from evolvent.parts import hysteresis, table_file
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import CoordinateName, Part
@@ -39,7 +40,7 @@ BristleTable = Annotated[
     tuple[tuple[units.CoordinateStiffness, units.TorqueOrForceLimit], ...], BeforeValidator(_bristle_rows)
 ]
 #: Numbers of bristles of each word of the key `law`.
-LAWS = {"slip": kernels.SLIP, "dahl": kernels.DAHL}
+LAWS = {"slip": SLIP, "dahl": DAHL}
 
 
 def energies(x: Array, torque: Array) -> Array:

@@ -18,14 +18,15 @@ from numba import types
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.flow.events import DUE
-from evolvent.flow.explicit_forces import end_frictions
+from evolvent.flow.explicit_forces import end_frictions, measure_frictions
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import coordinate, rigid, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import normalise
 from evolvent.kernels.passing import note_places, passing
-from evolvent.model import MODEL
+from evolvent.kernels.turning import NO_TURN, friction_power
+from evolvent.model import DISSIPATED, MODEL
 from evolvent.solvers.dense import cubic
 from evolvent.solvers.explicit_events import (
     BUDGET,
@@ -134,7 +135,8 @@ def start_up(model, work):
     if model.coordinates.size > 0:
         coordinate.note_turns(t, work.y, work.s, model)
     if model.info.rubbed >= 0:
-        end_frictions(t, work.y, work.s, -1.0, model)
+        measure_frictions(t, work.y, work.s, 0.0, -1.0, model)
+        end_frictions(work.y, -1.0, model)
     for k in range(work.g0.size):
         work.g0[k] = 0.0
     stop = fire(model, t, work) if work.g.size > 0 else 0
@@ -162,16 +164,17 @@ def end_step(target, corrected, model, work):
 
 
 @inlined
-def end_rubbing(target, model, work):
-    """Frictions at the end work.y1 of a step at `target`, with what they add to its accounts in work.jump."""
+def end_rubbing(model, work):
+    """Frictions at the end work.y1 of a step, measured there, with what they add to its accounts in work.jump."""
     if model.info.rubbed < 0:
         return
     y1, jump = work.y1, work.jump
     for n in range(y1.size):
         jump[n] = -y1[n]
-    end_frictions(target, y1, work.s, math.inf, model)
+    end_frictions(y1, math.inf, model)
     for n in range(y1.size):
         jump[n] += y1[n]
+    work.loop.rubs1 = friction_power(model)
 
 
 @inlined
@@ -285,15 +288,32 @@ def event_in_step(A, b, c, P, t, h, target, end, until, model, work):
 
 
 @inlined
-def keep_samples_before(P, t, h, time, work):
+def keep_samples_before(P, t, h, time, model, work):
     """Keep the samples before a time in a step, by the step's continuous extension."""
     loop = work.loop
     while loop.sample < work.samples.size and work.samples[loop.sample] < time:
         theta = (work.samples[loop.sample] - t) / h
         interpolate(P, work.y, work.K, h, theta, work.w)
-        for n in range(work.jump.size):
-            work.w[n] += theta * work.jump[n]
+        if model.info.rubbed >= 0:
+            part = rubbed_until(theta, h, model, work)
+            for n in range(work.jump.size):
+                work.w[n] += part * work.jump[n]
         keep_sample(work, work.w)
+
+
+@inlined
+def rubbed_until(theta, h, model, work):
+    """Part of what frictions take in a step of length h that they have taken at the part theta of it.
+
+    By the cubic with their powers at both ends, which is exact for a constant friction and acceleration; it does not
+    fall.
+    """
+    loop, taken = work.loop, work.jump[model.info.nq + model.info.nv + DISSIPATED]
+    if not taken > 0.0:
+        return theta
+    first, last = min(max(h * loop.rubs0 / taken, 0.0), 3.0), min(max(h * loop.rubs1 / taken, 0.0), 3.0)
+    rest = 1.0 - theta
+    return theta * (rest * (first * rest + (3.0 - last) * theta) + theta * theta)
 
 
 @inlined
@@ -371,6 +391,8 @@ def advance(A, b, c, E, P, rtol, atol, model, work, budget):
             loop.stale = 0
         t = loop.time
         target, h = adapted_step(until, model, work) if adapts else grid_step(end, until, model, loop)
+        if loop.turn < h:
+            target, h = t + loop.turn, loop.turn
         if adapts and not h > 1e-14 * max(abs(t), 1e-3):
             if target < until:
                 return TOO_SMALL
@@ -402,11 +424,18 @@ def advance(A, b, c, E, P, rtol, atol, model, work, budget):
                 h = target - t if adapts else part * h  # of fixed steps the very one that was tried
             stages(A, c, model, t, y, s, h, 1, until, work)
             add_stages(b, b.size, y, h, K, y1)
-        end_rubbing(target, model, work)
+        if model.info.rubbed >= 0:
+            turn = measure_frictions(target, y1, s, h, math.inf, model)
+            if turn < NO_TURN and turn * h > 1e-14 * max(abs(t), 1e-3):
+                loop.turn, loop.rejected, rejected = turn * h, loop.rejected + 1, True
+                continue
+        loop.turn = math.inf
+        end_rubbing(model, work)
         if adapts:
-            keep_samples_before(P, t, h, target, work)
+            keep_samples_before(P, t, h, target, model, work)
         else:
             keep_samples_by_cubics(t, h, target - near, until, model, work)
+        loop.rubs0 = loop.rubs1
         stale = end_step(target, corrected, model, work) or part != NO_EVENT or not adapts
         if target >= loop.origin + (loop.grid + 1) * loop.step:
             loop.grid += 1

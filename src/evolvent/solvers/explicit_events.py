@@ -18,11 +18,12 @@ BUDGET, DONE, STOPPED, LOG_FULL, NOT_FINITE, TOO_SMALL, NO_THREAD = 0, 1, 2, 3, 
 NO_EVENT = 2.0
 #: A loop's counters and clock. sample, grid, next_break: numbers of the next sample, step of the grid and break;
 #: starts: 1 before the first step; stale: 1 where the first stage is not that of the state; origin: s, of the grid of
-#: steps; last_error: of the last step accepted.
+#: steps; last_error: of the last step accepted; turn: s, length of the next step, at whose end a friction turns back;
+#: rubs0, rubs1: W, powers of frictions at both ends of a step.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "rhs_evaluations", "rejected", "events", "sample", "grid", "next_break",
                                    "starts", "stale")]
-    + [(name, np.float64) for name in ("time", "step", "origin", "last_error")],
+    + [(name, np.float64) for name in ("time", "step", "origin", "last_error", "turn", "rubs0", "rubs1")],
     align=True,
 )  # fmt: skip
 

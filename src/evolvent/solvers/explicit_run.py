@@ -194,7 +194,7 @@ def _workspace(assembly: Assembly, times: np.ndarray, tableau: Method, step: flo
     return ex.ExplicitWorkspace(
         y=assembly.y.copy(),
         s=assembly.s.copy(),
-        loop=zeros_record(ex.LOOP, time=times[0], step=first, origin=times[0], last_error=1e-4, starts=1),
+        loop=zeros_record(ex.LOOP, time=times[0], step=first, origin=times[0], last_error=1e-4, turn=np.inf, starts=1),
         samples=times.copy(),
         out_y=np.zeros((times.size, n)),
         out_s=np.zeros((times.size, n_s), dtype=np.int64),

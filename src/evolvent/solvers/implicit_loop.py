@@ -13,7 +13,7 @@ import math
 from numba import types
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.kernels import contact, coordinate, coordinate_laws, resistance, rigid, thread, user_events
+from evolvent.kernels import contact, coordinate, coordinate_laws, resistance, rigid, thread, turning, user_events
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.passing import note_places, passing
 from evolvent.kernels.sparse import SPARSE
@@ -21,7 +21,14 @@ from evolvent.model import MODEL
 from evolvent.solvers import alpha_start, energy_step, implicit_method as method, newton
 from evolvent.solvers.balance import begin_extremes, energy_of, potential_of
 from evolvent.solvers.implicit_balance import add_step_to_balance, fill_energies, has_gained, note_drives
-from evolvent.solvers.implicit_samples import begin_next, fill_forces, keep_sample, keep_samples, start_next
+from evolvent.solvers.implicit_samples import (
+    begin_next,
+    fill_forces,
+    keep_sample,
+    keep_samples,
+    restore_wrenches,
+    start_next,
+)
 from evolvent.solvers.implicit_state import (
     AT_RESTART,
     AT_STOP,
@@ -57,6 +64,9 @@ def begin(model, matrix, work):
         if status != DONE:
             return status
     fill_energies(loop.time, model, work)
+    if turning.has_friction(model):
+        turning.measure_rates(work.y, model)
+        turning.keep_rates(model)
     loop.fastest = fastest_rate(0.0, 1.0, work.y[n_q : n_q + work.dq.size], work.shares)
     loop.start_energy = energy_of(work.balance)
     begin_extremes(loop, work.balance.kinetic, potential_of(work.balance))
@@ -103,7 +113,16 @@ def advance(model, matrix, work, budget):
             restore_start(model, work)
             loop.event_step, loop.extended = h * part, loop.extended + (part > 1.0)
             continue
+        turn = until_turn(t_end, h, model, work) if turning.has_friction(model) else turning.NO_TURN
+        if turn < turning.NO_TURN and h * turn > options.smallest:
+            restore_start(model, work)
+            loop.whole = loop.whole if loop.whole > 0.0 else h
+            loop.turn_step, loop.rejected = h * turn, loop.rejected + 1
+            continue
+        turned, rest = loop.turn_step < math.inf, loop.whole - h
         accept_step(t1, t_end, h, model, work)
+        if not adaptive and rest > options.smallest:
+            loop.turn_step = rest
         gained = has_gained(t1 >= end - near, model, work)
         keep_samples(t, h if midpoint else t1 - t, model, work)
         stopped = user_events.is_stopped(model)
@@ -120,8 +139,8 @@ def advance(model, matrix, work, budget):
             if stopped:
                 return STOPPED
         if adaptive:
-            loop.step = next_step(h, error, iterations, lands, work)
-        elif options.divides != 0 and not lands:
+            loop.step = next_step(h, error, iterations, lands or turned, work)
+        elif options.divides != 0 and not lands and not turned:
             loop.step = min(2.0 * h, loop.wanted)
         if lands and stops:
             loop.stop += 1
@@ -143,7 +162,8 @@ def advance(model, matrix, work, budget):
 def step_length(left, model, work):
     """Length of the next step, at most the time `left` to the target, and whether it lands there."""
     loop, midpoint = work.loop, work.options.midpoint != 0
-    h = min(loop.step, loop.event_step, coordinate.longest_step(model.coordinates), method.longest_step(model, work))
+    h = min(loop.step, loop.event_step, loop.turn_step)
+    h = min(h, coordinate.longest_step(model.coordinates), method.longest_step(model, work))
     if h >= left * (1.0 - (1e-9 if midpoint else 1e-6)):  # which adds up round-off
         return left, True
     if work.options.tolerance > 0.0 and not midpoint and 2.0 * h > left:
@@ -198,7 +218,7 @@ def is_tried_again(h, iterations, error, passes, model, work):
 
 @inlined
 def next_step(h, error, iterations, lands, work):
-    """Length of the next adaptive step after one of length h."""
+    """Length of the next adaptive step after one of length h; it `lands` where its end was given."""
     before, conserves = work.loop.step, work.options.conserves != 0
     grow = 2.0 if error == 0.0 else min(2.0, 0.85 * error ** (-1.0 / 3.0))
     if not conserves and grow > 1.0:
@@ -225,6 +245,23 @@ def until_event(t, h, model, work):
         due = user_events.until_event(t, h, least, limit, extended, work.y, model)
         part = due if part == 1.0 else min(part, due)
     return part
+
+
+@indirect(REAL(REAL, REAL, MODEL, WORKSPACE), used_for=turning.USED_FOR)
+def until_turn(t, h, model, work):
+    """Part of the step of length h to t at which the first friction turns back, as of `turning.until_turn`."""
+    measure_rates(t, model, work)
+    return turning.until_turn(work.y, h, model)
+
+
+@inlined
+def measure_rates(t, model, work):
+    """Rates of frictions at the end of a step, at t, after its last residual."""
+    if work.options.midpoint != 0:
+        fill_forces(model, work)
+        rigid.kinematics(t, work.y, model)
+        restore_wrenches(model, work)
+    turning.measure_rates(work.y, model)
 
 
 @inlined
@@ -271,7 +308,9 @@ def accept_step(t1, t_end, h, model, work):
     fill_energies(t_end, model, work)
     note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.shares))
     loop.steady = loop.steady + 1 if abs(h - loop.last) <= 1e-9 * h else 0
-    loop.last, loop.event_step, loop.extended = h, math.inf, 0
+    loop.last, loop.event_step, loop.turn_step, loop.whole, loop.extended = h, math.inf, math.inf, 0.0, 0
+    if turning.has_friction(model):
+        turning.keep_rates(model)
     loop.time = t1
     loop.steps += 1
 

@@ -60,7 +60,7 @@ def _impulses(model):
 
 
 @inlined
-def _restore_wrenches(model, work):
+def restore_wrenches(model, work):
     """What acts on the bodies at the step's end, which `kinematics` clears."""
     for b in range(model.bodies.size):
         for i in range(6):
@@ -106,7 +106,7 @@ def keep_sample(n, theta, t, h, model, work):
         work.out_balance[n, i] = _between(theta, work.row0[i], work.row[i])
     if work.out_momenta.shape[0] > 0:
         momenta_between(theta, t, h, work.y0, work.y, model, work.momenta, work.out_momenta[n])
-        _restore_wrenches(model, work)
+        restore_wrenches(model, work)
     if work.ends.shape[0] > 0:
         work.end_times[n, 0], work.end_times[n, 1] = t, t + h
         for i in range(work.y.size):
@@ -229,7 +229,7 @@ def keep_lengths_at_spools(theta, t, h, y, model, work):
             y[q + 3 * i + 1] += part * b
             y[q + 3 * i + 2] += part * c
     rigid.kinematics(t + h, work.y, model)
-    _restore_wrenches(model, work)
+    restore_wrenches(model, work)
 
 
 @indirect(void(REAL, REAL, MODEL, WORKSPACE))

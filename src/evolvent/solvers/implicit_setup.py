@@ -251,6 +251,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
             last=0.0 if midpoint else options.first,
             quality=1.0,
             event_step=np.inf,
+            turn_step=np.inf,
         ),
         balance=balance.view(np.recarray)[0],
         row=balance.view(np.float64),

@@ -25,17 +25,19 @@ ALPHA, ENERGY = 0, 1
 #: contacts; divided: steps that were divided; steady: steps of one length in a row; resolves: 1 where the last start of
 #: generalized-alpha has resolved the rate of accelerations, else -1, and follows: the same, of the run that a neighbour
 #: follows, 0 of the run itself. step, wanted: length of the next step, and that of undivided fixed ones, s; event_step:
-#: its limit, on which a latch or an event lies; last: length of the step before, s; factored: length of the step whose
-#: matrix is factored, s, 0 of none; quality: its worst pivot so far; start_energy: J; gain, lowest_gain: what the
-#: balance has gained since the start, and the lowest of that so far, J; fastest: largest mean rate so far, 1/s; left,
-#: left0: what Newton's method has left in this step and in those before, beside `weight`; tried: length of the step
-#: that was tried last, s; and the extremes of `evolvent.solvers.balance`.
+#: its limit, on which a latch or an event lies; turn_step: on which a friction turns back, or that on which the rest of
+#: a fixed step ends; whole: length of the step that this was cut from, s, or 0; last: length of the step before, s;
+#: factored: length of the step whose matrix is factored, s, 0 of none; quality: its worst pivot so far; start_energy: J;
+#: gain, lowest_gain: what the balance has gained since the start, and the lowest of that so far, J; fastest: largest
+#: mean rate so far, 1/s; left, left0: what Newton's method has left in this step and in those before, beside `weight`;
+#: tried: length of the step that was tried last, s; and the extremes of `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "contact_set",
                                    "over", "latches", "extended", "settling", "stages", "divided", "steady",
                                    "resolves", "follows")]
-    + [(name, np.float64) for name in ("time", "step", "wanted", "event_step", "last", "factored", "quality",
-                                       "start_energy", "gain", "lowest_gain", "fastest", "left", "left0", "tried")]
+    + [(name, np.float64) for name in ("time", "step", "wanted", "event_step", "turn_step", "whole", "last", "factored",
+                                       "quality", "start_energy", "gain", "lowest_gain", "fastest", "left", "left0",
+                                       "tried")]
     + list(EXTREMES),
     align=True,
 )  # fmt: skip
