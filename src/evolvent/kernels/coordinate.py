@@ -35,8 +35,9 @@ from evolvent.model import BY_FRICTION, FRICTION_FORCE, MODEL, family_type
 
 USED_FOR = "coordinates"
 _I = types.int64
-#: Angle that a step may turn a joint coordinate by, rad; the quarter turns of its start distinguish turns up to 3/4 pi.
-MOST_TURNED = 1.5
+#: Angle that a step may turn a joint coordinate by at the rate of its start, and at the mean of both ends, rad; the
+#: quarter turns of its start distinguish turns up to 3/4 pi.
+MOST_TURNED, LIMIT_TURNED = 1.5, 2.2
 #: An angle this near to the latch's, rad, has reached it.
 REACHED = 1e-10
 
@@ -197,7 +198,7 @@ def count_quarter_turns(s, coordinates):
     for k in range(coordinates.size):
         coordinates[k].before, coordinates[k].pace = coordinates[k].angle, 0.0
         if coordinates[k].kind != TRAVEL:
-            coordinates[k].pace = abs(coordinates[k].rate)
+            coordinates[k].pace = coordinates[k].rate
             s[coordinates[k].switch] = math.floor(coordinates[k].angle / QUARTER + 0.5)
 
 
@@ -230,8 +231,20 @@ def longest_step(coordinates):
     """Time in which a coordinate turns by `MOST_TURNED` at the rate of the last step, s; infinity where none turns."""
     pace = 0.0
     for k in range(coordinates.size):
-        pace = max(pace, coordinates[k].pace)
+        pace = max(pace, abs(coordinates[k].pace))
     return MOST_TURNED / pace if pace > 0.0 else math.inf
+
+
+@indirect(REAL(REAL, REAL, VECTOR, INTEGERS, MODEL))
+def turned_beside(t, h, y, s, model):
+    """Angle by which a step of length h to the state y at t turns a coordinate, by its rates, beside the limit."""
+    coordinates, found = model.coordinates, 0.0
+    rigid.kinematics(t, y, model)
+    for k in range(coordinates.size):
+        if coordinates[k].kind != TRAVEL:
+            measure_coordinate(y, s, coordinates, model.bodies, k)
+            found = max(found, 0.5 * h * abs(coordinates[k].pace + coordinates[k].rate))
+    return found / LIMIT_TURNED
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, _I, VECTOR))
