@@ -23,6 +23,7 @@ from evolvent.kernels.coordinate_laws import (
     synchronization_energy,
 )
 from evolvent.kernels.drivetrain import add_drivetrains, drivetrain_energy, end_drivetrains
+from evolvent.kernels.excursion import first_passage
 from evolvent.kernels.joint_friction import bristle_energy, friction_force, kept_friction
 from evolvent.kernels.resistance import (
     add_resistances,
@@ -196,9 +197,8 @@ def coordinate_energy(s, model):
 def count_quarter_turns(s, coordinates):
     """Take the angles of the last forces as those of an accepted step: into the switches, and as its start."""
     for k in range(coordinates.size):
-        coordinates[k].before, coordinates[k].pace = coordinates[k].angle, 0.0
+        coordinates[k].before, coordinates[k].pace = coordinates[k].angle, coordinates[k].rate
         if coordinates[k].kind != TRAVEL:
-            coordinates[k].pace = coordinates[k].rate
             s[coordinates[k].switch] = math.floor(coordinates[k].angle / QUARTER + 0.5)
 
 
@@ -231,7 +231,8 @@ def longest_step(coordinates):
     """Time in which a coordinate turns by `MOST_TURNED` at the rate of the last step, s; infinity where none turns."""
     pace = 0.0
     for k in range(coordinates.size):
-        pace = max(pace, abs(coordinates[k].pace))
+        if coordinates[k].kind != TRAVEL:
+            pace = max(pace, abs(coordinates[k].pace))
     return MOST_TURNED / pace if pace > 0.0 else math.inf
 
 
@@ -261,18 +262,47 @@ def latch_values(t, y, s, model, first, g):
 
 
 @inlined
+def measure_travels(h, last, means, coordinates):
+    """How far the coordinates would move in a step of length h at their rates at its start and end, into their records.
+
+    Parameters
+    ----------
+    last : float, s, length of the step before, 0 for none
+    means : bool, whether rates are means over steps, whose parabola gives those at the ends
+    """
+    for k in range(coordinates.size):
+        start, end = coordinates[k].pace, coordinates[k].rate
+        if means and last > 0.0:
+            bend = (end - start) / (last + h)
+            start, end = start + last * bend, end + h * bend
+        elif means:
+            end = 2.0 * end - start
+        coordinates[k].leaves, coordinates[k].comes = h * start, h * end
+
+
+@inlined
 def until_latch(s, model):
     """Part of the step at which the first latch is passed, or a curve of a resistance ends, by a secant.
 
-    1 where there is none, or the step ends on it.
+    1 where there is none, or the step ends on it. What is passed and left again in the step, stops among it, is found
+    by `first_passage`, after `measure_travels`.
     """
     coordinates = model.coordinates
     part = until_end_of_curve(s, model) if model.resistances.size > 0 else 1.0
     for k in range(coordinates.size):
+        x, before, p, q = coordinates[k].angle, coordinates[k].before, coordinates[k].leaves, coordinates[k].comes
         if s[coordinates[k].switch + 1] == 0 and math.isfinite(coordinates[k].latch):
-            off, before = coordinates[k].angle - coordinates[k].latch, coordinates[k].before - coordinates[k].latch
-            if coordinates[k].side * off < -REACHED and coordinates[k].side * before > REACHED:
-                part = min(part, before / (before - off))
+            side, latch = coordinates[k].side, coordinates[k].latch
+            off, was = x - latch, before - latch
+            if side * off < -REACHED and side * was > REACHED:
+                part = min(part, was / (was - off))
+            part = min(part, first_passage(side * was, side * off, side * p, side * q, REACHED))
+        if coordinates[k].stop > 0.0:
+            high, low = coordinates[k].high, coordinates[k].low
+            if math.isfinite(high):
+                part = min(part, first_passage(high - before, high - x, -p, -q, REACHED))
+            if math.isfinite(low):
+                part = min(part, first_passage(before - low, x - low, p, q, REACHED))
     return part
 
 

@@ -2,9 +2,9 @@
 
 The values at the ends of a step do not show an event that rises and falls again in it. So they are evaluated in its
 middle and at its quarters. In a half of the step, the parabola through its ends and its middle gives the values in
-between; the parabola of the whole step was off by `spread` at the quarters. Where twice that could bring a value from
-below zero to zero, the half is halved, and so on: values far from zero cost three evaluations a step, and one that
-nearly reaches zero a few more.
+between; the parabola of the whole step was off by `spread` at the quarters. Where twice that and a part of the values'
+range could bring a value from below zero to zero, the half is halved, and so on: values far from zero cost three
+evaluations a step, and one that nearly reaches zero a few more.
 
 What is found: an excursion through zero, as short as 2^-DEPTH of the step, of a value that has one extremum or kink
 between neighbouring places. What is not: a pulse between places at which the value shows no sign of it, such as that of
@@ -24,9 +24,9 @@ DEPTH = 20
 #: Rows of values: at the start of the step, its end, its middle, and two of each halving.
 START, END, MIDDLE, FIRST = 0, 1, 2, 3
 ROWS = FIRST + 2 * DEPTH
-#: Spreads by which a value in between may differ from the parabola, and the share of the largest value above which they
-#: leave open how often it crosses zero.
-MARGIN, OPEN = 2.0, 0.5
+#: Spreads, and part of the range of the values, by which a value in between may differ from the parabola; the share of
+#: the largest value above which that leaves open how often it crosses zero.
+MARGIN, RANGE, OPEN = 2.0, 0.05, 0.5
 #: What a search knows. asked: 1 for the middle, 2 and 3 for the quarters of the part at hand (left, middle, right:
 #: rows; level: number of halvings), 0 for none; height: of the stack of parts; low, high: rows between which an event
 #: rises.
@@ -173,6 +173,7 @@ def _extremum(a, b, c, sign):
 @inlined
 def _may_rise(a, b, c, d):
     """Whether a value may rise through zero where a, b and c, off by d in between, do not show it."""
+    d += RANGE * (max(a, b, c) - min(a, b, c))
     if a < 0.0 and b < 0.0 and c < 0.0:
         return max(_extremum(a, b, c, 1.0), a, c) + d >= 0.0
     if a >= 0.0 and b >= 0.0 and c >= 0.0:

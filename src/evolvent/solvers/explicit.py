@@ -23,6 +23,7 @@ from evolvent.flow.rhs import rhs
 from evolvent.kernels import coordinate, rigid, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import normalise
+from evolvent.kernels.grazing import until_deepest
 from evolvent.kernels.passing import note_places, passing
 from evolvent.model import MODEL
 from evolvent.solvers.dense import cubic
@@ -145,12 +146,16 @@ def keep_samples_until(t, work):
 
 @inlined
 def way(t, model, work):
-    """Way of contacts over a step to the state work.y1 at time t, of `passing`; its start is work.y at `loop.time`."""
+    """How much too long a step to the state work.y1 at time t is for contacts, by `passing` and `until_deepest`."""
     rigid.kinematics(work.loop.time, work.y, model)
     note_places(model.bodies, work.R0, work.x0)
     rigid.kinematics(t, work.y1, model)
     note_places(model.bodies, work.R1, work.x1)
-    return passing(work.y, work.R0, work.x0, work.y1, work.R1, work.x1, model)
+    far = passing(work.y, work.R0, work.x0, work.y1, work.R1, work.x1, model)
+    if model.body_contacts.size > 0:
+        part = until_deepest(t - work.loop.time, work.y, work.R0, work.x0, work.y1, work.R1, work.x1, model)
+        far = max(far, 1.0 / part if part < 1.0 else 0.0)
+    return far
 
 
 @inlined
