@@ -23,6 +23,7 @@ from evolvent.kernels.coordinate_laws import (
     synchronization_energy,
 )
 from evolvent.kernels.drivetrain import add_drivetrains, drivetrain_energy, end_drivetrains
+from evolvent.kernels.excursion import first_passage
 from evolvent.kernels.joint_friction import bristle_energy, end_kept_friction, friction_force, kept_friction
 from evolvent.kernels.resistance import (
     add_resistances,
@@ -35,8 +36,9 @@ from evolvent.model import BY_FRICTION, MODEL, family_type
 
 USED_FOR = "coordinates"
 _I = types.int64
-#: Angle that a step may turn a joint coordinate by, rad; the quarter turns of its start distinguish turns up to 3/4 pi.
-MOST_TURNED = 1.5
+#: Angle that a step may turn a joint coordinate by at the rate of its start, and at the mean of both ends, rad; the
+#: quarter turns of its start distinguish turns up to 3/4 pi.
+MOST_TURNED, LIMIT_TURNED = 1.5, 2.2
 #: An angle this near to the latch's, rad, has reached it.
 REACHED = 1e-10
 
@@ -190,9 +192,8 @@ def coordinate_energy(s, model):
 def count_quarter_turns(s, coordinates):
     """Take the angles of the last forces as those of an accepted step: into the switches, and as its start."""
     for k in range(coordinates.size):
-        coordinates[k].before, coordinates[k].pace = coordinates[k].angle, 0.0
+        coordinates[k].before, coordinates[k].pace = coordinates[k].angle, coordinates[k].rate
         if coordinates[k].kind != TRAVEL:
-            coordinates[k].pace = abs(coordinates[k].rate)
             s[coordinates[k].switch] = math.floor(coordinates[k].angle / QUARTER + 0.5)
 
 
@@ -225,8 +226,21 @@ def longest_step(coordinates):
     """Time in which a coordinate turns by `MOST_TURNED` at the rate of the last step, s; infinity where none turns."""
     pace = 0.0
     for k in range(coordinates.size):
-        pace = max(pace, coordinates[k].pace)
+        if coordinates[k].kind != TRAVEL:
+            pace = max(pace, abs(coordinates[k].pace))
     return MOST_TURNED / pace if pace > 0.0 else math.inf
+
+
+@indirect(REAL(REAL, REAL, VECTOR, INTEGERS, MODEL))
+def turned_beside(t, h, y, s, model):
+    """Angle by which a step of length h to the state y at t turns a coordinate, by its rates, beside the limit."""
+    coordinates, found = model.coordinates, 0.0
+    rigid.kinematics(t, y, model)
+    for k in range(coordinates.size):
+        if coordinates[k].kind != TRAVEL:
+            measure_coordinate(y, s, coordinates, model.bodies, k)
+            found = max(found, 0.5 * h * abs(coordinates[k].pace + coordinates[k].rate))
+    return found / LIMIT_TURNED
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, _I, VECTOR))
@@ -243,18 +257,47 @@ def latch_values(t, y, s, model, first, g):
 
 
 @inlined
+def measure_travels(h, last, means, coordinates):
+    """How far the coordinates would move in a step of length h at their rates at its start and end, into their records.
+
+    Parameters
+    ----------
+    last : float, s, length of the step before, 0 for none
+    means : bool, whether rates are means over steps, whose parabola gives those at the ends
+    """
+    for k in range(coordinates.size):
+        start, end = coordinates[k].pace, coordinates[k].rate
+        if means and last > 0.0:
+            bend = (end - start) / (last + h)
+            start, end = start + last * bend, end + h * bend
+        elif means:
+            end = 2.0 * end - start
+        coordinates[k].leaves, coordinates[k].comes = h * start, h * end
+
+
+@inlined
 def until_latch(s, model):
     """Part of the step at which the first latch is passed, or a curve of a resistance ends, by a secant.
 
-    1 where there is none, or the step ends on it.
+    1 where there is none, or the step ends on it. What is passed and left again in the step, stops among it, is found
+    by `first_passage`, after `measure_travels`.
     """
     coordinates = model.coordinates
     part = until_end_of_curve(s, model) if model.resistances.size > 0 else 1.0
     for k in range(coordinates.size):
+        x, before, p, q = coordinates[k].angle, coordinates[k].before, coordinates[k].leaves, coordinates[k].comes
         if s[coordinates[k].switch + 1] == 0 and math.isfinite(coordinates[k].latch):
-            off, before = coordinates[k].angle - coordinates[k].latch, coordinates[k].before - coordinates[k].latch
-            if coordinates[k].side * off < -REACHED and coordinates[k].side * before > REACHED:
-                part = min(part, before / (before - off))
+            side, latch = coordinates[k].side, coordinates[k].latch
+            off, was = x - latch, before - latch
+            if side * off < -REACHED and side * was > REACHED:
+                part = min(part, was / (was - off))
+            part = min(part, first_passage(side * was, side * off, side * p, side * q, REACHED))
+        if coordinates[k].stop > 0.0:
+            high, low = coordinates[k].high, coordinates[k].low
+            if math.isfinite(high):
+                part = min(part, first_passage(high - before, high - x, -p, -q, REACHED))
+            if math.isfinite(low):
+                part = min(part, first_passage(before - low, x - low, p, q, REACHED))
     return part
 
 

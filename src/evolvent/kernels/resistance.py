@@ -15,6 +15,7 @@ from numba import types
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.axial import SMALL
 from evolvent.kernels.bristle import SLIP, bristle_between, energy_taken
+from evolvent.kernels.excursion import first_passage
 from evolvent.kernels.joint_friction import NEAR
 from evolvent.kernels.profile import row_before
 from evolvent.model import MODEL
@@ -184,7 +185,10 @@ def end_resistances(y, kept, model):
 
 @indirect(REAL(INTEGERS, MODEL))
 def until_end_of_curve(s, model):
-    """Part of the step at which the first curve ends, by a secant; 1 where none does, or the step ends there."""
+    """Part of the step at which the first curve ends; 1 where none does, or the step ends there.
+
+    By a secant; one that ends in the step and is left again (`first_passage`) is found as well.
+    """
     coordinates, rows, curves, part = model.coordinates, model.resistances, model.curves, 1.0
     for k in range(rows.size):
         c, h = rows[k].curve + s[rows[k].switch], rows[k].coordinate
@@ -192,6 +196,9 @@ def until_end_of_curve(s, model):
         for end, sense in ((curves[c].high, 1.0), (curves[c].low, -1.0)):
             if math.isfinite(end) and sense * (x - end) > AT_END and sense * (before - end) < -AT_END:
                 part = min(part, (end - before) / (x - before))
+            if math.isfinite(end):
+                p, q = -sense * coordinates[h].leaves, -sense * coordinates[h].comes
+                part = min(part, first_passage(sense * (end - before), sense * (end - x), p, q, AT_END))
     return part
 
 

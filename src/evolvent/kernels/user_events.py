@@ -1,8 +1,9 @@
 """Users' events under implicit methods: when one is due within a step; what events and latches release.
 
-An event fires once, where its value rises through zero. The loop changes the length of the step by a secant until its
-end lies within `SURE` of a step behind the event. No step ends just before an event: the next one would be as short as
-the rest, and what a step leaves of the constraints' rates would be large accelerations in it.
+An event fires once, where its value rises through zero. The loop changes the length of the step, by the parabola
+through the values at its start, middle and end, until its end lies within `SURE` of a step behind the event. No step
+ends just before an event: the next one would be as short as the rest, and what a step leaves of the constraints' rates
+would be large accelerations in it.
 """
 
 import math
@@ -33,8 +34,30 @@ def start_events(t, y, model):
 
 
 @inlined
+def _crossing(a, b, c):
+    """Part of a step at which the parabola through the values at its start, middle and end rises through zero.
+
+    a is below zero; where there is no such place that of the straight line, which may lie before the step.
+    """
+    slope, bend = 4.0 * b - 3.0 * a - c, 2.0 * (a + c - 2.0 * b)
+    square = slope * slope - 4.0 * bend * a
+    if square >= 0.0 and slope + math.sqrt(square) > 0.0:
+        return -2.0 * a / (slope + math.sqrt(square))
+    return a / (a - c) if c != a else math.inf
+
+
+@inlined
+def note_middles(t, y, model):
+    """Values of events in the middle of a step, in the state y at t."""
+    for k in range(model.events.size):
+        model.events[k].middle = _value(t, y, model, k)
+
+
+@inlined
 def until_event(t, h, least, event_step, extended, y, model):
     """Length, as a part of h, of the step to try in place of one of length h, which ends in the state y at t; or 1.
+
+    After `note_middles`.
 
     Parameters
     ----------
@@ -50,9 +73,10 @@ def until_event(t, h, least, event_step, extended, y, model):
             continue
         if now >= 0.0:
             due = True
-            part = min(part, before / (before - now))
+            part = min(part, _crossing(before, model.events[k].middle, now))
         elif now > before:
-            ahead = min(ahead, now / (before - now))
+            crossing = _crossing(before, model.events[k].middle, now)
+            ahead = min(ahead, crossing - 1.0 if crossing >= 1.0 else 1.0)
     if due:
         return 1.0 if part > 1.0 - SURE else max(part + 0.5 * SURE, least / h)
     if ahead >= CLOSE or extended != 0:
@@ -77,13 +101,15 @@ def until_event_beside(part, events, model):
     which, first = -1, math.inf
     for k in range(events.size):
         before, now = events[k].value, events[k].now
-        if events[k].armed == ARMED and now > before and before / (before - now) < first:
-            which, first = k, before / (before - now)
+        if events[k].armed == ARMED and now > before:
+            crossing = _crossing(before, events[k].middle, now)
+            if (now >= 0.0 or crossing >= 1.0) and crossing < first:
+                which, first = k, crossing
     ahead = first > 1.0
     if which < 0 or abs(_landing(first, ahead) - part) > 1e-9:  # by something else, or by a part that is fixed
         return 1.0
-    before, now = model.events[which].value, model.events[which].now
-    return _landing(before / (before - now), ahead)
+    before, middle, now = model.events[which].value, model.events[which].middle, model.events[which].now
+    return _landing(_crossing(before, middle, now), ahead)
 
 
 @inlined

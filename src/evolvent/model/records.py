@@ -107,8 +107,8 @@ RECORDS: dict[str, np.dtype] = {
         "vector middle power work rate along",
         vector=_3, middle=_3,
     ),
-    # value, now: at the start and the end of a step of an implicit method; armed: see `kernels.user_events`
-    "events": _record("law first last stops", "", "value now armed"),
+    # value, middle, now: at the start, middle and end of a step of an implicit method; armed: see `kernels.user_events`
+    "events": _record("law first last stops", "", "value middle now armed"),
     # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
     "fields": _record("kind law first last", "K w scale", "force power work", K=_33, w=_3, force=_3),
     # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
@@ -232,16 +232,17 @@ RECORDS: dict[str, np.dtype] = {
     # Of the last forces: torque of the joint, with derivatives slope and damper of all torques but for those of motors,
     # which the tangent finds; applied: torque of motors and synchronizations, with derivatives of the latter; u, g:
     # second side, and direction of the force on it; p, q: parts of a second direction at the start and the end of an
-    # interval; bristle: deflection of the friction, slips: the sense in which it slips, rubs: its force, relax: of its
-    # numerical damping; stored: J; lost, latch_lost: powers, W. Of the last step: before, pace, bristle0, rubs0, lost0,
-    # latch_lost0, and anchor, the coordinate at which the bristle has no force. caught: rate at which the latch has
-    # locked; peak: its largest torque; start_rate, end_rate: in the states at both ends of a step (`kernels.turning`)
+    # interval; leaves, comes: how far it would move in a step at its rates at both ends; bristle: deflection of the
+    # friction, slips: the sense in which it slips, rubs: its force, relax: of its numerical damping; stored: J; lost,
+    # latch_lost: powers, W. Of the last step: before, pace, bristle0, rubs0, lost0, latch_lost0, and anchor, the
+    # coordinate at which the bristle has no force. caught: rate at which the latch has locked; peak: its largest
+    # torque; start_rate, end_rate: in the states at both ends of a step (`kernels.turning`)
     "coordinates": _record(
         "kind body on other iq iv switch account",
         "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
-        "angle rate torque before pace slope damper applied applied_slope applied_damper motor_slope motor_damper "
-        "u g p0 q0 p1 q1 bristle slips rubs relax stored lost latch_lost latch_torque bristle0 rubs0 lost0 latch_lost0 "
-        "anchor caught peak start_rate end_rate",
+        "angle rate torque before pace leaves comes slope damper applied applied_slope applied_damper motor_slope "
+        "motor_damper u g p0 q0 p1 q1 bristle slips rubs relax stored lost latch_lost latch_torque bristle0 rubs0 "
+        "lost0 latch_lost0 anchor caught peak start_rate end_rate",
         axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),
     # motors on coordinates: by a profile (kind 0), a user's law (1), PD to a drive's motion (2), a voltage (3) or a

@@ -48,6 +48,12 @@ class Event(Part):
     Under generalized-alpha and energy-momentum an event fires once; its time is found to 1e-6 of a step. Under explicit
     methods it fires whenever its value rises through zero. Equilibria and modes are those of the state before any
     event.
+
+    An event that rises and falls again within a step is found as well: the value is evaluated at three inner places of
+    every step, by the motion between its ends, and at more of them where that could bring it to zero. So a value with
+    one extremum or kink in a quarter of a step is found above zero for 1e-5 of the step. A pulse that leaves no trace
+    in between, or a value with several periods in a step, may be missed: then set `step`, or take a value that grows
+    towards the event.
     """
 
     kind: Literal["event"] = "event"

@@ -17,13 +17,13 @@ import numpy as np
 from numba import types
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
-from evolvent.flow.events import DUE
 from evolvent.flow.explicit_forces import end_frictions, measure_frictions
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import coordinate, rigid, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import normalise
+from evolvent.kernels.grazing import until_deepest
 from evolvent.kernels.passing import note_places, passing
 from evolvent.kernels.turning import NO_TURN, friction_power
 from evolvent.model import DISSIPATED, MODEL
@@ -37,61 +37,14 @@ from evolvent.solvers.explicit_events import (
     STOPPED,
     TOO_SMALL,
     WORKSPACE,
-    bracket,
     fire,
-    highest,
     log_is_short,
     next_break,
 )
+from evolvent.solvers.explicit_search import event_in_step
+from evolvent.solvers.explicit_stages import add_stages, interpolate, stages
 
 _I = types.int64
-
-
-@inlined
-def _next_weight(b, i, count):
-    """The first of the stages i, i + 1, ... with a weight; `count` or more for none."""
-    while i < count and b[i] == 0.0:
-        i += 1
-    return i
-
-
-@inlined
-def add_stages(b, count, y, h, K, out):
-    """Out = y + h sum of b_i K_i over the first `count` stages."""
-    i = _next_weight(b, 0, count)
-    j = _next_weight(b, i + 1, count)
-    first, second = h * b[i], h * b[j] if j < count else 0.0
-    if j < count:
-        for n in range(y.size):
-            out[n] = (y[n] + first * K[i, n]) + second * K[j, n]
-    else:
-        for n in range(y.size):
-            out[n] = y[n] + first * K[i, n]
-    while j < count:  # two stages in a pass over memory
-        i = _next_weight(b, j + 1, count)
-        j = _next_weight(b, i + 1, count)
-        if j < count:
-            first, second = h * b[i], h * b[j]
-            for n in range(y.size):
-                out[n] = (out[n] + first * K[i, n]) + second * K[j, n]
-        elif i < count:
-            first = h * b[i]
-            for n in range(y.size):
-                out[n] += first * K[i, n]
-
-
-@inlined
-def stages(A, c, model, t, y, s, h, first, until, work):
-    """Stages `first` and later of one step into work.K.
-
-    A stage at the next break `until` sees the time just before it: what jumps there jumps in the step that follows.
-    """
-    latest = np.nextafter(until, -math.inf)
-    K, w = work.K, work.w
-    for i in range(first, c.size):
-        add_stages(A[i], i, y, h, K, w)
-        rhs(min(t + c[i] * h, latest), w, s, model, K[i])
-    work.loop.rhs_evaluations += c.size - first
 
 
 @inlined
@@ -196,12 +149,16 @@ def keep_samples_until(t, work):
 
 @inlined
 def way(t, model, work):
-    """Way of contacts over a step to the state work.y1 at time t, of `passing`; its start is work.y at `loop.time`."""
+    """How much too long a step to the state work.y1 at time t is for contacts, by `passing` and `until_deepest`."""
     rigid.kinematics(work.loop.time, work.y, model)
     note_places(model.bodies, work.R0, work.x0)
     rigid.kinematics(t, work.y1, model)
     note_places(model.bodies, work.R1, work.x1)
-    return passing(work.y, work.R0, work.x0, work.y1, work.R1, work.x1, model)
+    far = passing(work.y, work.R0, work.x0, work.y1, work.R1, work.x1, model)
+    if model.body_contacts.size > 0:
+        part = until_deepest(t - work.loop.time, work.y, work.R0, work.x0, work.y1, work.R1, work.x1, model)
+        far = max(far, 1.0 / part if part < 1.0 else 0.0)
+    return far
 
 
 @inlined
@@ -238,53 +195,6 @@ def error_norm(y, y1, K, E, h, n, rtol, atol, w):
     for i in range(n):
         active += w[i] != 0.0
     return math.sqrt((even + odd) / max(active, 1))
-
-
-@inlined
-def interpolate(P, y, K, h, theta, out):
-    """Continuous extension at t + theta h."""
-    for n in range(y.size):
-        out[n] = y[n]
-    for i in range(P.shape[0]):
-        a = h * theta * (P[i, 0] + theta * (P[i, 1] + theta * (P[i, 2] + theta * P[i, 3])))
-        if a != 0.0:
-            for n in range(y.size):
-                out[n] += a * K[i, n]
-
-
-@inlined
-def find_state(A, b, c, P, t, h, theta, until, model, work):
-    """Put the state at t + theta h into work.w, by the continuous extension or, without one, by a step."""
-    if P.size > 0:
-        interpolate(P, work.y, work.K, h, theta, work.w)
-    else:
-        stages(A, c, model, t, work.y, work.s, theta * h, 1, until, work)
-        add_stages(b, b.size, work.y, theta * h, work.K, work.w)
-
-
-@inlined
-def event_in_step(A, b, c, P, t, h, target, end, until, model, work):
-    """Part of a step at which its first event falls; NO_EVENT where it has none."""
-    f_high = highest(model, target, work.y1, work.s, work)
-    if not (f_high >= 0.0 or (target == end and f_high >= DUE)):
-        return NO_EVENT
-    f_low = highest(model, t, work.y, work.s, work)
-    low, high = 0.0, 1.0
-    for trial in range(80):
-        if f_low >= 0.0 or f_high < 0.0 or (high - low) * h <= 2e-16 * max(abs(target), h):
-            break
-        middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
-        if middle <= low or middle >= high:
-            middle = 0.5 * (low + high)
-        find_state(A, b, c, P, t, h, middle, until, model, work)
-        f = highest(model, t + middle * h, work.w, work.s, work)
-        if f >= 0.0:
-            high, f_high = middle, f
-            if f < 1e-13:
-                break
-        else:
-            low, f_low = middle, f
-    return high
 
 
 @inlined
@@ -356,13 +266,14 @@ def following_step(error, h, rejected, lands, loop):
     return max(h, loop.step) if lands else h
 
 
-@indirect(_I(MATRIX, VECTOR, VECTOR, VECTOR, MATRIX, REAL, REAL, MODEL, WORKSPACE, _I))
-def advance(A, b, c, E, P, rtol, atol, model, work, budget):
+@indirect(_I(MATRIX, VECTOR, VECTOR, VECTOR, MATRIX, MATRIX, REAL, REAL, MODEL, WORKSPACE, _I))
+def advance(A, b, c, E, P, Q, rtol, atol, model, work, budget):
     """Advance until the last sample, an event that stops, a failure or the end of the budget.
 
     Parameters
     ----------
     E, P : error estimate and continuous extension of a method whose steps adapt; of size 0 of one with fixed steps
+    Q : continuous extension in which events are looked for
 
     Notes
     -----
@@ -376,7 +287,7 @@ def advance(A, b, c, E, P, rtol, atol, model, work, budget):
         return status
     n, adapts = model.info.nq + model.info.nv, E.size > 0
     watch, corrected = work.g.size > 0, is_corrected(model)
-    passes = model.body_contacts.size > 0 or model.contact_surfaces.size > 0
+    passes, turns = model.body_contacts.size > 0 or model.contact_surfaces.size > 0, model.coordinates.size > 0
     end, near = work.samples[work.samples.size - 1], 0.0 if adapts else 1e-9 * loop.step
     until = next_stop(adapts, loop.time, end, model, work)
     rejected, error = False, 0.0
@@ -410,6 +321,8 @@ def advance(A, b, c, E, P, rtol, atol, model, work, budget):
             error = error_norm(y, y1, K, E, h, n, rtol, atol, work.w)
             if passes and error < 1.0:
                 error = max(error, way(t + h, model, work) ** 5)
+            if turns and error < 1.0:
+                error = max(error, coordinate.turned_beside(t + h, h, y1, s, model) ** 5)
             if not error < 1.0:
                 loop.rejected += 1
                 rejected = True
@@ -417,7 +330,7 @@ def advance(A, b, c, E, P, rtol, atol, model, work, budget):
                 continue
             following = following_step(error, h, rejected, target >= until, loop)
             rejected = False
-        part = event_in_step(A, b, c, P, t, h, target, end, until, model, work) if watch else NO_EVENT
+        part = event_in_step(A, b, c, P, Q, t, h, target, end, until, model, work) if watch else NO_EVENT
         if part != NO_EVENT:
             if part < 1.0:
                 target = t + part * h

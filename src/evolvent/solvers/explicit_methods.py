@@ -15,6 +15,7 @@ class Method(NamedTuple):
     A, b, c : tableau
     error : (s,) float, b - b_hat, by which steps adapt; (0,) of methods with fixed steps
     dense : (s, 4) float, continuous extension y(t + th h) = y + h sum_i P_i(th) k_i, th^1 .. th^4; (0, 4) without
+    inner : (s, 4) float, one in which events are looked for, of a lower order in methods with fixed steps
     """
 
     name: str
@@ -24,19 +25,23 @@ class Method(NamedTuple):
     order: int
     error: np.ndarray = np.zeros(0)
     dense: np.ndarray = np.zeros((0, 4))
+    inner: np.ndarray = np.zeros((0, 4))
 
 
-def _method(name: str, order: int, rows: list[list[float]], b: list[float]) -> Method:
+def _method(name: str, order: int, rows: list[list[float]], b: list[float], inner: list[list[float]]) -> Method:
     A = np.zeros((len(b), len(b)))
     for i, row in enumerate(rows):
         A[i + 1, : len(row)] = row
-    return Method(name, A, np.array(b), A.sum(axis=1), order)
+    return Method(name, A, np.array(b), A.sum(axis=1), order, inner=np.array(inner))
 
 
 #: Heun's method, the explicit trapezoid (Hairer, Norsett, Wanner, Solving ODEs I, II.1).
-HEUN = _method("heun", 2, [[1.0]], [0.5, 0.5])
-#: The classical fourth-order method (ibid., table 1.2).
-RK4 = _method("rk4", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
+HEUN = _method("heun", 2, [[1.0]], [0.5, 0.5], [[1.0, -0.5, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0]])
+#: The classical fourth-order method (ibid., table 1.2); its continuous extension has the third order (ibid., II.6).
+RK4 = _method(
+    "rk4", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6],
+    [[1.0, -3 / 2, 2 / 3, 0.0], [0.0, 1.0, -2 / 3, 0.0], [0.0, 1.0, -2 / 3, 0.0], [0.0, -1 / 2, 2 / 3, 0.0]],
+)  # fmt: skip
 #: b - b_hat of the Dormand-Prince pair.
 _ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
 #: Continuous extension of order 4 of that pair (ibid., II.6, eq. 6.12).
@@ -64,6 +69,7 @@ DOPRI5 = _method(
         [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
     ],
     [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0.0],
+    _DENSE.tolist(),
 )._replace(error=_ERROR, dense=_DENSE)
 #: Methods by name.
 METHODS = {method.name: method for method in (HEUN, RK4, DOPRI5)}

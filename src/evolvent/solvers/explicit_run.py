@@ -14,7 +14,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import zeros_record
 from evolvent.kernels import contact
-from evolvent.solvers import balance as eb, explicit, explicit_events as ex, run
+from evolvent.solvers import balance as eb, event_search, explicit, explicit_events as ex, run
 from evolvent.solvers.explicit_methods import METHODS, Method
 from evolvent.solvers.implicit_setup import strain_round_off
 from evolvent.solvers.laws import broken_law
@@ -206,6 +206,7 @@ def _workspace(assembly: Assembly, times: np.ndarray, tableau: Method, step: flo
         jump=np.zeros(n if assembly.model.info.rubbed >= 0 else 0),
         g=np.zeros(n_e),
         g0=np.zeros(n_e),
+        search=event_search.room(ex.always_due(assembly.model)),
         **{name: np.zeros((assembly.model.bodies.size, 3, 3)) for name in ("R0", "R1")},
         **{name: np.zeros((assembly.model.bodies.size, 3)) for name in ("x0", "x1")},
     )
@@ -230,7 +231,7 @@ def _grow_log(work: ex.ExplicitWorkspace) -> ex.ExplicitWorkspace:
 
 def load(model: mdl.Model, tableau: Method, *, rtol: float, atol: float) -> Callable[[ex.ExplicitWorkspace, int], int]:
     """The time loop, loaded with all that it calls, as a function of what it carries and its budget."""
-    options = (tableau.A, tableau.b, tableau.c, tableau.error, tableau.dense, rtol, atol)
+    options = (tableau.A, tableau.b, tableau.c, tableau.error, tableau.dense, tableau.inner, rtol, atol)
     needs.load(model, explicit.start_up, ex.fire, explicit.advance)
 
     def advance(work: ex.ExplicitWorkspace, budget: int) -> int:

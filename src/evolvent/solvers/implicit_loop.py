@@ -15,10 +15,11 @@ from numba import types
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.kernels import contact, coordinate, coordinate_laws, resistance, rigid, thread, turning, user_events
 from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.grazing import until_deepest, until_touch
 from evolvent.kernels.passing import note_places, passing
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers import alpha_start, energy_step, implicit_method as method, newton
+from evolvent.solvers import alpha_start, energy_step, implicit_events, implicit_method as method, newton
 from evolvent.solvers.balance import begin_extremes, energy_of, potential_of
 from evolvent.solvers.implicit_balance import add_step_to_balance, fill_energies, has_gained, note_drives
 from evolvent.solvers.implicit_samples import (
@@ -188,6 +189,9 @@ def try_step(t, t_end, h, passes, model, matrix, work):
         error = method.local_error(h, model, work)
     if passes and iterations > 0:
         far = passing(work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model)
+        if model.body_contacts.size > 0:
+            part = until_deepest(h, work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model)
+            far = max(far, 1.0 / part if part < 1.0 else 0.0)
         error = max(error, far * far * far)
     return iterations, error
 
@@ -236,13 +240,18 @@ def until_event(t, h, model, work):
 
     It may be longer, to end behind an event.
     """
-    part = coordinate.until_latch(model.switches, model)
+    part = until_coordinate(h, model, work)
+    if work.options.midpoint != 0 and work.options.tolerance > 0.0 and model.body_contacts.size > 0:
+        part = min(part, until_touch(h, work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model))
     if _has_free_spool(model):
         part = min(part, thread.until_release(h, work.y0, work.y, model.switches, model))
     if model.events.size > 0:
         least = max(4.0 * work.options.smallest, user_events.SURE * work.loop.step)
         limit, extended = work.loop.event_step, work.loop.extended
+        implicit_events.note_middle(t, h, model, work)
         due = user_events.until_event(t, h, least, limit, extended, work.y, model)
+        if h > 2.0 * least:
+            due = implicit_events.rise_in_step(t, h, due, model, work)
         part = due if part == 1.0 else min(part, due)
     return part
 
@@ -262,6 +271,15 @@ def measure_rates(t, model, work):
         rigid.kinematics(t, work.y, model)
         restore_wrenches(model, work)
     turning.measure_rates(work.y, model)
+
+
+@inlined
+def until_coordinate(h, model, work):
+    """`coordinate.until_latch` of a step of length h."""
+    if model.coordinates.size == 0:
+        return 1.0
+    coordinate.measure_travels(h, work.loop.last, work.options.midpoint != 0, model.coordinates)
+    return coordinate.until_latch(model.switches, model)
 
 
 @inlined
@@ -309,6 +327,7 @@ def accept_step(t1, t_end, h, model, work):
     note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.shares))
     loop.steady = loop.steady + 1 if abs(h - loop.last) <= 1e-9 * h else 0
     loop.last, loop.event_step, loop.turn_step, loop.whole, loop.extended = h, math.inf, math.inf, 0.0, 0
+    loop.found = 0
     if turning.has_friction(model):
         turning.keep_rates(model)
     loop.time = t1

@@ -21,7 +21,7 @@ from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.blocks import ANGLE, BEAM, POSITION, REDUCED, SCALAR, THREAD, indices
 from evolvent.kernels.drive import FREE
 from evolvent.kernels.sparse import SparseBlocks
-from evolvent.solvers import graph, ordering, reactions
+from evolvent.solvers import event_search, graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
 from evolvent.solvers.implicit_state import LOOP, Workspace
 from evolvent.solvers.releases import release_times
@@ -259,6 +259,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         step=_energy_step(assembly, options, shared),
         **shared,
         spare=assembly.y.copy(),
+        search=event_search.room(np.zeros(model.events.size, dtype=bool)),
         **{
             name: np.zeros(n_v)
             for name in ("a1", "a0", "dv1", "dv0", "loads1", "loads0", "dq0", "rate", "acceleration")

@@ -11,6 +11,7 @@ from evolvent.compiled.pointer import Struct, array, record, struct
 from evolvent.flow.energy_momentum import EnergyStep
 from evolvent.kernels import sparse_lu
 from evolvent.solvers.balance import BALANCE, EXTREMES
+from evolvent.solvers.event_search import Search
 
 # status codes of the loop
 BUDGET, DONE, AT_STOP, AT_RESTART, STOPPED = 0, 1, 2, 3, 4
@@ -24,17 +25,18 @@ ALPHA, ENERGY = 0, 1
 #: behind an event; settling: steps until rates are smooth again after a contact; stages: solutions that needed softened
 #: contacts; divided: steps that were divided; steady: steps of one length in a row; resolves: 1 where the last start of
 #: generalized-alpha has resolved the rate of accelerations, else -1, and follows: the same, of the run that a neighbour
-#: follows, 0 of the run itself. step, wanted: length of the next step, and that of undivided fixed ones, s; event_step:
-#: its limit, on which a latch or an event lies; turn_step: on which a friction turns back, or that on which the rest of
-#: a fixed step ends; whole: length of the step that this was cut from, s, or 0; last: length of the step before, s;
-#: factored: length of the step whose matrix is factored, s, 0 of none; quality: its worst pivot so far; start_energy: J;
-#: gain, lowest_gain: what the balance has gained since the start, and the lowest of that so far, J; fastest: largest
-#: mean rate so far, 1/s; left, left0: what Newton's method has left in this step and in those before, beside `weight`;
-#: tried: length of the step that was tried last, s; and the extremes of `evolvent.solvers.balance`.
+#: follows, 0 of the run itself; found: times that the step was shortened for events between its ends. step, wanted:
+#: length of the next step, and that of undivided fixed ones, s; event_step: its limit, on which a latch or an event
+#: lies; turn_step: on which a friction turns back, or that on which the rest of a fixed step ends; whole: length of the
+#: step that this was cut from, s, or 0; last: length of the step before, s; factored: length of the step whose matrix
+#: is factored, s, 0 of none; quality: its worst pivot so far; start_energy: J; gain, lowest_gain: what the balance has
+#: gained since the start, and the lowest of that so far, J; fastest: largest mean rate so far, 1/s; left, left0: what
+#: Newton's method has left in this step and in those before, beside `weight`; tried: length of the step that was tried
+#: last, s; and the extremes of `evolvent.solvers.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "contact_set",
                                    "over", "latches", "extended", "settling", "stages", "divided", "steady",
-                                   "resolves", "follows")]
+                                   "resolves", "follows", "found")]
     + [(name, np.float64) for name in ("time", "step", "wanted", "event_step", "turn_step", "whole", "last", "factored",
                                        "quality", "start_energy", "gain", "lowest_gain", "fastest", "left", "left0",
                                        "tried")]
@@ -81,7 +83,7 @@ class Workspace(Struct):
     weight, error_weight : (nu,) float, size of each unknown that counts as 1, in iterations and in errors of steps
         (`implicit_setup.error_sizes`); shares : (nv,) float, see `implicit_setup.shares`
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
-    momenta : (6,) float, scratch
+    momenta : (6,) float, scratch; search : Search, of events within a step
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
     energies : (3,) float, scratch
     forces : (2, n) float, see `solvers.sampled.Sampled`, of the start first
@@ -133,6 +135,7 @@ class Workspace(Struct):
     samples: np.ndarray = array(1)
     stops: np.ndarray = array(1)
     momenta: np.ndarray = array(1)
+    search: Search = struct(Search)
     log_t: np.ndarray = array(1)
     log_k: np.ndarray = array(1, np.int64)
     out_y: np.ndarray = array(2)

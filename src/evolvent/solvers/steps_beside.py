@@ -28,7 +28,7 @@ from evolvent.compiled.pointer import at_address
 from evolvent.kernels import coordinate, user_events
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers import implicit_loop, implicit_method as method
+from evolvent.solvers import implicit_events, implicit_loop, implicit_method as method
 from evolvent.solvers.balance import energy_of
 from evolvent.solvers.implicit_balance import has_gained, note_drives
 from evolvent.solvers.implicit_samples import keep_sample, keep_samples, start_next
@@ -176,9 +176,11 @@ def step_beside(kind, latch, leads, run_model, run, leader, model, matrix, work,
     if found <= 0:
         return found
     user_events.note_values(t_end, work.y, model)
+    if model.events.size > 0:
+        implicit_events.note_middle(t_end, h, model, work)
     fired = FIRST_EVENT - latch if latch <= FIRST_EVENT else NONE
     if latch == TRIED:
-        part = coordinate.until_latch(s, model)
+        part = implicit_loop.until_coordinate(h, model, work)
         if model.events.size > 0:
             due = user_events.until_event_beside(run.loop.event_step / run.loop.tried, run_model.events, model)
             part = due if part == 1.0 else min(part, due)
