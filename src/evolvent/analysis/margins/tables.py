@@ -165,7 +165,7 @@ def along_travel(
 
 def _has_energy(share: Share) -> bool:
     """Whether the energy of a share is among that of `elastic.Elastic.energy`."""
-    return share.family in HAVE_ENERGY or (share.family in CONTACT_FAMILIES and share.label.endswith(NORMAL))
+    return share.family in HAVE_ENERGY or (share.family in CONTACT_FAMILIES and share.aspect == NORMAL)
 
 
 def _snaps(x: Array, energy: Array, given: Array) -> tuple[int, ...]:
