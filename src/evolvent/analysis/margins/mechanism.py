@@ -17,7 +17,7 @@ import dataclasses
 import functools
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -123,10 +123,13 @@ class Mechanism:
     ----------
     assembly : Assembly
     spin : (6,) float, rad/s and m, rate and centre of a steady turn of everything
+    opened : rows of joints that are released already
     """
 
-    def __init__(self, assembly: Assembly, spin: Array) -> None:
+    def __init__(self, assembly: Assembly, spin: Array, opened: Sequence[int] = ()) -> None:
         model = assembly.model.copy()
+        model.joints["until"] = model.joints["latest"]
+        model.joints["until"][list(opened)] = model.joints["latest"][list(opened)] = -np.inf
         self.assembly, self.spin = assembly, spin
         self.n_v, self.n_j, self.n_q = int(model.info.nv), int(model.joints.size), int(model.info.nq)
         model.info.exact = 1
@@ -197,8 +200,26 @@ class Mechanism:
 
     def of_run(self, solution: Solution, n: int) -> Position:
         """The mechanism at sample n of a run."""
-        self.bare.switches[:] = solution.s[n]
+        self._switch(solution.s[n])
         return self.at(float(solution.t[n]), solution.y[n])
+
+    def _switch(self, s: Array) -> None:
+        """Let switches be s, among them those of the joints that events and latches release."""
+        self.bare.switches[:] = s
+        joints = self.whole.joints
+        rows = np.flatnonzero(joints["switch"] >= 0)
+        joints["until"][rows] = np.where(s[joints["switch"][rows]] != 0, -np.inf, joints["latest"][rows])
+
+    def holds(self, t: float) -> Array:
+        """Rows of joints that hold at a time (s) and are to be released later."""
+        joints = self.whole.joints
+        later = np.isfinite(joints["latest"]) | (joints["event"] != -1)
+        return np.flatnonzero(later & (t <= joints["until"]))
+
+    def closed(self, t: float) -> str:
+        """Names of the parts of `holds`, '' for none."""
+        parts = self.assembly.joint_parts
+        return ", ".join(repr(name) for name in dict.fromkeys(parts[k] for k in self.holds(t)))
 
     def rate(self, k: int, solution: Solution, n: int) -> float:
         """Rate of coordinate k (rad/s or m/s) at sample n of a run."""
@@ -210,7 +231,7 @@ class Mechanism:
         assembly, y = self.assembly, None
         if self.bare.threads.size:
             assembly, y = at_time(assembly, None, t)
-        self.bare.switches[:] = assembly.s
+        self._switch(assembly.s)
         y = np.array(assembly.y if y is None else y)
         y[self.n_q : self.n_q + self.n_v] = 0.0
         return self.at(t, y)
@@ -384,9 +405,10 @@ class Mechanism:
         InputError
             If it cannot, or elastic parts that stand there are about to snap.
         """
+        found = None
         if self.elastic is None:
             found = self._solved(k, held, sense, at)
-        else:
+        elif not self.waits(k, held, at):
             A, b = self._held(k, held, sense, at)
             v, lowest = self.elastic.velocities(at, A, [*held, k], b)
             found = self._checked(v, A, b, at)
@@ -396,11 +418,18 @@ class Mechanism:
                     f"{float(at.x[k]):.6g} {self.unit(k)}: they snap to another shape; see by a run what happens there"
                 )
         if found is None:
-            raise InputError(
-                f"{self.names[k]!r} cannot move at {float(at.x[k]):.6g} {self.unit(k)}: the constraints and the "
-                f"coordinates that are held do not let it"
-            )
+            where = f"{self.names[k]!r} cannot move at {float(at.x[k]):.6g} {self.unit(k)}"
+            closed = self.closed(at.t)
+            if closed:
+                raise InputError(
+                    f"{where}: at the time {at.t:.9g} s it is held by {closed}; give margin.time one behind its release"
+                )
+            raise InputError(f"{where}: the constraints and the coordinates that are held do not let it")
         return found
+
+    def waits(self, k: int, held: list[int], at: Position) -> bool:
+        """Whether coordinate k cannot move, and a joint that is released later holds."""
+        return bool(self.holds(at.t).size) and self._solved(k, held, 1.0, at) is None
 
     def _solved(self, k: int, held: list[int], sense: float, at: Position) -> Direction | None:
         A, b = self._held(k, held, sense, at)

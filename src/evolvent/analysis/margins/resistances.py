@@ -53,14 +53,12 @@ def force(mechanism: Mechanism, share: Share, at: Position, direction: Direction
     """
     row = _row(mechanism, share)
     k = int(row["coordinate"])
-    own = mechanism.bare.bristles[int(row["first"]) : int(row["last"])]
+    own, rate = mechanism.bare.bristles[int(row["first"]) : int(row["last"])], float(direction.rates[k])
+    if share.aspect == HYSTERESIS:
+        limit = 0.0 if abs(rate) <= _OFF else math.copysign(math.fsum(own["limit"]), rate)
+        return np.asarray(at.zero + limit * at.J[k])
     own["before"], own["force0"] = at.x[k], 0.0
-    elastic = mechanism.left(at.t, at.y, model)[: mechanism.n_v]
-    if share.aspect != HYSTERESIS:
-        return elastic
-    rate = float(direction.rates[k])
-    own["force0"] = 0.0 if abs(rate) <= _OFF else np.copysign(own["limit"], rate)
-    return np.asarray(at.zero + mechanism.left(at.t, at.y, model)[: mechanism.n_v] - elastic)
+    return mechanism.left(at.t, at.y, model)[: mechanism.n_v]
 
 
 def before_breaking(mechanism: Mechanism, share: Share, at: Position, direction: Direction) -> float:
