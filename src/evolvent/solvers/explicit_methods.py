@@ -15,6 +15,8 @@ class Method(NamedTuple):
     A, b, c : tableau
     error : (s,) float, b - b_hat, by which steps adapt; (0,) of methods with fixed steps
     dense : (s, 4) float, continuous extension y(t + th h) = y + h sum_i P_i(th) k_i, th^1 .. th^4; (0, 4) without
+    safety : float, share of the stability limit that an automatic step takes. RK4 damps the ringing that every release
+        leaves in a thread: at 0.42 that costs the heliogyro 0.92e-6 of its energy, at 0.8 1.5e-6
     """
 
     name: str
@@ -24,6 +26,12 @@ class Method(NamedTuple):
     order: int
     error: np.ndarray = np.zeros(0)
     dense: np.ndarray = np.zeros((0, 4))
+    safety: float = 0.42
+
+    @property
+    def is_adaptive(self) -> bool:
+        """Whether it chooses its steps by their error."""
+        return bool(self.error.size)
 
 
 def _method(name: str, order: int, rows: list[list[float]], b: list[float]) -> Method:
@@ -34,7 +42,7 @@ def _method(name: str, order: int, rows: list[list[float]], b: list[float]) -> M
 
 
 #: Heun's method, the explicit trapezoid (Hairer, Norsett, Wanner, Solving ODEs I, II.1).
-HEUN = _method("heun", 2, [[1.0]], [0.5, 0.5])
+HEUN = _method("heun", 2, [[1.0]], [0.5, 0.5])._replace(safety=0.5)
 #: The classical fourth-order method (ibid., table 1.2).
 RK4 = _method("rk4", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
 #: b - b_hat of the Dormand-Prince pair.
