@@ -238,9 +238,14 @@ def test_after_an_exception_the_next_run_is_as_ever():
 
 @compiled_only
 def test_a_law_of_the_wrong_kind_is_refused_by_name():
-    with pytest.raises(InputError, match=r"'gust' must be decorated with @evolvent\.spring_law"):
+    with pytest.raises(
+        InputError, match=r"'gust', a law under @evolvent\.force_law; it must be decorated with @evolvent\.spring_law"
+    ):
         on_spring(gust, 1.0, 1.0).assemble()
-    with pytest.raises(InputError, match=r"'hardening' must be decorated with @evolvent\.force_law"):
+    with pytest.raises(
+        InputError,
+        match=r"'hardening', a law under @evolvent\.spring_law; it must be decorated with @evolvent\.force_law",
+    ):
         reeled(hardening, 1.0, 1.0).assemble()
 
 

@@ -32,8 +32,6 @@ SAMPLES = 400
 SPECTRAL_RADIUS = 0.9
 #: Largest number of values of the state that a run may keep.
 MOST_VALUES = 200_000_000
-#: Largest number of steps of a given length: at a microsecond each they take a quarter of an hour.
-MOST_STEPS = 1e9
 #: Families of parts whose variables are motions, and laws of them: reactions are not evaluated for these alone.
 _WITHOUT_REACTIONS = {"bodies", "coordinates"}
 _TIME = units.Quantity(what="a time", unit="s", example="20 s", above=0.0)
@@ -221,7 +219,9 @@ def plan(
         As of `choose_method` and of the solvers; also for an option that the method does not have.
     """
     method, why = choose_method(assembly, method)
-    if absolute_tolerance is not None and (method != "dopri5" or tolerance is None):
+    explicit = explicit_plan.METHODS.get(method)
+    adaptive = explicit is not None and explicit.is_adaptive
+    if absolute_tolerance is not None and (not adaptive or tolerance is None):
         raise InputError(
             f"absolute_tolerance is {absolute_tolerance!r}, but the method is {method}; only dopri5 has one, "
             f"in addition to `tolerance`"
@@ -239,9 +239,11 @@ def plan(
             f"{', '.join(implicit.METHODS)} have one"
         )
     options = {"method": method}
-    if method == "dopri5":
+    if adaptive:
         if step is not None:
-            raise InputError(f"step is {step!r} s, but the method is dopri5, which chooses its steps; give `tolerance`")
+            raise InputError(
+                f"step is {step!r} s, but the method is {method}, which chooses its steps; give `tolerance`"
+            )
         if tolerance is not None:
             absolute = 1e-2 * tolerance if absolute_tolerance is None else absolute_tolerance
             options |= {"rtol": tolerance, "atol": absolute}
@@ -262,10 +264,10 @@ def check_run(assembly: Assembly, samples: np.ndarray, step: float | None = None
     InputError
     """
     duration = float(samples[-1] - samples[0])
-    if step is not None and 0.0 < MOST_STEPS * step < duration:
+    if step is not None and 0.0 < explicit_plan.MOST_STEPS * step < duration:
         raise InputError(
             f"step is {step:.3g} s; that makes {duration / step:.2g} steps over {duration:.6g} s, more than "
-            f"{MOST_STEPS:.0e}; use a longer `step`, or shorten `until`"
+            f"{explicit_plan.MOST_STEPS:.0e}; use a longer `step`, or shorten `until`"
         )
     with refusing_laws(assembly):
         payout.check(assembly, float(samples[-1]))

@@ -126,12 +126,16 @@ class Builder:
                 self.pools[name].append(value)
         return self._pooled[key]
 
-    def law(self, law: Any, kind: str) -> int:
-        """Address of a user's law, which is kept alive with the model."""
-        try:
-            address = laws.law_address(law, kind)
-        except TypeError as error:
-            raise InputError(str(error)) from None
+    def law(self, law: Any, kind: str, *, key: str = "") -> int:
+        """Address of a user's law, which is kept alive with the model.
+
+        Parameters
+        ----------
+        kind : of its decorator, such as "spring"
+        key : that holds it, for messages; ``law`` of the part if left out
+        """
+        laws.require_kind(law, kind, key or f"{self.part}.law")
+        address = laws.law_address(law, "force" if kind == "torque" else kind)  # whose position has the attitude too
         self.laws[address] = law
         return address
 

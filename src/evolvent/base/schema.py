@@ -227,6 +227,12 @@ class SectionsByName(Protocol):
     def section_of(self, content: Any) -> type[Section] | None:
         """The kind of the section with such content; None where it says none that is known."""
 
+    def content_of(self, contents: Any, name: str) -> Any:
+        """Content of the section of a name, also where another one stands for it; None without any."""
+
+    def written_out(self, contents: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+        """The contents such that the section of a name stands there by itself; as they are where none stands for it."""
+
 
 def sections(annotation: Any) -> Iterator[type[Section]]:
     """Sections that an annotation holds, within unions and sequences."""
@@ -299,9 +305,24 @@ def locate(kind: type[Section], key: str, content: Any = None) -> Located:
         inner = _inner(found, name, content)
         if inner is None:
             raise InputError(_unlocated(kind, key, names[:k], name, found, content))
+        mark = _by_name_mark(found)
+        if mark is not None:
+            content = mark.content_of(content, name)
+        else:
+            content = content.get(name) if isinstance(content, Mapping) else None
         found = inner
-        content = content.get(name) if isinstance(content, Mapping) else None
     return found
+
+
+def _by_name_mark(place: Located) -> SectionsByName | None:
+    return next((one for _, own in place.types for one in own if isinstance(one, SectionsByName)), None)
+
+
+def member(values: Mapping[str, Any], name: str) -> str:
+    """A name of checked sections: of one that stands for several, "hinge", the first of these, "hinge 1"."""
+    if name in values:
+        return name
+    return next((one for one in values if re.fullmatch(rf"{re.escape(name)} \d+", str(one))), name)
 
 
 def _inner(place: Located, name: str, content: Any) -> Located | None:
@@ -309,7 +330,7 @@ def _inner(place: Located, name: str, content: Any) -> Located | None:
     for kind, own_marks in place.types:
         for mark in own_marks:
             if isinstance(mark, SectionsByName):
-                section = mark.section_of(content.get(name) if isinstance(content, Mapping) else None)
+                section = mark.section_of(mark.content_of(content, name))
                 return None if section is None else Located([(section, ())], "", entry=False)
             if isinstance(mark, Annotation) and name in mark.inner_keys():
                 inner_kind, inner_mark = mark.inner_keys()[name]

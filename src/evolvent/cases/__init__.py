@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from evolvent.base import safe_open
 from evolvent.base.errors import InputError, nearest
-from evolvent.base.schema import Section, by_name, dotted, keys, locate, sentence, shown
+from evolvent.base.schema import Section, SectionsByName, by_name, dotted, keys, locate, marks, sentence, shown
 from evolvent.base.units import UnitError, shared_unit, unit_of
 from evolvent.cases.catalogue import (
     GROUP as GROUP,
@@ -246,9 +246,17 @@ def _change(content: dict[str, Any], overrides: Mapping[str, Any] | None) -> Non
 
 
 def _write_out(kind: type[Section], content: Any, key: str) -> None:
-    """Write out what stands for a section in short, where a key goes into it: rows that stand for {table: rows}."""
+    """Write out what stands for a section in short, where a key goes into it: rows that stand for {table: rows}.
+
+    So is a part that stands for several, where the key is one of these.
+    """
     path = key.split(".")
     place = content
+    for mark in (one for name in by_name(kind) if name == path[0] for one in marks(kind.model_fields[name])):
+        if isinstance(mark, SectionsByName) and len(path) > 1 and isinstance(content.get(path[0]), Mapping):
+            written = mark.written_out(content[path[0]], path[1])
+            if written is not content[path[0]]:
+                content[path[0]] = copied(written)
     for k, name in enumerate(path[:-1]):
         if isinstance(place, list) and name.isdecimal() and int(name) < len(place):
             place = place[int(name)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import warnings
 from collections.abc import Callable
@@ -94,9 +95,22 @@ def _require_function(kind: str, function: Any) -> None:
 
 
 def _law(kind: str, function: Callable) -> Any:
+    """A law of a kind, which it keeps: laws of several kinds have one machine signature."""
     _require_function(kind, function)
-    if config.DISABLE_JIT:
-        return function
+    found = _copied(function) if config.DISABLE_JIT else _compiled(kind, function)
+    found.law_kind = kind
+    return found
+
+
+def _copied(function: Any) -> Any:
+    """A function that can be a law of another kind as well."""
+    found = FunctionType(
+        function.__code__, function.__globals__, function.__name__, function.__defaults__, function.__closure__
+    )
+    return functools.update_wrapper(found, function)
+
+
+def _compiled(kind: str, function: Callable) -> Any:
     try:
         # its indices are checked: beyond its parameters stand those of others, and then foreign memory
         compiled = compilers.compile_law(LAWS[kind], function)
@@ -248,7 +262,7 @@ def torque_law(function: Callable) -> Any:
         return inner(t, x[0:3], x[3:12].reshape(3, 3), v, parameters)
 
     found = _law("force", _as_force(ordered, function))
-    found.needs_attitude = True
+    found.law_kind = "torque"
     return found
 
 
@@ -323,6 +337,26 @@ def motor_law(function: Callable) -> Any:
     compiled function
     """
     return _law("motor", function)
+
+
+def require_kind(law: Any, kind: str, key: str) -> None:
+    """Refuse a law under the wrong decorator, or under none.
+
+    Parameters
+    ----------
+    kind : of the law that the key takes; a torque also takes that of a force
+    key : such as "spring.law"
+
+    Raises
+    ------
+    InputError
+    """
+    own = getattr(law, "law_kind", None)
+    if own == kind or (kind == "torque" and own == "force"):
+        return
+    name = getattr(law, "__name__", repr(law))
+    under = f"a law under @evolvent.{own}_law" if own in FORMS else "a function under no decorator for laws"
+    raise InputError(f"{key} is {name!r}, {under}; it must be decorated with @evolvent.{kind}_law, as {FORMS[kind]}")
 
 
 def law_address(law: Any, kind: str, slope: Kernel | None = None) -> int:

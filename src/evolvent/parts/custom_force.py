@@ -87,6 +87,6 @@ class CustomForce(Part):
         if law is None:
             raise InputError(f"{name}.law is missing; it must be a function under @evolvent.element_law")
         first, last = builder.parameters(parameters)
-        address = builder.law(law, "element")
+        address = builder.law(law, "element", key=f"{name}.law")
         row = builder.add("custom_forces", law=address, first=first, last=last, first_marker=own[0], points=len(own))
         builder.names[name] = ("custom_forces", row)

@@ -210,13 +210,9 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
     if callable(law):
         if constants:
             raise InputError(f"{name}.constants are those of an expression; a Python law takes {name}.parameters")
-        if getattr(law, "needs_attitude", False) and kind != "torque":
-            raise InputError(
-                f"{name}.{key} is {law.__name__!r}, a law under @evolvent.torque_law, which is for torques on bodies "
-                f"and nodes of rods; use @evolvent.force_law here"
-            )
+        address = builder.law(law, kind, key=f"{name}.{key}")
         first, last = builder.parameters(parameters)
-        return {"law": builder.law(law, form), "first": first, "last": last}
+        return {"law": address, "first": first, "last": last}
     if len(parameters):
         raise InputError(f"{name}.parameters are those of a Python law; an expression takes {name}.constants")
     texts = law if kind in _VECTORS else (law,)

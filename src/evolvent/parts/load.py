@@ -435,6 +435,6 @@ def _write_load(builder: Builder, name: str, kind: int, target: int, load: Force
         of = "torque" if kind == kernels.TORQUE else "force"
         found = write_law(builder, name, load.law, of, load.parameters, load.constants)
         fields |= {"law": found["law"], "law_first": found["first"], "law_last": found["last"]}
-        turns = not callable(load.law) or getattr(load.law, "needs_attitude", False)
+        turns = not callable(load.law) or load.law.law_kind == "torque"
         fields["attitude"] = int(kind == kernels.TORQUE and turns)
     _add(builder, name, kind, target, **_parameters(builder, values), **fields)

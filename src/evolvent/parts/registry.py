@@ -212,6 +212,37 @@ class _ByName(Annotation):
         kind = content.get("kind") if isinstance(content, Mapping) else None
         return kinds().get(kind) if isinstance(kind, str) else None
 
+    def content_of(self, contents: Any, name: str) -> Any:
+        """Content of a part; of one for which a repeated part stands, that of this."""
+        if not isinstance(contents, Mapping) or name in contents:
+            return contents.get(name) if isinstance(contents, Mapping) else None
+        written, _, number = name.rpartition(" ")
+        given = contents.get(written)
+        if not (number.isdecimal() and isinstance(given, Mapping) and repetition.KEY in given):
+            return None
+        how, content = _how(given, written, written, lambda *_: None)
+        stands = how is not None and how.first <= int(number) < how.first + how.count and number == str(int(number))
+        return content if stands else None
+
+    def written_out(self, contents: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+        """The contents with the parts for which the one that stands for `name` stands, in its place."""
+        written = name.rpartition(" ")[0]
+        if name in contents or self.content_of(contents, name) is None:
+            return contents
+        fixed = {one: given for one, given in contents.items() if repetition.KEY not in given}
+        parts, errors = _read(fixed, "parts")
+        how, given = _how(contents[written], written, written, lambda *_: None)
+        if errors or how is None:
+            return contents
+        first, _ = _read({written: how.numbered(given, 0)}, "parts")
+        if written not in first:
+            return contents
+        members = dict(repetition.repeated(written, given, how, first[written], f"parts.{written}", parts))
+        found: dict[str, Any] = {}
+        for one, own in contents.items():
+            found |= members if one == written else {one: own}
+        return found
+
     def read(self, values: Any) -> dict[str, Part]:
         """The parts; errors have the path of the key, and the whole sentence."""
         found, errors = _read(values, "parts")

@@ -16,6 +16,8 @@ class Method(NamedTuple):
     error : (s,) float, b - b_hat, by which steps adapt; (0,) of methods with fixed steps
     dense : (s, 4) float, continuous extension y(t + th h) = y + h sum_i P_i(th) k_i, th^1 .. th^4; (0, 4) without
     inner : (s, 4) float, one in which events are looked for, of a lower order in methods with fixed steps
+    safety : float, share of the stability limit that an automatic step takes. RK4 damps the ringing that every release
+        leaves in a thread: at 0.42 that costs the heliogyro 0.92e-6 of its energy, at 0.8 1.5e-6
     """
 
     name: str
@@ -26,6 +28,12 @@ class Method(NamedTuple):
     error: np.ndarray = np.zeros(0)
     dense: np.ndarray = np.zeros((0, 4))
     inner: np.ndarray = np.zeros((0, 4))
+    safety: float = 0.42
+
+    @property
+    def is_adaptive(self) -> bool:
+        """Whether it chooses its steps by their error."""
+        return bool(self.error.size)
 
 
 def _method(name: str, order: int, rows: list[list[float]], b: list[float], inner: list[list[float]]) -> Method:
@@ -36,7 +44,7 @@ def _method(name: str, order: int, rows: list[list[float]], b: list[float], inne
 
 
 #: Heun's method, the explicit trapezoid (Hairer, Norsett, Wanner, Solving ODEs I, II.1).
-HEUN = _method("heun", 2, [[1.0]], [0.5, 0.5], [[1.0, -0.5, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0]])
+HEUN = _method("heun", 2, [[1.0]], [0.5, 0.5], [[1.0, -0.5, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0]])._replace(safety=0.5)
 #: The classical fourth-order method (ibid., table 1.2); its continuous extension has the third order (ibid., II.6).
 RK4 = _method(
     "rk4", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6],

@@ -15,28 +15,25 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import thread
 from evolvent.parts.checks import positive
-from evolvent.solvers.explicit_methods import METHODS
+from evolvent.solvers.explicit_methods import METHODS, Method
 from evolvent.solvers.explicit_run import Run, cache_name, load
 from evolvent.solvers.implicit_setup import check_redundancy, check_start
 from evolvent.solvers.laws import refusing_laws, try_laws
 from evolvent.solvers.solution import Solution
-from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
+from evolvent.solvers.stability import Mode, energy_change, fastest_mode, stability_limit
 
 __all__ = ["METHODS", "Plan", "cache_name", "choose_step", "plan", "sample_times", "solve", "stable_step"]
 
-#: Share of the stability limit taken by an automatic step. RK4 damps the ringing that every release leaves in a
-#: thread: at 0.42 that costs the heliogyro 0.92e-6 of its energy, at 0.8 1.5e-6.
-SAFETY = {"heun": 0.5, "rk4": 0.42}
 #: Share of RK4's stability limit taken by an automatic step where beams touch something. Dissipation stiffens a contact
 #: onto which a beam whips: 0.42 loses the energy balance of a wrapped rib there, 0.2 keeps it within 0.6 % of the
 #: energy, 0.1 within 0.1 %.
 CONTACT_SAFETY = 0.1
 #: Share of its energy that the fastest mode may lose (or gain) over a run with an automatic step, where that mode is
-#: not a thread's; and (k, f) of each method's share omega T (omega h)^k / f.
+#: not a thread's.
 FASTEST_MODE_LOSS = 1e-4
-ENERGY_LOSS = {"heun": (3, 4.0), "rk4": (5, 72.0)}
-#: Stable steps beyond which an explicit run is refused: at a microsecond each they take hours.
-MOST_STEPS = 1e10
+#: Steps beyond which a run is refused before it starts: at a microsecond each they take a quarter of an hour, of a
+#: larger model days.
+MOST_STEPS = 1e9
 #: What a step may be, in messages.
 STEP_ALLOWED = "a finite time above 0, or None"
 
@@ -53,12 +50,17 @@ def stable_step(assembly: Assembly, method: str, duration: float) -> tuple[Mode,
         mode = fastest_mode(assembly)
     limit = stability_limit(METHODS[method], mode, duration)
     if duration > MOST_STEPS * limit:
-        raise InputError(
-            f"{method} is stable with steps up to {limit:.2g} s here, {duration / limit:.2g} steps in all (highest "
-            f"frequency {mode.frequency:.3g} rad/s, highest damping rate {mode.largest_damping_rate:.3g} 1/s, in "
-            f"{mode.where!r}); use less damping or stiffness, or an implicit method"
-        )
+        raise InputError(f"{method} is stable with steps up to {limit:.2g} s here, {_endless(duration, limit, mode)}")
     return mode, limit
+
+
+def _endless(duration: float, step: float, mode: Mode) -> str:
+    """The end of a sentence on a run with too many steps."""
+    return (
+        f"{duration / step:.2g} steps in all, more than {MOST_STEPS:.0e} (highest frequency {mode.frequency:.3g} "
+        f"rad/s, highest damping rate {mode.largest_damping_rate:.3g} 1/s, in {mode.where!r}); use less damping or "
+        f"stiffness, or an implicit method"
+    )
 
 
 def choose_step(assembly: Assembly, method: str, step: float | None, duration: float) -> tuple[float, float, Mode]:
@@ -67,26 +69,16 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     Raises
     ------
     InputError
-        If `step` is above the stability limit, or none is given and the model has no frequency to choose by.
+        If `step` is above the stability limit, or none is given and the model has no frequency to choose by, or the
+        run would take more than `MOST_STEPS` of it.
     """
     mode, limit = stable_step(assembly, method, duration)
     if step is None:
-        if not math.isfinite(limit):
-            raise InputError("step is None, but nothing in the model sets a frequency; give a step in seconds")
-        model = assembly.model
-        beams = model.beams.size > 0 or model.rods.size > 0 or assembly.model.info.penalties > 0
-        if assembly.names.get(mode.where, ("",))[0] == "threads" or beams:
-            # the motion lies far below the waves along a thread or beam: stability is enough, unless links are rigid
-            rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
-            safe = limit * (0.25 if rigid_links else SAFETY[method])
-            if assembly.model.contact_surfaces.size:
-                safe = min(safe, CONTACT_SAFETY * stability_limit(METHODS["rk4"], mode, duration))
-            return safe, limit, mode
-        order, factor = ENERGY_LOSS[method]
-        if mode.frequency == 0.0:  # nothing but dampers
-            return limit * SAFETY[method], limit, mode
-        accurate = (FASTEST_MODE_LOSS * factor / (mode.frequency * duration)) ** (1.0 / order) / mode.frequency
-        return min(limit * SAFETY[method], accurate), limit, mode
+        found = _automatic_step(assembly, METHODS[method], duration, limit, mode)
+        if duration > MOST_STEPS * found:
+            why = f"{method} takes steps of {found:.2g} s here, by which its fastest mode keeps its energy"
+            raise InputError(f"{why}, {_endless(duration, found, mode)}")
+        return found, limit, mode
     step = positive("step", step, allowed=STEP_ALLOWED)
     if step > limit:
         raise InputError(
@@ -94,6 +86,26 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
             f"(highest frequency {mode.frequency:.6g} rad/s, in {mode.where!r}); use a smaller one, or None"
         )
     return float(step), limit, mode
+
+
+def _automatic_step(assembly: Assembly, method: Method, duration: float, limit: float, mode: Mode) -> float:
+    """The step that is taken where none is given, s."""
+    if not math.isfinite(limit):
+        raise InputError("step is None, but nothing in the model sets a frequency; give a step in seconds")
+    model = assembly.model
+    beams = model.beams.size > 0 or model.rods.size > 0 or assembly.model.info.penalties > 0
+    if assembly.names.get(mode.where, ("",))[0] == "threads" or beams:
+        # the motion lies far below the waves along a thread or beam: stability is enough, unless links are rigid
+        rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
+        safe = limit * (0.25 if rigid_links else method.safety)
+        if assembly.model.contact_surfaces.size:
+            safe = min(safe, CONTACT_SAFETY * stability_limit(METHODS["rk4"], mode, duration))
+        return safe
+    if mode.frequency == 0.0:  # nothing but dampers
+        return limit * method.safety
+    order, change = energy_change(method)
+    accurate = (FASTEST_MODE_LOSS / (change * mode.frequency * duration)) ** (1.0 / order) / mode.frequency
+    return min(limit * method.safety, accurate)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -104,8 +116,8 @@ class Plan:
     ----------
     assembly : Assembly, with a model of the run's own
     times : (nt,) float, s, of the samples
-    method : {"rk4", "heun", "dopri5"}
-    step, limit : float, s, step of a fixed-step method (None of dopri5), and the largest stable one
+    method : a name of `METHODS`
+    step, limit : float, s, step of a fixed-step method (None of an adaptive one), and the largest stable one
     mode : Mode, the fastest one; None where it was not looked for
     rtol, atol : float, of the adaptive method
     compile_time : float, s, taken so far
@@ -149,7 +161,7 @@ def plan(
     ----------
     assembly : Assembly, which is left as it is
     samples : (nt,) float, s, increasing; the first is the start, the last the end; they cut no step
-    method : {"rk4", "heun", "dopri5"}
+    method : a name of `METHODS`
     step : float, s, of a fixed-step method; None chooses one from the model's highest frequency
     rtol, atol : float, of the adaptive method
     unsafe_step : bool, take a step above the stability limit all the same (the energy balance is still checked)
@@ -171,7 +183,7 @@ def plan(
     if step is None:  # which needs compiled functions: all that the run needs are compiled at once
         load(own.model, METHODS[method], rtol=rtol, atol=atol)
     compile_time = clock.perf_counter() - began
-    if method != "dopri5":
+    if not METHODS[method].is_adaptive:
         if unsafe_step and step is not None:
             step = positive("step", step, allowed=STEP_ALLOWED)
             step, (mode, limit) = float(step), stable_step(own, method, duration)

@@ -122,6 +122,20 @@ def stability_limit(method: Method, mode: Mode, duration: float) -> float:
     return low
 
 
+def energy_change(method: Method) -> tuple[int, float]:
+    """(k, c) of the share c omega T (omega h)^k of its energy that an undamped mode loses or gains over a time T.
+
+    Notes
+    -----
+    |R(i z)|^2 = 1 + sum_k c_k z^(k + 1) of the stability polynomial R, with the first c_k that is not 0.
+    """
+    R = np.asarray(stability_polynomial(method), dtype=float)[::-1]  # from z^0 on
+    turned = R * 1j ** np.arange(R.size)
+    square = np.convolve(turned, turned.conj()).real
+    powers = np.flatnonzero(np.abs(square[1:]) > 1e-12)
+    return int(powers[0]), float(abs(square[1 + powers[0]]))
+
+
 def _add_actuator_bound(model: mdl.Model, body: np.ndarray) -> None:
     """Add the gains of controllers, and friction of wheels, to what bodies feel.
 

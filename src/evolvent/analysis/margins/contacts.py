@@ -47,7 +47,7 @@ def force(mechanism: Mechanism, share: Share, at: Position, direction: Direction
     n_q, n_v = mechanism.n_q, mechanism.n_v
     own = families.records(mechanism.whole, share.family)[list(share.rows)]
     pressed = mechanism.once(f"{share.part}.{NORMAL}", **{share.family: pressing(own)})
-    if share.label.endswith(NORMAL):
+    if share.aspect == NORMAL:
         return mechanism.left(at.t, at.y, pressed)[:n_v]
     rubbed, y = mechanism.once(share.label, **{share.family: pressing(own, rubs=True)}), at.y.copy()
     y[n_q : n_q + n_v] = direction.v
@@ -62,7 +62,7 @@ def touching(
     """Shares of the contacts that touch at a position, and their normal forces (nv,), by the name of the contact."""
     found = {}
     for share in shares:
-        if share.family in CONTACT_FAMILIES and share.label.endswith(NORMAL):
+        if share.family in CONTACT_FAMILIES and share.aspect == NORMAL:
             own = force(mechanism, share, at, direction) - at.zero
             if np.any(own):
                 found[share.part] = share, own

@@ -32,10 +32,11 @@ class AtRest:
     assembly : Assembly
     keys : Margin
     label : str, name of the table of factors; standard : Standard; evidence : str, of what has no own
-    mechanism : Mechanism, or None where reels alone have margins
+    mechanism : Mechanism, as in the run, or None where reels alone have margins
     shares : list of Share
     tables : list of Table, one a coordinate
     reels : mapping, reels with a margin -> rows of their threads
+    opened : names of hold-downs that the tables at rest leave out, '' for none
     """
 
     assembly: Assembly
@@ -47,6 +48,7 @@ class AtRest:
     shares: list[Share]
     tables: list[Table]
     reels: dict[str, int]
+    opened: str = ""
 
     def results(self, solution: Solution | None = None, *, title: str = "", case: str = "") -> MarginResults:
         """All margins: these, and those along a run of the same assembly.
@@ -65,10 +67,16 @@ class AtRest:
         for table, motion in zip(self.tables, moving, strict=True):
             given = _given(table) | (_given(motion) if motion is not None else set())
             lines.refuse_unstated(table.coordinate, given, self.standard)
-        ends = []
+        ends, remarks = [], self._remarks()
         if solution is not None and self.mechanism is not None:
             both = zip(self.tables, moving, strict=True)
-            ends = [latches.of_solution(self.mechanism, table, motion, solution) for table, motion in both]
+            stay = [table.coordinate for table, motion in both if motion is None and self._starts(table, solution)]
+            both = zip(self.tables, moving, strict=True)
+            ends = [
+                latches.of_solution(self.mechanism, table, motion, solution, held=table.coordinate in stay)
+                for table, motion in both
+            ]
+            remarks += [f"{one.name!r} is held throughout the run, which has no margin along it" for one in stay]
         still: list[Table | None] = [*self.tables, *([None] * len(self.reels))]
         for name, row in self.reels.items():
             found = None if solution is None else reels.along_run(self.assembly, name, row, self.keys, solution, known)
@@ -77,8 +85,14 @@ class AtRest:
             moving.append(found)
         names = [*(table.coordinate.name for table in self.tables), *self.reels]
         return MarginResults(
-            self.label, self.standard, self.keys, names, still, moving, ends, self._remarks(), title=title, case=case,
+            self.label, self.standard, self.keys, names, still, moving, ends, remarks, title=title, case=case,
         )  # fmt: skip
+
+    def _starts(self, table: Table, solution: Solution) -> bool:
+        """Whether a run begins before the end of a coordinate's travel."""
+        assert self.mechanism is not None
+        one = table.coordinate
+        return one.sense * (float(self.mechanism.of_run(solution, 0).x[one.k]) - one.end) < 0.0
 
     def _remarks(self) -> list[str]:
         """Sentences on parts that have no share."""
@@ -92,6 +106,8 @@ class AtRest:
             found.append(
                 f"the momentum of {', '.join(map(repr, wheels))} does no work at rest, and no motor turns it: no share"
             )
+        if self.opened:
+            found.append(f"the tables at rest leave out what is to be released: {self.opened}")
         families = {share.family for share in self.shares}
         if families & set(shares.ELASTIC_FAMILIES):
             found.append(
@@ -128,11 +144,30 @@ def at_rest(assembly: Assembly, keys: Margin) -> AtRest:
         mechanism = Mechanism(assembly, spin)
         found = shares.shares_of(assembly, keys.parts, evidence, spins=bool(np.any(spin[:3])))
         _check_parts(keys, found, assembly, standard)
-        start = mechanism.at_rest(keys.time)
-        asked = lines.with_others(mechanism, lines.coordinates_of(mechanism, keys, start), start)
+        free, start = _opened(mechanism, keys), mechanism.at_rest(keys.time)
+        opened = "" if free is mechanism else mechanism.closed(start.t)
+        start = free.at_rest(keys.time)
+        asked = lines.with_others(free, lines.coordinates_of(free, keys, start), start)
         ends = {one.k: one.end for one in asked} if keys.others == "end" else {}
-        still = [_along_travel(mechanism, one, found, ends, keys, (standard, evidence)) for one in asked]
-    return AtRest(assembly, keys, label, standard, evidence, mechanism, found, still, spools)
+        still = [_along_travel(free, one, found, ends, keys, (standard, evidence)) for one in asked]
+    return AtRest(assembly, keys, label, standard, evidence, mechanism, found, still, spools, opened)
+
+
+def _opened(mechanism: Mechanism, keys: Margin) -> Mechanism:
+    """The mechanism, without hold-downs that keep a coordinate with a margin from moving at rest.
+
+    Those with a time of release hold where the key `time` is given, which then says whether they do.
+    """
+    start = mechanism.at_rest(keys.time)
+    held = mechanism.holds(start.t)
+    if "time" in keys.model_fields_set:
+        held = held[mechanism.whole.joints["event"][held] != -1]
+    if not held.size:
+        return mechanism
+    asked = lines.coordinates_of(mechanism, keys, start)
+    if not any(mechanism.waits(one.k, [], start) for one in asked):
+        return mechanism
+    return Mechanism(mechanism.assembly, mechanism.spin, held.tolist())
 
 
 def _with_margins(assembly: Assembly, keys: Margin) -> bool:

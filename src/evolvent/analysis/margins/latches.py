@@ -26,18 +26,21 @@ Array = np.ndarray
 Variables = Callable[[str], Mapping[str, Array]]
 
 
-def of_solution(mechanism: Mechanism, table: Table, motion: Table | None, solution: Solution) -> dict[str, Any]:
+def of_solution(
+    mechanism: Mechanism, table: Table, motion: Table | None, solution: Solution, *, held: bool
+) -> dict[str, Any]:
     """What a run says of the end of a coordinate's travel, as `latch_of`.
 
     Parameters
     ----------
     table, motion : at rest, and along the run
+    held : bool, whether the coordinate is held throughout the run
     """
 
     def variables(name: str) -> Mapping[str, Array]:
         return {key: np.asarray(v.values) for key, v in observe(solution, [name])[name].variables.items()}
 
-    n = 0 if motion is None else motion.time.size  # the first sample after those before the end
+    n = motion.behind if motion is not None else solution.t.size if held else 0
     arrival = math.nan, math.nan
     if n < solution.t.size:
         arrival = float(solution.t[n]), mechanism.rate(table.coordinate.k, solution, n)

@@ -17,19 +17,20 @@ import dataclasses
 import functools
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.analysis.margins import contacts
+from evolvent.analysis.margins import contacts, resistances
 from evolvent.analysis.margins.shares import (
     CONTACT_FAMILIES,
     EDDY,
     ELASTIC_FAMILIES,
     GRAVITY,
     MAGNETIC,
+    OF_LINES,
     OWN,
     SPIN,
     Share,
@@ -40,7 +41,7 @@ from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
 from evolvent.flow.implicit import residual
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import axial, contact, coordinate_laws, resistance
+from evolvent.kernels import axial, contact, coordinate_laws
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
 from evolvent.solvers import equilibrium
@@ -122,10 +123,13 @@ class Mechanism:
     ----------
     assembly : Assembly
     spin : (6,) float, rad/s and m, rate and centre of a steady turn of everything
+    opened : rows of joints that are released already
     """
 
-    def __init__(self, assembly: Assembly, spin: Array) -> None:
+    def __init__(self, assembly: Assembly, spin: Array, opened: Sequence[int] = ()) -> None:
         model = assembly.model.copy()
+        model.joints["until"] = model.joints["latest"]
+        model.joints["until"][list(opened)] = model.joints["latest"][list(opened)] = -np.inf
         self.assembly, self.spin = assembly, spin
         self.n_v, self.n_j, self.n_q = int(model.info.nv), int(model.joints.size), int(model.info.nq)
         model.info.exact = 1
@@ -196,8 +200,26 @@ class Mechanism:
 
     def of_run(self, solution: Solution, n: int) -> Position:
         """The mechanism at sample n of a run."""
-        self.bare.switches[:] = solution.s[n]
+        self._switch(solution.s[n])
         return self.at(float(solution.t[n]), solution.y[n])
+
+    def _switch(self, s: Array) -> None:
+        """Let switches be s, among them those of the joints that events and latches release."""
+        self.bare.switches[:] = s
+        joints = self.whole.joints
+        rows = np.flatnonzero(joints["switch"] >= 0)
+        joints["until"][rows] = np.where(s[joints["switch"][rows]] != 0, -np.inf, joints["latest"][rows])
+
+    def holds(self, t: float) -> Array:
+        """Rows of joints that hold at a time (s) and are to be released later."""
+        joints = self.whole.joints
+        later = np.isfinite(joints["latest"]) | (joints["event"] != -1)
+        return np.flatnonzero(later & (t <= joints["until"]))
+
+    def closed(self, t: float) -> str:
+        """Names of the parts of `holds`, '' for none."""
+        parts = self.assembly.joint_parts
+        return ", ".join(repr(name) for name in dict.fromkeys(parts[k] for k in self.holds(t)))
 
     def rate(self, k: int, solution: Solution, n: int) -> float:
         """Rate of coordinate k (rad/s or m/s) at sample n of a run."""
@@ -209,7 +231,7 @@ class Mechanism:
         assembly, y = self.assembly, None
         if self.bare.threads.size:
             assembly, y = at_time(assembly, None, t)
-        self.bare.switches[:] = assembly.s
+        self._switch(assembly.s)
         y = np.array(assembly.y if y is None else y)
         y[self.n_q : self.n_q + self.n_v] = 0.0
         return self.at(t, y)
@@ -239,8 +261,8 @@ class Mechanism:
         if share.family == "drivetrains":
             return -self._motor_loss(share, at, direction, still=still)
         if share.family == "resistances":
-            self._slip(share, at, direction, still=still)
-            held = self._before_breaking(share, at, direction)
+            resistances.set_curve(self, share, at, still=still)
+            held = resistances.before_breaking(self, share, at, direction)
             if held > 0.0:
                 return -held
         parts = (at.zero - self._force(share, at, direction)) * direction.v
@@ -255,7 +277,7 @@ class Mechanism:
                 k = int(row["coordinate"])
                 return np.asarray(-math.copysign(float(row["limit"]), float(direction.rates[k])) * at.J[k])
         if share.family == "resistances":
-            self._slip(share, at, direction, still=still)
+            resistances.set_curve(self, share, at, still=still)
         return np.asarray(self._force(share, at, direction) - at.zero)
 
     def _force(self, share: Share, at: Position, direction: Direction) -> Array:
@@ -279,9 +301,25 @@ class Mechanism:
             own = self._coordinate(share, at, direction)
         else:
             own = getattr(self.whole, share.family)[list(share.rows)]
+        if share.family == "resistances":
+            return resistances.force(self, share, at, direction, self._with(share, own))
         if share.family == "fields":
             own["scale"] = 1.0
-        return self.left(t, y, self._with(share, own))[: self.n_v]
+        for field in OF_LINES.get(share.family, ()):
+            if field not in share.fields:
+                own[field] = 0
+        model = self._with(share, own)
+        if share.rates is None:
+            return self.left(t, y, model)[: self.n_v]
+        still = y.copy()
+        still[self.n_q : self.n_q + self.n_v] = 0.0
+        first, then = (y, still) if share.rates else (still, still)
+        without = model if share.rates else self.bare
+        return at.zero + (self._force_of(t, first, model) - self._force_of(t, then, without))
+
+    def _force_of(self, t: float, y: Array, model: Any) -> Array:
+        """Forces of a model at a state on the left of the equations, without those of the bare one."""
+        return (self.left(t, y, model) - self.left(t, y, self.bare))[: self.n_v]
 
     def once(self, label: str, **changes: Any) -> Any:
         """The bare model with some arrays of its own, made once."""
@@ -336,10 +374,10 @@ class Mechanism:
         (row,) = (self.whole.drivetrains[k] for k in share.rows)
         k, n = int(row["coordinate"]), float(row["ratio"])
         rate, hysteresis = abs(float(direction.rates[k])), n * float(row["hysteresis"])
-        if share.label.endswith(EDDY):
+        if share.aspect == EDDY:
             own = float(at.J[k] @ at.y[self.n_q : self.n_q + self.n_v])
             return float(n * n * row["eddy"] * own * direction.rates[k])
-        if share.label.endswith(MAGNETIC):
+        if share.aspect == MAGNETIC:
             return (hysteresis + n * float(row["detent"])) * rate
         motor = dataclasses.replace(share, label=share.part, family="motors", rows=(int(row["motor"]),))
         driving = self.power(motor, at, direction, still=still)
@@ -349,38 +387,6 @@ class Mechanism:
         if row["backward"] == 0.0:
             return float(row["holds"]) * rate
         return float((1.0 / row["backward"] - 1.0) * -over)
-
-    def _slip(self, share: Share, at: Position, direction: Direction, *, still: bool) -> None:
-        """Let the bristles of a resistance slip against the direction, and its curve be that of the position.
-
-        At rest the curve is that of the start, or the one behind its end.
-        """
-        (row,) = (self.whole.resistances[k] for k in share.rows)
-        k = int(row["coordinate"])
-        x, rate = float(at.x[k]), float(direction.rates[k])
-        own = self.bare.bristles[int(row["first"]) : int(row["last"])]
-        own["before"] = x
-        own["force0"] = 0.0 if abs(rate) <= _OFF else np.copysign(own["limit"], rate)
-        switches = self.bare.switches
-        if still:
-            switches[row["switch"]] = self.assembly.s[row["switch"]]
-        curve = self._curve(row)
-        if not curve["low"] <= x <= curve["high"]:
-            switches[row["switch"]] = curve["below" if x < curve["low"] else "above"]
-
-    def _curve(self, row: Any) -> Any:
-        """The curve of a resistance now."""
-        return self.whole.curves[int(row["curve"]) + int(self.bare.switches[row["switch"]])]
-
-    def _before_breaking(self, share: Share, at: Position, direction: Direction) -> float:
-        """Power (N m or N) that an adhesion takes at most before it breaks in a direction; 0 of what does not hold."""
-        (row,) = (self.whole.resistances[k] for k in share.rows)
-        curve, rate = self._curve(row), float(direction.rates[int(row["coordinate"])])
-        end = float(curve["high" if rate > 0.0 else "low"])
-        if row["kind"] != resistance.ADHESION or abs(rate) <= _OFF or not math.isfinite(end):
-            return 0.0
-        x, torque = self.whole.parameters[int(curve["first"]) :][: 2 * int(curve["count"])].reshape(2, -1)
-        return rate * float(np.interp(end, x, torque))
 
     # ------------------------------------------------------------------------------------------------ directions
 
@@ -399,9 +405,10 @@ class Mechanism:
         InputError
             If it cannot, or elastic parts that stand there are about to snap.
         """
+        found = None
         if self.elastic is None:
             found = self._solved(k, held, sense, at)
-        else:
+        elif not self.waits(k, held, at):
             A, b = self._held(k, held, sense, at)
             v, lowest = self.elastic.velocities(at, A, [*held, k], b)
             found = self._checked(v, A, b, at)
@@ -411,11 +418,18 @@ class Mechanism:
                     f"{float(at.x[k]):.6g} {self.unit(k)}: they snap to another shape; see by a run what happens there"
                 )
         if found is None:
-            raise InputError(
-                f"{self.names[k]!r} cannot move at {float(at.x[k]):.6g} {self.unit(k)}: the constraints and the "
-                f"coordinates that are held do not let it"
-            )
+            where = f"{self.names[k]!r} cannot move at {float(at.x[k]):.6g} {self.unit(k)}"
+            closed = self.closed(at.t)
+            if closed:
+                raise InputError(
+                    f"{where}: at the time {at.t:.9g} s it is held by {closed}; give margin.time one behind its release"
+                )
+            raise InputError(f"{where}: the constraints and the coordinates that are held do not let it")
         return found
+
+    def waits(self, k: int, held: list[int], at: Position) -> bool:
+        """Whether coordinate k cannot move, and a joint that is released later holds."""
+        return bool(self.holds(at.t).size) and self._solved(k, held, 1.0, at) is None
 
     def _solved(self, k: int, held: list[int], sense: float, at: Position) -> Direction | None:
         A, b = self._held(k, held, sense, at)

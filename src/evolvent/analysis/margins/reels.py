@@ -19,6 +19,7 @@ from evolvent.analysis.margins.shares import Share, with_keys
 from evolvent.analysis.margins.tables import Table
 from evolvent.base.errors import InputError
 from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.profile import profile
 from evolvent.results.observe import observe
 
 if TYPE_CHECKING:
@@ -98,7 +99,15 @@ def along_run(
     ]
     values = [sense * own["torque"][on]]
     if thread["drive"] == FREE_SPOOL:
-        values.append(sense * own["motor_torque"][on])
+        motor = own["motor_torque"][on]
+        constant = np.full(n, float(thread["spool_torque"]))
+        if thread["motor_profile"] >= 0:
+            constant += [profile(float(one), int(thread["motor_profile"]), assembly.model) for one in t]
+        if thread["motor_law"] != 0 and np.any(constant != 0.0):  # one may drive, and the other brake
+            shares.append(_share(f"{name}.law", name, of.MOTOR, keys, known))
+            values += [sense * constant, sense * (motor - constant)]
+        else:
+            values.append(sense * motor)
         for aspect, category, torque in (
             ("friction", of.FRICTION, np.full(n, float(thread["spool_friction"]))),
             ("damping", of.DAMPING, float(thread["spool_viscous"]) * np.abs(rate)),
@@ -122,5 +131,5 @@ def _share(label: str, name: str, category: str, keys: Margin, known: tuple[Stan
 
 def labels_of(assembly: Assembly, keys: Margin) -> list[str]:
     """Names by which the key `parts` may refer to the shares of reels."""
-    aspects = ("tension", "motor", "friction", "damping")
+    aspects = ("tension", "motor", "law", "friction", "damping")
     return [label for name in asked_of(assembly, keys) for label in (name, *(f"{name}.{one}" for one in aspects))]

@@ -25,36 +25,53 @@ class Rule(NamedTuple):
     ----------
     category : str
     aspect : str, name of the share after that of the part, '' for the part as a whole
-    fields : fields that a record keeps of those in `OWN`; the others are 0
+    fields : fields that a record keeps of those in `OWN`, or `OF_LINES`; the others are 0
     of_kind : int, of the records to which it applies; None for all
+    rates : bool, of the forces of velocities alone, or (False) of those without any; None for both
     """
 
     category: str
     aspect: str = ""
     fields: tuple[str, ...] = ()
     of_kind: int | None = None
+    rates: bool | None = None
 
 
 #: Shares of a motor beside its torque.
 MAGNETIC, GEAR, EDDY = "magnetic", "gear", "eddy"
 #: Shares of a contact.
 NORMAL, RUBS = "normal", "friction"
+#: Shares of a harness.
+CURVE, HYSTERESIS = "elastic", "hysteresis"
 #: Families of contacts.
 CONTACT_FAMILIES = ("contact_surfaces", "body_contacts")
 #: Fields of a coordinate's record that make a torque.
 OWN = ("stiffness", "damping", "friction", "stop", "latch_stiffness", "latch_damping")
-#: Category of each family of parts with forces. A new kind of part that resists is a row here.
+#: Fields of the records of springs and cables that make a force.
+OF_LINES = {
+    "springs": ("stiffness", "damping", "lateral_stiffness", "lateral_damping", "law"),
+    "synchronizations": ("stiffness", "damping"),
+}
+#: Category of each family of parts with forces. A new kind of part that resists is a row here. What stores energy helps
+#: or resists, what takes it always resists: they are shares of their own, or one would cancel the other before the
+#: factors.
 RULES: dict[str, tuple[Rule, ...]] = {
     "coordinates": (
         Rule(of.SPRING, "stiffness", ("stiffness",)),
         Rule(of.DAMPING, "damping", ("damping",)),
         Rule(of.FRICTION, "friction", ("friction",)),
         Rule(of.SPRING, "stop", ("stop",)),
-        Rule(of.SPRING, "latch", ("latch_stiffness", "latch_damping")),
+        Rule(of.SPRING, "latch", ("latch_stiffness",)),
+        Rule(of.DAMPING, "latch_damping", ("latch_damping",)),
     ),
-    "springs": (Rule(of.SPRING),),
+    "springs": (
+        Rule(of.SPRING, "", ("stiffness", "law"), rates=False),
+        Rule(of.SPRING, "law_of_rate", ("law",), rates=True),
+        Rule(of.DAMPING, "damping", ("damping", "lateral_damping")),
+        Rule(of.SPRING, "lateral", ("lateral_stiffness",)),
+    ),
     "custom_forces": (Rule(of.LOAD),),
-    "synchronizations": (Rule(of.SPRING),),
+    "synchronizations": (Rule(of.SPRING, "", ("stiffness",)), Rule(of.DAMPING, "damping", ("damping",))),
     "motors": (Rule(of.MOTOR),),
     "drivetrains": (
         Rule(of.MOTOR_LOSSES, MAGNETIC),
@@ -62,7 +79,8 @@ RULES: dict[str, tuple[Rule, ...]] = {
         Rule(of.DAMPING, EDDY),
     ),
     "resistances": (
-        Rule(of.HARNESS, of_kind=resistance.HARNESS),
+        Rule(of.HARNESS, CURVE, of_kind=resistance.HARNESS),
+        Rule(of.HARNESS, HYSTERESIS, of_kind=resistance.HARNESS),
         Rule(of.SPRING, of_kind=resistance.TAPE_SPRING),
         Rule(of.ADHESION, of_kind=resistance.ADHESION),
     ),
@@ -107,7 +125,7 @@ class Share:
     evidence : str, a word of the table of factors
     source : str
     family : str, and rows : (n,) int, its records
-    fields : as of `Rule`
+    aspect, fields, rates : as of `Rule`
     """
 
     label: str
@@ -117,7 +135,9 @@ class Share:
     source: str
     family: str = ""
     rows: tuple[int, ...] = ()
+    aspect: str = ""
     fields: tuple[str, ...] = ()
+    rates: bool | None = None
 
 
 def refuse_unsupported(assembly: Assembly, *, spins: bool) -> None:
@@ -226,8 +246,11 @@ def shares_of(assembly: Assembly, parts: Any, evidence: str, *, spins: bool) -> 
                     continue
                 if rule.of_kind is not None and records["kind"][own[0]] != rule.of_kind:
                     continue
+                if rule.aspect == HYSTERESIS and records["first"][own[0]] == records["last"][own[0]]:
+                    continue
                 label = f"{name}.{rule.aspect}" if rule.aspect else name
-                found.append(Share(label, name, rule.category, evidence, "", family, own, rule.fields))
+                given = (rule.category, evidence, "", family, own, rule.aspect, rule.fields, rule.rates)
+                found.append(Share(label, name, *given))
     if np.any(assembly.model.info.gravity):
         found.append(Share(GRAVITY, "", of.INERTIA, evidence, ""))
     if spins:

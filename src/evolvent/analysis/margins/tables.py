@@ -40,6 +40,7 @@ class Table:
     evidence : str, of what has no own, the specified acceleration among it
     snaps : (k,) int, stations before which elastic parts lose energy that no station shows
     touches : mapping, contacts that touch at a station -> value of the coordinate from which on, rad or m
+    behind : int, of a motion, the first sample of the run behind the table
     """
 
     coordinate: MarginCoordinate
@@ -52,6 +53,7 @@ class Table:
     evidence: str
     snaps: tuple[int, ...] = ()
     touches: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    behind: int = 0
 
     def drives(self) -> dict[str, Array]:
         """What drives, by category: (n,) each."""
@@ -165,7 +167,7 @@ def along_travel(
 
 def _has_energy(share: Share) -> bool:
     """Whether the energy of a share is among that of `elastic.Elastic.energy`."""
-    return share.family in HAVE_ENERGY or (share.family in CONTACT_FAMILIES and share.label.endswith(NORMAL))
+    return share.family in HAVE_ENERGY or (share.family in CONTACT_FAMILIES and share.aspect == NORMAL)
 
 
 def _snaps(x: Array, energy: Array, given: Array) -> tuple[int, ...]:
@@ -182,9 +184,10 @@ def along_motion(
 ) -> list[Table | None]:  # fmt: skip
     """The table along a run of each coordinate, until it reaches its end; None where no sample of the run is before.
 
-    Positions and rates are those of the run; the direction is that of the coordinate with the others held.
+    It begins where hold-downs let the coordinate move. Positions and rates are those of the run; the direction is that
+    of the coordinate with the others held.
     """
-    rows: dict[int, list[tuple[float, float, Array, float]]] = {one.k: [] for one in coordinates}
+    rows: dict[int, list[tuple[float, float, Array, float, int]]] = {one.k: [] for one in coordinates}
     moving = list(coordinates)
     for n in range(solution.t.size):
         at = mechanism.of_run(solution, n)
@@ -193,25 +196,27 @@ def along_motion(
             break
         for one in moving:
             held = [mechanism.names.index(name) for name in one.held]
+            if not rows[one.k] and mechanism.waits(one.k, held, at):  # its margin begins with its release
+                continue
             direction = mechanism.direction(one.k, held, one.sense, at, still=False)
             found = contacts.touching(mechanism, shares, direction, at)
             contacts.refuse_undetermined(mechanism, found, [], at)
             powers = _powers(mechanism, shares, direction, at, [one.k, *held], solution.la[n])
-            rows[one.k].append((at.t, float(at.x[one.k]), powers, direction.inertia))
+            rows[one.k].append((at.t, float(at.x[one.k]), powers, direction.inertia, n + 1))
     return [_of_rows(one, shares, rows[one.k], known) for one in coordinates]
 
 
 def _of_rows(
-    coordinate: MarginCoordinate, shares: list[Share], rows: list[tuple[float, float, Array, float]],
+    coordinate: MarginCoordinate, shares: list[Share], rows: list[tuple[float, float, Array, float, int]],
     known: tuple[Standard, str],
 ) -> Table | None:  # fmt: skip
     """The table of what was found at each sample; None without any."""
     if not rows:
         return None
-    time, xs, values, inertia = zip(*rows, strict=True)
+    time, xs, values, inertia, behind = zip(*rows, strict=True)
     return Table(
         coordinate, shares, np.array(xs), np.array(time), np.array(values).reshape(len(xs), len(shares)).T,
-        np.array(inertia), *known,
+        np.array(inertia), *known, behind=behind[-1],
     )  # fmt: skip
 
 

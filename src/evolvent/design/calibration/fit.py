@@ -258,8 +258,8 @@ def _at(values: Any, key: str) -> Any:
             if not name.isdigit() or int(name) >= len(values):
                 raise InputError(f"--fit names {key!r}, but {'.'.join(passed)} has entries 0 to {len(values) - 1}")
             values = values[int(name)]
-        elif isinstance(values, Mapping) and name in values:
-            values = values[name]
+        elif isinstance(values, Mapping) and schema.member(values, name) in values:
+            values = values[schema.member(values, name)]
         else:
             raise InputError(f"--fit names {key!r}, which the case does not give; set it to where the fit should start")
         passed.append(name)

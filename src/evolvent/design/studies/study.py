@@ -451,9 +451,7 @@ def value_at(case: Any, key: str) -> Any:
             only = list(choice.kinds[name].model_fields)
             place, choice = (getattr(place, only[0]) if key.endswith(f".{name}") and len(only) == 1 else place), None
         elif isinstance(place, Mapping):
-            # of a part that is repeated, the first of those that it stands for
-            first = next((one for one in place if one.rpartition(" ")[0] == name), name)
-            place, choice = place[name if name in place else first], None
+            place, choice = place[schema.member(place, name)], None
         elif isinstance(place, units.Turned) and name in place.given:
             place, choice = place.given[name], None
         elif isinstance(place, schema.Section):
