@@ -260,6 +260,8 @@ class SystemDefinition:
             solution, case=cases.to_yaml(case), why=why, system=case.system, root=root,
             title=getattr(case, "title", ""), warning=in_keys(warning, self.keys), keep_states=self.keeps_states(case),
         )  # fmt: skip
+        if files := cases.files_of_case(case):
+            found.attrs[cases.FILES] = json.dumps(files)
         if laws:
             found.attrs["laws"] = json.dumps({name: _law_name(law) for name, law in laws.items()})
         return found

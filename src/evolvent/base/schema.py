@@ -8,7 +8,7 @@ import functools
 import inspect
 import re
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol, Self, Union, get_args, get_origin, runtime_checkable
 
 from pydantic import (
@@ -227,6 +227,9 @@ class SectionsByName(Protocol):
     def section_of(self, content: Any) -> type[Section] | None:
         """The kind of the section with such content; None where it says none that is known."""
 
+    def written_out(self, content: Any) -> Iterable[Any]:
+        """The contents of the sections for which one stands that is repeated; of others its own."""
+
 
 def sections(annotation: Any) -> Iterator[type[Section]]:
     """Sections that an annotation holds, within unions and sequences."""
@@ -302,6 +305,11 @@ def locate(kind: type[Section], key: str, content: Any = None) -> Located:
         found = inner
         content = content.get(name) if isinstance(content, Mapping) else None
     return found
+
+
+def inner(place: Located, name: str, content: Any) -> Located:
+    """What a name refers to at a place that holds `content`; a place without types if nothing can stand there."""
+    return _inner(place, name, content) or Located([], "", entry=False)
 
 
 def _inner(place: Located, name: str, content: Any) -> Located | None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -211,6 +212,16 @@ class _ByName(Annotation):
         """The class of a part as a case file holds it; None where its kind is not known."""
         kind = content.get("kind") if isinstance(content, Mapping) else None
         return kinds().get(kind) if isinstance(kind, str) else None
+
+    def written_out(self, content: Any) -> Iterator[Any]:
+        """The contents of the parts for which one stands, with their numbers put into texts."""
+        if not isinstance(content, Mapping) or repetition.KEY not in content:
+            yield content
+            return
+        with contextlib.suppress(ValidationError, InputError):
+            how = repetition.Repeat.__pydantic_validator__.validate_python(content[repetition.KEY])
+            for k in range(how.count):
+                yield how.numbered({key: one for key, one in content.items() if key != repetition.KEY}, k)
 
     def read(self, values: Any) -> dict[str, Part]:
         """The parts; errors have the path of the key, and the whole sentence."""

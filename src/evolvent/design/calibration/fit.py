@@ -144,7 +144,7 @@ def calibrate(
     from scipy.optimize import least_squares
 
     measured = data.read(source, case, observe)
-    content = cases.content_of(case, {**measured.overrides, **(fixed or {})})
+    content = cases.in_place(cases.content_of(case, {**measured.overrides, **(fixed or {})}))
     parameters = _bounded(_parameters(content, fit), bounds or {})
     content = cases.content_of(content, _plain_lists(content, parameters))
     weights = _weights(measured.series, deviations)
@@ -321,6 +321,7 @@ class _Model:
             self.differences = "of the closed form"
         elif content["system"] == "structure":
             self.differences = ""
+        self.files = cases.files_of(content)
         self._known: dict[str, list[list[float]]] = {}
         self._stored: set[str] = set()
         self._kept: Kept | None = None
@@ -329,11 +330,16 @@ class _Model:
 
     def _open(self, folder: pathlib.Path, report: Any) -> None:
         """Read the evaluations that a folder keeps; of another case, data or version there are none."""
-        from evolvent.design.studies.store import sources
+        from evolvent.design.studies.store import sources, versions
 
-        measured = [(s.name, s.unit, s.values.tolist()) for s in self.measured.series]
+        measured = [
+            (s.name, s.unit, s.values.tolist(), None if s.times is None else s.times(self.content).tolist())
+            for s in self.measured.series
+        ]
+        checked = cases.load(dict(self.content)).model_dump(mode="json")
+        rows = [dict(row) for row in self.measured.rows]
         asked = json.dumps(
-            [self.content, self.closed_form, sources(), measured],
+            [self.content, checked, self.files, self.closed_form, sources(), versions(), measured, rows],
             sort_keys=True, default=str,
         )  # fmt: skip
         self._kept = Kept(folder, asked, [s.values.size for s in self.measured.series])
@@ -357,6 +363,7 @@ class _Model:
         if self.evaluations >= MOST_EVALUATIONS:
             raise RunFailed(f"the fit took {MOST_EVALUATIONS} evaluations and did not converge", None)
         found = self._evaluated(given)
+        cases.check_files(self.files)
         self.evaluations += 1
         self._known[key] = [v.tolist() for v in found]
         if self._kept is not None:

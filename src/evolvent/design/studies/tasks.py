@@ -34,6 +34,7 @@ class Task:
     keep : tuple of str
     sources : str, hash that the sources must have where the task runs
     base : mapping, what the first case of the study changes, as of `overrides`
+    files : mapping, files that the cases read -> SHA-256 that they must have
     """
 
     content: Mapping[str, Any]
@@ -44,6 +45,7 @@ class Task:
     keep: tuple[str, ...]
     sources: str
     base: Mapping[str, Any]
+    files: Mapping[str, str]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -76,6 +78,7 @@ def task(study: Study, indices: Sequence[int], folder: str | os.PathLike[str] = 
         keep=study.keep,
         sources=store.sources(),
         base=study.overrides(0),
+        files=study.files,
     )
 
 
@@ -109,6 +112,7 @@ def compute(task: Task, workers: int = 1) -> Result:
                 record.check_kept(outcomes)
             except InputError as error:
                 refused = str(error)
+    cases.check_files(task.files)
     content = record.encode(record.table(outcomes))
     return Result(content=content, seconds=time.perf_counter() - began, refused=refused, notes=tuple(notes))
 
@@ -147,7 +151,7 @@ def _structure(task: Task, keys: Iterable[str]) -> Any:
     """
     if task.content.get("system") != "structure" or not task.keep:
         return None
-    made_from = json.dumps([task.content, task.base], sort_keys=True)
+    made_from = json.dumps([task.content, task.base, dict(task.files)], sort_keys=True)
     if made_from not in _BUILT:
         case = _loaded(task.content, task.base)
         _BUILT.clear()
