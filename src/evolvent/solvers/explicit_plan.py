@@ -37,6 +37,8 @@ FASTEST_MODE_LOSS = 1e-4
 ENERGY_LOSS = {"heun": (3, 4.0), "rk4": (5, 72.0)}
 #: Stable steps beyond which an explicit run is refused: at a microsecond each they take hours.
 MOST_STEPS = 1e10
+#: Tolerances of dopri5 where none are given.
+RTOL, ATOL = 1e-8, 1e-10
 #: What a step may be, in messages.
 STEP_ALLOWED = "a finite time above 0, or None"
 
@@ -139,8 +141,8 @@ def plan(
     samples: Any,
     method: str = "rk4",
     step: float | None = None,
-    rtol: float = 1e-8,
-    atol: float = 1e-10,
+    rtol: float = RTOL,
+    atol: float = ATOL,
     unsafe_step: bool = False,
 ) -> Plan:
     """Check and prepare an explicit run.

@@ -125,6 +125,12 @@ class Runs:
         self.count += sum(map(len, several))
         return [self._result([next(outcomes) for _ in own]) for own in several]
 
+    def finer(self, place: Array, chosen: tuple[int, ...]) -> Result:
+        """What a design gives with finer integration of its runs, which are not counted."""
+        keep, shared = self.problem.keep, Variants()
+        runs = self.problem.runs(place, chosen)
+        return self._result([tasks.outcome_of(self.problem.content, one, keep, shared, level=1.0) for one in runs])
+
     def take(self, runs: int) -> None:
         """Count runs that are made elsewhere.
 

@@ -211,7 +211,11 @@ def _outcomes(task: Task, workers: int) -> list[record.Outcome]:
 
 
 def outcome_of(
-    content: Mapping[str, Any], overrides: Mapping[str, Any], keep: Sequence[str], variants: Variants
+    content: Mapping[str, Any],
+    overrides: Mapping[str, Any],
+    keep: Sequence[str],
+    variants: Variants,
+    level: float = 0.0,
 ) -> record.Outcome:
     """What is kept of the run of one case, or the reason why there is none.
 
@@ -221,6 +225,7 @@ def outcome_of(
     overrides : mapping, its keys that change
     keep : names of what is kept
     variants : what the runs of similar cases share
+    level : of finer integration (`evolvent.analysis.accuracy`)
 
     Raises
     ------
@@ -228,7 +233,7 @@ def outcome_of(
         If the user ended the run.
     """
     case = _loaded(content, overrides)
-    run = case if isinstance(case, Exception) else _run(case, keep, variants)
+    run = case if isinstance(case, Exception) else _run(case, keep, variants, level)
     if not isinstance(run, Exception) and run.attrs["status"] == "interrupted":
         raise KeyboardInterrupt
     return record.outcome(0, run, keep)
@@ -242,10 +247,12 @@ def _loaded(content: Mapping[str, Any], overrides: Mapping[str, Any]) -> Any:
         return error
 
 
-def _run(case: Any, keep: Sequence[str], variants: Variants) -> xr.Dataset | xr.DataTree | Kept | Exception:
+def _run(
+    case: Any, keep: Sequence[str], variants: Variants, level: float = 0.0
+) -> xr.Dataset | xr.DataTree | Kept | Exception:
     """The run of a case, or what is kept of it, or why there is none."""
     try:
-        plan = cases.system(case.system).plan(case, keep=keep, variants=variants)
+        plan = cases.system(case.system).finer(level).plan(case, keep=keep, variants=variants)
         if plan.keep is None:
             return plan.run(None)
         found = plan.keep()
