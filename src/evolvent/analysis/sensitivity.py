@@ -37,7 +37,7 @@ CHANGES = (1e-6, 1e-7)
 #: Mean of the changes of a value to both sides beside half their difference, and beside the value, above which the
 #: derivatives to both sides differ: of a smooth value both are of the order of the change.
 UNEVEN, RESOLVED, ROUND_OFF = 1e-2, 1e-7, 1e-13
-#: Levels of integration (`evolvent.analysis.accuracy`), of half and of twice as many steps, by which errors are estimated,
+#: Levels of integration (`evolvent.analysis.accuracy`), of half and of twice as many steps, by which errors are found,
 #: and their share of what these change: of methods of second order. The second is for runs that the first cannot do.
 BESIDE = {-0.5: 1.0 / 3.0, 0.5: 4.0 / 3.0}
 #: Error of a derivative, and of what it changes beside the value where the key changes by its own size, above which a
