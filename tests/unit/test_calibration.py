@@ -288,10 +288,10 @@ def test_the_derivatives_of_a_structure_are_those_of_its_discrete_solution(tmp_p
     w = np.sqrt(k / m)
     by = np.stack([-(x0 - length) * t * np.sin(w * t) * w / (2.0 * k), 1.0 - np.cos(w * t)], axis=1) / noise
     expected = np.sqrt(np.diag(np.linalg.inv(by.T @ by)))
-    np.testing.assert_allclose(found.errors, expected, rtol=2e-4)
+    np.testing.assert_allclose(found.errors - found.integration, expected, rtol=2e-4)
     explicit = {**case, "simulate": {**case["simulate"], "method": "rk4"}}
     other = calibration.calibrate(explicit, source, **options)
     assert other.derivatives.startswith("central differences (sensitivities are of the steps of")
-    np.testing.assert_allclose(other.errors, found.errors, rtol=1e-3)
+    np.testing.assert_allclose(other.errors - other.integration, found.errors - found.integration, rtol=1e-3)
     np.testing.assert_allclose(other.values, found.values, rtol=1e-3)
     assert other.evaluations > found.evaluations

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
+import json
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -325,11 +326,13 @@ def tree(
     warning : str, what the table and the pages warn of, '' for nothing; None: that of `warning_of`
     keep_states : bool, whether the states stay in memory with the tree, for margins along the run in a report
     """
+    from evolvent import cases
     from evolvent.analysis import accessor  # noqa: F401  (it registers run.ev)
     from evolvent.results.happened import EVENTS, written_events
     from evolvent.results.tree import keep_solution, tree_of
 
     solution, now = check_energy_gain(solution), datetime.datetime.now(datetime.UTC)
+    files = cases.files_of_case(solution.assembly.parts) if case else {}
 
     def attributes() -> dict[str, Any]:
         found = _attributes(solution, case=case, system=system, date=now) | {"method_reason": why}
@@ -337,6 +340,7 @@ def tree(
             "title": title,
             "warning": warning_of(solution) if warning is None else warning,
             "latches": latches_of(solution),
+            cases.FILES: json.dumps(files) if files else "",
             EVENTS: written_events(solution),
         }
         return found | {name: text for name, text in optional.items() if text}

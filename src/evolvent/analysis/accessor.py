@@ -216,6 +216,7 @@ class RunAccessor:
         text = str(self._run.attrs.get("case", ""))
         if not text:
             raise InputError("the run does not hold its case, so that it cannot be run again for sensitivities")
+        cases.check_files_of_run(self._run)
         case = cases.of_run(text)
         found: xr.Dataset = cases.system(case.system).system(case).sensitivity(values, keys)
         return found

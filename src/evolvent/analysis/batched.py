@@ -26,7 +26,7 @@ class BatchedDefinition(SystemDefinition):
         self, case: Any, assembly: Assembly, times: np.ndarray, settings: Mapping[str, Any]
     ) -> tuple[str, Callable[[], tuple[Any, str]], str]:
         """As of `SystemDefinition`; a batch_case where the case has one."""
-        batch_case = self.batch_case(case, assembly, times)
+        batch_case = None if self.level else self.batch_case(case, assembly, times)  # its accuracy is that of the case
         if batch_case is None:
             return super().prepare_run(case, assembly, times, settings)
         return batch.NAME, lambda: (batch_case, "as asked for"), ""

@@ -134,6 +134,7 @@ def _parts(run: xr.DataTree) -> Mapping[str, Any]:
     text = str(run.attrs.get("case", ""))
     if not text or json.loads(run.attrs.get("laws", "{}")):
         raise InputError("the run does not hold its whole case, as it has a law in Python, and so no shapes of bodies")
+    cases.check_files_of_run(run)
     case = cases.of_run(text)
     return dict(cases.system(case.system).system(case).parts)
 

@@ -9,9 +9,10 @@ the package is named by an entry point of the group ``evolvent.systems``::
 
 from __future__ import annotations
 
+import copy
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -68,6 +69,8 @@ class SystemDefinition:
     run_batch: Callable[[Sequence[Any]], Sequence[Any]] | None = None
     #: Formulas beside the system's own that `evolvent calibrate` fits to the same data: label -> keys that they change.
     reference_formulas: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    #: Level of finer integration of its runs (`evolvent.analysis.accuracy`); set by `finer`.
+    level: float = 0.0
     #: Whether `build` and `settings` let the system be stepped from outside (`evolvent.Stepper`).
     steps: ClassVar[bool] = True
 
@@ -99,11 +102,30 @@ class SystemDefinition:
 
     # ---------------------------------------------------------------------------------- what follows from it
 
+    def finer(self, level: float) -> Self:
+        """The system, whose runs are integrated finer than their cases say, by a level of `accuracy.settings_at`."""
+        found = copy.copy(self)
+        found.level = level
+        return found
+
+    def integration(self, case: Any) -> str:
+        """Tolerance or step of the runs of a case, in words."""
+        from evolvent.analysis import accuracy
+
+        assembly, times, settings = self.assembled(case, {})
+        return accuracy.shown(accuracy.settings_at(self.level, assembly, times, settings))
+
     def system(self, case: Any) -> System:
         """The parts of a case, with its `settings` and `sections`."""
+        from evolvent.analysis import accuracy
+
         found = self.build(case)
         found.settings = {name: value for name, value in self.settings(case).items() if value is not None}
         found.sections = self.sections(case)
+        if self.level:
+            assembly, times, settings = self.assembled(case, {})
+            own = accuracy.settings_at(self.level, assembly, times, settings)
+            found.settings |= {name: own[name] for name in accuracy.NAMES if own.get(name) is not None}
         return found
 
     def plan(
@@ -124,6 +146,7 @@ class SystemDefinition:
             For whatever can be found before the run.
         """
         from evolvent import analysis
+        from evolvent.analysis import accuracy
         from evolvent.analysis.margins.kept import KeptMargins
         from evolvent.results.fine_samples import Times
         from evolvent.results.kept import is_local, kept_of
@@ -134,6 +157,7 @@ class SystemDefinition:
         keys = self.keys
         with naming_keys(keys):
             assembly, times, settings = self.assembled(case, given, variants)
+            settings = accuracy.settings_at(self.level, assembly, times, settings)
             analysis.check_run(assembly, times, settings.get("step"))
             margins = KeptMargins.of(assembly, self.sections(case).get("margin", {}), keep)
             local = bool(keep) and not margins.of_run and is_local(assembly, margins.others)
@@ -260,6 +284,8 @@ class SystemDefinition:
             solution, case=cases.to_yaml(case), why=why, system=case.system, root=root,
             title=getattr(case, "title", ""), warning=in_keys(warning, self.keys), keep_states=self.keeps_states(case),
         )  # fmt: skip
+        if files := cases.files_of_case(case):
+            found.attrs[cases.FILES] = json.dumps(files)
         if laws:
             found.attrs["laws"] = json.dumps({name: _law_name(law) for name, law in laws.items()})
         return found

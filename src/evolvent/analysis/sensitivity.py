@@ -37,6 +37,12 @@ CHANGES = (1e-6, 1e-7)
 #: Mean of the changes of a value to both sides beside half their difference, and beside the value, above which the
 #: derivatives to both sides differ: of a smooth value both are of the order of the change.
 UNEVEN, RESOLVED, ROUND_OFF = 1e-2, 1e-7, 1e-13
+#: Levels of integration (`evolvent.analysis.accuracy`), of half and of twice as many steps, by which errors are found,
+#: and their share of what these change: of methods of second order. The second is for runs that the first cannot do.
+BESIDE = {-0.5: 1.0 / 3.0, 0.5: 4.0 / 3.0}
+#: Error of a derivative, and of what it changes beside the value where the key changes by its own size, above which a
+#: table warns.
+LARGEST_ERROR, RESOLVED_RESULT = 0.05, 1e-6
 #: Keys of one call at most, by neighbours; and how derivatives are found.
 MOST, MODES = 200, ("forward", "adjoint")
 #: Families that are supported: what they are made of changes continuously along a step.
@@ -122,11 +128,12 @@ def check(assembly: Assembly, method: str) -> None:
 
 def sensitivity(
     system: System, values: Sequence[str], keys: Sequence[str], *, progress: Callable[[float], None] | None,
-    until: float, every: float | None = None, fine: bool = True, mode: str = "forward", **settings: Any,
+    until: float, every: float | None = None, fine: bool = True, mode: str = "forward", check: bool = True,
+    **settings: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Derivatives of values of a run by keys: see `evolvent.System.sensitivity`."""
     from evolvent import analysis
-    from evolvent.analysis import simulation
+    from evolvent.analysis import accuracy, simulation
 
     values, of = _names("values", values), [key_of(system, name) for name in _names("keys", keys)]
     if mode not in MODES:
@@ -137,15 +144,53 @@ def sensitivity(
         system._found.update(values)
     samples = analysis.sample_times(until, every, values=assembly.y.size)
     analysis.check_run(assembly, samples, settings.get("step"))
-    if mode == "adjoint":
-        return _by_adjoint(system, assembly, of, values, samples, progress, settings)
-    times = Times.of(samples, fine=fine and not is_local(assembly, values), values=assembly.y.size)
-    change, solutions, plan = _solutions(system, assembly, of, times.all, progress, settings)
-    lead = solutions[0]
-    kept_samples = times.kept(lead)
-    found = [_kept(one.chosen(kept_samples), values) for one in solutions]
-    changes = change * np.array([key.size for key in of])
-    return _dataset(found, values, of, changes, plan=plan, warning=warning_of(lead))
+
+    def table(progress: Callable[[float], None] | None, settings: Mapping[str, Any]) -> xr.Dataset:
+        if mode == "adjoint":
+            return _by_adjoint(system, assembly, of, values, samples, progress, settings)
+        times = Times.of(samples, fine=fine and not is_local(assembly, values), values=assembly.y.size)
+        change, solutions, plan = _solutions(system, assembly, of, times.all, progress, settings)
+        lead = solutions[0]
+        kept_samples = times.kept(lead)
+        found = [_kept(one.chosen(kept_samples), values) for one in solutions]
+        changes = change * np.array([key.size for key in of])
+        return _dataset(found, values, of, changes, plan=plan, warning=warning_of(lead))
+
+    found = table(progress, settings)
+    if not check:
+        return found
+    why = ""
+    for level, factor in BESIDE.items():
+        try:
+            beside = table(None, accuracy.settings_at(level, assembly, samples, settings))
+        except EvolventError as error:
+            why = why or str(error)
+        else:
+            return _with_errors(found, beside, factor)
+    return found.assign_attrs(integration=f"errors of integration are not known: with other steps {why}")
+
+
+def _with_errors(found: xr.Dataset, beside: xr.Dataset, factor: float) -> xr.Dataset:
+    """Values and derivatives with their errors of integration: a share of what other steps change."""
+    off = {name: factor * abs(found[name] - beside[name]) for name in ("derivative", "result")}
+    names = {
+        f"{name}_error": one.assign_attrs(long_name=f"error of the {name} by integration") for name, one in off.items()
+    }
+    found = found.assign(names)
+    share = off["derivative"] * abs(found["at"]) > RESOLVED_RESULT * abs(found["result"])
+    wrong = np.argwhere(((off["derivative"] > LARGEST_ERROR * abs(found["derivative"])) & share).values)
+    sentence = "errors of integration are estimated from a run with other steps"
+    if not wrong.size:
+        return found.assign_attrs(integration=sentence)
+    i, j = wrong[0]
+    value, key = str(found["value"].values[i]), str(found["key"].values[j])
+    percent = 100.0 * float(off["derivative"][i, j] / abs(found["derivative"][i, j]))
+    warning = (
+        f"the derivative of {value!r} by {key!r} has an error of some {percent:.2g} % by integration; take a smaller "
+        f"tolerance or step"
+    )
+    before = found.attrs.get("warning", "")
+    return found.assign_attrs(integration=sentence, warning="; ".join(filter(None, (before, warning))))
 
 
 def _by_adjoint(

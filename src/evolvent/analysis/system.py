@@ -351,7 +351,8 @@ class System:
     def sensitivity(
         self, values: str | Sequence[str], keys: str | Sequence[str], *, until: Any = None, every: Any = None,
         fine: bool | None = None, method: str | None = None, step: Any = None, tolerance: float | None = None,
-        spectral_radius: float | None = None, mode: str = "forward", progress: Callable[[float], None] | None = None,
+        spectral_radius: float | None = None, mode: str = "forward", check: bool = True,
+        progress: Callable[[float], None] | None = None,
     ) -> xr.Dataset:  # fmt: skip
         """Derivatives of values of a simulation by keys of its parts, of the discrete solution.
 
@@ -366,12 +367,16 @@ class System:
         mode : {"forward", "adjoint"}
             Neighbours for each key, or one pass back through the run, which is faster for many keys and has fewer
             values and parts (docs, "Sensitivities of a run").
+        check : bool
+            Whether errors of integration are found, by another run with a tolerance ten times as large, or steps twice
+            as long.
 
         Returns
         -------
         xarray.Dataset
             ``derivative`` (value, key), in units ``unit``; ``relative``, the relative change of the value by that of
-            the key; ``result`` (value) and ``at`` (key).
+            the key; ``result`` (value) and ``at`` (key); ``derivative_error`` and ``result_error``, of integration,
+            where they are checked.
 
         Raises
         ------
@@ -384,7 +389,7 @@ class System:
         settings = self._run_settings(given | {"tolerance": tolerance, "spectral_radius": spectral_radius})
         with on_stderr(settings["until"]) as shown:
             listener = shown if progress is None else progress
-            return sensitivity.sensitivity(self, values, keys, progress=listener, mode=mode, **settings)
+            return sensitivity.sensitivity(self, values, keys, progress=listener, mode=mode, check=check, **settings)
 
     def _run_settings(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """How the motion is run: `settings` with what is given in their place, times in seconds."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import importlib.metadata
+import importlib.util
 import os
+import pathlib
 import signal
 import sys
 import threading
@@ -61,6 +63,27 @@ def load(entry: importlib.metadata.EntryPoint, called: str) -> Any:
             said.add(sentence)
             print(f"evolvent: {sentence}", file=sys.stderr, flush=True)
         raise InputError(sentence) from error
+
+
+def files_of(entry: importlib.metadata.EntryPoint) -> list[tuple[str, pathlib.Path]]:
+    """Files of the package or module that an entry point is in, which its results may depend on: names and paths.
+
+    None where it is not found, which `load` says.
+    """
+    name = entry.module.partition(".")[0]
+    try:
+        spec = importlib.util.find_spec(name)
+    except (ImportError, ValueError, AttributeError):
+        return []
+    if spec is None:
+        return []
+    if spec.submodule_search_locations is None:
+        return [(name, pathlib.Path(spec.origin))] if spec.origin and os.path.isfile(spec.origin) else []
+    found = []
+    for folder in map(pathlib.Path, spec.submodule_search_locations):
+        paths = (path for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts)
+        found += [(f"{name}/{path.relative_to(folder).as_posix()}", path) for path in paths]
+    return sorted(found)
 
 
 @contextlib.contextmanager

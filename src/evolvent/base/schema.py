@@ -8,7 +8,7 @@ import functools
 import inspect
 import re
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol, Self, Union, get_args, get_origin, runtime_checkable
 
 from pydantic import (
@@ -233,6 +233,9 @@ class SectionsByName(Protocol):
     def written_out(self, contents: Mapping[str, Any], name: str) -> Mapping[str, Any]:
         """The contents such that the section of a name stands there by itself; as they are where none stands for it."""
 
+    def members_of(self, content: Any) -> Iterable[Any]:
+        """The contents of the sections for which one stands that is repeated; of others its own."""
+
 
 def sections(annotation: Any) -> Iterator[type[Section]]:
     """Sections that an annotation holds, within unions and sequences."""
@@ -323,6 +326,11 @@ def member(values: Mapping[str, Any], name: str) -> str:
     if name in values:
         return name
     return next((one for one in values if re.fullmatch(rf"{re.escape(name)} \d+", str(one))), name)
+
+
+def inner(place: Located, name: str, content: Any) -> Located:
+    """What a name refers to at a place that holds `content`; a place without types if nothing can stand there."""
+    return _inner(place, name, content) or Located([], "", entry=False)
 
 
 def _inner(place: Located, name: str, content: Any) -> Located | None:

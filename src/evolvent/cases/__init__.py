@@ -27,6 +27,16 @@ from evolvent.cases.catalogue import (
     text as text,
     unusable as unusable,
 )
+from evolvent.cases.inputs import (
+    FILES as FILES,
+    check_files as check_files,
+    check_files_of_run as check_files_of_run,
+    files_of as files_of,
+    files_of_case as files_of_case,
+    files_of_run as files_of_run,
+    in_place as in_place,
+    value_in_place as value_in_place,
+)
 from evolvent.cases.texts import dump as dump, key_problem, parse_yaml as parse_yaml
 
 

@@ -57,11 +57,13 @@ def sensitivity(
 
 def _rows(found: Any) -> list[list[str]]:
     """The table, its heading first."""
-    rows = [["value", "key", "derivative", "unit", "relative"]]
+    rows = [["value", "key", "derivative", "unit", "relative", "error"]]
     for i, value in enumerate(found["value"].values):
         for j, key in enumerate(found["key"].values):
             derivative, relative = float(found.derivative[i, j]), float(found.relative[i, j])
-            rows.append([str(value), str(key), f"{derivative:.7g}", str(found.unit.values[i, j]), f"{relative:.5g}"])
+            error = f"{float(found.derivative_error[i, j]):.2g}" if "derivative_error" in found else "-"
+            unit = str(found.unit.values[i, j])
+            rows.append([str(value), str(key), f"{derivative:.7g}", unit, f"{relative:.5g}", error])
     return rows
 
 
@@ -75,5 +77,7 @@ def _print(rows: list[list[str]], attrs: Any) -> None:
         table.add_row(*row)
     console = Console(highlight=False)
     console.print(table)
+    if "integration" in attrs:
+        console.print(attrs["integration"], soft_wrap=True)
     if "warning" in attrs:
         console.print(f"warning: {attrs['warning']}", soft_wrap=True)

@@ -86,12 +86,17 @@ def _beside(path: str) -> str:
     given = pathlib.Path(path)
     if given.suffix.lower() in DMIG:
         return path
-    for ending in POINTS:
-        if given.with_suffix(ending).is_file():
-            return str(given.with_suffix(ending))
+    if found := beside(path):
+        return found[0]
     names = " or ".join(given.with_suffix(ending).name for ending in POINTS)
     raise InputError(f"{path!r} has matrices alone; the points they belong to must be in {names} beside it, or in the "
                      f"file of the key bulk")  # fmt: skip
+
+
+def beside(path: str) -> list[str]:
+    """Files of points of the same name as a file of matrices, that which is taken first."""
+    names = [str(pathlib.Path(path).with_suffix(ending)) for ending in POINTS]
+    return [name for name in names if name != path and pathlib.Path(name).is_file()]
 
 
 def _matrices(nastran: Any, path: str) -> dict[str, np.ndarray]:

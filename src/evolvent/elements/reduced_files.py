@@ -81,6 +81,13 @@ def read_model(path: str, length: float = 1.0, mass: float = 1.0, bulk: str | No
     return model.scaled(length, mass)
 
 
+def files_read(path: str) -> list[str]:
+    """Paths of the files that `read_model` reads for a path: of Nastran also those beside it."""
+    if path in shipped_models():
+        return [str(SHIPPED / f"{path}.npz")]
+    return [path, *nastran.beside(path)] if path.lower().endswith(nastran.ENDINGS) else [path]
+
+
 def shipped_models() -> list[str]:
     """Names of the models that are shipped."""
     return sorted(path.stem for path in SHIPPED.glob("*.npz"))

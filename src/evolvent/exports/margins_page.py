@@ -57,6 +57,7 @@ def _of_run(run: Any, content: dict[str, Any]) -> tuple[MarginResults, str]:
     """Margins of the case of a run, its latches and stops, and why there are none along it."""
     if json.loads(run.attrs["laws"]):
         raise InputError("the run used laws of the user, which the case cannot hold")
+    cases.check_files_of_run(run)
     name = content["margin"].get("factors")
     if name is not None and name not in factors.built_in():
         raise InputError(f"the run does not hold the factors of {name!r}; evolvent margin reads them")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-import os
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import PrivateAttr
@@ -16,8 +15,9 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import is_name
 from evolvent.base import units
 from evolvent.base.errors import InputError
+from evolvent.base.file_keys import FileKey, digest
 from evolvent.elements.dense import product
-from evolvent.elements.reduced_files import read_model
+from evolvent.elements.reduced_files import files_read, read_model
 from evolvent.elements.reduced_models import MeanAxes, ReducedModel, mean_axes
 from evolvent.elements.rods import quaternion
 from evolvent.kernels import joint, rigid, sides
@@ -80,8 +80,8 @@ class ReducedBody(Part):
     """
 
     kind: Literal["reduced-body"] = "reduced-body"
-    file: str
-    bulk: str | None = None
+    file: Annotated[str, FileKey(reads=files_read)]
+    bulk: Annotated[str, FileKey()] | None = None
     length_unit: units.Length = 1.0
     mass_unit: units.Mass = 1.0
     expected_mass: units.Mass | None = None
@@ -106,8 +106,8 @@ class ReducedBody(Part):
     def _contents(self) -> _Read:
         if self._found is not None:
             return self._found
-        changed = tuple(_changed(path) for path in (self.file, self.bulk) if path)
-        return _read(self.file, self.bulk, self.length_unit, self.mass_unit, changed)
+        paths = [*files_read(self.file), *([self.bulk] if self.bulk else [])]
+        return _read(self.file, self.bulk, self.length_unit, self.mass_unit, tuple(map(digest, paths)))
 
     def write(self, builder: Builder, name: str) -> None:
         """Write frame and nodes into the family `bodies`, modes into `modes`, and rows that hold the nodes."""
@@ -189,17 +189,8 @@ class ReducedBody(Part):
             found.scalar(result.replace(" ", "_"), values[:, k], unit_of, f"{result}, by the recovery matrix")
 
 
-def _changed(path: str) -> tuple[int, int]:
-    """Time of change and size of a file; zeros where it cannot be read, which reading it says."""
-    try:
-        found = os.stat(path)
-    except (OSError, ValueError):
-        return 0, 0
-    return found.st_mtime_ns, found.st_size
-
-
 @functools.lru_cache(maxsize=32)
-def _read(path: str, bulk: str | None, length: float, mass: float, _: tuple[tuple[int, int], ...]) -> _Read:
-    """A model and its mean axes, read and checked once for each state of the files."""
+def _read(path: str, bulk: str | None, length: float, mass: float, _: tuple[str, ...]) -> _Read:
+    """A model and its mean axes, read and checked once for each content of the files."""
     model = read_model(path, length, mass, bulk)
     return _Read(model, mean_axes(model, repr(path)))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -242,6 +243,16 @@ class _ByName(Annotation):
         for one, own in contents.items():
             found |= members if one == written else {one: own}
         return found
+
+    def members_of(self, content: Any) -> Iterator[Any]:
+        """The contents of the parts for which one stands, with their numbers put into texts."""
+        if not isinstance(content, Mapping) or repetition.KEY not in content:
+            yield content
+            return
+        with contextlib.suppress(ValidationError, InputError):
+            how = repetition.Repeat.__pydantic_validator__.validate_python(content[repetition.KEY])
+            for k in range(how.count):
+                yield how.numbered({key: one for key, one in content.items() if key != repetition.KEY}, k)
 
     def read(self, values: Any) -> dict[str, Part]:
         """The parts; errors have the path of the key, and the whole sentence."""

@@ -13,6 +13,7 @@ from pydantic import BeforeValidator
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
+from evolvent.base.file_keys import FileKey
 from evolvent.kernels import resistance as kernels
 from evolvent.kernels.bristle import DAHL, SLIP
 from evolvent.parts import hysteresis, table_file
@@ -26,6 +27,10 @@ from evolvent.parts.profile import table_rows
 Array = np.ndarray
 
 
+#: Mark of a table that may be a file.
+_FILE = FileKey(endings=(table_file.ENDING,), rows=table_file.rows_of)
+
+
 def _curve_rows(value: Any) -> Any:
     rows = table_file.rows_of(os.fspath(value)) if isinstance(value, (str, os.PathLike)) else value
     return table_rows(rows, "[angle or travel, torque or force]")
@@ -35,7 +40,7 @@ def _bristle_rows(value: Any) -> Any:
     return table_rows(value, "[stiffness, torque or force]", least=1)
 
 
-CurveTable = Annotated[tuple[tuple[units.AngleOrTravel, units.TorqueOrForce], ...], BeforeValidator(_curve_rows)]
+CurveTable = Annotated[tuple[tuple[units.AngleOrTravel, units.TorqueOrForce], ...], BeforeValidator(_curve_rows), _FILE]
 BristleTable = Annotated[
     tuple[tuple[units.CoordinateStiffness, units.TorqueOrForceLimit], ...], BeforeValidator(_bristle_rows)
 ]

@@ -34,6 +34,8 @@ FASTEST_MODE_LOSS = 1e-4
 #: Steps beyond which a run is refused before it starts: at a microsecond each they take a quarter of an hour, of a
 #: larger model days.
 MOST_STEPS = 1e9
+#: Tolerances of dopri5 where none are given.
+RTOL, ATOL = 1e-8, 1e-10
 #: What a step may be, in messages.
 STEP_ALLOWED = "a finite time above 0, or None"
 
@@ -151,8 +153,8 @@ def plan(
     samples: Any,
     method: str = "rk4",
     step: float | None = None,
-    rtol: float = 1e-8,
-    atol: float = 1e-10,
+    rtol: float = RTOL,
+    atol: float = ATOL,
     unsafe_step: bool = False,
 ) -> Plan:
     """Check and prepare an explicit run.

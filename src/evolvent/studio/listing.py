@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
+from evolvent.base import file_keys
 from evolvent.base.errors import InputError
 from evolvent.studio import reading
 
@@ -42,8 +43,8 @@ class Listing:
 
     def __init__(self, root: pathlib.Path, names: Callable[[], Iterable[str]], text: Callable[[str], str]) -> None:
         self._root, self._names, self._text = root, names, text
-        self._read: dict[str, tuple[tuple[int, int], Written]] = {}  # name -> (its date and size, what it holds)
-        self._wanted: dict[str, tuple[int, int]] = {}  # files that are still to be read
+        self._read: dict[str, tuple[tuple[int, ...], Written]] = {}  # name -> (its state, what it holds)
+        self._wanted: dict[str, tuple[int, ...]] = {}  # files that are still to be read
         self._listing = threading.Condition()
         self._busy = self._is_ready = False
 
@@ -53,11 +54,10 @@ class Listing:
         They are read by `evolvent.studio.reading`, one after the other. This waits for them for `_WAIT` seconds; others
         follow while the studio goes on.
         """
-        stamps: dict[str, tuple[int, int]] = {}
+        stamps: dict[str, tuple[int, ...]] = {}
         for name in self._names():
             with contextlib.suppress(OSError):
-                status = (self._root / name).stat()
-                stamps[name] = status.st_mtime_ns, status.st_size
+                stamps[name] = file_keys.state(self._root / name)
         with self._listing:
             self._read = {name: kept for name, kept in self._read.items() if stamps.get(name) == kept[0]}
             self._wanted = {name: stamp for name, stamp in stamps.items() if name not in self._read}

@@ -14,7 +14,7 @@ import numpy as np
 import yaml
 from nicegui import events, ui
 
-from evolvent.base import units
+from evolvent.base import file_keys, units
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.massprops import description, signals
 from evolvent.results.figures import Figure, Line, Panel
@@ -419,13 +419,13 @@ def _group(kind: str, word: str, plural: str, texts: Sequence[str]) -> None:
 def _recording(path: pathlib.Path) -> signals.Signals:
     """The columns of a file, read once."""
     try:
-        return _read_once(path, path.stat().st_mtime_ns)
+        return _read_once(path, file_keys.state(path))
     except OSError:
         raise InputError(f"there is no file {path.name!r} any more") from None
 
 
 @functools.lru_cache(maxsize=4)
-def _read_once(path: pathlib.Path, stamp: int) -> signals.Signals:
+def _read_once(path: pathlib.Path, stamp: tuple[int, ...]) -> signals.Signals:
     return signals.read(path)
 
 

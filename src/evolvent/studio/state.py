@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from evolvent import cases
 from evolvent.assembly import families
+from evolvent.base import file_keys
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.studio import pages, reading, signing, studydraft
 from evolvent.studio.changes import changes
@@ -431,7 +432,7 @@ class Studio:
         """
         path = self.path(ref)
         try:
-            stamp = path.stat().st_mtime_ns
+            stamp = file_keys.state(path)
         except OSError:
             raise InputError(f"there is no file {self.folder.name(path)!r} any more") from None
         with self._lock:
@@ -442,7 +443,7 @@ class Studio:
         """The packed motion of a run, None where it has none."""
         loaded = self.load(ref)
         with self._lock:
-            return _motion(loaded.path, loaded.path.stat().st_mtime_ns)
+            return _motion(loaded.path, file_keys.state(loaded.path))
 
     def mode(self, ref: str) -> bytes | None:
         """The packed motion of a mode, "job:KEY:NUMBER"; None where there is none."""
@@ -480,7 +481,7 @@ def plain(name: str) -> str:
 
 
 @functools.lru_cache(maxsize=_KEPT)
-def _loaded(path: pathlib.Path, stamp: int) -> tuple[Any, Any, Any]:
+def _loaded(path: pathlib.Path, stamp: tuple[int, ...]) -> tuple[Any, Any, Any]:
     from evolvent import results
 
     found = results.open(path)
@@ -489,7 +490,7 @@ def _loaded(path: pathlib.Path, stamp: int) -> tuple[Any, Any, Any]:
 
 
 @functools.lru_cache(maxsize=_KEPT)
-def _motion(path: pathlib.Path, stamp: int) -> bytes | None:
+def _motion(path: pathlib.Path, stamp: tuple[int, ...]) -> bytes | None:
     from evolvent.view import animation, show
 
     run = _loaded(path, stamp)[0]

@@ -122,10 +122,10 @@ class _Report:
 
 
 def _case(job: dict[str, Any]) -> tuple[Any, str]:
-    """The case of a job, and its text with values as the user wrote them."""
+    """The case of a job, and its text with values as the user wrote them, but rows in the place of their files."""
     from evolvent import cases
 
-    content = parsed(job["case"], CASE)
+    content = cases.in_place(parsed(job["case"], CASE))
     case = cases.load(content)
     return case, cases.to_yaml(case, content)
 

@@ -27,6 +27,8 @@ Category = Literal[
     "load", "acceleration", "damping",
 ]  # fmt: skip
 Stated = Literal["friction", "hysteresis", "harness", "motor losses", "adhesion", "load", "acceleration"]
+#: Endings of files with an own table.
+ENDINGS = (".yaml", ".yml")
 #: Categories that have the factor of another one where a table has none of their own.
 LIKE = {ELASTIC: SPRING}
 #: What drives or resists, in the order of tables.
@@ -141,7 +143,7 @@ def standard(name: str) -> tuple[str, Standard]:
 
     if name in built_in():
         return name, built_in()[name]
-    if not name.endswith((".yaml", ".yml")):
+    if not name.endswith(ENDINGS):
         raise InputError(
             f"factors is {name!r}; {nearest(name, built_in())}, or a YAML file such as 'factors.yaml' with an own table"
         )

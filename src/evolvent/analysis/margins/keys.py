@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from evolvent.analysis.margins.factors import Category, Stated
+from evolvent.analysis.margins.factors import ENDINGS, Category, Stated
 from evolvent.base import units
+from evolvent.base.file_keys import FileKey
 from evolvent.base.schema import Section
 
 
@@ -51,7 +52,7 @@ class MarginPart(Section):
 class Margin(Section):
     """Torque and force margins, of ``evolvent margin``."""
 
-    factors: str = Field(
+    factors: Annotated[str, FileKey(endings=ENDINGS)] = Field(
         "ECSS-E-ST-33-01C", description="table of factors: a standard's name, or a YAML file with an own table"
     )
     evidence: str | None = Field(

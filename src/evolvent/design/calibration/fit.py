@@ -17,7 +17,7 @@ import numpy as np
 from evolvent import cases
 from evolvent.base import schema, units
 from evolvent.base.errors import EvolventError, InputError, RunFailed, nearest
-from evolvent.design.calibration import data
+from evolvent.design.calibration import data, uncertainty
 from evolvent.design.calibration.kept import Kept
 from evolvent.results import variables
 from evolvent.results.kept import reduce, split, unit_of
@@ -30,6 +30,9 @@ STEP_OF_RUNS, STEP_OF_FORMULAS = 1e-3, 1e-5
 #: Smallest singular value of the scaled derivatives over the largest, below which the data cannot separate parameters:
 #: of runs, whose central differences have an error of some 1e-6, and of closed forms.
 LEAST_OF_RUNS, LEAST_OF_FORMULAS = 1e-4, 1e-7
+#: Share of a standard error, and of a value, by which finer integration may change it; else the fit is repeated with
+#: it, up to so many levels (`evolvent.analysis.accuracy`).
+SHARE, LEAST_OFF, LEVELS = 0.1, 1e-6, 4
 #: What may be fitted.
 MODELS = ("auto", "runs", "closed-form")
 #: Parameters that may be fitted at most, and evaluations.
@@ -63,7 +66,9 @@ class Calibration:
     Attributes
     ----------
     parameters : tuple of Parameter
-    values, errors : (p,) float, SI, and their standard errors
+    values, errors : (p,) float, SI, and their errors: standard errors of the data, and `integration`
+    integration : (p,) float, SI, by how much values would change with finer integration of the runs
+    accuracy : str, a sentence on it; '' of closed forms
     correlation : (p, p) float
     series : tuple of `Series`, as measured
     modelled : of each series the model's values in its unit
@@ -80,6 +85,8 @@ class Calibration:
     parameters: tuple[Parameter, ...]
     values: Array
     errors: Array
+    integration: Array
+    accuracy: str
     correlation: Array
     series: tuple[Series, ...]
     modelled: tuple[Array, ...]
@@ -144,7 +151,7 @@ def calibrate(
     from scipy.optimize import least_squares
 
     measured = data.read(source, case, observe)
-    content = cases.content_of(case, {**measured.overrides, **(fixed or {})})
+    content = cases.in_place(cases.content_of(case, {**measured.overrides, **(fixed or {})}))
     parameters = _bounded(_parameters(content, fit), bounds or {})
     content = cases.content_of(content, _plain_lists(content, parameters))
     weights = _weights(measured.series, deviations)
@@ -159,23 +166,37 @@ def calibrate(
         )
     run.residuals(start, first=True)
     step = STEP_OF_FORMULAS if closed_form else STEP_OF_RUNS
-    found = least_squares(
-        run.residuals, start, jac=lambda x: run.derivatives(x, step, low, high), bounds=(low, high), x_scale="jac",
-        xtol=1e-9, ftol=1e-10, gtol=1e-12, max_nfev=100,
-    )  # fmt: skip
-    if found.status <= 0:
-        raise RunFailed(f"the fit did not converge in {found.nfev} steps: {found.message}", None)
     least = LEAST_OF_FORMULAS if closed_form else LEAST_OF_RUNS
-    errors, correlation = _uncertainty(found.jac, found.fun, parameters, least, given=deviations is not None)
+    scales = np.array([p.scale for p in parameters])
+
+    def solved(x: Array) -> Any:
+        found = least_squares(
+            run.residuals, x, jac=lambda x: run.derivatives(x, step, low, high), bounds=(low, high), x_scale="jac",
+            xtol=1e-9, ftol=1e-10, gtol=1e-12, max_nfev=100,
+        )  # fmt: skip
+        if found.status <= 0:
+            raise RunFailed(f"the fit did not converge in {found.nfev} steps: {found.message}", None)
+        return found, *uncertainty.of_data(found.jac, found.fun, parameters, least, given=deviations is not None)
+
+    found, errors, correlation = solved(start)
+    off, note = np.zeros(start.size), ""
+    while not closed_form:
+        off, note = run.off(found)
+        limit = np.maximum(SHARE * errors / scales, LEAST_OFF * np.abs(found.x))
+        if note or np.all(off <= limit) or run.level == LEVELS:
+            break
+        run.level += 1
+        found, errors, correlation = solved(found.x)
+    integration = off * scales
     best = run.overrides(found.x)
     modelled = run.values(found.x)
     others = _references(content, best, source, fit, observe) if references else {}
     residuals = np.concatenate([m - s.values for m, s in zip(modelled, measured.series, strict=True)])
     return Calibration(
-        parameters=parameters, values=found.x * np.array([p.scale for p in parameters]), errors=errors,
-        correlation=correlation, series=measured.series, modelled=modelled, references=others,
-        residuals=residuals, evaluations=run.evaluations, reused=run.reused, message=found.message,
-        notes=measured.notes, case=cases.content_of(content, best), source=source,
+        parameters=parameters, values=found.x * scales, errors=errors + integration, integration=integration,
+        accuracy=note or run.accuracy(), correlation=correlation, series=measured.series, modelled=modelled,
+        references=others, residuals=residuals, evaluations=run.evaluations, reused=run.reused,
+        message=found.message, notes=measured.notes, case=cases.content_of(content, best), source=source,
         model="closed form" if closed_form else "runs", derivatives=run.derived_by,
     )  # fmt: skip
 
@@ -312,7 +333,7 @@ class _Model:
     def __init__(self, content: Any, measured: Measurements, parameters: Any, weights: list[float],
                  closed_form: bool, folder: Any, progress: Any, report: Any) -> None:  # fmt: skip
         self.content, self.measured, self.parameters, self.weights = content, measured, parameters, weights
-        self.module = cases.system(content["system"])
+        self.module, self.level = cases.system(content["system"]), 0
         self.closed_form, self.progress = closed_form, progress
         self.count = sum(s.values.size for s in measured.series)
         self.evaluations = self.reused = 0
@@ -321,6 +342,7 @@ class _Model:
             self.differences = "of the closed form"
         elif content["system"] == "structure":
             self.differences = ""
+        self.files = cases.files_of(content)
         self._known: dict[str, list[list[float]]] = {}
         self._stored: set[str] = set()
         self._kept: Kept | None = None
@@ -329,11 +351,16 @@ class _Model:
 
     def _open(self, folder: pathlib.Path, report: Any) -> None:
         """Read the evaluations that a folder keeps; of another case, data or version there are none."""
-        from evolvent.design.studies.store import sources
+        from evolvent.design.studies.store import sources, versions
 
-        measured = [(s.name, s.unit, s.values.tolist()) for s in self.measured.series]
+        measured = [
+            (s.name, s.unit, s.values.tolist(), None if s.times is None else s.times(self.content).tolist())
+            for s in self.measured.series
+        ]
+        checked = cases.load(dict(self.content)).model_dump(mode="json")
+        rows = [dict(row) for row in self.measured.rows]
         asked = json.dumps(
-            [self.content, self.closed_form, sources(), measured],
+            [self.content, checked, self.files, self.closed_form, sources(), versions(), measured, rows],
             sort_keys=True, default=str,
         )  # fmt: skip
         self._kept = Kept(folder, asked, [s.values.size for s in self.measured.series])
@@ -349,7 +376,7 @@ class _Model:
     def values(self, x: Array) -> tuple[Array, ...]:
         """What the model gives for every series, in its unit."""
         given = self.overrides(x)
-        key = json.dumps(given, sort_keys=True)
+        key = json.dumps({**given, "level": self.level} if self.level else given, sort_keys=True)
         if key in self._known:
             self.reused += key in self._stored
             self._stored.discard(key)
@@ -357,6 +384,7 @@ class _Model:
         if self.evaluations >= MOST_EVALUATIONS:
             raise RunFailed(f"the fit took {MOST_EVALUATIONS} evaluations and did not converge", None)
         found = self._evaluated(given)
+        cases.check_files(self.files)
         self.evaluations += 1
         self._known[key] = [v.tolist() for v in found]
         if self._kept is not None:
@@ -384,7 +412,7 @@ class _Model:
                 values, unit = formulas[one.name]
                 found.append(values * _factor(unit, one))
             return found
-        plan = self.module.plan(case)
+        plan = self.module.finer(self.level).plan(case)
         names = self._observed()
         run = plan.observe(names) if plan.observe is not None else plan.run(None)
         if run.attrs["status"] == "failed":
@@ -406,6 +434,33 @@ class _Model:
         if self.progress is not None:
             self.progress(self.evaluations + self.reused, float(np.sqrt(np.mean(whole**2))))
         return whole
+
+    def off(self, found: Any) -> tuple[Array, str]:
+        """By how much finer integration would change the parameters of a fit, in their scales; and why it is not known.
+
+        Parameters
+        ----------
+        found : as of `scipy.optimize.least_squares`
+        """
+        self.level += 1
+        try:
+            values = self.values(found.x)
+        except EvolventError as error:
+            return np.zeros(found.x.size), f"the error of integration is not known: with finer integration {error}"
+        finally:
+            self.level -= 1
+        change = np.concatenate(
+            [w * (v - s.values) for w, v, s in zip(self.weights, values, self.measured.series, strict=True)]
+        )
+        return np.abs(uncertainty.shift(found.jac, change - found.fun)), ""
+
+    def accuracy(self) -> str:
+        """A sentence on the integration of the runs."""
+        if self.closed_form:
+            return ""
+        how = self.module.finer(self.level).integration(cases.load(dict(self.content)))
+        again = ", finer than the case says" if self.level else ""
+        return f"integration ({how}{again}): the errors include what a finer one changes"
 
     def derivatives(self, x: Array, step: float, low: Array, high: Array) -> Array:
         """Derivatives of the discrete solution, or where it has none central differences, one-sided at a bound."""
@@ -447,7 +502,7 @@ class _Model:
         keys, blocks = [p.key for p in self.parameters], []
         for row in self.measured.rows:
             content = cases.content_of(self.content, {**row, **self.overrides(x)})
-            system = self.module.system(cases.load(content))
+            system = self.module.finer(self.level).system(cases.load(content))
             names = self._observed()
 
             def series(solution: Any, content: Any = content, names: Any = names) -> Array:
@@ -514,24 +569,6 @@ def _values(run: Any, one: Series, content: Any) -> Array:
 
 
 # ------------------------------------------------------------------------------------------------ uncertainty
-
-
-def _uncertainty(J: Array, r: Array, parameters: Any, least: float, *, given: bool) -> tuple[Array, Array]:
-    """Standard errors (SI) and correlations: inverse of J^T J, times the variance of the residuals if none is given."""
-    norms = np.linalg.norm(J, axis=0)
-    idle = [p.key for p, n in zip(parameters, norms, strict=True) if n == 0.0]
-    if idle:
-        raise InputError(f"the data do not depend on {', '.join(idle)}; leave it out of --fit")
-    _, s, vt = np.linalg.svd(J / norms, full_matrices=False)
-    if s[-1] < least * s[0]:
-        mixed = [p.key for p, share in zip(parameters, vt[-1], strict=True) if abs(share) > 0.1]
-        raise InputError(f"the data cannot separate {', '.join(mixed)}; leave one of them out of --fit")
-    covariance = (vt.T / s**2) @ vt / np.outer(norms, norms)
-    if not given:
-        covariance = covariance * float(r @ r) / (r.size - len(parameters))
-    deviation = np.sqrt(np.diag(covariance))
-    scales = np.array([p.scale for p in parameters])
-    return deviation * scales, covariance / np.outer(deviation, deviation)
 
 
 def _references(

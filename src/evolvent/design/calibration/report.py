@@ -52,6 +52,9 @@ def summary(found: Calibration) -> list[str]:
         f"({labels[worst]}); {n} values, {p} parameters, fitted by {found.model}, "
         f"derivatives by {found.derivatives}"
     ]
+    if found.accuracy:
+        share = max((i / e for i, e in zip(found.integration, found.errors, strict=True) if e > 0.0), default=0.0)
+        lines.append(f"{found.accuracy}" + (f", {100.0 * share:.2g} % of them at most" if share > 0.0 else ""))
     for label, other in found.references.items():
         lines.append(
             f"{label}: root mean square {other.rms:.3g} {unit}, {other.rms / found.rms:.3g} times as large, fitted to "
@@ -110,11 +113,19 @@ def write(found: Calibration, folder: pathlib.Path) -> list[str]:
         "model": found.model,
         "derivatives": found.derivatives,
         "parameters": [
-            {"key": p.key, "value": float(v), "standard_error": float(e), "start": p.start, "unit": p.unit}
-            for p, v, e in zip(found.parameters, found.values, found.errors, strict=True)
+            {
+                "key": p.key,
+                "value": float(v),
+                "standard_error": float(e),
+                "of_integration": float(i),
+                "start": p.start,
+                "unit": p.unit,
+            }
+            for p, v, e, i in zip(found.parameters, found.values, found.errors, found.integration, strict=True)
         ],
         "correlation": found.correlation.tolist(),
         "rms": found.rms,
+        "integration": found.accuracy,
         "references": {label: other.rms for label, other in found.references.items()},
         "series": [
             {

@@ -281,6 +281,7 @@ def read(
         raise InputError(
             "vary is empty; it must name keys of the case, such as {'parts.hinge 1.stiffness': '50% to 200%'}"
         )
+    content = cases.in_place(content)
     system = cases.system(content["system"])
     case = cases.load(content)
     found = tuple(_variable(str(names), given, system.Case, content, case) for names, given in vary.items())

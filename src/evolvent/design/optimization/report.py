@@ -22,6 +22,8 @@ from evolvent.results import made_with
 from evolvent.results.figures import Figure, Line, Panel
 from evolvent.view import pages
 
+#: Relative amount by which a requirement that is missed with finer integration alone is said to be.
+MISSED = 1e-5
 #: Stationarity above which the derivatives at the end do not fit an optimum.
 _STATIONARY = 0.1
 
@@ -54,6 +56,7 @@ def sentences(found: Design) -> list[str]:
             f"every design has {len(spread.probabilities)} runs with dispersed keys, by the same draws; objective and "
             f"requirements are their {100 * spread.quantile:.6g} % quantiles on the worse side, by order"
         )
+    lines.append(_integration(found))
     if not found.met:
         lines.append(f"no design that was tried meets all requirements; missed: {'; '.join(found.missed())}")
     if found.exhausted:
@@ -66,6 +69,24 @@ def sentences(found: Design) -> list[str]:
                 f"kinks or jumps there, or the search ended early; try other starts, or the optimizer cobyqa"
             )
     return lines
+
+
+def _integration(found: Design) -> str:
+    """A sentence on the error of integration of the best design."""
+    own, finer, problem = found.best.result, found.finer, found.problem
+    if not finer.sound:
+        return f"the error of integration is not known: with finer integration {finer.reason}"
+    off = abs(finer.objective - own.objective)
+    parts = [f"the objective by {_with_unit(off, problem.unit)}"]
+    both = zip(problem.requirements, own.values, finer.values, strict=True)
+    parts += [f"{one.text} by {number(abs(b - a))}" for one, a, b in both]
+    line = f"error of integration: a finer one changes {', '.join(parts)}"
+    missed = [
+        f"{one.text} (it is {number(value)})"
+        for one, value, before in zip(problem.requirements, finer.values, own.values, strict=True)
+        if short(one, value) > MISSED * max(abs(one.value), abs(value)) and not short(one, before) > 0.0
+    ]
+    return line + (f"; with it {'; '.join(missed)} is missed" if missed else "")
 
 
 def key_rows(found: Design) -> Rows:

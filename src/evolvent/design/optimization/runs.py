@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent import cases
 from evolvent.assembly.variants import Variants
 from evolvent.base.errors import InputError
 from evolvent.design.optimization.problem import Problem, Progress, Requirement
@@ -66,6 +67,7 @@ class Runs:
         self._progress: Callable[[int, float], None] = progress or (lambda runs, best: None)
         self._pool: concurrent.futures.ProcessPoolExecutor | None = None
         self._known: dict[tuple[bytes, tuple[int, ...]], Result] = {}
+        self.files = _files_of(problem)
         self.designs: list[tuple[Array, tuple[int, ...], Result]] = []  # that gave a result
         self._sizes: tuple[float, Array] | None = None
         self.history: list[tuple[int, float, bool]] = []  # runs, objective, whether all requirements are met
@@ -116,12 +118,18 @@ class Runs:
         ------
         OutOfRuns
         """
-        cases = [[{**run, **one} for run in self.problem.runs(place, chosen)] for one in changes]
-        if self.count + sum(map(len, cases)) > self.most:
+        several = [[{**run, **one} for run in self.problem.runs(place, chosen)] for one in changes]
+        if self.count + sum(map(len, several)) > self.most:
             raise OutOfRuns
-        outcomes = iter(self._outcomes([run for own in cases for run in own]))
-        self.count += sum(map(len, cases))
-        return [self._result([next(outcomes) for _ in own]) for own in cases]
+        outcomes = iter(self._outcomes([run for own in several for run in own]))
+        self.count += sum(map(len, several))
+        return [self._result([next(outcomes) for _ in own]) for own in several]
+
+    def finer(self, place: Array, chosen: tuple[int, ...]) -> Result:
+        """What a design gives with finer integration of its runs, which are not counted."""
+        keep, shared = self.problem.keep, Variants()
+        runs = self.problem.runs(place, chosen)
+        return self._result([tasks.outcome_of(self.problem.content, one, keep, shared, level=1.0) for one in runs])
 
     def take(self, runs: int) -> None:
         """Count runs that are made elsewhere.
@@ -175,20 +183,21 @@ class Runs:
     def _nothing(self, reason: str) -> Result:
         return Result(math.nan, np.full(len(self.problem.requirements), math.nan), reason)
 
-    def _outcomes(self, cases: Sequence[Mapping[str, Any]]) -> list[record.Outcome]:
+    def _outcomes(self, runs: Sequence[Mapping[str, Any]]) -> list[record.Outcome]:
         """What is kept of runs, in order."""
         began, found = time.perf_counter(), []
-        if self._pool is None and self._is_worth_processes(len(cases)):
+        if self._pool is None and self._is_worth_processes(len(runs)):
             self._pool = concurrent.futures.ProcessPoolExecutor(
                 self._workers or runner.cores(), mp_context=multiprocessing.get_context("spawn"), initializer=_begin,
                 initargs=(self.problem.content, self.problem.keep),
             )  # fmt: skip
-        if self._pool is not None and len(cases) > 1:
-            found = list(self._pool.map(_outcome, cases))
+        if self._pool is not None and len(runs) > 1:
+            found = list(self._pool.map(_outcome, runs))
         else:
             own = self.problem.content, self.problem.keep
-            found = [tasks.outcome_of(own[0], one, own[1], self._variants) for one in cases]
-            self._cost = (time.perf_counter() - began) / max(len(cases), 1)
+            found = [tasks.outcome_of(own[0], one, own[1], self._variants) for one in runs]
+            self._cost = (time.perf_counter() - began) / max(len(runs), 1)
+        cases.check_files(self.files)
         if self.count == 0:
             record.check_kept(found)
         return found
@@ -237,6 +246,15 @@ class Runs:
             one.name for one, value in zip(self.problem.requirements, row[1], strict=True) if not math.isfinite(value)
         ]
         return f"{', '.join(dict.fromkeys(names))} has no value in the run" if names else ""
+
+
+def _files_of(problem: Problem) -> dict[str, str]:
+    """Files that the runs of a problem read (`cases.files_of`)."""
+    found = cases.files_of(problem.content)
+    for one in problem.discrete:
+        for number in range(one.choices):
+            found |= cases.files_of(cases.content_of(problem.content, one.overrides(number)))
+    return found
 
 
 def size(*values: float) -> float:

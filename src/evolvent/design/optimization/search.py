@@ -64,6 +64,7 @@ class Design:
     runs : int
     exhausted : bool, whether the search ended since it had no runs left
     derivatives : str, how they were found, those of the discrete solution or differences; '' where none were
+    finer : Result, of the best design with finer integration of its runs: what differs is their error
     """
 
     problem: Problem
@@ -76,6 +77,7 @@ class Design:
     runs: int
     exhausted: bool
     derivatives: str
+    finer: Result
 
     @property
     def values(self) -> dict[str, Any]:
@@ -239,7 +241,7 @@ class _Search:
         return Design(
             problem=self.problem, start=first, best=best, met=met, ends=tuple(ends), trade=found,
             history=self.runs.history, runs=self.runs.count, exhausted=exhausted,
-            derivatives=self.slopes.found_by,
+            derivatives=self.slopes.found_by, finer=self.runs.finer(best.place, best.chosen),
         )  # fmt: skip
 
     def _own(self) -> tuple[int, ...]:

@@ -196,7 +196,8 @@ def _run(
             except InputError:
                 notes.append(f"{str(path)!r} is damaged or was altered; the run of this stage is computed again")
             else:
-                if found.attrs["case"] == cases.to_yaml(case):
+                same_files = cases.files_of_run(found) == cases.files_of_case(case)
+                if same_files and found.attrs["case"] == cases.to_yaml(case):
                     return found
         run: xr.Dataset = cases.system(case.system).plan(case).run(None)
         if run.attrs["status"] == "interrupted":

@@ -28,7 +28,7 @@ from typing import Any
 
 import evolvent
 from evolvent import cases, results
-from evolvent.base import files, plugins, safe_open
+from evolvent.base import file_keys, files, plugins, safe_open
 from evolvent.base.errors import InputError, reason_of
 from evolvent.design.studies import record
 from evolvent.design.studies.study import Study
@@ -57,12 +57,16 @@ _NOT_SOURCES = (
 
 @functools.cache
 def sources() -> str:
-    """Hash of all sources that results depend on."""
+    """Hash of all sources that results depend on: of this package, and of packages that add systems and parts."""
     digest = hashlib.sha256()
     for path in sorted(_PACKAGE.rglob("*.py")):
         name = path.relative_to(_PACKAGE).as_posix()
         if not name.startswith(_NOT_SOURCES):
             digest.update(name.encode() + b"\0" + path.read_bytes())
+    for group in (cases.GROUP, registry.GROUP):
+        for point in plugins.entry_points(group):
+            for label, path in plugins.files_of(point):
+                digest.update(label.encode() + b"\0" + file_keys.digest(str(path)).encode())
     return digest.hexdigest()[:16]
 
 

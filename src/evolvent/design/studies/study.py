@@ -20,7 +20,7 @@ from evolvent.analysis.margins.kept import others_of
 from evolvent.analysis.system import System
 from evolvent.base import progress, safe_open, schema, units
 from evolvent.base.errors import InputError, nearest
-from evolvent.design.studies import catalogue, draws, measured, stages as st
+from evolvent.design.studies import catalogue, draws, inputs, measured, stages as st
 from evolvent.design.studies.axes import MOST_CASES, Axis, annotation, axes, whole_number
 from evolvent.results.kept import ENDINGS, check_names, is_reduction, stored_name
 
@@ -51,6 +51,8 @@ class Study:
     batch : int, cases a task; 0 for automatic
     stages : tuple of Stage, runs of every case that follow one another; empty for one run
     start_key : str, key of the case that takes the run of the stage before
+    files : dict, files that the cases read -> SHA-256 of their content
+    tables : dict, the same of files in whose place the rows stand
     text : str, the study as YAML that holds its whole case and can be swept again
     """
 
@@ -68,6 +70,8 @@ class Study:
     text: str
     stages: tuple[st.Stage, ...] = ()
     start_key: str = ""
+    files: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    tables: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -113,6 +117,7 @@ class Study:
         return {
             "cases": _digest([*asked, self.seed_key, self.seed if self.seed_key else 0]),
             "kept variables": _digest(list(self.keep)),
+            **{f"file {name!r}": digest for name, digest in {**self.tables, **self.files}.items()},
         }
 
 
@@ -171,13 +176,19 @@ def read(
     if "correlation" in content and sample not in draws.DRAWN:
         raise InputError(f"correlation is given, but sample: {sample} draws nothing; leave it out")
     samples = whole_number(content, "samples", 0, least=1, most=MOST_CASES)
-    case = _case(content, folder)
-    fixed = _section(content, "set")
+    as_written = _case(content, folder)
+    case = cases.in_place(as_written)
+    fixed = {key: cases.value_in_place(case, key, one) for key, one in _section(content, "set").items()}
+    if fixed:
+        content["set"] = fixed
     system = case.get("system")
     if not isinstance(system, str):
         raise InputError(f"the case's key 'system' is {schema.shown(system)}; {nearest(str(system), cases.systems())}")
     module = cases.system(system)
-    stages = st.read(content)
+    stages = tuple(
+        dataclasses.replace(one, set={key: cases.value_in_place(case, key, value) for key, value in one.set.items()})
+        for one in st.read(content)
+    )
     names = [stage.name for stage in stages]
     start_key = st.start_key(stages, module, system, fixed)
     own = functools.cache(lambda: cases.load(case, fixed))
@@ -228,7 +239,12 @@ def read(
     )
     if found.count > MOST_CASES:
         raise InputError(f"the study has {found.count:.3g} cases; at most {MOST_CASES} are possible")
-    return _checked(found, module)
+    found = _checked(found, module)
+    return dataclasses.replace(
+        found,
+        files=inputs.files_of(found.content, found.fixed, found.axes, found.stages),
+        tables=cases.files_of(as_written),
+    )
 
 
 def is_study(name: str) -> bool:

@@ -34,6 +34,7 @@ class Task:
     keep : tuple of str
     sources : str, hash that the sources must have where the task runs
     base : mapping, what the first case of the study changes, as of `overrides`
+    files : mapping, files that the cases read -> SHA-256 that they must have
     """
 
     content: Mapping[str, Any]
@@ -44,6 +45,7 @@ class Task:
     keep: tuple[str, ...]
     sources: str
     base: Mapping[str, Any]
+    files: Mapping[str, str]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -76,6 +78,7 @@ def task(study: Study, indices: Sequence[int], folder: str | os.PathLike[str] = 
         keep=study.keep,
         sources=store.sources(),
         base=study.overrides(0),
+        files=study.files,
     )
 
 
@@ -109,6 +112,7 @@ def compute(task: Task, workers: int = 1) -> Result:
                 record.check_kept(outcomes)
             except InputError as error:
                 refused = str(error)
+    cases.check_files(task.files)
     content = record.encode(record.table(outcomes))
     return Result(content=content, seconds=time.perf_counter() - began, refused=refused, notes=tuple(notes))
 
@@ -147,7 +151,7 @@ def _structure(task: Task, keys: Iterable[str]) -> Any:
     """
     if task.content.get("system") != "structure" or not task.keep:
         return None
-    made_from = json.dumps([task.content, task.base], sort_keys=True)
+    made_from = json.dumps([task.content, task.base, dict(task.files)], sort_keys=True)
     if made_from not in _BUILT:
         case = _loaded(task.content, task.base)
         _BUILT.clear()
@@ -207,7 +211,11 @@ def _outcomes(task: Task, workers: int) -> list[record.Outcome]:
 
 
 def outcome_of(
-    content: Mapping[str, Any], overrides: Mapping[str, Any], keep: Sequence[str], variants: Variants
+    content: Mapping[str, Any],
+    overrides: Mapping[str, Any],
+    keep: Sequence[str],
+    variants: Variants,
+    level: float = 0.0,
 ) -> record.Outcome:
     """What is kept of the run of one case, or the reason why there is none.
 
@@ -217,6 +225,7 @@ def outcome_of(
     overrides : mapping, its keys that change
     keep : names of what is kept
     variants : what the runs of similar cases share
+    level : of finer integration (`evolvent.analysis.accuracy`)
 
     Raises
     ------
@@ -224,7 +233,7 @@ def outcome_of(
         If the user ended the run.
     """
     case = _loaded(content, overrides)
-    run = case if isinstance(case, Exception) else _run(case, keep, variants)
+    run = case if isinstance(case, Exception) else _run(case, keep, variants, level)
     if not isinstance(run, Exception) and run.attrs["status"] == "interrupted":
         raise KeyboardInterrupt
     return record.outcome(0, run, keep)
@@ -238,10 +247,12 @@ def _loaded(content: Mapping[str, Any], overrides: Mapping[str, Any]) -> Any:
         return error
 
 
-def _run(case: Any, keep: Sequence[str], variants: Variants) -> xr.Dataset | xr.DataTree | Kept | Exception:
+def _run(
+    case: Any, keep: Sequence[str], variants: Variants, level: float = 0.0
+) -> xr.Dataset | xr.DataTree | Kept | Exception:
     """The run of a case, or what is kept of it, or why there is none."""
     try:
-        plan = cases.system(case.system).plan(case, keep=keep, variants=variants)
+        plan = cases.system(case.system).finer(level).plan(case, keep=keep, variants=variants)
         if plan.keep is None:
             return plan.run(None)
         found = plan.keep()

@@ -13,6 +13,7 @@ Source: Yi, Yuan, Dong, Li (2017), a wrapped-rib antenna's rib wound round its h
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -62,7 +63,9 @@ class WrappedRib(SystemDefinition):
 
     def plan(self, case: Any, **options: Any) -> Plan:
         """As of `SystemDefinition`; a saved run, from which a case starts, is read once."""
-        return SystemDefinition.plan(WrappedRib(initial_state(case)), case, **options)
+        own = copy.copy(self)
+        own.begin = initial_state(case)
+        return SystemDefinition.plan(own, case, **options)
 
     def build(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> System:
         """The parts of a case."""
