@@ -20,6 +20,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO
 
 from evolvent import cases
+from evolvent.base import safe_open
 from evolvent.base.errors import InputError, reason_of
 from evolvent.design.studies import store
 from evolvent.studio import reading
@@ -132,7 +133,7 @@ class Folder:
             If it is a link, is not a regular file, or holds more than `most` bytes.
         """
         with self.opened(*parts) as file:
-            content = file.read(most + 1)
+            content = safe_open.read_most(file, most)
         if len(content) > most:
             raise InputError(f"cannot read {'/'.join(parts)!r}: it is too large; {most // 1000} kB are read at most")
         return content
