@@ -21,6 +21,10 @@ from evolvent.base.errors import InputError, counted, reason_of
 
 #: Environment variable with the most bytes of values that one file may hold, and what it is if not set.
 VARIABLE, LARGEST = "EVOLVENT_LARGEST_FILE", 8_000_000_000
+#: Environment variable with a folder: where it is set, a process and those that it starts open files in it alone, and
+#: those of the package.
+ONLY_BELOW = "EVOLVENT_ONLY_BELOW"
+_PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 #: Values beside the bytes that hold them, at most, in files above `SMALL` bytes of values.
 RATIO, SMALL = 100, 256_000_000
 #: Largest text file, bytes.
@@ -57,10 +61,15 @@ def binary(path: str | os.PathLike[str], *, links: bool = True) -> BinaryIO:
     Raises
     ------
     InputError
-        If it is missing, closed to reading, or not a regular file.
+        If it is missing, closed to reading, not a regular file, or not in the folder of `ONLY_BELOW`.
     """
     name = os.fspath(path)
+    below = os.environ.get(ONLY_BELOW)
     try:
+        if below:
+            real = pathlib.Path(os.path.realpath(name))
+            if not any(map(real.is_relative_to, (os.path.realpath(below), _PACKAGE))):
+                raise InputError(f"cannot read {_short(name)}: it is outside the folder {_short(below)}")
         if os.path.isdir(name):
             raise InputError(f"cannot read {_short(name)}: it is a folder")
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)

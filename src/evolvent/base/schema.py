@@ -296,7 +296,7 @@ def locate(kind: type[Section], key: str, content: Any = None) -> Located:
     found = Located([(kind, ())], "", entry=False)
     names = key.split(".")
     for k, name in enumerate(names):
-        inner = _inner(found, name, content)
+        inner = within(found, name, content)
         if inner is None:
             raise InputError(_unlocated(kind, key, names[:k], name, found, content))
         found = inner
@@ -304,7 +304,7 @@ def locate(kind: type[Section], key: str, content: Any = None) -> Located:
     return found
 
 
-def _inner(place: Located, name: str, content: Any) -> Located | None:
+def within(place: Located, name: str, content: Any) -> Located | None:
     """What a name of a section refers to; None if nothing can."""
     for kind, own_marks in place.types:
         for mark in own_marks:

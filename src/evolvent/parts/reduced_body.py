@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import math
 import os
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import PrivateAttr
@@ -16,8 +16,9 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import is_name
 from evolvent.base import units
 from evolvent.base.errors import InputError
+from evolvent.base.file_names import FileName
 from evolvent.elements.dense import product
-from evolvent.elements.reduced_files import read_model
+from evolvent.elements.reduced_files import READ, read_model
 from evolvent.elements.reduced_models import MeanAxes, ReducedModel, mean_axes
 from evolvent.elements.rods import quaternion
 from evolvent.kernels import joint, rigid, sides
@@ -80,8 +81,8 @@ class ReducedBody(Part):
     """
 
     kind: Literal["reduced-body"] = "reduced-body"
-    file: str
-    bulk: str | None = None
+    file: Annotated[str, FileName(READ)]
+    bulk: Annotated[str, FileName()] | None = None
     length_unit: units.Length = 1.0
     mass_unit: units.Mass = 1.0
     expected_mass: units.Mass | None = None

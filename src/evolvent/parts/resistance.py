@@ -13,6 +13,7 @@ from pydantic import BeforeValidator
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
 from evolvent.base.errors import InputError
+from evolvent.base.file_names import FileName
 from evolvent.kernels import resistance as kernels
 from evolvent.parts import hysteresis, table_file
 from evolvent.parts.applies import Applies, given, left_out
@@ -34,7 +35,11 @@ def _bristle_rows(value: Any) -> Any:
     return table_rows(value, "[stiffness, torque or force]", least=1)
 
 
-CurveTable = Annotated[tuple[tuple[units.AngleOrTravel, units.TorqueOrForce], ...], BeforeValidator(_curve_rows)]
+CurveTable = Annotated[
+    tuple[tuple[units.AngleOrTravel, units.TorqueOrForce], ...],
+    BeforeValidator(_curve_rows),
+    FileName((table_file.ENDING,)),
+]
 BristleTable = Annotated[
     tuple[tuple[units.CoordinateStiffness, units.TorqueOrForceLimit], ...], BeforeValidator(_bristle_rows)
 ]

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from evolvent.analysis.margins.factors import Category, Stated
 from evolvent.base import units
+from evolvent.base.file_names import FileName
 from evolvent.base.schema import Section
 
 
@@ -51,7 +52,7 @@ class MarginPart(Section):
 class Margin(Section):
     """Torque and force margins, of ``evolvent margin``."""
 
-    factors: str = Field(
+    factors: Annotated[str, FileName((".yaml", ".yml"))] = Field(
         "ECSS-E-ST-33-01C", description="table of factors: a standard's name, or a YAML file with an own table"
     )
     evidence: str | None = Field(

@@ -5,10 +5,11 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterator
-from typing import Literal
+from typing import Annotated, Literal
 
 from evolvent import closed_forms
 from evolvent.base.errors import InputError, nearest
+from evolvent.base.file_names import FileName
 from evolvent.base.schema import Section
 from evolvent.systems.wrapped_rib.keys import (
     ALPHA,
@@ -41,7 +42,7 @@ class Case(Section):
     phase: Literal["wind", "hold", "deploy"] = key(
         ..., "wind: the drive winds the rib; hold: it holds the wound rib; deploy: the rib springs open"
     )
-    start: str = key(
+    start: Annotated[str, FileName((".nc",))] = key(
         "auto", "straight, or wound on the hub without stretch; auto: by the phase; or a saved run, run.nc, at its end"
     )
     rib: Rib = Rib()
