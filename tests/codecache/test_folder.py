@@ -173,3 +173,36 @@ def test_a_command_goes_on_with_another_folder(tmp_path):
     assert f"in {VARIABLE}" in done.stderr
     assert list(given.iterdir()) == []
     assert [path.name for path in (tmp_path / "home" / "evolvent").iterdir()] == [folder.folder_name()]
+
+
+@posix_only
+def test_a_folder_that_cannot_be_written_to_is_read(tmp_path, monkeypatch, home, capsys):
+    """It holds functions already; what is compiled anew goes into the next folder."""
+    own = tmp_path / "mine" / folder.folder_name()
+    own.mkdir(parents=True, mode=0o700)
+    monkeypatch.setenv(VARIABLE, str(own.parent))
+    monkeypatch.setattr(folder, "_found_read_only", [])
+    look = os.access
+    monkeypatch.setattr(os, "access", lambda path, how: pathlib.Path(path) != own and look(path, how))
+    assert folder._find_cache_dir().parent == home
+    assert folder._found_read_only == [own]
+    assert capsys.readouterr().err == ""
+
+
+@posix_only
+def test_what_the_administrator_made_counts_as_the_users_own(tmp_path, monkeypatch):
+    """As in a container, whose functions were compiled as it was built."""
+    given = tmp_path / "cache"
+    given.mkdir(mode=0o755)
+    look = pathlib.Path.lstat
+
+    def lstat(path):
+        found = look(path)
+        return os.stat_result((*found[:4], 0, *found[5:])) if path == given else found
+
+    monkeypatch.setattr(pathlib.Path, "lstat", lstat)
+    monkeypatch.setattr(os, "geteuid", lambda: OTHER)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    assert folder.refusal(str(given)) == ""
+    given.chmod(0o777)
+    assert "can be changed by all users" in folder.refusal(str(given))
