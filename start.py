@@ -57,6 +57,8 @@ OTHER_PROCESSOR = {
 COMPILE = ["python", "-c", "from evolvent.compiled import precompile; precompile.compile_all()"]
 #: Benchmarks that run only where they are named: they install other programs, and write a page of the documentation.
 BY_NAME = ("compare",)
+#: Tests in an environment of their own: Basilisk's package bounds other packages from above.
+BASILISK = ["python", "tools/lowest.py", "basilisk", "--", "-rs", "tests/exports/test_basilisk.py"]
 DOCTREES = PAGES.parent / "doctrees"
 SPHINX = ["sphinx-build", "-j", "auto", "-W", "--keep-going", "-q", "-E", "-d", str(DOCTREES), "docs", str(PAGES)]
 
@@ -203,6 +205,8 @@ def test(arguments: list[str]) -> int:
         whole = [] if "tests" in failed else ["--whole"]  # a test that failed has not entered all of its rows
         run_steps({"book": ["python", "tests/book.py", str(BOOK), *whole]}, failed, shown=True)
         run_steps({"digits": ["pytest", "-q", "-m", "digits", *in_parallel(), *with_digits()]}, failed, shown=True)
+        if release:
+            run_steps({"basilisk": BASILISK}, failed, shown=True)
     other.join()
     names = [test for tests_of_step in failed.values() for test in tests_of_step]
     say("all passed" if not failed else "\n  ".join([f"failed: {', '.join(failed)}", *names]))

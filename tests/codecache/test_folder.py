@@ -125,25 +125,37 @@ def test_a_link_is_not_followed_below_the_temporary_folder(tmp_path):
     assert folder.refusal(str(link)) == folder.refusal(str(link / "more")) == f"{str(link)!r} is a symbolic link"
 
 
+@pytest.fixture
+def private(tmp_path, monkeypatch):
+    """A folder on the way to which nobody else may write, as it is seen: wherever checkout and temporary folder lie."""
+    look, above = pathlib.Path.lstat, {tmp_path, *tmp_path.parents}
+
+    def lstat(path):
+        found = look(path)
+        return os.stat_result((found.st_mode & ~0o022, *found[1:])) if path in above else found
+
+    monkeypatch.setattr(pathlib.Path, "lstat", lstat)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    return tmp_path
+
+
 @posix_only
-def test_a_link_is_followed_where_only_the_user_can_make_it(monkeypatch):
-    with tempfile.TemporaryDirectory(dir=pathlib.Path(__file__).parent) as place:
-        monkeypatch.setattr(tempfile, "tempdir", os.path.join(place, "temporary"))
-        real, link, shared = (pathlib.Path(place, name) for name in ("real", "link", "shared"))
-        real.mkdir(mode=0o700)
-        shared.mkdir()
-        shared.chmod(0o1777)
-        link.symlink_to(real)
-        (shared / "link").symlink_to(real)
-        assert folder.refusal(str(link)) == ""
-        assert folder.refusal(str(shared / "link")) == f"{str(shared / 'link')!r} is a symbolic link"
-        (shared / "own").mkdir(mode=0o700)
-        assert folder.refusal(str(shared / "own")) == ""
-        real.chmod(0o777)
-        assert folder.refusal(str(link)) == f"{str(real)!r} can be changed by all users"
-        link.unlink()
-        link.symlink_to(link)
-        assert folder.refusal(str(link)) == f"{str(link)!r} is a symbolic link"
+def test_a_link_is_followed_where_only_the_user_can_make_it(private):
+    real, link, shared = (private / name for name in ("real", "link", "shared"))
+    real.mkdir(mode=0o700)
+    shared.mkdir()
+    shared.chmod(0o1777)
+    link.symlink_to(real)
+    (shared / "link").symlink_to(real)
+    assert folder.refusal(str(link)) == ""
+    assert folder.refusal(str(shared / "link")) == f"{str(shared / 'link')!r} is a symbolic link"
+    (shared / "own").mkdir(mode=0o700)
+    assert folder.refusal(str(shared / "own")) == ""
+    real.chmod(0o777)
+    assert folder.refusal(str(link)) == f"{str(real)!r} can be changed by all users"
+    link.unlink()
+    link.symlink_to(link)
+    assert folder.refusal(str(link)) == f"{str(link)!r} is a symbolic link"
 
 
 @posix_only
@@ -161,3 +173,36 @@ def test_a_command_goes_on_with_another_folder(tmp_path):
     assert f"in {VARIABLE}" in done.stderr
     assert list(given.iterdir()) == []
     assert [path.name for path in (tmp_path / "home" / "evolvent").iterdir()] == [folder.folder_name()]
+
+
+@posix_only
+def test_a_folder_that_cannot_be_written_to_is_read(tmp_path, monkeypatch, home, capsys):
+    """It holds functions already; what is compiled anew goes into the next folder."""
+    own = tmp_path / "mine" / folder.folder_name()
+    own.mkdir(parents=True, mode=0o700)
+    monkeypatch.setenv(VARIABLE, str(own.parent))
+    monkeypatch.setattr(folder, "_found_read_only", [])
+    look = os.access
+    monkeypatch.setattr(os, "access", lambda path, how: pathlib.Path(path) != own and look(path, how))
+    assert folder._find_cache_dir().parent == home
+    assert folder._found_read_only == [own]
+    assert capsys.readouterr().err == ""
+
+
+@posix_only
+def test_what_the_administrator_made_counts_as_the_users_own(tmp_path, monkeypatch):
+    """As in a container, whose functions were compiled as it was built."""
+    given = tmp_path / "cache"
+    given.mkdir(mode=0o755)
+    look = pathlib.Path.lstat
+
+    def lstat(path):
+        found = look(path)
+        return os.stat_result((*found[:4], 0, *found[5:])) if path == given else found
+
+    monkeypatch.setattr(pathlib.Path, "lstat", lstat)
+    monkeypatch.setattr(os, "geteuid", lambda: OTHER)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    assert folder.refusal(str(given)) == ""
+    given.chmod(0o777)
+    assert "can be changed by all users" in folder.refusal(str(given))

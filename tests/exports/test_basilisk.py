@@ -18,7 +18,7 @@ from evolvent.base.errors import InputError
 
 FILE = pathlib.Path(evolvent.__file__).parent / "exports" / "basilisk.py"
 HAS = importlib.util.find_spec("Basilisk") is not None
-needs_basilisk = pytest.mark.skipif(not HAS, reason="the package bsk is not installed")
+needs_basilisk = pytest.mark.skipif(not HAS, reason="bsk has its own environment: start.py test --release")
 
 
 def slewed(case: str, without: str) -> System:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import pathlib
 
 import numpy as np
 import pytest
@@ -68,7 +69,7 @@ def test_dry_friction_is_in_the_joints() -> None:
 STATED = {
     "double-pendulum": (
         ((0.1084, 0.1170), (0.0004495, 0.001270), (0.0001133, 2.4e-07), (0.0005073, 8.789e-05)),
-        (7.2, 33.0), (4.3, 17.0), (7.7, 32.0),
+        (7.2, 33.0), (4.4, 18.0), (7.7, 32.0),
     ),
     "triple-pendulum": (
         ((0.1598, 0.2027, 0.1835), (8.045e-05, 0.0003711, 0.0001754), (0.0006746, 6.384e-06, 2.359e-05),
@@ -76,6 +77,10 @@ STATED = {
         (3.6, 6.9), (3.3, 6.3), (3.6, 6.3),
     ),
 }  # fmt: skip
+#: Ranges of the Birge ratio on all processors: slopes of the predictions by the rates at the start, which dry friction
+#: and adaptive steps change by a tenth where the start moves by round-off.
+RATIOS = {"double-pendulum": (1.6, 2.1), "triple-pendulum": (2.2, 2.8)}
+PAGE = pathlib.Path(__file__).parents[2] / "docs" / "laboratory" / "pendulum.md"
 
 
 @pytest.mark.slow
@@ -95,8 +100,9 @@ def test_the_guide_states_the_predictions(name: str) -> None:
         assert off.max() == pytest.approx(largest, rel=0.08)
     deviation = pendulum.start_rate_deviation(pieces)
     assert deviation == pytest.approx(0.022 if name == "double-pendulum" else 0.011, abs=1e-3)
-    ratio = pendulum.excess(own, [pieces[k] for k in chosen], deviation)
-    assert ratio == pytest.approx(1.7 if name == "double-pendulum" else 2.4, abs=0.15)
+    low, high = RATIOS[name]
+    assert low <= pendulum.excess(own, [pieces[k] for k in chosen], deviation) <= high
+    assert f"{low} to {high} for the" in " ".join(PAGE.read_text(encoding="utf-8").split())
 
 
 @pytest.mark.release
@@ -111,7 +117,7 @@ def test_the_verdicts_of_the_guide(name: str) -> None:
     assert median == pytest.approx(STATED[name][2][0], rel=0.05)
     widths = [1e3 * one.band.half_width for one in found.comparisons]
     stated = (15, 38, 10, 21, 16, 40) if name == "double-pendulum" else (8.0, 7.3, 6.6, 6.5, 8.9, 8.1)
-    np.testing.assert_allclose(widths, stated, rtol=0.1)
+    np.testing.assert_allclose(widths, stated, rtol=0.15)  # in proportion to the Birge ratio, whose range is `RATIOS`
 
 
 @pytest.mark.release

@@ -84,10 +84,12 @@ def choose(page: Any, select: str, option: str | re.Pattern[str], *, typed: str 
 class Server:
     """A studio that runs in its own process."""
 
-    def __init__(self, folder: pathlib.Path, *options: str) -> None:
+    def __init__(self, folder: pathlib.Path, *options: str, needs_secret: bool = False) -> None:
         self.folder = folder
         self.log = folder.parent / f"{folder.name}.log"
         command = [sys.executable, "-m", "evolvent", "studio", "--port", "0", "--no-browser", *options]
+        if "--token" not in options and not needs_secret:
+            command.append("--no-token")
         environment = os.environ | {"PYTHONUNBUFFERED": "1"}
         for name in list(environment):  # NiceGUI behaves otherwise where it believes that it is tested itself
             if name.startswith(("PYTEST_", "NICEGUI_")):
@@ -118,9 +120,9 @@ class Server:
 
 
 @contextlib.contextmanager
-def serving(folder: pathlib.Path, *options: str) -> Iterator[Server]:
+def serving(folder: pathlib.Path, *options: str, needs_secret: bool = False) -> Iterator[Server]:
     pytest.importorskip("nicegui", reason="the studio needs nicegui (extra studio)")
-    server = Server(folder, *options)
+    server = Server(folder, *options, needs_secret=needs_secret)
     try:
         yield server
     finally:

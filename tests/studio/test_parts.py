@@ -9,6 +9,8 @@ import socket
 import subprocess
 import sys
 import time
+import urllib.error
+import urllib.request
 
 import numpy as np
 import pytest
@@ -25,7 +27,7 @@ from evolvent.studio.folder import Folder
 from evolvent.studio.jobs import Jobs
 from evolvent.studio.state import Studio
 from evolvent.studio.worker import CASE
-from studio.serving import LONG, SHORT
+from studio.serving import LONG, SHORT, serving
 
 # ------------------------------------------------------------------------------------------------ form
 
@@ -222,7 +224,11 @@ def test_command_refuses_in_one_sentence(tmp_path):
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = str(taken.getsockname()[1])
-        for options, said in ((["--host", "0.0.0.0"], "needs --token"), (["--port", port], "give another with --port")):
+        for options, said in (
+            (["--host", "0.0.0.0", "--no-token"], "needs --token"),
+            (["--token", "long enough", "--no-token"], "both given"),
+            (["--port", port], "give another with --port"),
+        ):
             command = [sys.executable, "-m", "evolvent", "studio", "--no-browser", *options]
             told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
             assert told.returncode == 2
@@ -269,6 +275,44 @@ def test_gate():
     assert knock(mine | {"cookie": "evolvent-studio=long%20enough"}, **secret) == 200
     assert knock(mine | {"cookie": "evolvent-studio=other"}, **secret) == 401
     assert knock(mine | {"cookie": "evolvent-studio=t%C3%B6"}, **secret) == 401
+
+
+def test_the_link_of_the_browser_that_is_started_works_once():
+    """Other users see its command line; the cookie holds the secret itself, which they do not see."""
+    answers = []
+
+    async def send(message):
+        answers.append(message)
+
+    async def receive():
+        return {}
+
+    guard = gate.Gate(None, host="127.0.0.1", token="the secret", once="for one time")
+    scope = {
+        "type": "http",
+        "method": "GET",
+        "headers": [(b"host", b"localhost")],
+        "query_string": b"token=for+one+time",
+    }
+    for _ in range(2):
+        with pytest.raises(StopIteration):
+            guard(scope, receive, send).send(None)
+    statuses = [one["status"] for one in answers if "status" in one]
+    assert statuses == [303, 401]
+    assert b"the%20secret" in dict(answers[0]["headers"])[b"set-cookie"]
+
+
+@pytest.mark.slow
+def test_without_any_option_the_page_needs_the_secret_of_its_link(tmp_path):
+    with serving(tmp_path, "--port", "0", needs_secret=True) as server:
+        base, _, secret = server.url.partition("?token=")
+        assert len(secret) >= 32
+        with pytest.raises(urllib.error.HTTPError, match="401"):
+            urllib.request.urlopen(base)
+        opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+        with opener.open(server.url) as answer:
+            assert answer.status == 200
+            assert answer.url == base
 
 
 # ------------------------------------------------------------------------------------------------ queue

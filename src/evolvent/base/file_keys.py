@@ -39,6 +39,10 @@ class FileKey:
             return list(self.reads(value))
         return [value] if not self.endings or value.lower().endswith(self.endings) else []
 
+    def may_be(self, text: str) -> bool:
+        """Whether a text may name a file: one of `endings` is anywhere in it."""
+        return not self.endings or any(ending in text.lower() for ending in self.endings)
+
 
 def in_place(kind: type[schema.Section], content: Mapping[str, Any]) -> dict[str, Any]:
     """A case as it is written, with rows in the place of the files of its tables.
@@ -144,3 +148,38 @@ def _marked(place: schema.Located, value: Any) -> Iterator[tuple[FileKey, Any]]:
     elif isinstance(value, list | tuple):
         for k, one in enumerate(value):
             yield from _marked(schema.inner(place, str(k), value), one)
+
+
+def renamed(
+    kind: type[schema.Section], content: Any, change: Callable[[str], str], key: str = "", case: Any = None
+) -> Any:
+    """Content of a case, or values of one of its keys, with all texts changed that may name files.
+
+    Parameters
+    ----------
+    kind : of the case
+    content : as it is written
+    change : function of such a text
+    key : str, dotted, of which `content` is a value, or several in lists and mappings
+    case : mapping, the case that the key belongs to
+    """
+    place: schema.Located | None = schema.Located([(kind, ())], "", entry=False)
+    for name in filter(None, key.split(".")):
+        place = None if place is None else schema.within(place, name, case)
+        case = case.get(name) if isinstance(case, Mapping) else None
+    return content if place is None else _renamed(place, content, change)
+
+
+def _renamed(place: schema.Located, content: Any, change: Callable[[str], str]) -> Any:
+    names = [mark for _, own in place.types for mark in own if isinstance(mark, FileKey)]
+
+    def inner(name: Any, value: Any) -> Any:
+        found = schema.within(place, name, content) if isinstance(name, str) else None
+        found = found or (place if names else None)
+        return value if found is None else _renamed(found, value, change)
+
+    if isinstance(content, Mapping):
+        return {name: inner(name, value) for name, value in content.items()}
+    if isinstance(content, (list, tuple)):
+        return [inner(str(k), value) for k, value in enumerate(content)]
+    return change(content) if isinstance(content, str) and any(one.may_be(content) for one in names) else content

@@ -21,6 +21,10 @@ from evolvent.base.errors import InputError, counted, reason_of
 
 #: Environment variable with the most bytes of values that one file may hold, and what it is if not set.
 VARIABLE, LARGEST = "EVOLVENT_LARGEST_FILE", 8_000_000_000
+#: Environment variable with a folder: where it is set, a process and those that it starts open files in it alone, and
+#: those of the package.
+ONLY_BELOW = "EVOLVENT_ONLY_BELOW"
+_PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 #: Values beside the bytes that hold them, at most, in files above `SMALL` bytes of values.
 RATIO, SMALL = 100, 256_000_000
 #: Largest text file, bytes.
@@ -33,6 +37,8 @@ _FEW_TEXTS = 64
 #: of the other kinds of elements.
 _COMPRESSED, _MAT_OTHERS = 15, (1, 2, 3, 4, 5, 16, 17, 18)
 _MAT_WIDTHS = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}
+#: Bytes that are read at a time beyond the size that the system states.
+_BLOCK = 1 << 20
 #: Bytes that are decompressed at a time, which may become a thousand times as many.
 _SLICE = 1 << 15
 #: Filters of HDF5 that the library has itself: deflate, shuffle, Fletcher, szip, n-bit, scale-offset, LZF.
@@ -55,10 +61,15 @@ def binary(path: str | os.PathLike[str], *, links: bool = True) -> BinaryIO:
     Raises
     ------
     InputError
-        If it is missing, closed to reading, or not a regular file.
+        If it is missing, closed to reading, not a regular file, or not in the folder of `ONLY_BELOW`.
     """
     name = os.fspath(path)
+    below = os.environ.get(ONLY_BELOW)
     try:
+        if below:
+            real = pathlib.Path(os.path.realpath(name))
+            if not any(map(real.is_relative_to, (os.path.realpath(below), _PACKAGE))):
+                raise InputError(f"cannot read {_short(name)}: it is outside the folder {_short(below)}")
         if os.path.isdir(name):
             raise InputError(f"cannot read {_short(name)}: it is a folder")
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -84,11 +95,21 @@ def content(path: str | os.PathLike[str], *, most: int | None = None) -> bytes:
     with binary(path) as file:
         check_size(os.fstat(file.fileno()).st_size, limit, os.fspath(path), raised=most is None)
         try:
-            found = file.read(limit + 1)
+            found = read_most(file, limit)
         except OSError as error:
             raise InputError(f"cannot read {_short(os.fspath(path))}: {reason_of(error)}") from None
     check_size(len(found), limit, os.fspath(path), raised=most is None)
     return found
+
+
+def read_most(file: BinaryIO, most: int) -> bytes:
+    """The rest of an open file, up to `most` bytes and one more; takes the memory of what is there, not of `most`."""
+    pieces = [file.read(min(os.fstat(file.fileno()).st_size, most) + 1)]
+    left = most + 1 - len(pieces[0])
+    while left > 0 and pieces[-1]:  # a file that grows, or of /proc, whose size is 0
+        pieces.append(file.read(min(left, _BLOCK)))
+        left -= len(pieces[-1])
+    return pieces[0] if len(pieces) <= 2 and not pieces[-1] else b"".join(pieces)
 
 
 def text(path: str | os.PathLike[str]) -> str:
@@ -430,7 +451,7 @@ def _json(folder: pathlib.Path, name: str) -> dict[str, Any]:
         raise _damaged(folder, f"{_short(path.parent.name)} is a link; a store must hold all its values")
     try:
         with binary(path, links=False) as file:
-            found = json.loads(file.read(LARGEST_TEXT))
+            found = json.loads(read_most(file, LARGEST_TEXT)[:LARGEST_TEXT])
     except (InputError, ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):

@@ -305,7 +305,7 @@ def locate(kind: type[Section], key: str, content: Any = None) -> Located:
     found = Located([(kind, ())], "", entry=False)
     names = key.split(".")
     for k, name in enumerate(names):
-        inner = _inner(found, name, content)
+        inner = within(found, name, content)
         if inner is None:
             raise InputError(_unlocated(kind, key, names[:k], name, found, content))
         mark = _by_name_mark(found)
@@ -330,10 +330,10 @@ def member(values: Mapping[str, Any], name: str) -> str:
 
 def inner(place: Located, name: str, content: Any) -> Located:
     """What a name refers to at a place that holds `content`; a place without types if nothing can stand there."""
-    return _inner(place, name, content) or Located([], "", entry=False)
+    return within(place, name, content) or Located([], "", entry=False)
 
 
-def _inner(place: Located, name: str, content: Any) -> Located | None:
+def within(place: Located, name: str, content: Any) -> Located | None:
     """What a name of a section refers to; None if nothing can."""
     for kind, own_marks in place.types:
         for mark in own_marks:

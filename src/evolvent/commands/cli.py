@@ -59,6 +59,9 @@ def main() -> NoReturn:
     except (click.Abort, KeyboardInterrupt):
         echo("evolvent: interrupted", err=True)
         code = INTERRUPTED
+    except MemoryError:
+        echo("evolvent: the memory of this process does not suffice", err=True)
+        code = FAILED
     except BrokenPipeError:  # the reader of our output has gone away
         discard_output()
         code = 0

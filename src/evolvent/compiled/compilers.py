@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any
 
 from numba import njit
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.typeinfer import register_dispatcher
 
+from evolvent.base import locks
+from evolvent.compiled.codecache import folder
 from evolvent.compiled.codecache.compiled import Cache, LawCache, compiling, without_path
 from evolvent.compiled.codecache.folder import is_followed
 from evolvent.compiled.codecache.snapshots import snapshot
 
-__all__ = ["compile_law", "compiling", "dispatcher", "is_kept", "linked", "without_counts"]
+__all__ = ["compile_law", "compiling", "dispatcher", "is_kept", "linked", "turn", "without_counts"]
+#: Files of the locks of those who compile functions and laws.
+_FUNCTIONS, _LAWS = "compiling.lock", "laws.lock"
 
 
 def without_counts(function: Callable, **options: Any) -> Any:
@@ -55,6 +60,11 @@ def is_kept(found: Any, signature: Any) -> bool:
     return isinstance(found._cache, Cache) and found._cache.exists(signature)
 
 
+def turn(is_needed: Callable[[], bool]) -> AbstractContextManager[Callable[[], None]]:
+    """The turn to compile functions, which one process has at a time; see `evolvent.base.locks.turn`."""
+    return locks.turn(folder.CACHE_DIR / _FUNCTIONS, is_needed)
+
+
 def compile_law(signature: Any, function: Callable) -> Any:
     """Compile a user's function as numba compiles its own, for the host, with checked indices, and keep it.
 
@@ -62,8 +72,9 @@ def compile_law(signature: Any, function: Callable) -> Any:
     """
     found = snapshot(function)
     compiled = without_counts(found.function, boundscheck=True)
-    compiled._cache = LawCache(found)
-    with register_dispatcher(compiled):  # for a law that calls itself
+    cache = compiled._cache = LawCache(found)
+    # registered for a law that calls itself
+    with locks.turn(folder.CACHE_DIR / _LAWS, lambda: not cache.exists(signature)), register_dispatcher(compiled):
         compiled.compile(signature)
     compiled.disable_compile()
     compiled.py_func = function

@@ -145,7 +145,7 @@ def _load_now(slot: int) -> None:
     """Load a function that compiled code calls, which is not loaded; where it still is not, that code raises."""
     try:
         loaded_late.append(_BY_SLOT[slot])
-        _BY_SLOT[slot].load()
+        load([_BY_SLOT[slot]])
     except BaseException as error:  # noqa: BLE001  (no exception passes through compiled code)
         _refused.append(error)
 
@@ -297,7 +297,7 @@ class Indirect(Linked):
                 ADDRESSES[self.slot] = pointer_of(self.dispatcher, self.signature)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
-        self.load()
+        load([self])
         return _call(self.dispatcher, arguments)
 
 
@@ -323,7 +323,10 @@ def indirect(signature: Any, *, disjoint: bool = False, used_for: Any = None) ->
 
 
 def load(functions: Iterable[Any]) -> None:
-    """Load functions made by `indirect` or declared by `entry`; what is in no cache is compiled, in two processes."""
+    """Load functions made by `indirect` or declared by `entry`; what is in no cache is compiled, in two processes.
+
+    Another process that compiles at the same time is waited for: what both need is compiled once.
+    """
     if config.DISABLE_JIT:
         return
     wanted = [function for function in dict.fromkeys(functions) if not function.is_loaded]
@@ -339,21 +342,28 @@ def _compile(missing: list[Any]) -> None:
     if PLAIN:
         say_once("plain", f"functions are compiled at each start, by plain numba {numba.__version__}: {REASON}")
     weights = [200 + len(function.py_func.__code__.co_code) for function in missing]
-    aside = None if PLAIN or len(missing) < 4 or os.cpu_count() == 1 else _compile_aside(missing[::-1])
-    began = time.perf_counter()
-    try:
-        progress.report_compilation(progress.Compilation(0, len(missing), math.nan))
-        for function in missing:
-            function.load()
-            done = [other.is_loaded or compilers.is_kept(other.dispatcher, other.signature) for other in missing]
-            part = sum(weight for weight, is_done in zip(weights, done, strict=True) if is_done) / sum(weights)
-            progress.report_compilation(
-                progress.Compilation(sum(done), len(missing), (time.perf_counter() - began) * (1.0 / part - 1.0))
-            )
-    finally:
-        if aside is not None:
-            aside.terminate()
-            aside.wait()
+    began, aside = time.perf_counter(), None
+
+    def is_left() -> bool:
+        """Whether a function is still to be compiled; tells how far the compilation is."""
+        done = [other.is_loaded or compilers.is_kept(other.dispatcher, other.signature) for other in missing]
+        part = sum(weight for weight, is_done in zip(weights, done, strict=True) if is_done) / sum(weights)
+        left = (time.perf_counter() - began) * (1.0 / part - 1.0) if part else math.nan
+        progress.report_compilation(progress.Compilation(sum(done), len(missing), left))
+        return not all(done)
+
+    with compilers.turn(is_left) as live:
+        try:
+            if not PLAIN and len(missing) >= 4 and os.cpu_count() != 1 and is_left():
+                aside = _compile_aside(missing[::-1])
+            for function in missing:
+                function.load()
+                live()
+                is_left()
+        finally:
+            if aside is not None:
+                aside.terminate()
+                aside.wait()
 
 
 def _compile_aside(functions: list[Any]) -> subprocess.Popen | None:

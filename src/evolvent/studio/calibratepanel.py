@@ -18,6 +18,7 @@ from evolvent.studio import form, reading, studydraft
 from evolvent.studio.context import Context
 from evolvent.studio.elements import upload
 from evolvent.studio.folder import LARGEST_RECORDING, LARGEST_SIGNALS
+from evolvent.studio.placing import source_file
 from evolvent.studio.state import view_of
 
 #: Endings of files of measured data.
@@ -100,7 +101,7 @@ class CalibratePanel:
 
         def ask() -> list[str]:
             with self.studio.computing:
-                return studydraft.over_time(self.studio.folder.placed(case))
+                return studydraft.over_time(self._placed(case))
 
         try:
             self._names = await asyncio.to_thread(ask)
@@ -195,9 +196,14 @@ class CalibratePanel:
 
     # -------------------------------------------------------------------------------------------- what is done with it
 
+    def _placed(self, case: dict[str, Any]) -> Any:
+        """The case that is open, its files by absolute paths."""
+        draft = self.studio.draft
+        return self.studio.folder.placed(case, source_file(draft.origin or draft.source))
+
     def _content(self) -> dict[str, Any]:
         """What the job is asked for."""
-        case = self.studio.folder.placed(self.studio.draft.content)
+        case = self._placed(self.studio.draft.content)
         observed = [row for row in self._state["observe"] if row["variable"]]
         fitted = [row for row in self._state["fit"] if row["key"]]
         found: dict[str, Any] = {

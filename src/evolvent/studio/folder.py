@@ -20,9 +20,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO
 
 from evolvent import cases
+from evolvent.base import safe_open
 from evolvent.base.errors import InputError, reason_of
 from evolvent.design.studies import store
-from evolvent.studio import reading
+from evolvent.studio import placing, reading
 from evolvent.studio.listing import Listing, Written
 from evolvent.studio.places import CREATE, HAS_DIR_FD, NO_LINK, READ, Place, is_junction, is_link
 
@@ -34,13 +35,6 @@ _MOST, _LOOKED, _DEEP = 500, 20_000, 3
 LARGEST = 500_000
 #: Largest upload, and largest file of signals in the folder that is read, bytes.
 LARGEST_SIGNALS, LARGEST_RECORDING = 200_000_000, 4_000_000_000
-#: Endings of files that hold signals.
-SIGNALS = (".csv", ".tsv", ".txt", ".tdms", ".uff", ".unv", ".mat", ".h5", ".hdf5", ".wav", ".nc")
-_FILES = re.compile(rf"\.(ya?ml|{'|'.join(ending[1:] for ending in SIGNALS)})$", re.IGNORECASE)
-#: A value of a case that can only be the path of a file: absolute, of a home or a parent folder, of a drive or network.
-_PATH = re.compile(r"(/|~[\w.-]*/|\.\.?[/\\]|[A-Za-z]:[/\\]|\\\\)\S*|\S*/\.\./\S*")
-#: Keys of a case that hold a text.
-_TEXTS = ("title", "remarks")
 #: Uploads of one name, at most.
 _MOST_SAME = 1000
 
@@ -132,7 +126,7 @@ class Folder:
             If it is a link, is not a regular file, or holds more than `most` bytes.
         """
         with self.opened(*parts) as file:
-            content = file.read(most + 1)
+            content = safe_open.read_most(file, most)
         if len(content) > most:
             raise InputError(f"cannot read {'/'.join(parts)!r}: it is too large; {most // 1000} kB are read at most")
         return content
@@ -425,25 +419,27 @@ class Folder:
         case = content.get("case")
         if isinstance(case, str) and case not in cases.built_in() and re.search(r"[./\\]", case):
             path = str(self.inside(name).parent / case)
-            content = {**content, "case": reading.content(self.text(path), case)}
-        return self.placed(content)
+            own = reading.content(self.text(path), case)
+            content = {**content, "case": self.placed(own, self.name(self.inside(path)))}
+        return self.placed(content, name)
 
-    def placed(self, content: Any) -> Any:
-        """A case or study whose saved runs and tables of factors are named by absolute paths.
+    def placed(self, content: Any, beside: str = "") -> Any:
+        """A case or study whose files are named by absolute paths, as processes in other folders need them.
+
+        Parameters
+        ----------
+        beside : str, the file that holds it, '' for none: names count from its folder on, where there is such a file,
+            else from the working folder on
 
         Raises
         ------
         InputError
             It names a value that is a file outside the working folder.
         """
-        if isinstance(content, Mapping):
-            return {key: value if key in _TEXTS else self.placed(value) for key, value in content.items()}
-        if isinstance(content, (list, tuple)):
-            return [self.placed(value) for value in content]
-        if isinstance(content, str):
-            word = content.strip()
-            if _FILES.search(word) or _PATH.fullmatch(word):
-                path = self.inside(word)
-                is_read = word.endswith(".nc") or (word.endswith((".yaml", ".yml")) and path.is_file())
-                return str(path) if is_read else content
-        return content
+        above = pathlib.PurePath(beside).parent.parts
+
+        def place(name: str) -> pathlib.Path:
+            near = (*above, *pathlib.PurePath(name).parts)
+            return self.inside(os.path.join(*near) if above and self.existing(*near) else name)
+
+        return placing.placed(content, place)

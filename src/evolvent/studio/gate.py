@@ -61,8 +61,8 @@ def check(host: str, token: str | None) -> None:
         raise InputError("--token is too short; it must have 8 characters or more")
     if token is None and not is_loopback(host):
         raise InputError(
-            f"--host {host} is an address that others can reach; "
-            f"it needs --token TOKEN, a secret of 8 characters or more"
+            f"--host {host} is an address that others can reach; it needs --token TOKEN, a secret of 8 characters or "
+            f"more, or the one that is made where --no-token is left out"
         )
 
 
@@ -73,11 +73,13 @@ class Gate:
     ----------
     app : the application behind it
     host : str, the address that the server is bound to
-    token : str or None
+    token : str or None, the secret
+    once : str, a secret that opens the page once, '' for none: that of the browser which is started, since its command
+        line can be seen by others
     """
 
-    def __init__(self, app: App, *, host: str, token: str | None) -> None:
-        self.app, self.token = app, token
+    def __init__(self, app: App, *, host: str, token: str | None, once: str = "") -> None:
+        self.app, self.token, self.once = app, token, once
         # who binds to all addresses is reached by names that are not known here; the token stands guard there
         self.hosts = {*_LOCAL, host} if is_loopback(host) else None
 
@@ -134,8 +136,10 @@ class Gate:
         """Take the token from the address, or ask for it."""
         query = urllib.parse.parse_qs(scope.get("query_string", b"").decode("latin-1"))
         given = query.get("token", [""])[0]
-        if scope["type"] == "http" and scope["method"] == "GET" and self._same(given):
-            value = urllib.parse.quote(given, safe="")
+        is_once = bool(self.once) and hmac.compare_digest(given.encode("utf-8", "replace"), self.once.encode())
+        if scope["type"] == "http" and scope["method"] == "GET" and (self._same(given) or is_once):
+            self.once = "" if is_once else self.once
+            value = urllib.parse.quote(str(self.token), safe="")
             cookie = f"{_cookie(scope)}={value}; HttpOnly; SameSite=Strict; Path=/"
             headers = [(b"location", b"/"), (b"set-cookie", cookie.encode("latin-1")), (b"cache-control", b"no-store")]
             await send({"type": "http.response.start", "status": 303, "headers": headers})

@@ -21,10 +21,11 @@ from evolvent.results.figures import Figure, Line, Panel
 from evolvent.studio import charts, form
 from evolvent.studio.context import Context
 from evolvent.studio.elements import ChartElement, report_frame, table, upload
-from evolvent.studio.folder import LARGEST, LARGEST_RECORDING, LARGEST_SIGNALS, SIGNALS
+from evolvent.studio.folder import LARGEST, LARGEST_RECORDING, LARGEST_SIGNALS
 from evolvent.studio.formview import FormView, errors_text, first_error
 from evolvent.studio.job import Job
 from evolvent.studio.jobview import STATUS, draw_progress
+from evolvent.studio.placing import SIGNALS
 from evolvent.studio.state import MEASURED, View
 
 #: Number of signal columns that are drawn.

@@ -5,10 +5,13 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
+import secrets
 import socket
+import urllib.parse
 
 from nicegui import app, background_tasks, ui
 
+from evolvent.base import safe_open
 from evolvent.base.console import echo
 from evolvent.base.errors import InputError
 from evolvent.studio import page, routes
@@ -33,14 +36,16 @@ def serve(root: str, *, host: str, port: int, token: str | None, browser: bool) 
     """
     port = _free(host, port)
     studio = Studio(Folder(root))
+    os.environ[safe_open.ONLY_BELOW] = str(studio.folder.root)
     if studio.jobs.note:
         echo(f"evolvent studio: {studio.jobs.note}", err=True)
     routes.install(app, studio)
     page.install(studio)
-    app.add_middleware(Gate, host=host, token=token)
+    once = secrets.token_urlsafe(24) if token is not None and browser else ""
+    app.add_middleware(Gate, host=host, token=token, once=once)
     app.on_shutdown(studio.jobs.stop)
     shown = f"[{host}]" if ":" in host else host
-    query = f"?token={token}" if token is not None else ""
+    query = f"?token={urllib.parse.quote(token, safe='')}" if token is not None else ""
     address = f"http://{shown}:{port}/{query}"
     line = f"evolvent studio: {address}  (folder {studio.folder.root}; Ctrl-C ends it)"
     app.on_startup(lambda: background_tasks.create(_announce(host, port, line)))
@@ -51,7 +56,7 @@ def serve(root: str, *, host: str, port: int, token: str | None, browser: bool) 
             title="evolvent studio",
             favicon=_ICON,
             dark=None,
-            show=f"/{query}" if browser else False,
+            show=f"/{once and '?token='}{once}" if browser else False,
             reload=False,
             tailwind=False,
             show_welcome_message=False,

@@ -23,6 +23,7 @@ from evolvent.studio.exports import Export, Exports
 from evolvent.studio.folder import OWN, Folder
 from evolvent.studio.job import COMPUTED, Job
 from evolvent.studio.jobs import Jobs
+from evolvent.studio.placing import source_file
 from evolvent.studio.studydraft import StudyDraft
 from evolvent.studio.worker import MODE
 
@@ -267,7 +268,7 @@ class Studio:
         self.draft = self._checked(Draft("", about, taken, base, origin))
 
     def _checked(self, draft: Draft) -> Draft:
-        self.folder.placed(draft.content)
+        self.folder.placed(draft.content, source_file(draft.origin or draft.source))
         cases.system(str(draft.content.get("system", "")))
         return draft
 
@@ -284,7 +285,7 @@ class Studio:
             If it cannot be run.
         """
         draft = draft or self.draft
-        content = self.folder.placed(draft.content)
+        content = self.folder.placed(draft.content, source_file(draft.origin or draft.source))
         case = cases.load(content)
         definition = cases.system(case.system)
         assembled = reading.elements(content) <= reading.MOST_ELEMENTS  # of a larger one by its job alone
@@ -297,7 +298,7 @@ class Studio:
         name = pathlib.PurePosixPath((draft.origin or draft.source).partition(":")[2]).stem or case.system
         changed = [list(change) for change in changes(draft.base, draft.content)] if draft.base else []
         of = name if draft.origin else draft.about
-        extra = {"origin": draft.origin, "of": of, "changes": changed, **self._since(draft.origin, of, draft.content)}
+        extra = {"origin": draft.origin, "of": of, "changes": changed, **self._since(draft.origin, of, content)}
         return self.jobs.add(kind, name, case=cases.to_yaml(case, content), extra=extra).key
 
     def _since(self, origin: str, of: str, content: Mapping[str, Any]) -> dict[str, Any]:
@@ -318,7 +319,8 @@ class Studio:
             If its parts cannot be assembled.
         """
         reading.check_size(content)
-        packed = reading.start(self.folder.placed(content), note)
+        beside = source_file(self.draft.origin or self.draft.source)
+        packed = reading.start(self.folder.placed(content, beside), note)
         name = hashlib.sha256(packed).hexdigest()[:24]
         with self._lock:
             self._starts.pop(name, None)

@@ -17,6 +17,7 @@ from evolvent.base.errors import EvolventError, InputError
 from evolvent.design.studies import draws, measured
 from evolvent.studio import form, parts, reading
 from evolvent.studio.folder import Folder
+from evolvent.studio.placing import source_file
 
 if TYPE_CHECKING:
     from evolvent.design.studies import Study
@@ -168,8 +169,8 @@ def study_with_case(folder: Folder, draft: StudyDraft) -> dict[str, Any]:
     """
     content, case = dict(draft.content), draft.content.get("case")
     if isinstance(case, str) and _is_file(case):
-        content["case"] = folder.content(case)
-    placed: dict[str, Any] = folder.placed(content)
+        content["case"] = folder.placed(folder.content(case), case)
+    placed: dict[str, Any] = folder.placed(content, source_file(draft.source))
     return placed
 
 

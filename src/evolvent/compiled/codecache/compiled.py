@@ -1,7 +1,7 @@
 """Where compiled functions are kept, and how they are compiled.
 
-Every compiled function is kept on disk in the folder that `codecache.folder` finds. A wheel may ship such a folder,
-which is then read first. What a user writes is kept by a digest of all that it is compiled from
+Every compiled function is kept on disk in the folder that `codecache.folder` finds. Folders that are only read, such as
+that of a wheel, come first. What a user writes is kept by a digest of all that it is compiled from
 (`codecache.snapshots`), or not at all.
 
 Functions are compiled for a baseline of the processor's family where it has that, so that the folder serves other
@@ -86,8 +86,19 @@ class _Store(_Cache):
         return base / self._place / f"{self._name}-{digest}.nbc"
 
     def _read(self, key: str) -> bytes | None:
-        """What is kept by a key."""
+        """What is kept by a key: in a folder that is only read, or in that of the cache."""
+        for base, is_own in folder.READ_ONLY:
+            content = files.read(self._path(base, key), key, is_own=is_own)
+            if content is not None:
+                return content
         return files.read(self._path(folder.CACHE_DIR, key), key)
+
+    def is_kept(self, signature: Any, target_context: Any) -> bool:
+        """Whether the function is kept for a signature."""
+        key = self._key(signature, target_context.codegen())
+        if key not in self._held and (content := self._read(key)) is not None:
+            self._held[key] = content
+        return key in self._held
 
     def _load(self, key: str, target_context: Any) -> Any:
         """What is kept by a key, as a compiled function; None where there is none that can be used."""
@@ -122,27 +133,18 @@ class _Store(_Cache):
 
 
 class Cache(_Store):
-    """Cache of one function: what was shipped, then the user's folder; new results go to the user's."""
+    """Cache of one function of this package, or with a digest of another."""
 
     def __init__(self, function: Any, digest: str = "") -> None:
         code = function.__code__
-        content = digest or f"{code.co_firstlineno} {hashlib.sha256(code.co_code).hexdigest()}"
+        content = digest or f"{code.co_firstlineno} {code.co_name}"  # the sources are in the name of the folder
         place = "users" if digest else function.__module__.removeprefix("evolvent.")
         super().__init__(function.__qualname__, content, place)
-
-    def _read(self, key: str) -> bytes | None:
-        shipped = None
-        if folder.SHIPPED.is_dir():
-            shipped = files.read(self._path(folder.SHIPPED, key), key, is_own=False)
-        return super()._read(key) if shipped is None else shipped
 
     def exists(self, signature: Any) -> bool:
         """Whether the function is kept for a signature."""
         with compiling:
-            key = self._key(signature, cpu_target.target_context.codegen())
-        if key not in self._held and (content := self._read(key)) is not None:
-            self._held[key] = content
-        return key in self._held
+            return self.is_kept(signature, cpu_target.target_context)
 
     def copy(self, signature: Any, base: pathlib.Path) -> None:
         """Copy what is kept for a signature into the folder `base`."""
@@ -176,6 +178,10 @@ class LawCache(_Store):
         name = f"{function.__module__}.{function.__name__}"
         super().__init__(name, found.digest, "laws")
         self._signed = found.signed
+
+    def exists(self, signature: Any) -> bool:
+        """Whether the law is kept for a signature, or cannot be kept."""
+        return not self._content or self.is_kept(signature, cpu_target.target_context)
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
         """Compiled law, or None; then its helpers are ready to be compiled with it."""

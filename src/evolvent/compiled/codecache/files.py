@@ -35,11 +35,11 @@ def say_once(topic: str, sentence: str) -> None:
 def may_be_changed(found: os.stat_result) -> str:
     """How others may change a file or folder that `found` describes; '' where it is the user's alone, and on Windows.
 
-    A group of the user's own name that nobody else is in is no other.
+    A group of the user's own name that nobody else is in is no other, nor is the administrator, who may change all.
     """
     if not hasattr(os, "geteuid"):
         return ""
-    if found.st_uid != os.geteuid():
+    if found.st_uid not in (os.geteuid(), 0):
         return "belongs to another user"
     if found.st_mode & stat.S_IWOTH:
         return "can be changed by all users"

@@ -87,7 +87,8 @@ def refusal(path: str) -> str:
 
     The folder itself must be the user's own, and nobody else may write to it. The same holds for every folder on the
     way to it below the temporary folder, or below any other folder that others may write to; no symbolic link is
-    followed there. On Windows the rights of others cannot be seen; the temporary folder is the user's own there.
+    followed there. What belongs to the administrator counts as the user's own. On Windows the rights of others cannot
+    be seen; the temporary folder is the user's own there.
     """
     temporary = pathlib.Path(os.path.realpath(_temporary()))
     parts = list(pathlib.Path(os.path.abspath(path)).parts)
@@ -119,7 +120,7 @@ def refusal(path: str) -> str:
 
 
 def _made(base: str, name: str) -> tuple[pathlib.Path | None, str]:
-    """The folder `name` below `base`, made where it is missing; None and why where it cannot be used."""
+    """The folder `name` below `base`, made where it is missing; None and why where nothing can be written to it."""
     folder = pathlib.Path(os.path.abspath(base)) / name
     if why := refusal(base):
         return None, why
@@ -134,8 +135,16 @@ def _made(base: str, name: str) -> tuple[pathlib.Path | None, str]:
     return (None, why) if why else (folder, "")
 
 
+def _read_only(base: str, name: str) -> pathlib.Path | None:
+    """The folder `name` below `base` where it is there and nobody else may change it, but it cannot be written to."""
+    folder = pathlib.Path(os.path.abspath(base)) / name
+    return folder if folder.is_dir() and not refusal(os.fspath(folder)) and not os.access(folder, os.W_OK) else None
+
+
 def _find_cache_dir() -> pathlib.Path:
     """First usable one of ``$EVOLVENT_CACHE``, the user's cache folder and one of theirs in the temporary folder.
+
+    Those before it that cannot be written to, but hold functions already, are read: see `READ_ONLY`.
 
     One that others can change is named on stderr, as is a given one that cannot be used. The processes that this one
     starts then use the same folder as it does.
@@ -150,6 +159,9 @@ def _find_cache_dir() -> pathlib.Path:
             if was_refused:
                 os.environ[VARIABLE] = base
             return folder
+        if (found := _read_only(base, name)) is not None:
+            _found_read_only.append(found)
+            continue
         if base == given or refusal(base):
             was_refused = True
             hint = f"name a folder of your own, which nobody else may write to, in {VARIABLE}"
@@ -177,15 +189,20 @@ def _of_this_process(name: str) -> pathlib.Path:
     return pathlib.Path(base) / name
 
 
+_found_read_only: list[pathlib.Path] = []
 BASELINE = _baseline()
 CACHE_DIR = _find_cache_dir()
 #: Folder of compiled functions that the package was shipped with; it may be absent, or of other versions.
 SHIPPED = _PACKAGE / "_kernels" / CACHE_DIR.name
+#: Folders that are only read, in this order before `CACHE_DIR`, and whether their files must be the user's own.
+READ_ONLY = (*([(SHIPPED, False)] if SHIPPED.is_dir() else []), *((one, True) for one in _found_read_only))
 
 
 def is_warm(name: str) -> bool:
-    """Whether what goes by `name` has been compiled into this cache folder before."""
-    return bool(config.DISABLE_JIT) or SHIPPED.is_dir() or (CACHE_DIR / f"warm-{name}").exists()
+    """Whether what goes by `name` has been compiled into this cache folder, or one that is only read, before."""
+    if config.DISABLE_JIT or SHIPPED.is_dir():
+        return True
+    return any((base / f"warm-{name}").exists() for base in (CACHE_DIR, *(one for one, _ in READ_ONLY)))
 
 
 def mark_warm(name: str) -> None:

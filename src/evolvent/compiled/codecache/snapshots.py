@@ -7,6 +7,7 @@ that is compiled refers to copies, so that a helper is compiled with the same va
 
 from __future__ import annotations
 
+import dis
 import enum
 import functools
 import hashlib
@@ -121,15 +122,22 @@ class _Walk:
 
     def _code(self, code: CodeType, depth: int) -> None:
         numbers = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
-        self._feed(code.co_code, code.co_exceptiontable, repr(numbers), repr(code.co_names))
+        self._feed(code.co_exceptiontable, repr(numbers), repr(code.co_names))
         self._feed(repr(code.co_varnames), repr(code.co_freevars), repr(code.co_cellvars))
         # exceptions in machine code name their places
-        self._feed(code.co_filename, str(code.co_firstlineno), code.co_linetable)
-        for constant in code.co_consts:
-            if isinstance(constant, CodeType):
-                self._code(constant, depth)
+        self._feed(code.co_filename, str(code.co_firstlineno))
+        for one in dis.get_instructions(code):
+            line = one.positions.lineno if one.positions is not None else None
+            if one.opname == "NOP":  # for a docstring under -OO, where constants have other numbers
+                continue
+            if one.opcode not in dis.hasconst:
+                self._feed(f"{one.opcode} {one.arg} {line}")
+                continue
+            self._feed(f"{one.opcode} {line}")
+            if isinstance(one.argval, CodeType):
+                self._code(one.argval, depth)
             else:
-                self.value(constant, depth + 1)
+                self.value(one.argval, depth + 1)
 
     def _compiled(self, value: Any, depth: int) -> Any:
         """A copy of a compiled function, with nothing compiled yet."""

@@ -28,7 +28,7 @@ from typing import Any
 
 import evolvent
 from evolvent import cases, results
-from evolvent.base import file_keys, files, plugins, safe_open
+from evolvent.base import file_keys, files, locks, plugins, safe_open
 from evolvent.base.errors import InputError, reason_of
 from evolvent.design.studies import record
 from evolvent.design.studies.study import Study
@@ -305,14 +305,9 @@ def locked(place: pathlib.Path) -> Iterator[None]:
 def locked_file(file: Any, place: pathlib.Path) -> Iterator[None]:
     """Lock a file that is open; `place` is the folder that a message names."""
     try:
-        if sys.platform == "win32":
-            import msvcrt
-
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        is_ours = locks.is_locked_now(file)
     except OSError:
-        raise InputError(f"another process works in {str(place)!r}; wait for it, or give another folder") from None
+        is_ours = False
+    if not is_ours:
+        raise InputError(f"another process works in {str(place)!r}; wait for it, or give another folder")
     yield
