@@ -17,7 +17,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.file_keys import FileKey, digest
 from evolvent.elements.dense import product
-from evolvent.elements.reduced_files import files_read, read_model
+from evolvent.elements.reduced_files import READ, files_read, read_model
 from evolvent.elements.reduced_models import MeanAxes, ReducedModel, mean_axes
 from evolvent.elements.rods import quaternion
 from evolvent.kernels import joint, rigid, sides
@@ -80,7 +80,7 @@ class ReducedBody(Part):
     """
 
     kind: Literal["reduced-body"] = "reduced-body"
-    file: Annotated[str, FileKey(reads=files_read)]
+    file: Annotated[str, FileKey(endings=READ, reads=files_read)]
     bulk: Annotated[str, FileKey()] | None = None
     length_unit: units.Length = 1.0
     mass_unit: units.Mass = 1.0
