@@ -152,9 +152,9 @@ def add_explicit_inventory(t, y, s, model, out):
             out[ELASTIC] += joint.penalty_energy(model.joints, k)
 
 
-@indirect(REAL(REAL, VECTOR, INTEGERS, REAL, REAL, MODEL))
-def measure_frictions(t, y, s, h, step, model):
-    """Frictions and their rates in the state y at t, the end of a step of length h from the last one that is accepted.
+@indirect(REAL(REAL, VECTOR, VECTOR, INTEGERS, REAL, REAL, MODEL))
+def measure_frictions(t, y0, y, s, h, step, model):
+    """Frictions and their rates in the state y at t, the end of a step of length h from the state y0.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def measure_frictions(t, y, s, h, step, model):
         for k in range(model.coordinates.size):
             coordinate.measure_coordinate(y, s, model.coordinates, model.bodies, k)
     turning.measure_rates(y, model)
-    return turning.until_turn(y, h, model)
+    return turning.until_turn(y0, y, h, model)
 
 
 @indirect(void(VECTOR, REAL, MODEL))

@@ -7,7 +7,8 @@ step over a turn is taken again, as one that ends at the turn, where the rate is
 nothing starts again. A bristle that sticks all along has the same force by both ways, and shortens no step.
 
 Rates are those of states, `measure_rates`, at both ends of a step, and between them as of a constant acceleration. A
-turn does not count where the forces by both ways differ by less than `NEAR` of the limit.
+turn does not count where the forces by both ways differ by less than `NEAR` of the limit. Spools and wheels, whose
+friction has no bristle, turn where their rates change sign.
 """
 
 import math
@@ -23,19 +24,21 @@ from evolvent.model import FRICTION_FORCE, MODEL
 
 #: Part of the limit of a friction by which the force at the end of a step may be off by a turn within it.
 NEAR = 0.02
+#: Part of the rate of a spool at the start of a step below which it stands at its end.
+STANDS = 1e-4
 #: Part of a step within which nothing turns back.
 NO_TURN = 1.0
 
 
 @inlined
 def has_friction(model):
-    """Whether a model has dry friction, in compiled code."""
-    return model.info.rubbed >= 0 or model.bearings.size > 0
+    """Whether a model may have dry friction, in compiled code."""
+    return model.info.rubbed >= 0 or model.bearings.size + model.wheels.size + model.info.brakes > 0
 
 
 def USED_FOR(model):  # noqa: N802
     """Dry friction."""
-    return model.info.rubbed >= 0 or model.bearings.size > 0
+    return model.info.rubbed >= 0 or model.bearings.size + model.wheels.size + model.info.brakes > 0
 
 
 # ------------------------------------------------------------------------------------------------ rates
@@ -171,9 +174,17 @@ def _until_contact_turns(point, row, h):
     return until_turn_of(SLIP, row.bristle_stiffness, row.friction * point.force, start, size, rate, h)
 
 
-@indirect(REAL(VECTOR, REAL, MODEL))
-def until_turn(y, h, model):
-    """Part of a step of length h to the state y at which the first friction turns back; `NO_TURN` where none does.
+@inlined
+def _until_reversal(rate0, rate1, least):
+    """Part of a step at which a rate changes sign, `NO_TURN` where it does not, or by less than `least`."""
+    if rate0 * rate1 >= 0.0 or min(abs(rate0), abs(rate1)) <= least:
+        return NO_TURN
+    return rate0 / (rate0 - rate1)
+
+
+@indirect(REAL(VECTOR, VECTOR, REAL, MODEL))
+def until_turn(y0, y, h, model):
+    """Part of a step of length h from y0 to y at which the first friction turns back; `NO_TURN` where none does.
 
     After `measure_rates` of its end; frictions at its start are among the accounts, or in their records.
     """
@@ -206,4 +217,12 @@ def until_turn(y, h, model):
         row = model.body_contacts[k]
         if row.friction > 0.0:
             part = min(part, _until_contact_turns(row, row, h))
+    for k in range(model.wheels.size):  # whose friction is that of a stiff damper below the rate `slip`
+        if model.wheels[k].friction > 0.0:
+            at = model.wheels[k].iv
+            part = min(part, _until_reversal(y0[at], y[at], model.wheels[k].slip))
+    for p in range(model.threads.size):
+        if model.threads[p].spool_switch >= 0:
+            at = model.threads[p].spool_v
+            part = min(part, _until_reversal(y0[at], y[at], STANDS * abs(y0[at])))
     return part

@@ -88,7 +88,7 @@ def start_up(model, work):
     if model.coordinates.size > 0:
         coordinate.note_turns(t, work.y, work.s, model)
     if model.info.rubbed >= 0:
-        measure_frictions(t, work.y, work.s, 0.0, -1.0, model)
+        measure_frictions(t, work.y, work.y, work.s, 0.0, -1.0, model)
         end_frictions(work.y, -1.0, model)
     for k in range(work.g0.size):
         work.g0[k] = 0.0
@@ -338,7 +338,7 @@ def advance(A, b, c, E, P, Q, rtol, atol, model, work, budget):
             stages(A, c, model, t, y, s, h, 1, until, work)
             add_stages(b, b.size, y, h, K, y1)
         if model.info.rubbed >= 0:
-            turn = measure_frictions(target, y1, s, h, math.inf, model)
+            turn = measure_frictions(target, y, y1, s, h, math.inf, model)
             if turn < NO_TURN and turn * h > 1e-14 * max(abs(t), 1e-3):
                 loop.turn, loop.rejected, rejected = turn * h, loop.rejected + 1, True
                 continue

@@ -260,7 +260,7 @@ def until_event(t, h, model, work):
 def until_turn(t, h, model, work):
     """Part of the step of length h to t at which the first friction turns back, as of `turning.until_turn`."""
     measure_rates(t, model, work)
-    return turning.until_turn(work.y, h, model)
+    return turning.until_turn(work.y0, work.y, h, model)
 
 
 @inlined
