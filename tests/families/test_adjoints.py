@@ -15,7 +15,7 @@ from evolvent.solvers.adjoint import FILTERED, Adjoint
 from evolvent.solvers.adjoint_events import between
 from evolvent.solvers.patches import Sides
 from families.case import CASES
-from families.test_sensitivities import ALPHA, ENERGY, PAIRS, keys_of
+from families.test_sensitivities import ENERGY, PAIRS, keys_of
 
 #: Families of systems that are refused, by what they are called in the sentence.
 REFUSED = {
@@ -34,9 +34,8 @@ REFUSED = {
     "a contact with the law conservative": "contact_surfaces",
     "a contact with the paper's law": "contact_surfaces",
 }
-#: Largest difference beside the largest change of a coordinate, or of a rate times a step; more of beams by
-#: generalized-alpha, whose stiff axes have coarse steps here.
-WITHIN, BEAMS_WITHIN = 1e-6, 2e-5
+#: Largest difference beside the largest change of a coordinate, or of a rate times a step.
+WITHIN = 1e-6
 CHANGE = sensitivity.CHANGES[0]
 
 
@@ -99,5 +98,4 @@ def test_they_are_those_of_neighbours(family: str, method: str) -> None:
     sides = [(up.y[-1], down.y[-1]) for up, down in zip(solutions[2::2], solutions[3::2], strict=True)]
     forward = np.stack([between(up, down, assembly.model) / (2.0 * change) for up, down in sides], axis=1)
     size = np.append(np.ones(n_v), np.full(n_v, step))[:, None]
-    within = BEAMS_WITHIN if method == ALPHA and assembly.model.beams.size else WITHIN
-    assert np.abs(size * (found - forward)).max() < within * max(np.abs(size * forward).max(), 1e-3)
+    assert np.abs(size * (found - forward)).max() < WITHIN * max(np.abs(size * forward).max(), 1e-3)

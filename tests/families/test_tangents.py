@@ -140,17 +140,46 @@ def off(system: Callable[[], System], method: str, rng: np.random.Generator) -> 
     """Largest difference of the tangent, beside its largest entry."""
     assembly = system().assemble()
     exact, found = of_step(assembly, rng) if method == ENERGY else of_state(assembly, method, rng)
-    model = assembly.model  # diagonal entries of what no force moves are any positive numbers
-    model.switches[:] = assembly.s
-    still = np.concatenate([idle_nodes(model), model.thrusters["iv"] - int(model.info.nq)]).astype(int)
+    assembly.model.switches[:] = assembly.s
+    still = unmoved(assembly)
     found[still, still] = exact[still, still]
     return float(np.abs(found - exact).max() / max(np.abs(exact).max(), 1.0))
+
+
+def unmoved(assembly: Assembly) -> Array:
+    """Unknowns that no force moves, whose diagonal entries are any positive numbers."""
+    model = assembly.model
+    return np.concatenate([idle_nodes(model), model.thrusters["iv"] - int(model.info.nq)]).astype(int)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "system", "method"), CELLS)
 def test_tangent(name: str, system: Callable[[], System], method: str, rng: np.random.Generator) -> None:
     assert off(system, method, rng) < KNOWN.get((name, method), OFF[method])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "system"), [cell[:2] for cell in cells() if cell[2] == IMPLICIT and "layer" not in cell[0]]
+)
+def test_stiffness_damping_and_mass_are_parts_of_it(name: str, system: Callable[[], System]) -> None:
+    """c_mass M + c_rate C + K at a state that moves: K alone, of which the adjoint makes use, is whole."""
+    assembly = with_positions(system().assemble())
+    model, rng = assembly.model, np.random.default_rng(0)
+    model.switches[:] = assembly.s
+    n = int(model.info.nv)
+    y, a, la = disturbed(assembly, rng, 0.5), rng.standard_normal(n), rng.standard_normal(model.joints.size)
+    step = 1.0 / C_RATE if np.any(model.body_contacts["friction"] > 0.0) else 0.0
+
+    def tangent(c_mass: float, c_rate: float) -> Array:
+        found = Equations(assembly, 0.37, y, a, c_mass, c_rate, step).tangent(la)
+        found[unmoved(assembly), unmoved(assembly)] = 0.0
+        return found
+
+    whole, K, C = tangent(C_MASS, C_RATE), tangent(0.0, 0.0), tangent(0.0, C_RATE)
+    M = tangent(2.0 * C_MASS, C_RATE) - whole
+    assert np.abs(whole - C - M).max() <= 1e-12 * np.abs(whole).max()
+    assert np.abs(tangent(0.0, 2.0 * C_RATE) - 2.0 * C + K).max() <= 1e-12 * np.abs(whole).max()
 
 
 @pytest.mark.parametrize("torque", [-0.7, 0.3, 0.9])

@@ -149,13 +149,22 @@ def add_custom_tangents(t, y, c_rate, model, matrix):
                     K[i, j] = K[j, i] = 0.5 * (K[i, j] + K[j, i])
         _evaluate(t, model, k, m, 2 * m)
         _add_products(y, model, k, m, 1.0, 0.0, K, matrix)
-        if c_rate != 0.0:
+        if c_rate != 0.0 or _moves(work, m):
             speed = max(_spread(work, m, m), size)  # of points at rest: their distance in a second
             for i in range(m):
                 for j in range(m):
                     K[i, j] = 0.0
             add_element_law_gradient(forces[k].law, p, t, work, m, m, speed, -1.0, K)
             _add_products(y, model, k, m, c_rate, 1.0, K, matrix)
+
+
+@inlined
+def _moves(work, m):
+    """Whether a point of a law, in its scratch, has a velocity."""
+    found = False
+    for i in range(m, 2 * m):
+        found = found or work[i] != 0.0
+    return found
 
 
 @inlined

@@ -206,8 +206,10 @@ def add_body_point(t, b, m, c_rate, model, matrix):
     gradient(t, model, x, v, 1.0, c_rate, A, 0)
     local[0], local[1], local[2] = turn_back(model.bodies[b].R, x[0] - at[0], x[1] - at[1], x[2] - at[2])
     first, n = side_columns(model, ON_BODY, b, -1, local, True, J)
-    if c_rate != 0.0:  # a turn of the body turns the point's velocity beside that of the origin
-        own[0], own[1], own[2] = turn_back(model.bodies[b].R, v[0] - moves[0], v[1] - moves[1], v[2] - moves[2])
+    wx, wy, wz = v[0] - moves[0], v[1] - moves[1], v[2] - moves[2]
+    turns = wx != 0.0 or wy != 0.0 or wz != 0.0
+    if turns:  # a turn of the body turns the point's velocity beside that of the origin
+        own[0], own[1], own[2] = turn_back(model.bodies[b].R, wx, wy, wz)
         side_columns(model, ON_BODY, b, -1, own, False, L)
         gradient(t, model, x, v, 0.0, 1.0, A, 3)
     for i in range(n):
@@ -216,7 +218,7 @@ def add_body_point(t, b, m, c_rate, model, matrix):
             for c in range(3):
                 for d in range(3):
                     value += J[c, i] * A[c, d] * J[d, j]
-                    if c_rate != 0.0:
+                    if turns:
                         value += J[c, i] * A[3 + c, d] * L[d, j]
             K[i, j] = value
     if n > 0:

@@ -250,7 +250,8 @@ def _law_slopes(t, y, k, value, c_rate, model, G):
     q = model.parameters[loads[k].law_first : loads[k].law_last]
     x, v = _note_state(y, k, model)
     force_law_gradient(loads[k].law, q, t, x, v, 1.0, 0.0, G, 0)
-    force_law_gradient(loads[k].law, q, t, x, v, 0.0, 1.0 if c_rate != 0.0 else 0.0, G, 3)
+    moves = c_rate != 0.0 or v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0
+    force_law_gradient(loads[k].law, q, t, x, v, 0.0, 1.0 if moves else 0.0, G, 3)
     if loads[k].attitude != 0:
         torque_law_turns(loads[k].law, q, t, x, v, G, 6)
     for c in range(3):
@@ -332,19 +333,18 @@ def add_load_tangent(t, y, k, c_rate, model, matrix):
         if loads[k].attitude != 0:
             _turn_columns(bodies, i, n, L)
             _add_change(K, 1.0, G, 6, L, n)
-        if c_rate != 0.0:
-            w = bodies[i].w
-            wx, wy, wz = w[0], w[1], w[2]
-            if not is_torque:
-                dx, dy, dz = turn(R, local[0], local[1], local[2])
-                wx, wy, wz = cross(w[0], w[1], w[2], dx, dy, dz)
-            _fixed_columns(model, i, wx, wy, wz, L)
-            _add_change(K, 1.0, G, 3, L, n)
-            if is_torque:
-                _turn_columns(bodies, i, n, L)
-                _add_change(K, c_rate, G, 3, L, n)
-            else:
-                _add_change(K, c_rate, G, 3, J, n)
+        w = bodies[i].w
+        wx, wy, wz = w[0], w[1], w[2]
+        if not is_torque:
+            dx, dy, dz = turn(R, local[0], local[1], local[2])
+            wx, wy, wz = cross(w[0], w[1], w[2], dx, dy, dz)
+        _fixed_columns(model, i, wx, wy, wz, L)
+        _add_change(K, 1.0, G, 3, L, n)
+        if is_torque:
+            _turn_columns(bodies, i, n, L)
+            _add_change(K, c_rate, G, 3, L, n)
+        else:
+            _add_change(K, c_rate, G, 3, J, n)
     elif loads[k].kind == PANEL:
         nx, ny, nz = turn(R, p[7], p[8], p[9])
         panel_slopes(value * p[0], value * p[1], value * p[2], nx, ny, nz, p[10], p[11], G)

@@ -38,6 +38,9 @@ from evolvent.solvers.tape import FULL, KIND, LANDS, LATCH, SEARCHES, SHIFTED, S
 Array = np.ndarray
 #: Steps of a tape, and bytes of all at most.
 STEPS_OF_TAPE, MOST_BYTES = 256, 4e9
+#: Correction at which an iteration has converged, at most: forces along stiff directions, which turn with
+#: them, are then those of the step.
+NEWTON = 1e-12
 #: States that are tried for the equations that a parameter changes; difference of the changes to both sides beside
 #: them, and round-off of the equations, below which they are as large: one side is then evaluated alone.
 TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
@@ -136,6 +139,8 @@ class Adjoint:
         plans = [make() for _ in range(2)]
         for one in plans:
             one.options.corrects = 0
+            if not one.options.midpoint:
+                one.options.newton = min(float(one.options.newton), NEWTON)
         base = plans[0].assembly
         check(plans[0])
         self.lead, self.middle = (Run(one) for one in plans)

@@ -170,7 +170,7 @@ def _add_node_load(t, c_rate, a, p, i, share, model, matrix):
     if loads[a].law != 0:
         _law_slopes(t, a, body, 1.0, c_rate, turns, model)
         add_product(matrix, at, n, J, A, 0, 0, at, n, J, -share)
-        if on_body and c_rate != 0.0:
+        if on_body and (v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0):
             _law_slopes(t, a, body, 0.0, 1.0, turns, model)
             bt, m = marker_turning(model, end, (x[0], x[1], x[2], v[0], v[1], v[2]), L)
             add_product(matrix, at, n, J, A, 0, 0, bt, m, L, -share)
